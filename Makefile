@@ -1,0 +1,122 @@
+# tfsat: `make` lists what can be made.
+.NOTPARALLEL:
+.DEFAULT_GOAL := help
+SHELL := /bin/sh
+
+VENV := .venv
+BIN := $(VENV)/bin
+SEARCHED := python3 python3.14 python3.13 python3.12 python3.11
+PYTHON ?= $(shell for p in $(SEARCHED); do \
+  "$$p" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo "$$p"; break; }; done)
+MAKE_VENV = $(PYTHON) -m venv --clear
+
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# The same lock in the same place means the same environment, however new the files look.
+LOCKED = $$(cksum <requirements.lock) $(CURDIR)
+PACKAGED = $$(cksum <pyproject.toml)
+
+say = @printf '\033[1m%s\033[0m\n' "== $(1)"
+ifndef TERM
+say = @echo "== $(1)"
+endif
+ifdef NO_COLOR
+say = @echo "== $(1)"
+endif
+ifdef CI
+say = @echo "== $(1)"
+endif
+
+.PHONY: help
+help:  ## this list
+	@echo "tfsat: flight software and ground tools of a transformable CubeSat robot"
+	@echo
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+
+.PHONY: demo
+demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs Python and a C++ compiler)
+	$(call say,building the emulated robot)
+	@$(BIN)/python -m tfsat_host.emulated.build
+	$(call say,rehearsing the maneuver 59/70: upload - calibration - drop - card - decoding)
+	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
+	$(call say,results in build/demo)
+	@ls build/demo | sed 's/^/  /'
+	@echo "What they show: the maneuver that was uploaded came back from the card, stroke by stroke."
+	@echo "Look closer:    $(BIN)/tfsat-host decode build/demo/SD.bin --force"
+
+.PHONY: test
+test: toolchain compiler venv firmware protocol-check lint  ## install what is missing, build both firmwares, run every test
+	$(call say,tests)
+	@$(BIN)/python -m pytest
+
+.PHONY: firmware
+firmware: venv  ## build both firmwares for their boards
+	$(call say,firmware of the sequencer (Arduino Micro))
+	@$(MAKE) --no-print-directory -f tools/firmware/sequencer.mk PYTHON=$(BIN)/python
+	$(call say,firmware of the logger (Teensy 4.1))
+	@$(MAKE) --no-print-directory -f tools/firmware/logger.mk PYTHON=$(BIN)/python
+
+.PHONY: protocol
+protocol: venv  ## regenerate everything that comes from protocol/tfsat.toml
+	$(call say,generating from protocol/tfsat.toml)
+	@$(BIN)/python tools/generate_protocol.py
+
+.PHONY: protocol-check
+protocol-check: venv
+	$(call say,generated files against protocol/tfsat.toml)
+	@$(BIN)/python tools/generate_protocol.py --check
+
+.PHONY: lint
+lint: venv  ## check style and types
+	$(call say,style and types)
+	@$(BIN)/ruff check --quiet
+	@$(BIN)/ruff format --check --quiet || { $(BIN)/ruff format --check; \
+	  echo "Error: not formatted. Run: $(BIN)/ruff format" >&2; exit 1; }
+	@$(BIN)/mypy --no-error-summary
+
+# uv resolves for every platform and Python version at once; it lives apart, so that nothing else needs it.
+.PHONY: lock
+lock: python  ## choose new versions of all dependencies and write requirements.lock
+	$(call say,locking dependencies)
+	@[ -x build/lock/bin/uv ] || { $(MAKE_VENV) build/lock && build/lock/bin/pip install -qq uv; }
+	@build/lock/bin/uv pip compile --no-config --quiet --upgrade --universal --python-version 3.11 \
+	  --generate-hashes --no-emit-index-url --extra dev --extra figures \
+	  --custom-compile-command "make lock" -o requirements.lock pyproject.toml
+	@! grep -n '://' requirements.lock || { echo "Error: requirements.lock names a host" >&2; exit 1; }
+
+.PHONY: venv
+venv: python
+	@[ "$$(cat $(VENV)/locked 2>/dev/null)" = "$(LOCKED)" ] || { set -e; \
+	  echo "== environment: installing $$(grep -c '==' requirements.lock) locked packages into $(VENV) (a minute or two)"; \
+	  $(MAKE_VENV) $(VENV); \
+	  $(BIN)/python -m pip install -qq --require-hashes -r requirements.lock; \
+	  echo "$(LOCKED)" >$(VENV)/locked; }
+	@[ "$$(cat $(VENV)/packaged 2>/dev/null)" = "$(PACKAGED)" ] || { set -e; \
+	  $(BIN)/python -m pip install -qq --no-deps --no-build-isolation -e .; \
+	  echo "$(PACKAGED)" >$(VENV)/packaged; }
+
+.PHONY: python
+python:
+	@[ -n "$(PYTHON)" ] || { echo "Error: no Python 3.11 or newer among: $(SEARCHED)" >&2; \
+	  echo "  Everything here runs on Python. Install it (Debian, Ubuntu: apt install python3 python3-venv;" >&2; \
+	  echo "  macOS: brew install python; Windows: inside WSL), or name yours: make PYTHON=/path/to/python3" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "Error: $(PYTHON) is not Python 3.11 or newer." >&2; \
+	  echo "  Leave PYTHON unset to search for one, or name another: make PYTHON=/path/to/python3" >&2; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { \
+	  echo "Error: $(PYTHON) cannot make virtual environments: its venv module is incomplete." >&2; \
+	  echo "  Install it (Debian, Ubuntu: apt install python3-venv), then run make again." >&2; exit 1; }
+
+.PHONY: compiler
+compiler:
+	@for c in "$(CXX)" c++ g++ clang++; do command -v "$$c" >/dev/null 2>&1 && exit 0; done; \
+	  echo "Error: no C++ compiler (c++, g++ or clang++)." >&2; \
+	  echo "  The emulated robot runs the real firmware, compiled for this computer. Install one" >&2; \
+	  echo "  (Debian, Ubuntu: apt install g++; macOS: xcode-select --install), then run make again." >&2; exit 1
+
+.PHONY: toolchain
+toolchain:
+	@tools/install-toolchain.sh
+
+.PHONY: clean
+clean:  ## remove everything that was made, the environment included
+	@rm -rf build dist $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis

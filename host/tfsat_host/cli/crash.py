@@ -1,0 +1,48 @@
+"""When tfsat itself is wrong: keeps the traceback in a file and says where."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from tfsat_host import __version__
+from tfsat_host.errors import TfsatError
+
+
+def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
+    """The words for an exception that nobody foresaw; its traceback goes into a file."""
+    text = "".join(
+        [
+            f"tfsat-host {__version__}, Python {platform.python_version()}, {platform.platform()}\n",
+            f"arguments: {list(argv)}\n\n",
+            *traceback.format_exception(error),
+        ]
+    )
+    summary = str(error).partition("\n")[0]
+    return TfsatError(
+        what=f"tfsat-host met a bug of its own: {type(error).__name__}: {summary}",
+        meaning="The command stopped before it was done; do not rely on what it has printed or written.",
+        next_step=f"Please report it, with the file {_keep(text)}",
+    )
+
+
+def _keep(text: str) -> Path:
+    """Writes the report where the user's programs keep such things, else among temporary files."""
+    from platformdirs import user_state_path
+
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
+    for folder in (user_state_path("tfsat", appauthor=False) / "crashes", Path(tempfile.gettempdir())):
+        path = folder / f"tfsat-host-{stamp}.txt"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        except OSError:
+            continue
+        return path
+    sys.stderr.write(text)
+    return Path("(above: no file could be written)")

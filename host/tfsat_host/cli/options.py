@@ -1,0 +1,47 @@
+"""Options that mean the same in every command."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+
+from tfsat_host.devices.discovery import BoardName, port_variable
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def add_output_options(parser: argparse.ArgumentParser) -> None:
+    """`--json` and `--yes`."""
+    group = parser.add_argument_group("output")
+    group.add_argument("--json", action="store_true", help="print one JSON object to stdout instead of text")
+    group.add_argument("--yes", action="store_true", help="answer every question with yes; needs no terminal")
+
+
+def add_device_options(parser: argparse.ArgumentParser, board: BoardName) -> None:
+    """`--port` or `--emulated`, and the output options, for a command that talks to one board."""
+    group = parser.add_argument_group("device").add_mutually_exclusive_group()
+    group.add_argument(
+        "--port",
+        metavar="PORT",
+        help=f"serial port of the {board}, such as /dev/ttyACM0 or COM3; without it the environment's "
+        f"{port_variable(board)}, else the one port that looks like this board",
+    )
+    group.add_argument(
+        "--emulated", action="store_true", help="use the emulated robot in this process: no cable needed"
+    )
+    add_output_options(parser)
+
+
+def number(text: str) -> float:
+    """An argparse type: a decimal number as people write it (`nan` and `inf` pass, to be refused by name).
+
+    Raises:
+        argparse.ArgumentTypeError: this is no number.
+    """
+    if _NUMBER.fullmatch(text):
+        return float(text)
+    if text.lower().lstrip("+-") in ("nan", "inf", "infinity"):
+        return math.nan if "nan" in text.lower() else float(text)
+    hint = " (write the decimals after a point)" if "," in text else ""
+    raise argparse.ArgumentTypeError(f"{text!r} is not a number{hint}")

@@ -1,0 +1,200 @@
+"""What a command says, and where: results to stdout, everything else to stderr.
+
+Nothing here imports Rich until something is shown that needs it, and nothing is coloured unless the
+stream is a terminal (and NO_COLOR is unset).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TextIO
+
+from tfsat_host.errors import RefusedError, TfsatError, UsageError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+Advance = Callable[[float], None]
+
+
+class Output:
+    """The voice of one command.
+
+    Args:
+        json_mode: Print exactly one JSON object to stdout and keep prose out of it.
+        yes: Answer every question with yes; nothing is asked.
+        stdout: Where results go.
+        stderr: Where diagnostics, questions and progress go.
+        stdin: Where answers come from.
+    """
+
+    def __init__(
+        self,
+        *,
+        json_mode: bool = False,
+        yes: bool = False,
+        stdout: TextIO | None = None,
+        stderr: TextIO | None = None,
+        stdin: TextIO | None = None,
+    ) -> None:
+        self.json_mode = json_mode
+        self.yes = yes
+        self._stdout = stdout or sys.stdout
+        self._stderr = stderr or sys.stderr
+        self._stdin = stdin or sys.stdin
+        self._result_given = False
+
+    def result(self, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
+        """The result of the command, once.
+
+        Args:
+            data: The JSON object; NaN and infinity become null, as JSON has no such numbers.
+            text: What a person sees instead: text, or a function that prints by `line` and `table`.
+        """
+        if self._result_given:
+            raise RuntimeError("a command has one result")
+        self._result_given = True
+        if self.json_mode:
+            self._print_json(_jsonable(data))
+        elif callable(text):
+            text()
+        elif text:
+            print(text, file=self._stdout)
+
+    def line(self, text: str = "") -> None:
+        """One line of the result for people; nothing with `--json`."""
+        if not self.json_mode:
+            print(text, file=self._stdout)
+
+    def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
+        """A table of the result for people; nothing with `--json`. Numbers are aligned right."""
+        if self.json_mode:
+            return
+        from rich import box
+        from rich.table import Table
+        from rich.text import Text
+
+        cells = [[_cell(value) for value in row] for row in rows]
+        table = Table(box=box.SIMPLE_HEAD, title=title or None, title_justify="left", pad_edge=False)
+        for index, column in enumerate(columns):
+            numeric = bool(cells) and all(row[index][1] for row in cells)
+            table.add_column(Text(column), justify="right" if numeric else "left", overflow="fold")
+        for row in cells:
+            table.add_row(*(Text(text) for text, _ in row))
+        self._console(self._stdout).print(table)
+
+    def note(self, text: str) -> None:
+        """A diagnostic, to stderr: something a person should know that is not the result."""
+        print(text, file=self._stderr, flush=True)
+
+    def warn(self, text: str) -> None:
+        """A warning, to stderr, marked as one."""
+        print(f"{self._paint('Warning:', '33')} {text}", file=self._stderr, flush=True)
+
+    def error(self, error: TfsatError) -> int:
+        """Shows an error (with `--json`, as the one JSON object) and gives its exit code."""
+        if self.json_mode and not self._result_given:
+            self._result_given = True
+            shown = {"what": error.what, "meaning": error.meaning, "next_step": error.next_step}
+            code = getattr(error, "code", None)
+            if code is not None:
+                shown["code"] = str(code)
+            self._print_json({"error": shown})
+            return error.exit_code
+        print(f"{self._paint('Error:', '1;31')} {error.what}", file=self._stderr)
+        for text in (error.meaning, error.next_step):
+            if text:
+                print("  " + text.replace("\n", "\n  "), file=self._stderr)
+        return error.exit_code
+
+    def confirm(self, question: str, *, meaning: str) -> None:
+        """Asks a yes/no question on the terminal; `--yes` answers it.
+
+        Raises:
+            RefusedError: the answer was not yes.
+            UsageError: there is no terminal to ask on, and no `--yes`.
+        """
+        if self.yes:
+            return
+        self.ask(f"{question} [y/N] ", meaning=meaning, accept=("y", "yes"))
+
+    def ask(self, prompt: str, *, meaning: str, accept: Sequence[str]) -> None:
+        """Waits until a person types one of `accept` (any case); anything else refuses."""
+        if not self._stdin.isatty():
+            raise UsageError(
+                what=f"This needs an answer, and there is no terminal to ask on: {prompt.strip()}",
+                meaning=meaning,
+                next_step="Run it in a terminal, or add --yes.",
+            )
+        print(prompt, end="", file=self._stderr, flush=True)
+        if self._stdin.readline().strip().lower() not in accept:
+            raise RefusedError(
+                what="Not confirmed.", meaning=meaning, next_step="Run the same command again when ready."
+            )
+
+    @contextlib.contextmanager
+    def progress(self, description: str, total: float | None = None) -> Iterator[Advance]:
+        """Shows that work is going on; gives a function that advances it by some units of `total`.
+
+        On a terminal a bar, elsewhere one line at the start. Nothing with `--json`.
+        """
+        if self.json_mode:
+            yield lambda _amount: None
+            return
+        if not self._stderr.isatty():
+            self.note(f"{description} …")
+            yield lambda _amount: None
+            return
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=self._console(self._stderr), transient=True) as bar:
+            task = bar.add_task(description, total=total)
+            yield lambda amount: bar.advance(task, amount)
+
+    def _print_json(self, data: object) -> None:
+        import json
+
+        print(json.dumps(data, allow_nan=False), file=self._stdout)
+
+    def _console(self, stream: TextIO) -> Console:
+        from rich.console import Console
+
+        width = None if stream.isatty() else 120
+        return Console(file=stream, highlight=False, width=width, no_color=not _coloured(stream))
+
+    def _paint(self, text: str, sgr: str) -> str:
+        return f"\x1b[{sgr}m{text}\x1b[0m" if _coloured(self._stderr) else text
+
+
+def _coloured(stream: TextIO) -> bool:
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def _cell(value: object) -> tuple[str, bool]:
+    """The text of a cell, and whether it is a number."""
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "–"}[value], False
+    if isinstance(value, int | float):
+        return f"{value:g}" if isinstance(value, float) else str(value), True
+    return str(value), False
+
+
+def _jsonable(value: Any) -> Any:
+    """Plain JSON: paths, enums and numpy values become text, numbers and lists; NaN becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): _jsonable(item) for key, item in value.items()}
+    if isinstance(value, str) or value is None or isinstance(value, bool):
+        return str(value) if isinstance(value, str) else value
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return float(value) if value - value == 0 else None
+    if hasattr(value, "tolist"):
+        return _jsonable(value.tolist())
+    if isinstance(value, Iterable):
+        return [_jsonable(item) for item in value]
+    return str(value)

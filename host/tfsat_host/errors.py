@@ -1,0 +1,49 @@
+"""Errors a person can act on.
+
+Every failure that tfsat foresees is a `TfsatError`: it says what happened, what that means for
+the drop, and what to type or do next. The command line prints these three and ends with
+`exit_code`; it never shows a traceback for them.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class TfsatError(Exception):
+    """Something failed (exit code 1).
+
+    Args:
+        what: What happened, one sentence, with the names and numbers involved.
+        meaning: What it means for the drop (what is lost, unsafe, unchanged).
+        next_step: What to do now; a command to type where there is one.
+    """
+
+    exit_code: ClassVar[int] = 1
+
+    def __init__(self, *, what: str, meaning: str, next_step: str) -> None:
+        super().__init__(what)
+        self.what = what
+        self.meaning = meaning
+        self.next_step = next_step
+
+    def __str__(self) -> str:
+        return "\n".join(line for line in (self.what, self.meaning, self.next_step) if line)
+
+
+class UsageError(TfsatError):
+    """The command was called in a way it does not understand (exit code 2)."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class DataLossError(TfsatError):
+    """The work was done, but data was lost or is doubtful (exit code 3)."""
+
+    exit_code: ClassVar[int] = 3
+
+
+class RefusedError(TfsatError):
+    """An interlock refused; nothing was changed (exit code 4)."""
+
+    exit_code: ClassVar[int] = 4

@@ -1,0 +1,180 @@
+"""The checks that a maneuver must pass before anything is sent: strokes, joint angles, times.
+
+The board repeats them on what it received; here they name the cure. Limits come from the protocol
+specification, the same numbers that the board holds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from tfsat_host.maneuver.errors import Defect, ManeuverError
+from tfsat_host.maneuver.maneuver import Maneuver
+from tfsat_host.protocol.limits import (
+    FALL_US,
+    JOINT_ANGLE_MAX_CDEG,
+    JOINT_ANGLE_MIN_CDEG,
+    JOINT_COUNT,
+    MAX_STROKES,
+    PAUSE_MIN_US,
+    SPEED_MAX_CDEG_S,
+    SPEED_MIN_CDEG_S,
+)
+from tfsat_host.units import CDEG_PER_DEG, US_PER_S, cdeg_from_deg, exact
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedStrokes:
+    """Strokes in the board's units, each of which can be flown on its own."""
+
+    joints: tuple[int, ...]
+    angles_cdeg: tuple[int, ...]
+    speed_cdeg_s: int
+    notices: tuple[str, ...]
+
+
+def check_strokes(maneuver: Maneuver) -> CheckedStrokes:
+    """Each stroke and the speed on their own.
+
+    Raises:
+        ManeuverError: no-strokes, too-many-strokes, unknown-joint, angle-not-finite, zero-stroke,
+            speed-range.
+    """
+    count = len(maneuver.strokes)
+    if count == 0:
+        raise ManeuverError(
+            Defect.NO_STROKES,
+            what="The maneuver has no strokes.",
+            next_step="Give at least one stroke, such as joint = 1, angle_deg = 59.",
+        )
+    if count > MAX_STROKES:
+        raise ManeuverError(
+            Defect.TOO_MANY_STROKES,
+            what=f"The maneuver has {count} strokes; the sequencer holds {MAX_STROKES}.",
+            next_step=f"Shorten the maneuver to {MAX_STROKES} strokes.",
+        )
+    notices: list[str] = []
+    speed_cdeg_s = _speed_cdeg_s(maneuver.speed_deg_s, notices)
+    for number, stroke in enumerate(maneuver.strokes, 1):
+        if not 1 <= stroke.joint <= JOINT_COUNT:
+            raise ManeuverError(
+                Defect.UNKNOWN_JOINT,
+                what=f"Stroke {number} moves joint {stroke.joint}; the robot has joints 1 to {JOINT_COUNT}.",
+                next_step="Correct the joint's number; joint i joins body i and body i+1.",
+                stroke=number,
+            )
+    angles = tuple(_angle_cdeg(n, s.angle_deg, notices) for n, s in enumerate(maneuver.strokes, 1))
+    joints = tuple(stroke.joint for stroke in maneuver.strokes)
+    return CheckedStrokes(joints, angles, speed_cdeg_s, tuple(notices))
+
+
+def _speed_cdeg_s(speed_deg_s: float, notices: list[str]) -> int:
+    speed_min, speed_max = SPEED_MIN_CDEG_S / CDEG_PER_DEG, SPEED_MAX_CDEG_S / CDEG_PER_DEG
+    if not math.isfinite(speed_deg_s) or not speed_min <= speed_deg_s <= speed_max:
+        raise ManeuverError(
+            Defect.SPEED_RANGE,
+            what=f"The joint speed is {speed_deg_s} deg/s; it must be {speed_min:g} to {speed_max:g} deg/s.",
+            next_step="Give the average speed that the servos reach; the drop experiment used 170 deg/s.",
+        )
+    speed_cdeg_s = cdeg_from_deg(speed_deg_s)
+    if speed_cdeg_s != exact(speed_deg_s) * CDEG_PER_DEG:
+        notices.append(
+            f"The speed was rounded from {speed_deg_s} to {speed_cdeg_s / CDEG_PER_DEG:.2f} deg/s."
+        )
+    return speed_cdeg_s
+
+
+def _angle_cdeg(number: int, angle_deg: float, notices: list[str]) -> int:
+    if not math.isfinite(angle_deg):
+        raise ManeuverError(
+            Defect.ANGLE_NOT_FINITE,
+            what=f"The angle of stroke {number} is {angle_deg}, which is not an angle.",
+            next_step="Give degrees as a number, such as 59 or 58.75.",
+            stroke=number,
+        )
+    angle_cdeg = cdeg_from_deg(angle_deg)
+    if angle_cdeg == 0:
+        raise ManeuverError(
+            Defect.ZERO_STROKE,
+            what=f"The angle of stroke {number} is {angle_deg} deg: it would move nothing.",
+            next_step="Leave the stroke out, or give an angle of at least 0.01 deg.",
+            stroke=number,
+        )
+    if angle_cdeg != exact(angle_deg) * CDEG_PER_DEG:
+        notices.append(
+            f"The angle of stroke {number} was rounded from {angle_deg} to "
+            f"{angle_cdeg / CDEG_PER_DEG:.2f} deg: the sequencer resolves 0.01 deg."
+        )
+    return angle_cdeg
+
+
+def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int]) -> list[str]:
+    """Follows each joint from the folded pose (0 deg); notes joints that do not come back to it.
+
+    Raises:
+        ManeuverError: joint-range.
+    """
+    pose_cdeg = dict.fromkeys(range(1, JOINT_COUNT + 1), 0)
+    for number, (joint, angle_cdeg) in enumerate(zip(joints, angles_cdeg, strict=True), 1):
+        pose_cdeg[joint] += angle_cdeg
+        if not JOINT_ANGLE_MIN_CDEG <= pose_cdeg[joint] <= JOINT_ANGLE_MAX_CDEG:
+            low, high = JOINT_ANGLE_MIN_CDEG / CDEG_PER_DEG, JOINT_ANGLE_MAX_CDEG / CDEG_PER_DEG
+            raise ManeuverError(
+                Defect.JOINT_RANGE,
+                what=f"Stroke {number} would take joint {joint} to "
+                f"{pose_cdeg[joint] / CDEG_PER_DEG:.2f} deg; it moves from {low:g} to {high:g} deg.",
+                meaning="The body would hit the frame. Nothing was sent to the robot.",
+                next_step="Choose smaller angles: every maneuver starts with all joints at 0 deg.",
+                stroke=number,
+            )
+    return [
+        f"Joint {joint} ends at {angle / CDEG_PER_DEG:.2f} deg, not at 0: the maneuver is not a closed loop."
+        for joint, angle in pose_cdeg.items()
+        if angle != 0
+    ]
+
+
+def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction]) -> None:
+    """The strokes against the pause, against one another, and against the end of the fall.
+
+    Raises:
+        ManeuverError: before-pause, overlap, outlasts-fall.
+    """
+    if starts_us[0] < PAUSE_MIN_US:
+        raise ManeuverError(
+            Defect.BEFORE_PAUSE,
+            what=f"The first stroke starts {_s(starts_us[0])} s after release; "
+            f"it must not start before {_s(PAUSE_MIN_US)} s.",
+            meaning="The robot would strike the release mechanism. Nothing was sent to the robot.",
+            next_step=f"Start at {_s(PAUSE_MIN_US)} s or later.",
+            stroke=1,
+        )
+    for number in range(2, len(starts_us) + 1):
+        start_us, previous_end_us = starts_us[number - 1], ends_us[number - 2]
+        if start_us < previous_end_us:
+            raise ManeuverError(
+                Defect.OVERLAP,
+                what=f"Stroke {number} starts at {_s(start_us)} s, before stroke {number - 1} ends "
+                f"at {_s(previous_end_us)} s.",
+                meaning="Two joints at once were never designed for. Nothing was sent to the robot.",
+                next_step="Move the strokes apart, or leave out every t_s: the schedule rule then sets them.",
+                stroke=number,
+            )
+    if ends_us[-1] > FALL_US:
+        raise ManeuverError(
+            Defect.OUTLASTS_FALL,
+            what=f"The maneuver would end {_s(ends_us[-1])} s after release; "
+            f"the fall ends at {_s(FALL_US)} s.",
+            meaning="The robot would land while it still moves. Nothing was sent to the robot.",
+            next_step="Use smaller angles, fewer strokes or a higher speed.",
+            stroke=len(starts_us),
+        )
+
+
+def _s(t_us: Fraction | int) -> str:
+    """Seconds with at least two decimals, rounded up to a microsecond."""
+    whole, decimals = divmod(math.ceil(t_us), US_PER_S)
+    return f"{whole}.{f'{decimals:06}'.rstrip('0'):0<2}"

@@ -1,0 +1,151 @@
+"""When each stroke starts, and whether the robot may fly it.
+
+The rule: the first stroke starts after the pause; a stroke of α degrees takes |α| / speed; the next
+starts at the previous start plus that, rounded up to 10 ms. With 59/70 at 170 deg/s this gives the
+paper's experiment sequence: 0.70, 1.05, 1.47, 1.82 s, finished at 2.23 s.
+
+All arithmetic is on integers and fractions: a time that is an exact multiple of 10 ms stays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from tfsat_host.maneuver.checks import check_joint_angles, check_strokes, check_timing
+from tfsat_host.maneuver.errors import Defect, ManeuverError
+from tfsat_host.maneuver.maneuver import Maneuver
+from tfsat_host.protocol.limits import PAUSE_MIN_US, SCHEDULE_GRID_US
+from tfsat_host.units import US_PER_S, deg_from_cdeg, exact, round_up, s_from_us
+
+
+@dataclass(frozen=True, slots=True)
+class TimedStroke:
+    """A stroke as the board gets it.
+
+    Attributes:
+        t_us: Start, microseconds after release.
+        joint: 1 to 3.
+        angle_cdeg: Change of the joint angle, 0.01 deg.
+        end_us: When the joint has arrived, at the maneuver's average speed; rounded up.
+    """
+
+    t_us: int
+    joint: int
+    angle_cdeg: int
+    end_us: int
+
+    @property
+    def t_s(self) -> float:
+        """Start, seconds after release."""
+        return s_from_us(self.t_us)
+
+    @property
+    def angle_deg(self) -> float:
+        """Change of the joint angle, degrees."""
+        return deg_from_cdeg(self.angle_cdeg)
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """A maneuver that was checked whole, with the time of each stroke.
+
+    Attributes:
+        strokes: In the order of their times.
+        speed_cdeg_s: Average joint speed, 0.01 deg/s.
+        end_us: When the last stroke ends, rounded up to a microsecond.
+        notices: What was rounded or looks unintended; one sentence each, to be shown to a person.
+    """
+
+    strokes: tuple[TimedStroke, ...]
+    speed_cdeg_s: int
+    end_us: int
+    notices: tuple[str, ...] = ()
+
+    @property
+    def speed_deg_s(self) -> float:
+        """Average joint speed, deg/s."""
+        return deg_from_cdeg(self.speed_cdeg_s)
+
+    @property
+    def end_s(self) -> float:
+        """When the last stroke ends, to the nearest 10 ms as in the paper's table; `end_us` is exact."""
+        return round(Fraction(self.end_us, US_PER_S) * 100) / 100
+
+    def as_rows(self) -> list[dict[str, float | int]]:
+        """`t_s`, `joint`, `angle_deg` of each stroke: the `schedule` of `--json`."""
+        return [{"t_s": s.t_s, "joint": s.joint, "angle_deg": s.angle_deg} for s in self.strokes]
+
+
+def schedule_maneuver(maneuver: Maneuver) -> Schedule:
+    """Checks the maneuver whole and gives each stroke its time.
+
+    Angles are rounded to 0.01 deg and times up to 10 ms; each rounding that changes something is a
+    notice of the schedule.
+
+    Raises:
+        ManeuverError: the maneuver cannot be flown; `code` names the defect.
+    """
+    checked = check_strokes(maneuver)
+    notices = list(checked.notices)
+    notices += check_joint_angles(checked.joints, checked.angles_cdeg)
+    starts_us = _starts_us(maneuver, checked.angles_cdeg, checked.speed_cdeg_s, notices)
+    ends_us = [
+        t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s)
+        for t_us, angle_cdeg in zip(starts_us, checked.angles_cdeg, strict=True)
+    ]
+    check_timing(starts_us, ends_us)
+    strokes = tuple(
+        TimedStroke(t_us, joint, angle_cdeg, math.ceil(end_us))
+        for t_us, joint, angle_cdeg, end_us in zip(
+            starts_us, checked.joints, checked.angles_cdeg, ends_us, strict=True
+        )
+    )
+    return Schedule(strokes, checked.speed_cdeg_s, strokes[-1].end_us, tuple(notices))
+
+
+def _duration_us(angle_cdeg: int, speed_cdeg_s: int) -> Fraction:
+    return Fraction(abs(angle_cdeg) * US_PER_S, speed_cdeg_s)
+
+
+def _starts_us(
+    maneuver: Maneuver, angles_cdeg: tuple[int, ...], speed_cdeg_s: int, notices: list[str]
+) -> list[int]:
+    """Start times on the 10 ms grid: those that were given, or those of the rule."""
+    given = [stroke.t_s for stroke in maneuver.strokes if stroke.t_s is not None]
+    if not given:
+        t_us = _on_grid(maneuver.pause_s, "The pause", None, notices)
+        starts_us = []
+        for angle_cdeg in angles_cdeg:
+            starts_us.append(t_us)
+            t_us = round_up(t_us + _duration_us(angle_cdeg, speed_cdeg_s), SCHEDULE_GRID_US)
+        return starts_us
+    if len(given) != len(maneuver.strokes):
+        number = next(n for n, stroke in enumerate(maneuver.strokes, 1) if stroke.t_s is None)
+        raise ManeuverError(
+            Defect.TIMES_INCOMPLETE,
+            what=f"Stroke {number} has no time, but other strokes do.",
+            next_step="Give t_s for every stroke, or for none: then the schedule rule sets all times.",
+            stroke=number,
+        )
+    return [_on_grid(t_s, f"The time of stroke {n}", n, notices) for n, t_s in enumerate(given, 1)]
+
+
+def _on_grid(t_s: float, subject: str, number: int | None, notices: list[str]) -> int:
+    """Microseconds, rounded up to the grid with a notice."""
+    if not math.isfinite(t_s):
+        raise ManeuverError(
+            Defect.TIME_NOT_FINITE,
+            what=f"{subject} is {t_s}, which is not a time.",
+            next_step=f"Give seconds after release, at least {PAUSE_MIN_US / US_PER_S:.2f}.",
+            stroke=number,
+        )
+    asked_us = exact(t_s) * US_PER_S
+    t_us = round_up(asked_us, SCHEDULE_GRID_US)
+    if t_us != asked_us:
+        notices.append(
+            f"{subject} was rounded up from {t_s} s to {s_from_us(t_us):.2f} s: "
+            f"strokes start on a grid of {SCHEDULE_GRID_US // 1000} ms."
+        )
+    return t_us

@@ -1,0 +1,211 @@
+"""What every command shares: help, exit codes, streams, and what happens when something breaks."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from tests.cli.process import RunCli
+from tfsat_host.cli import ports
+from tfsat_host.cli.main import COMMANDS, main
+from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
+
+HEAVY = ("numpy", "scipy", "rich", "serial", "matplotlib", "hypothesis")
+_HELP_THEN_MODULES = """
+import sys
+from tfsat_host.cli.main import main
+try:
+    main(sys.argv[1:])
+except SystemExit:
+    pass
+print(" ".join(sorted(sys.modules)), file=sys.stderr)
+"""
+
+
+def _modules_after(*args: str) -> set[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", _HELP_THEN_MODULES, *args], capture_output=True, text=True, check=True
+    )
+    assert "usage: tfsat-host" in done.stdout
+    return set(done.stderr.split())
+
+
+def test_help_imports_nothing_heavy() -> None:
+    modules = _modules_after("--help")
+    assert modules.isdisjoint(HEAVY)
+    assert "argparse" in modules
+    assert modules.isdisjoint(command.module for command in COMMANDS)
+
+
+def test_help_on_a_terminal_does_not_wait_for_rich() -> None:
+    master, slave = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-c", _HELP_THEN_MODULES, "--help"], stdout=slave, stderr=subprocess.PIPE, check=True
+    )
+    os.close(slave)
+    shown = os.read(master, 4096)
+    os.close(master)
+    assert b"usage: tfsat-host" in shown
+    assert set(done.stderr.decode().split()).isdisjoint(HEAVY)
+
+
+def test_the_help_of_a_command_on_a_terminal_is_coloured() -> None:
+    master, slave = pty.openpty()
+    environ = {name: value for name, value in os.environ.items() if name != "NO_COLOR"} | {"TERM": "xterm"}
+    subprocess.run(
+        [sys.executable, "-m", "tfsat_host", "ports", "--help"], stdout=slave, env=environ, check=True
+    )
+    os.close(slave)
+    shown = os.read(master, 4096)
+    os.close(master)
+    assert b"\x1b[" in shown
+
+
+@pytest.mark.parametrize("command", [command.name for command in COMMANDS])
+def test_the_help_of_a_command_imports_nothing_heavy(command: str) -> None:
+    assert _modules_after(command, "--help").isdisjoint(HEAVY)
+
+
+def test_help_names_every_command_and_every_exit_code(tfsat_host: RunCli) -> None:
+    text = tfsat_host("--help").stdout
+    for command in COMMANDS:
+        assert command.name in text
+    for words in ("0 done", "1 failed", "2 usage", "3 done but", "4 refused", "130 interrupted"):
+        assert words in text
+
+
+def test_no_arguments_show_the_help(tfsat_host: RunCli) -> None:
+    assert tfsat_host().stdout == tfsat_host("--help").stdout
+
+
+def test_the_console_script_is_the_module(tfsat_host: RunCli) -> None:
+    script = Path(sys.executable).with_name("tfsat-host")
+    done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == tfsat_host("--version").stdout
+    assert done.stdout.startswith("tfsat-host ")
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("fly",),
+        ("--nonsense",),
+        ("ports", "--nonsense"),
+        ("ports", "extra"),
+        ("upload-sequence",),
+        ("upload-sequence", "59"),
+        ("upload-sequence", "59", "seventy"),
+        ("upload-sequence", "59", "70,5"),
+        ("upload-sequence", "5_9", "70"),
+        ("upload-sequence", "59", "70", "59"),
+        ("upload-sequence", "59", "70", "--port", "x", "--emulated"),
+        ("upload-sequence", "59", "70", "--file", "x.toml"),
+        ("upload-sequence", "--speed", "170", "--file", "x.toml"),
+        ("upload-sequence", "59", "70", "--dry"),
+    ],
+)
+def test_usage_errors(tfsat_host: RunCli, args: tuple[str, ...]) -> None:
+    plain = tfsat_host(*args, expect=2)
+    assert plain.stdout == ""
+    assert plain.stderr.startswith("Error: ")
+    error = tfsat_host.json(*args, expect=2)["error"]
+    assert error["what"].replace(" --json", "") in plain.stderr
+    assert "tfsat-host" in error["next_step"]
+
+
+def test_exit_codes_of_the_errors() -> None:
+    codes = {kind.__name__: kind.exit_code for kind in (TfsatError, UsageError, DataLossError, RefusedError)}
+    assert codes == {"TfsatError": 1, "UsageError": 2, "DataLossError": 3, "RefusedError": 4}
+    error = RefusedError(what="Switch 1 is open.", meaning="It would start.", next_step="Close it.")
+    assert str(error) == "Switch 1 is open.\nIt would start.\nClose it."
+
+
+def _ports_raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def fail() -> NoReturn:
+        raise error
+
+    monkeypatch.setattr(ports, "system_ports", fail)
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [(TfsatError, 1), (UsageError, 2), (DataLossError, 3), (RefusedError, 4)]
+)
+def test_an_error_of_a_command_ends_with_its_code_and_its_words(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], kind: type[TfsatError], code: int
+) -> None:
+    _ports_raise(monkeypatch, kind(what="A.", meaning="B.", next_step="C."))
+    assert main(["ports"]) == code
+    assert capsys.readouterr() == ("", "Error: A.\n  B.\n  C.\n")
+    assert main(["ports", "--json"]) == code
+    shown = capsys.readouterr()
+    assert json.loads(shown.out) == {"error": {"what": "A.", "meaning": "B.", "next_step": "C."}}
+    assert shown.err == ""
+
+
+def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    _ports_raise(monkeypatch, KeyboardInterrupt())
+    assert main(["ports"]) == 130
+    assert capsys.readouterr().err.startswith("Error: Interrupted.")
+
+
+def test_a_bug_is_kept_in_a_file_and_shown_without_a_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _ports_raise(monkeypatch, ZeroDivisionError("by zero\nsecond line"))
+    assert main(["ports"]) == 1
+    shown = capsys.readouterr().err
+    assert "Traceback" not in shown
+    assert "ZeroDivisionError: by zero\n" in shown
+    path = Path(shown.strip().rpartition("the file ")[2])
+    assert path.is_relative_to(os.environ["HOME"])
+    text = path.read_text()
+    assert "Traceback" in text
+    assert "arguments: ['ports']" in text
+
+
+def test_a_bug_is_kept_elsewhere_when_the_state_folder_cannot_be_made(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
+    monkeypatch.setenv("HOME", str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    _ports_raise(monkeypatch, ZeroDivisionError())
+    assert main(["ports"]) == 1
+    assert Path(capsys.readouterr().err.strip().rpartition("the file ")[2]).parent == tmp_path
+
+
+def test_an_error_of_the_system_is_no_bug(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _ports_raise(monkeypatch, OSError(28, "No space left on device", "SD.csv"))
+    assert main(["ports"]) == 1
+    assert capsys.readouterr().err.startswith("Error: SD.csv: No space left on device.\n")
+
+
+def test_a_terminal_without_unicode_is_served(tfsat_host: RunCli) -> None:
+    ascii_only = {"PYTHONIOENCODING": "ascii"}
+    shown = tfsat_host("upload-sequence", 59, 70, "--dry-run", environ=ascii_only)
+    assert "Ends 2.23 s" in shown.stdout
+    refused = tfsat_host("upload-sequence", 59, 70, "--file", "é.toml", expect=2, environ=ascii_only)
+    assert refused.stderr.startswith("Error: ")
+
+
+def test_a_reader_that_has_gone_is_no_error_message() -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-m", "tfsat_host", "ports", "--json"],
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        check=False,
+    )
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (1, b"")

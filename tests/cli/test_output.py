@@ -1,0 +1,130 @@
+"""The two streams, JSON, colour and questions."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from enum import IntEnum, StrEnum
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import RefusedError, TfsatError, UsageError
+
+ERROR = TfsatError(what="A.", meaning="B.", next_step="C.")
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_json_is_one_object_with_plain_values() -> None:
+    class Number(IntEnum):
+        ONE = 1
+
+    class Word(StrEnum):
+        GOOD = "good"
+
+    stdout = io.StringIO()
+    out = Output(json_mode=True, stdout=stdout, stderr=io.StringIO())
+    out.line("not shown")
+    out.table(("a",), [(1,)])
+    out.result(
+        {
+            "enum": [Number.ONE, Word.GOOD],
+            "path": Path("a") / "b",
+            "numpy": [np.float64(1.5), np.int32(2), np.array([[1.0, math.nan]])],
+            "none": None,
+            "true": True,
+            "inf": math.inf,
+            "tuple": (1, "é"),
+        },
+        "not shown",
+    )
+    assert json.loads(stdout.getvalue()) == {
+        "enum": [1, "good"],
+        "path": str(Path("a") / "b"),
+        "numpy": [1.5, 2, [[1.0, None]]],
+        "none": None,
+        "true": True,
+        "inf": None,
+        "tuple": [1, "é"],
+    }
+    assert stdout.getvalue().count("\n") == 1
+
+
+def test_a_second_result_is_a_mistake_of_the_command() -> None:
+    out = Output(stdout=io.StringIO())
+    out.result({}, "done")
+    with pytest.raises(RuntimeError):
+        out.result({}, "done")
+
+
+def test_an_error_after_the_json_result_goes_to_stderr() -> None:
+    stdout, stderr = io.StringIO(), io.StringIO()
+    out = Output(json_mode=True, stdout=stdout, stderr=stderr)
+    out.result({"a": 1})
+    assert out.error(ERROR) == 1
+    assert json.loads(stdout.getvalue()) == {"a": 1}
+    assert "A." in stderr.getvalue()
+
+
+def test_colour_only_on_a_terminal_that_wants_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR")
+    monkeypatch.setenv("TERM", "xterm")
+    terminal, pipe = Terminal(), io.StringIO()
+    Output(stderr=terminal).error(ERROR)
+    Output(stderr=pipe).error(ERROR)
+    assert "\x1b[" in terminal.getvalue()
+    assert "\x1b[" not in pipe.getvalue()
+    monkeypatch.setenv("NO_COLOR", "1")
+    quiet = Terminal()
+    Output(stderr=quiet).error(ERROR)
+    assert "\x1b[" not in quiet.getvalue()
+
+
+def test_a_table_keeps_markup_and_long_words_as_they_are() -> None:
+    stdout = io.StringIO()
+    Output(stdout=stdout).table(("name", "value"), [("[bold]x[/bold]", 1.5), ("y" * 60, 20)])
+    assert "[bold]x[/bold]" in stdout.getvalue()
+    assert "y" * 60 in stdout.getvalue()
+
+
+@pytest.mark.parametrize("answer", ["y\n", "YES\n", " yes \n"])
+def test_yes_is_yes(answer: str) -> None:
+    stdin, stderr = Terminal(answer), io.StringIO()
+    Output(stdin=stdin, stderr=stderr).confirm("Arm?", meaning="It moves.")
+    assert "Arm?" in stderr.getvalue()
+
+
+@pytest.mark.parametrize("answer", ["n\n", "\n", "", "yess\n"])
+def test_anything_else_refuses(answer: str) -> None:
+    with pytest.raises(RefusedError):
+        Output(stdin=Terminal(answer), stderr=io.StringIO()).confirm("Arm?", meaning="It stays.")
+
+
+def test_without_a_terminal_only_the_option_answers() -> None:
+    with pytest.raises(UsageError, match="no terminal"):
+        Output(stdin=io.StringIO("y\n"), stderr=io.StringIO()).confirm("Arm?", meaning="It stays.")
+    Output(yes=True, stdin=io.StringIO(), stderr=io.StringIO()).confirm("Arm?", meaning="It moves.")
+
+
+def test_progress_goes_to_stderr_and_never_into_json() -> None:
+    for json_mode, shown in ((False, "Writing …\n"), (True, "")):
+        stdout, stderr = io.StringIO(), io.StringIO()
+        with Output(json_mode=json_mode, stdout=stdout, stderr=stderr).progress("Writing", 3) as advance:
+            advance(1)
+        assert (stdout.getvalue(), stderr.getvalue()) == ("", shown)
+
+
+def test_progress_on_a_terminal_ends_with_the_work() -> None:
+    terminal = Terminal()
+    with Output(stderr=terminal).progress("Writing", 3) as advance:
+        advance(3)
+    assert "Writing" in terminal.getvalue()

@@ -1,0 +1,93 @@
+"""`upload-sequence` up to the port: the schedule it shows, the files it writes, what it refuses."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.cli.process import RunCli
+from tfsat_host.maneuver import four_stroke, read_maneuver
+
+SCHEDULE = [
+    {"t_s": 0.7, "joint": 1, "angle_deg": 59.0},
+    {"t_s": 1.05, "joint": 2, "angle_deg": 70.0},
+    {"t_s": 1.47, "joint": 1, "angle_deg": -59.0},
+    {"t_s": 1.82, "joint": 2, "angle_deg": -70.0},
+]
+
+
+def test_dry_run_in_json(tfsat_host: RunCli) -> None:
+    assert tfsat_host.json("upload-sequence", 59, 70, "--dry-run") == {
+        "schedule": SCHEDULE,
+        "end_s": 2.23,
+        "verified": False,
+        "device": None,
+        "dry_run": True,
+        "notices": [],
+    }
+
+
+def test_dry_run_for_people(tfsat_host: RunCli) -> None:
+    shown = tfsat_host("upload-sequence", 59, 70, "--dry-run")
+    for text in ("0.70", "1.05", "1.47", "1.82", "+59.00", "-70.00", "Ends 2.23 s", "nothing was sent"):
+        assert text in shown.stdout
+    assert shown.stderr == ""
+
+
+def test_a_rounded_angle_is_said_on_stderr_and_in_json(tfsat_host: RunCli) -> None:
+    done = tfsat_host("upload-sequence", "58.755", 70, "--dry-run")
+    assert "Warning: The angle of stroke 1 was rounded from 58.755 to 58.76 deg" in done.stderr
+    notices = tfsat_host.json("upload-sequence", "58.755", 70, "--dry-run")["notices"]
+    assert len(notices) == 2
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "code"),
+    [
+        ("90.01", "70", "joint-range"),
+        ("-59", "70", "joint-range"),
+        ("nan", "70", "angle-not-finite"),
+        ("59", "inf", "angle-not-finite"),
+        ("59", "1e999", "angle-not-finite"),
+        ("0", "70", "zero-stroke"),
+        ("90", "90", "outlasts-fall"),
+    ],
+)
+def test_angles_that_cannot_be_flown(tfsat_host: RunCli, a: str, b: str, code: str) -> None:
+    plain = tfsat_host("upload-sequence", a, b, "--port", "/nonexistent", expect=1)
+    assert plain.stdout == ""
+    error = tfsat_host.json("upload-sequence", a, b, "--port", "/nonexistent", expect=1)["error"]
+    assert error["code"] == code
+    assert error["what"] in plain.stderr
+
+
+def test_the_maneuver_is_written_and_flown_from_the_file(tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, "--dry-run", "--out", "m.toml")
+    assert read_maneuver(tfsat_host.folder / "m.toml") == four_stroke(59, 70)
+    assert tfsat_host.json("upload-sequence", "--file", "m.toml", "--dry-run")["schedule"] == SCHEDULE
+
+
+def test_nothing_is_overwritten_without_force(tfsat_host: RunCli) -> None:
+    file = tfsat_host.folder / "m.toml"
+    file.write_text("mine")
+    tfsat_host("upload-sequence", 59, 70, "--dry-run", "--out", file, expect=2)
+    assert file.read_text() == "mine"
+    tfsat_host("upload-sequence", 59, 70, "--dry-run", "--out", file, "--force")
+    assert read_maneuver(file) == four_stroke(59, 70)
+
+
+def test_with_no_board_the_error_says_what_to_do(tfsat_host: RunCli) -> None:
+    plain = tfsat_host("upload-sequence", 59, 70, expect=1, without_ports=True)
+    for words in ("No sequencer found", "Plug in the Arduino Micro", "--port", "--emulated"):
+        assert words in plain.stderr
+    error = tfsat_host.json("upload-sequence", 59, 70, expect=1, without_ports=True)["error"]
+    assert error["code"] == "none-found"
+
+
+def test_a_port_that_is_missing_or_none(tfsat_host: RunCli) -> None:
+    assert (
+        tfsat_host.json("upload-sequence", 59, 70, "--port", "nowhere", expect=1)["error"]["code"]
+        == "missing"
+    )
+    named = {"TFSAT_SEQUENCER_PORT": str(tfsat_host.folder)}
+    error = tfsat_host.json("upload-sequence", 59, 70, expect=1, environ=named)["error"]
+    assert error["code"] == "no-serial-port"

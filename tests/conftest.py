@@ -1,0 +1,33 @@
+"""What every test may rely on: seeded properties, a home of its own, no board by accident."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+from tests.cli.process import RunCli, clean_environment
+
+# Derandomised: a red test is red for everybody. Deadlines measure the machine, not the code.
+settings.register_profile(
+    "tfsat", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+settings.load_profile("tfsat")
+
+
+@pytest.fixture(autouse=True)
+def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test sees the user's state, names a real port or paints its output."""
+    home = tmp_path_factory.mktemp("home")
+    for name, value in clean_environment(home).items():
+        monkeypatch.setenv(name, value)
+    for name in [name for name in os.environ if name.startswith("TFSAT_")]:
+        monkeypatch.delenv(name)
+
+
+@pytest.fixture
+def tfsat_host(tmp_path: Path) -> RunCli:
+    """Runs `tfsat-host` as a process in an empty folder: `tfsat_host("ports", "--json")`."""
+    return RunCli(tmp_path)

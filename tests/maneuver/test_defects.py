@@ -1,0 +1,86 @@
+"""One file for each way a maneuver can be wrong; its name is the defect's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.process import RunCli
+from tfsat_host.maneuver import Defect, ManeuverError, parse_maneuver, read_maneuver, schedule_maneuver
+
+FILES = sorted((Path(__file__).parent / "defects").glob("*.toml"))
+
+
+def test_every_defect_has_its_file() -> None:
+    assert {file.stem for file in FILES} == {defect.value for defect in Defect} - {Defect.FILE_UNREADABLE}
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_a_defect_is_refused_by_name_and_says_the_cure(file: Path) -> None:
+    with pytest.raises(ManeuverError) as caught:
+        schedule_maneuver(read_maneuver(file))
+    error = caught.value
+    assert error.code == file.stem
+    assert error.what and error.meaning and error.next_step
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_the_command_refuses_it_and_names_the_file(tfsat_host: RunCli, file: Path) -> None:
+    error = tfsat_host.json("upload-sequence", "--file", file, "--dry-run", expect=1)["error"]
+    assert error["code"] == file.stem
+    assert str(file) in error["what"]
+    assert error["what"].count(str(file)) == 1
+
+
+@pytest.mark.parametrize("name", ["missing.toml", "."])
+def test_a_file_that_cannot_be_read(tfsat_host: RunCli, name: str) -> None:
+    error = tfsat_host.json("upload-sequence", "--file", name, "--dry-run", expect=1)["error"]
+    assert error["code"] == Defect.FILE_UNREADABLE
+    assert name in error["what"]
+
+
+def test_bytes_that_are_no_text(tmp_path: Path) -> None:
+    file = tmp_path / "SD.bin"
+    file.write_bytes(bytes(range(256)))
+    with pytest.raises(ManeuverError) as caught:
+        read_maneuver(file)
+    assert caught.value.code == Defect.FILE_SYNTAX
+
+
+def test_a_file_too_large_to_be_a_maneuver(tmp_path: Path) -> None:
+    file = tmp_path / "large.toml"
+    file.write_text("schema = 1\n" + "#" * 1_000_000)
+    with pytest.raises(ManeuverError) as caught:
+        read_maneuver(file)
+    assert caught.value.code == Defect.FILE_SYNTAX
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("schema = true", Defect.FILE_SCHEMA),
+        ("schema = 1.0", Defect.FILE_SCHEMA),
+        ("schema = 1\nname = 3", Defect.FILE_WRONG_TYPE),
+        ("schema = 1\nspeed_deg_s = true", Defect.FILE_WRONG_TYPE),
+        ("schema = 1\nspeed_deg_s = 1" + "0" * 400, Defect.FILE_WRONG_TYPE),
+        ("schema = 1\npause = 0.7", Defect.FILE_UNKNOWN_KEY),
+        ("", Defect.FILE_MISSING_KEY),
+    ],
+)
+def test_entries_above_the_strokes(line: str, code: Defect) -> None:
+    with pytest.raises(ManeuverError) as caught:
+        parse_maneuver(f"{line}\n[[strokes]]\njoint = 1\nangle_deg = 10\n")
+    assert caught.value.code == code
+
+
+@pytest.mark.parametrize("value", ["1" * 5000, "[" * 5000, "{a=" * 5000])
+def test_what_python_itself_gives_up_on(value: str) -> None:
+    with pytest.raises(ManeuverError) as caught:
+        parse_maneuver(f"schema = {value}")
+    assert caught.value.code == Defect.FILE_SYNTAX
+
+
+def test_a_pause_beside_explicit_times_is_refused_because_it_would_do_nothing() -> None:
+    with pytest.raises(ManeuverError, match="pause_s has no effect"):
+        parse_maneuver("schema = 1\npause_s = 0.8\n[[strokes]]\njoint = 1\nangle_deg = 10\nt_s = 0.7\n")
