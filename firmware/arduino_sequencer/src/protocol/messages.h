@@ -1,0 +1,1302 @@
+// Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
+#ifndef TFSAT_PROTOCOL_MESSAGES_H
+#define TFSAT_PROTOCOL_MESSAGES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "wire.h"
+
+namespace tfsat {
+namespace protocol {
+
+constexpr uint8_t kProtocolHash[8] = {0x80, 0xBE, 0x8E, 0x28, 0x95, 0x02, 0x7B, 0xB2};
+constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
+constexpr size_t kMaxPayloadBytes = 96;
+constexpr uint8_t kReplyBit = 0x80;
+
+// Joints that can stroke.
+constexpr uint32_t kJointCount = 3;
+// MPU-6050, one a body.
+constexpr uint32_t kImuCount = 4;
+// Absolute angle sensors, two a joint: index 2 (joint - 1) and the next.
+constexpr uint32_t kAngleSensorCount = 6;
+// Release switches.
+constexpr uint32_t kSwitchCount = 2;
+// Strokes that a maneuver can have.
+constexpr uint32_t kMaxStrokes = 16;
+// Least joint angle, 0.01 deg (paper, eq. optdef).
+constexpr uint32_t kJointAngleMinCdeg = 0;
+// Greatest joint angle, 0.01 deg (paper, eq. optdef).
+constexpr uint32_t kJointAngleMaxCdeg = 9000;
+// Least average joint speed that a maneuver may assume, 0.01 deg/s.
+constexpr uint32_t kSpeedMinCdegS = 1000;
+// Greatest average joint speed that a maneuver may assume, 0.01 deg/s.
+constexpr uint32_t kSpeedMaxCdegS = 40000;
+// No stroke before this time after release: 0.7 s takes the robot clear of the releaser at 30 mm/s (paper, sec. seq).
+constexpr uint32_t kPauseMinUs = 700000;
+// Time of free fall (paper, tab. cosmotorre). A maneuver must end before.
+constexpr uint32_t kFallUs = 2500000;
+// Stroke times are rounded up to this grid by the host.
+constexpr uint32_t kScheduleGridUs = 10000;
+// No pulse is shorter.
+constexpr uint32_t kServoPulseMinUs = 500;
+// No pulse is longer.
+constexpr uint32_t kServoPulseMaxUs = 2500;
+// Pulse width that holds a joint at 0 deg.
+constexpr uint32_t kServoPulseAt0DegUs = 1000;
+// Pulse width that holds a joint at 90 deg; linear between.
+constexpr uint32_t kServoPulseAt90DegUs = 2000;
+// The sequencer's stroke line stays high this long from each stroke's first pulse.
+constexpr uint32_t kStrokeLineUs = 1000;
+// Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
+constexpr uint32_t kReleaseDebounceUs = 5000;
+// Default sampling rate (paper, sec. robot).
+constexpr uint32_t kSampleRateHz = 280;
+// A block on the card.
+constexpr uint32_t kBlockBytes = 512;
+// The bytes 'TFS1' that every block begins with.
+constexpr uint32_t kBlockMagic = 827541076;
+// Version of the block layout.
+constexpr uint32_t kBlockVersion = 1;
+// Sample slots in a data block.
+constexpr uint32_t kSamplesPerBlock = 6;
+// Event slots in a data block.
+constexpr uint32_t kEventsPerBlock = 2;
+// The header block is written again each time this many blocks have passed.
+constexpr uint32_t kHeaderRepeatBlocks = 256;
+// A data block that has waited this long is written as far as it is filled.
+constexpr uint32_t kPartialBlockMs = 100;
+// The card is told to flush its own buffers at this interval.
+constexpr uint32_t kCardSyncMs = 250;
+
+// Where things stand in a block.
+constexpr size_t kSamplesOffset = 32;
+constexpr size_t kEventsOffset = 476;
+constexpr size_t kBlockCrcOffset = 508;
+
+// Kind of board that answers HELLO.
+enum class Board : uint8_t {
+  kSequencer = 1,  // Arduino Micro: flies the maneuver.
+  kLogger = 2,  // Teensy 4.1: records the fall.
+};
+
+// The sequencer's state machine.
+enum class SequencerState : uint8_t {
+  kSafe = 0,  // Nothing moves. No servo pulses.
+  kArmed = 1,  // Servos hold the start pose; the release starts the schedule.
+  kRunning = 2,  // Released: strokes run on schedule.
+  kDone = 3,  // All strokes were commanded; servos hold the end pose.
+  kFault = 4,  // Something is wrong; nothing new is commanded until a person disarms.
+};
+
+// Where the maneuver on the board comes from.
+enum class ManeuverOrigin : uint8_t {
+  kFactory = 0,  // Never uploaded: the paper's 59/70, kept in the firmware.
+  kUploaded = 1,  // Uploaded by a host and stored in EEPROM.
+};
+
+// Why the board last started.
+enum class ResetCause : uint8_t {
+  kPowerOn = 0,  // Power was switched on.
+  kExternal = 1,  // The reset pin or button, or an upload.
+  kBrownOut = 2,  // The supply dipped.
+  kWatchdog = 3,  // The main loop hung.
+  kUnknown = 4,  // The bootloader hid the cause.
+};
+
+// The logger's state.
+enum class LoggerState : uint8_t {
+  kIdle = 0,  // Sampling, not recording.
+  kRecording = 1,  // Samples go to the card.
+  kStopping = 2,  // The ring is being emptied and the footer written.
+  kStopped = 3,  // The last recording was closed cleanly.
+  kFailed = 4,  // The card refused; see the error code.
+};
+
+// What a block on the card holds.
+enum class BlockKind : uint8_t {
+  kHeader = 1,  // LogHeader: what was recorded, with which scales.
+  kData = 2,  // Samples and events.
+  kFooter = 3,  // LogFooter: the recording was closed cleanly.
+};
+
+// Events in the log.
+enum class EventCode : uint8_t {
+  kSwitchEdge = 1,  // A release switch changed: index = switch, arg = 1 opened, 0 closed.
+  kStroke = 2,  // The sequencer's stroke line rose: index = count since start, from 0.
+  kSensorFault = 3,  // A sensor stopped answering: index = IMU, arg = error code.
+  kSensorRecovered = 4,  // A sensor answers again: index = IMU.
+  kCardStall = 5,  // A card write took long: value = milliseconds.
+  kSamplesDropped = 6,  // The ring was full: value = samples lost.
+};
+
+// Why a request was refused, what that means and what to do.
+enum class ErrorCode : uint8_t {
+  kNone = 0,  // No error.
+  kUnknownMessage = 1,  // The board does not know this request.
+  kBadLength = 2,  // The request has the wrong length.
+  kWrongState = 3,  // The request is not allowed in the board's present state.
+  kNoStagedManeuver = 4,  // A step or a commit came without a begin.
+  kStepMissing = 5,  // The maneuver was committed before all its steps had arrived.
+  kCrcMismatch = 6,  // The maneuver's CRC does not match its steps.
+  kTooManyStrokes = 7,  // The maneuver has no stroke, or more than the board can hold.
+  kJointUnknown = 8,  // A stroke names a joint that does not exist.
+  kAngleOutOfRange = 9,  // A stroke would take a joint outside 0 to 90 deg, or moves nothing.
+  kStrokesOverlap = 10,  // A stroke starts before the one before it has ended.
+  kTooEarly = 11,  // The first stroke starts before the pause is over.
+  kTooLong = 12,  // The maneuver would outlast the fall.
+  kSpeedOutOfRange = 13,  // The joint speed is outside 10 to 400 deg/s.
+  kStoreFailed = 14,  // The EEPROM did not keep what was written.
+  kSwitchOpen = 15,  // A release switch is open.
+  kNoManeuver = 16,  // The stored maneuver is not valid.
+  kStaleToken = 17,  // The request belongs to an earlier state of the board.
+  kFaultLatched = 18,  // A fault is latched.
+  kIndexOutOfRange = 19,  // A step index is beyond the maneuver's end.
+  kStrokeMissed = 20,  // A stroke was scheduled but its pulse did not begin.
+  kNoCard = 40,  // No SD card.
+  kCardFull = 41,  // The card has no room for a recording.
+  kCardWriteFailed = 42,  // The card refused a write.
+  kSensorMissing = 43,  // An IMU does not answer, or is not an MPU-6050.
+  kBusStuck = 44,  // An I2C bus is held low.
+  kNotRecording = 45,  // There is no recording to stop.
+};
+
+// One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.
+struct ImuReading {
+  static constexpr size_t kSize = 14;
+
+  int16_t accel[3];  // Specific force x, y, z.
+  int16_t temperature;  // Die temperature.
+  int16_t gyro[3];  // Angular rate x, y, z.
+
+  void write(Writer& out) const {
+    for (size_t i = 0; i < 3; ++i) out.i16(accel[i]);
+    out.i16(temperature);
+    for (size_t i = 0; i < 3; ++i) out.i16(gyro[i]);
+  }
+
+  void read(Reader& in) {
+    for (size_t i = 0; i < 3; ++i) accel[i] = in.i16();
+    temperature = in.i16();
+    for (size_t i = 0; i < 3; ++i) gyro[i] = in.i16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// One sampling instant of all sensors.
+struct Sample {
+  static constexpr size_t kSize = 74;
+
+  uint32_t time_offset_us;  // Time after the block's time_us.
+  uint16_t flags;  // Bits 0-3: IMU 1-4 valid; 4-9: angle sensor 1-6 valid; 10, 11: release switch 1, 2 open; 12-15: IMU 1-4 clipped.
+  ImuReading imu[4];  // Bodies 1 to 4.
+  uint16_t angle[6];  // Absolute angle sensors, ADC counts: joint 1 (two sensors), joint 2, joint 3.
+
+  void write(Writer& out) const {
+    out.u32(time_offset_us);
+    out.u16(flags);
+    for (size_t i = 0; i < 4; ++i) imu[i].write(out);
+    for (size_t i = 0; i < 6; ++i) out.u16(angle[i]);
+  }
+
+  void read(Reader& in) {
+    time_offset_us = in.u32();
+    flags = in.u16();
+    for (size_t i = 0; i < 4; ++i) imu[i].read(in);
+    for (size_t i = 0; i < 6; ++i) angle[i] = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Something that happened, with its own time.
+struct Event {
+  static constexpr size_t kSize = 16;
+
+  uint64_t time_us;  // The logger's clock, since power-up.
+  EventCode code;  // What happened.
+  uint8_t index;  // Which one; see EventCode.
+  uint16_t arg;  // See EventCode.
+  int32_t value;  // See EventCode.
+
+  void write(Writer& out) const {
+    out.u64(time_us);
+    out.u8(static_cast<uint8_t>(code));
+    out.u8(index);
+    out.u16(arg);
+    out.i32(value);
+  }
+
+  void read(Reader& in) {
+    time_us = in.u64();
+    code = static_cast<EventCode>(in.u8());
+    index = in.u8();
+    arg = in.u16();
+    value = in.i32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// The first 32 bytes of every block.
+struct BlockHeader {
+  static constexpr size_t kSize = 32;
+
+  uint32_t magic;  // block_magic.
+  uint8_t version;  // block_version.
+  BlockKind kind;  // What the block holds.
+  uint8_t sample_count;  // Sample slots in use.
+  uint8_t event_count;  // Event slots in use.
+  uint32_t session;  // Random id of the recording.
+  uint32_t block_number;  // From 0, without gaps in a recording.
+  uint32_t first_sample;  // Index of the block's first sample in the recording, counting dropped ones too.
+  uint32_t samples_dropped;  // Samples lost so far because the ring was full.
+  uint64_t time_us;  // The logger's clock at the block's first sample, since power-up.
+
+  void write(Writer& out) const {
+    out.u32(magic);
+    out.u8(version);
+    out.u8(static_cast<uint8_t>(kind));
+    out.u8(sample_count);
+    out.u8(event_count);
+    out.u32(session);
+    out.u32(block_number);
+    out.u32(first_sample);
+    out.u32(samples_dropped);
+    out.u64(time_us);
+  }
+
+  void read(Reader& in) {
+    magic = in.u32();
+    version = in.u8();
+    kind = static_cast<BlockKind>(in.u8());
+    sample_count = in.u8();
+    event_count = in.u8();
+    session = in.u32();
+    block_number = in.u32();
+    first_sample = in.u32();
+    samples_dropped = in.u32();
+    time_us = in.u64();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// What was recorded, with which scales. Payload of a header block.
+struct LogHeader {
+  static constexpr size_t kSize = 64;
+
+  uint8_t protocol_hash[8];  // Of the specification that the firmware was built with.
+  uint8_t firmware_version[3];  // Major, minor, patch.
+  uint8_t imu_present;  // Bits 0-3: IMU 1-4 answered at the start.
+  uint8_t board_serial[8];  // The logger's serial number.
+  uint32_t image_crc;  // CRC-32/ISO-HDLC of the flashed image.
+  float rate_hz;  // Commanded sampling rate.
+  float gyro_lsb_per_deg_s;  // Gyro scale.
+  float accel_lsb_per_g;  // Accelerometer scale.
+  float temperature_lsb_per_c;  // Temperature scale.
+  float temperature_offset_c;  // Temperature at zero counts.
+  uint32_t angle_counts_per_turn;  // ADC counts of a full turn of an angle sensor.
+  uint16_t gyro_range_deg_s;  // Full scale, +-.
+  uint8_t accel_range_g;  // Full scale, +-.
+  uint8_t dlpf_cfg;  // MPU-6050 CONFIG.DLPF_CFG.
+  uint8_t who_am_i[4];  // Register 0x75 of each IMU; 0 where none answered.
+  uint64_t wall_clock_us;  // Unix time at time_us, if the host set the clock; else 0.
+
+  void write(Writer& out) const {
+    for (size_t i = 0; i < 8; ++i) out.u8(protocol_hash[i]);
+    for (size_t i = 0; i < 3; ++i) out.u8(firmware_version[i]);
+    out.u8(imu_present);
+    for (size_t i = 0; i < 8; ++i) out.u8(board_serial[i]);
+    out.u32(image_crc);
+    out.f32(rate_hz);
+    out.f32(gyro_lsb_per_deg_s);
+    out.f32(accel_lsb_per_g);
+    out.f32(temperature_lsb_per_c);
+    out.f32(temperature_offset_c);
+    out.u32(angle_counts_per_turn);
+    out.u16(gyro_range_deg_s);
+    out.u8(accel_range_g);
+    out.u8(dlpf_cfg);
+    for (size_t i = 0; i < 4; ++i) out.u8(who_am_i[i]);
+    out.u64(wall_clock_us);
+  }
+
+  void read(Reader& in) {
+    for (size_t i = 0; i < 8; ++i) protocol_hash[i] = in.u8();
+    for (size_t i = 0; i < 3; ++i) firmware_version[i] = in.u8();
+    imu_present = in.u8();
+    for (size_t i = 0; i < 8; ++i) board_serial[i] = in.u8();
+    image_crc = in.u32();
+    rate_hz = in.f32();
+    gyro_lsb_per_deg_s = in.f32();
+    accel_lsb_per_g = in.f32();
+    temperature_lsb_per_c = in.f32();
+    temperature_offset_c = in.f32();
+    angle_counts_per_turn = in.u32();
+    gyro_range_deg_s = in.u16();
+    accel_range_g = in.u8();
+    dlpf_cfg = in.u8();
+    for (size_t i = 0; i < 4; ++i) who_am_i[i] = in.u8();
+    wall_clock_us = in.u64();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Summary written when a recording is closed cleanly. Payload of a footer block.
+struct LogFooter {
+  static constexpr size_t kSize = 24;
+
+  uint32_t samples;  // Samples taken, dropped ones included.
+  uint32_t samples_dropped;  // Samples lost because the ring was full.
+  uint32_t blocks;  // Blocks of the recording, this one included.
+  uint32_t ring_peak_blocks;  // Most blocks that ever waited for the card.
+  uint32_t interval_min_us;  // Shortest time between two samples.
+  uint32_t interval_max_us;  // Longest time between two samples.
+
+  void write(Writer& out) const {
+    out.u32(samples);
+    out.u32(samples_dropped);
+    out.u32(blocks);
+    out.u32(ring_peak_blocks);
+    out.u32(interval_min_us);
+    out.u32(interval_max_us);
+  }
+
+  void read(Reader& in) {
+    samples = in.u32();
+    samples_dropped = in.u32();
+    blocks = in.u32();
+    ring_peak_blocks = in.u32();
+    interval_min_us = in.u32();
+    interval_max_us = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Who are you? Its number and layout never change, so that any two revisions understand it.
+struct HelloRequest {
+  static constexpr uint8_t kType = 0x01;
+  static constexpr size_t kSize = 0;
+};
+
+// Who are you? Its number and layout never change, so that any two revisions understand it.
+struct HelloReply {
+  static constexpr uint8_t kType = 0x81;
+  static constexpr size_t kSize = 24;
+
+  Board board;  // Kind of board.
+  uint8_t firmware_version[3];  // Major, minor, patch.
+  uint8_t board_serial[8];  // Serial number of the chip; zeros where it has none.
+  uint32_t image_crc;  // CRC-32/ISO-HDLC of the flashed image, computed by the board.
+  uint8_t protocol_hash[8];  // Hash of this specification.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(board));
+    for (size_t i = 0; i < 3; ++i) out.u8(firmware_version[i]);
+    for (size_t i = 0; i < 8; ++i) out.u8(board_serial[i]);
+    out.u32(image_crc);
+    for (size_t i = 0; i < 8; ++i) out.u8(protocol_hash[i]);
+  }
+
+  void read(Reader& in) {
+    board = static_cast<Board>(in.u8());
+    for (size_t i = 0; i < 3; ++i) firmware_version[i] = in.u8();
+    for (size_t i = 0; i < 8; ++i) board_serial[i] = in.u8();
+    image_crc = in.u32();
+    for (size_t i = 0; i < 8; ++i) protocol_hash[i] = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// What the sequencer is doing.
+struct SequencerStatusRequest {
+  static constexpr uint8_t kType = 0x02;
+  static constexpr size_t kSize = 0;
+};
+
+// What the sequencer is doing.
+struct SequencerStatusReply {
+  static constexpr uint8_t kType = 0x82;
+  static constexpr size_t kSize = 20;
+
+  SequencerState state;  // State machine.
+  ErrorCode fault;  // The latched fault, or none.
+  ErrorCode last_refusal;  // Why ARM was last refused, or none.
+  uint8_t switches_open;  // Bit 0, 1: release switch 1, 2 is open.
+  uint16_t arm_token;  // To be given to ARM; changes at each change of state.
+  ResetCause reset_cause;  // Why the board last started.
+  uint8_t strokes_started;  // Strokes of the last run whose new pulse has begun.
+  uint16_t knocks;  // Times a switch opened while armed without a release.
+  int16_t joint_angle_cdeg[3];  // Angle that each servo is told to hold.
+  uint32_t uptime_ms;  // Since the board started.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(state));
+    out.u8(static_cast<uint8_t>(fault));
+    out.u8(static_cast<uint8_t>(last_refusal));
+    out.u8(switches_open);
+    out.u16(arm_token);
+    out.u8(static_cast<uint8_t>(reset_cause));
+    out.u8(strokes_started);
+    out.u16(knocks);
+    for (size_t i = 0; i < 3; ++i) out.i16(joint_angle_cdeg[i]);
+    out.u32(uptime_ms);
+  }
+
+  void read(Reader& in) {
+    state = static_cast<SequencerState>(in.u8());
+    fault = static_cast<ErrorCode>(in.u8());
+    last_refusal = static_cast<ErrorCode>(in.u8());
+    switches_open = in.u8();
+    arm_token = in.u16();
+    reset_cause = static_cast<ResetCause>(in.u8());
+    strokes_started = in.u8();
+    knocks = in.u16();
+    for (size_t i = 0; i < 3; ++i) joint_angle_cdeg[i] = in.i16();
+    uptime_ms = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// What the logger is doing.
+struct LoggerStatusRequest {
+  static constexpr uint8_t kType = 0x03;
+  static constexpr size_t kSize = 0;
+};
+
+// What the logger is doing.
+struct LoggerStatusReply {
+  static constexpr uint8_t kType = 0x83;
+  static constexpr size_t kSize = 34;
+
+  LoggerState state;  // State.
+  ErrorCode error;  // Why the last recording failed, or none.
+  uint8_t imu_present;  // Bits 0-3: IMU 1-4 answers now.
+  uint8_t switches_open;  // Bit 0, 1: release switch 1, 2 is open.
+  uint32_t session;  // Of the present or last recording; 0 before the first.
+  uint32_t samples;  // Samples of that recording.
+  uint32_t samples_dropped;  // Of those, lost because the ring was full.
+  uint32_t blocks_written;  // Blocks handed to the card.
+  uint16_t ring_blocks;  // Blocks that wait for the card.
+  uint16_t ring_peak_blocks;  // Most that ever waited.
+  uint16_t rate_hz;  // Sampling rate.
+  uint8_t who_am_i[4];  // Register 0x75 of each IMU.
+  uint32_t uptime_ms;  // Since the board started.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(state));
+    out.u8(static_cast<uint8_t>(error));
+    out.u8(imu_present);
+    out.u8(switches_open);
+    out.u32(session);
+    out.u32(samples);
+    out.u32(samples_dropped);
+    out.u32(blocks_written);
+    out.u16(ring_blocks);
+    out.u16(ring_peak_blocks);
+    out.u16(rate_hz);
+    for (size_t i = 0; i < 4; ++i) out.u8(who_am_i[i]);
+    out.u32(uptime_ms);
+  }
+
+  void read(Reader& in) {
+    state = static_cast<LoggerState>(in.u8());
+    error = static_cast<ErrorCode>(in.u8());
+    imu_present = in.u8();
+    switches_open = in.u8();
+    session = in.u32();
+    samples = in.u32();
+    samples_dropped = in.u32();
+    blocks_written = in.u32();
+    ring_blocks = in.u16();
+    ring_peak_blocks = in.u16();
+    rate_hz = in.u16();
+    for (size_t i = 0; i < 4; ++i) who_am_i[i] = in.u8();
+    uptime_ms = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Starts an upload. The stored maneuver stays until commit.
+struct ManeuverBeginRequest {
+  static constexpr uint8_t kType = 0x10;
+  static constexpr size_t kSize = 3;
+
+  uint8_t stroke_count;  // Strokes that follow.
+  uint16_t speed_cdeg_s;  // Average joint speed that the schedule assumes, 0.01 deg/s.
+
+  void write(Writer& out) const {
+    out.u8(stroke_count);
+    out.u16(speed_cdeg_s);
+  }
+
+  void read(Reader& in) {
+    stroke_count = in.u8();
+    speed_cdeg_s = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Starts an upload. The stored maneuver stays until commit.
+struct ManeuverBeginReply {
+  static constexpr uint8_t kType = 0x90;
+  static constexpr size_t kSize = 1;
+
+  uint8_t stroke_count;  // As understood.
+
+  void write(Writer& out) const {
+    out.u8(stroke_count);
+  }
+
+  void read(Reader& in) {
+    stroke_count = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// One stroke of the upload.
+struct ManeuverStrokeRequest {
+  static constexpr uint8_t kType = 0x11;
+  static constexpr size_t kSize = 8;
+
+  uint8_t index;  // From 0.
+  uint8_t joint;  // 1 to 3.
+  int16_t angle_cdeg;  // Displacement, 0.01 deg.
+  uint32_t start_us;  // Start after release.
+
+  void write(Writer& out) const {
+    out.u8(index);
+    out.u8(joint);
+    out.i16(angle_cdeg);
+    out.u32(start_us);
+  }
+
+  void read(Reader& in) {
+    index = in.u8();
+    joint = in.u8();
+    angle_cdeg = in.i16();
+    start_us = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// One stroke of the upload.
+struct ManeuverStrokeReply {
+  static constexpr uint8_t kType = 0x91;
+  static constexpr size_t kSize = 1;
+
+  uint8_t index;  // As understood.
+
+  void write(Writer& out) const {
+    out.u8(index);
+  }
+
+  void read(Reader& in) {
+    index = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
+struct ManeuverCommitRequest {
+  static constexpr uint8_t kType = 0x12;
+  static constexpr size_t kSize = 2;
+
+  uint16_t crc;  // CRC-16/IBM-3740 over stroke_count, speed_cdeg_s and each stroke's joint, angle_cdeg, start_us.
+
+  void write(Writer& out) const {
+    out.u16(crc);
+  }
+
+  void read(Reader& in) {
+    crc = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
+struct ManeuverCommitReply {
+  static constexpr uint8_t kType = 0x92;
+  static constexpr size_t kSize = 2;
+
+  uint8_t stored;  // 0: still writing. 1: stored, checked by reading back.
+  uint8_t written;  // 1: this upload changed the store. 0: it held the same maneuver already.
+
+  void write(Writer& out) const {
+    out.u8(stored);
+    out.u8(written);
+  }
+
+  void read(Reader& in) {
+    stored = in.u8();
+    written = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Which maneuver would fly.
+struct ManeuverInfoRequest {
+  static constexpr uint8_t kType = 0x13;
+  static constexpr size_t kSize = 0;
+};
+
+// Which maneuver would fly.
+struct ManeuverInfoReply {
+  static constexpr uint8_t kType = 0x93;
+  static constexpr size_t kSize = 14;
+
+  ManeuverOrigin origin;  // Factory or uploaded.
+  uint8_t stroke_count;  // Strokes.
+  uint16_t speed_cdeg_s;  // Average joint speed, 0.01 deg/s.
+  uint16_t crc;  // As in maneuver_commit, computed from what would fly.
+  uint32_t end_us;  // When the last stroke ends.
+  uint32_t generation;  // Uploads that this board has stored.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(origin));
+    out.u8(stroke_count);
+    out.u16(speed_cdeg_s);
+    out.u16(crc);
+    out.u32(end_us);
+    out.u32(generation);
+  }
+
+  void read(Reader& in) {
+    origin = static_cast<ManeuverOrigin>(in.u8());
+    stroke_count = in.u8();
+    speed_cdeg_s = in.u16();
+    crc = in.u16();
+    end_us = in.u32();
+    generation = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Reads one stroke back from what would fly.
+struct ManeuverReadRequest {
+  static constexpr uint8_t kType = 0x14;
+  static constexpr size_t kSize = 1;
+
+  uint8_t index;  // From 0.
+
+  void write(Writer& out) const {
+    out.u8(index);
+  }
+
+  void read(Reader& in) {
+    index = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Reads one stroke back from what would fly.
+struct ManeuverReadReply {
+  static constexpr uint8_t kType = 0x94;
+  static constexpr size_t kSize = 8;
+
+  uint8_t index;  // As asked.
+  uint8_t joint;  // 1 to 3.
+  int16_t angle_cdeg;  // Displacement, 0.01 deg.
+  uint32_t start_us;  // Start after release.
+
+  void write(Writer& out) const {
+    out.u8(index);
+    out.u8(joint);
+    out.i16(angle_cdeg);
+    out.u32(start_us);
+  }
+
+  void read(Reader& in) {
+    index = in.u8();
+    joint = in.u8();
+    angle_cdeg = in.i16();
+    start_us = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// From now on the release starts the maneuver.
+struct ArmRequest {
+  static constexpr uint8_t kType = 0x20;
+  static constexpr size_t kSize = 2;
+
+  uint16_t arm_token;  // From sequencer_status.
+
+  void write(Writer& out) const {
+    out.u16(arm_token);
+  }
+
+  void read(Reader& in) {
+    arm_token = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// From now on the release starts the maneuver.
+struct ArmReply {
+  static constexpr uint8_t kType = 0xA0;
+  static constexpr size_t kSize = 1;
+
+  SequencerState state;  // Afterwards.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(state));
+  }
+
+  void read(Reader& in) {
+    state = static_cast<SequencerState>(in.u8());
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Back to safe, from any state; stops the servo pulses and clears a latched fault.
+struct DisarmRequest {
+  static constexpr uint8_t kType = 0x21;
+  static constexpr size_t kSize = 0;
+};
+
+// Back to safe, from any state; stops the servo pulses and clears a latched fault.
+struct DisarmReply {
+  static constexpr uint8_t kType = 0xA1;
+  static constexpr size_t kSize = 1;
+
+  SequencerState state;  // Afterwards.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(state));
+  }
+
+  void read(Reader& in) {
+    state = static_cast<SequencerState>(in.u8());
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Starts a recording.
+struct RecordStartRequest {
+  static constexpr uint8_t kType = 0x40;
+  static constexpr size_t kSize = 4;
+
+  uint32_t number;  // Chosen at random by the host.
+
+  void write(Writer& out) const {
+    out.u32(number);
+  }
+
+  void read(Reader& in) {
+    number = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Starts a recording.
+struct RecordStartReply {
+  static constexpr uint8_t kType = 0xC0;
+  static constexpr size_t kSize = 5;
+
+  LoggerState state;  // Afterwards.
+  uint32_t session;  // Random id of the recording.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(state));
+    out.u32(session);
+  }
+
+  void read(Reader& in) {
+    state = static_cast<LoggerState>(in.u8());
+    session = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Ends the recording with a footer. The host repeats it until the state is stopped.
+struct RecordStopRequest {
+  static constexpr uint8_t kType = 0x41;
+  static constexpr size_t kSize = 0;
+};
+
+// Ends the recording with a footer. The host repeats it until the state is stopped.
+struct RecordStopReply {
+  static constexpr uint8_t kType = 0xC1;
+  static constexpr size_t kSize = 13;
+
+  LoggerState state;  // stopping, then stopped.
+  uint32_t session;  // Of the recording.
+  uint32_t samples;  // Samples taken.
+  uint32_t samples_dropped;  // Of those, lost.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(state));
+    out.u32(session);
+    out.u32(samples);
+    out.u32(samples_dropped);
+  }
+
+  void read(Reader& in) {
+    state = static_cast<LoggerState>(in.u8());
+    session = in.u32();
+    samples = in.u32();
+    samples_dropped = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Switches live sampling on or off. It also ends when the cable is pulled.
+struct LiveRequest {
+  static constexpr uint8_t kType = 0x42;
+  static constexpr size_t kSize = 1;
+
+  uint8_t enabled;  // 1 on, 0 off.
+
+  void write(Writer& out) const {
+    out.u8(enabled);
+  }
+
+  void read(Reader& in) {
+    enabled = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Switches live sampling on or off. It also ends when the cable is pulled.
+struct LiveReply {
+  static constexpr uint8_t kType = 0xC2;
+  static constexpr size_t kSize = 15;
+
+  uint8_t enabled;  // As understood.
+  uint16_t rate_hz;  // Sampling rate.
+  float gyro_lsb_per_deg_s;  // Gyro scale.
+  float accel_lsb_per_g;  // Accelerometer scale.
+  uint32_t angle_counts_per_turn;  // Angle sensor scale.
+
+  void write(Writer& out) const {
+    out.u8(enabled);
+    out.u16(rate_hz);
+    out.f32(gyro_lsb_per_deg_s);
+    out.f32(accel_lsb_per_g);
+    out.u32(angle_counts_per_turn);
+  }
+
+  void read(Reader& in) {
+    enabled = in.u8();
+    rate_hz = in.u16();
+    gyro_lsb_per_deg_s = in.f32();
+    accel_lsb_per_g = in.f32();
+    angle_counts_per_turn = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// One sample as it is taken; sent unasked while live sampling is on. What the host does not read in time is skipped and shows as a gap in the index.
+struct LiveSampleStream {
+  static constexpr uint8_t kType = 0x60;
+  static constexpr size_t kSize = 86;
+
+  uint32_t index;  // Of the sample since the board started.
+  uint64_t time_us;  // The logger's clock, since power-up.
+  Sample sample;  // time_offset_us is 0.
+
+  void write(Writer& out) const {
+    out.u32(index);
+    out.u64(time_us);
+    sample.write(out);
+  }
+
+  void read(Reader& in) {
+    index = in.u32();
+    time_us = in.u64();
+    sample.read(in);
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+// Answer to a request that was not served.
+struct ErrorReply {
+  static constexpr uint8_t kType = 0xFF;
+  static constexpr size_t kSize = 6;
+
+  uint8_t request;  // Type of the request.
+  ErrorCode code;  // Why.
+  int32_t detail;  // What the code refers to, such as the index of the stroke; -1 where nothing.
+
+  void write(Writer& out) const {
+    out.u8(request);
+    out.u8(static_cast<uint8_t>(code));
+    out.i32(detail);
+  }
+
+  void read(Reader& in) {
+    request = in.u8();
+    code = static_cast<ErrorCode>(in.u8());
+    detail = in.i32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+    Writer writer(out);
+    write(writer);
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+    Reader reader(in);
+    read(reader);
+    return true;
+  }
+};
+
+}  // namespace protocol
+}  // namespace tfsat
+
+#endif

@@ -1,0 +1,160 @@
+"""Enumerations of the protocol.
+
+Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
+"""
+
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Board(IntEnum):
+    """Kind of board that answers HELLO."""
+
+    SEQUENCER = 1
+    """Arduino Micro: flies the maneuver."""
+    LOGGER = 2
+    """Teensy 4.1: records the fall."""
+
+
+class SequencerState(IntEnum):
+    """The sequencer's state machine."""
+
+    SAFE = 0
+    """Nothing moves. No servo pulses."""
+    ARMED = 1
+    """Servos hold the start pose; the release starts the schedule."""
+    RUNNING = 2
+    """Released: strokes run on schedule."""
+    DONE = 3
+    """All strokes were commanded; servos hold the end pose."""
+    FAULT = 4
+    """Something is wrong; nothing new is commanded until a person disarms."""
+
+
+class ManeuverOrigin(IntEnum):
+    """Where the maneuver on the board comes from."""
+
+    FACTORY = 0
+    """Never uploaded: the paper's 59/70, kept in the firmware."""
+    UPLOADED = 1
+    """Uploaded by a host and stored in EEPROM."""
+
+
+class ResetCause(IntEnum):
+    """Why the board last started."""
+
+    POWER_ON = 0
+    """Power was switched on."""
+    EXTERNAL = 1
+    """The reset pin or button, or an upload."""
+    BROWN_OUT = 2
+    """The supply dipped."""
+    WATCHDOG = 3
+    """The main loop hung."""
+    UNKNOWN = 4
+    """The bootloader hid the cause."""
+
+
+class LoggerState(IntEnum):
+    """The logger's state."""
+
+    IDLE = 0
+    """Sampling, not recording."""
+    RECORDING = 1
+    """Samples go to the card."""
+    STOPPING = 2
+    """The ring is being emptied and the footer written."""
+    STOPPED = 3
+    """The last recording was closed cleanly."""
+    FAILED = 4
+    """The card refused; see the error code."""
+
+
+class BlockKind(IntEnum):
+    """What a block on the card holds."""
+
+    HEADER = 1
+    """LogHeader: what was recorded, with which scales."""
+    DATA = 2
+    """Samples and events."""
+    FOOTER = 3
+    """LogFooter: the recording was closed cleanly."""
+
+
+class EventCode(IntEnum):
+    """Events in the log."""
+
+    SWITCH_EDGE = 1
+    """A release switch changed: index = switch, arg = 1 opened, 0 closed."""
+    STROKE = 2
+    """The sequencer's stroke line rose: index = count since start, from 0."""
+    SENSOR_FAULT = 3
+    """A sensor stopped answering: index = IMU, arg = error code."""
+    SENSOR_RECOVERED = 4
+    """A sensor answers again: index = IMU."""
+    CARD_STALL = 5
+    """A card write took long: value = milliseconds."""
+    SAMPLES_DROPPED = 6
+    """The ring was full: value = samples lost."""
+
+
+class ErrorCode(IntEnum):
+    """Why a request was refused, what that means and what to do."""
+
+    NONE = 0
+    """No error."""
+    UNKNOWN_MESSAGE = 1
+    """The board does not know this request."""
+    BAD_LENGTH = 2
+    """The request has the wrong length."""
+    WRONG_STATE = 3
+    """The request is not allowed in the board's present state."""
+    NO_STAGED_MANEUVER = 4
+    """A step or a commit came without a begin."""
+    STEP_MISSING = 5
+    """The maneuver was committed before all its steps had arrived."""
+    CRC_MISMATCH = 6
+    """The maneuver's CRC does not match its steps."""
+    TOO_MANY_STROKES = 7
+    """The maneuver has no stroke, or more than the board can hold."""
+    JOINT_UNKNOWN = 8
+    """A stroke names a joint that does not exist."""
+    ANGLE_OUT_OF_RANGE = 9
+    """A stroke would take a joint outside 0 to 90 deg, or moves nothing."""
+    STROKES_OVERLAP = 10
+    """A stroke starts before the one before it has ended."""
+    TOO_EARLY = 11
+    """The first stroke starts before the pause is over."""
+    TOO_LONG = 12
+    """The maneuver would outlast the fall."""
+    SPEED_OUT_OF_RANGE = 13
+    """The joint speed is outside 10 to 400 deg/s."""
+    STORE_FAILED = 14
+    """The EEPROM did not keep what was written."""
+    SWITCH_OPEN = 15
+    """A release switch is open."""
+    NO_MANEUVER = 16
+    """The stored maneuver is not valid."""
+    STALE_TOKEN = 17
+    """The request belongs to an earlier state of the board."""
+    FAULT_LATCHED = 18
+    """A fault is latched."""
+    INDEX_OUT_OF_RANGE = 19
+    """A step index is beyond the maneuver's end."""
+    STROKE_MISSED = 20
+    """A stroke was scheduled but its pulse did not begin."""
+    NO_CARD = 40
+    """No SD card."""
+    CARD_FULL = 41
+    """The card has no room for a recording."""
+    CARD_WRITE_FAILED = 42
+    """The card refused a write."""
+    SENSOR_MISSING = 43
+    """An IMU does not answer, or is not an MPU-6050."""
+    BUS_STUCK = 44
+    """An I2C bus is held low."""
+    NOT_RECORDING = 45
+    """There is no recording to stop."""

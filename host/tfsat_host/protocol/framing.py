@@ -1,0 +1,93 @@
+"""Frames on the link: COBS(type, sequence, payload, CRC-16/IBM-3740) and a zero byte."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import crcmod.predefined
+
+crc16 = crcmod.predefined.mkCrcFun("crc-ccitt-false")
+"""CRC-16/IBM-3740 of bytes (crcmod calls it crc-ccitt-false)."""
+
+_LONGEST_FRAME_BYTES = 1024
+"""More bytes than this without a zero are garbage, whatever they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One undamaged frame."""
+
+    type: int
+    sequence: int
+    payload: bytes
+
+
+def encode_frame(frame: Frame) -> bytes:
+    """Return the bytes to send, the final zero included."""
+    body = bytes((frame.type, frame.sequence)) + frame.payload
+    return cobs_encode(body + crc16(body).to_bytes(2, "little")) + b"\0"
+
+
+def cobs_encode(data: bytes) -> bytes:
+    """Return `data` without zero bytes, after Cheshire & Baker (1999)."""
+    out = bytearray()
+    for part in data.split(b"\0"):
+        while len(part) >= 254:
+            out += b"\xff" + part[:254]
+            part = part[254:]
+        out.append(len(part) + 1)
+        out += part
+    return bytes(out)
+
+
+def cobs_decode(data: bytes) -> bytes | None:
+    """Undo `cobs_encode`; None when `data` is not COBS."""
+    out = bytearray()
+    position = 0
+    while position < len(data):
+        code = data[position]
+        run = data[position + 1 : position + code]
+        if code == 0 or len(run) != code - 1 or 0 in run:
+            return None
+        out += run
+        position += code
+        if code != 0xFF and position < len(data):
+            out.append(0)
+    return bytes(out)
+
+
+class FrameReceiver:
+    """Takes bytes as they come and yields the undamaged frames among them."""
+
+    def __init__(self) -> None:
+        self._pending = bytearray()
+        self.rejected = 0
+        """Pieces between zeros that were no frame."""
+
+    def feed(self, data: bytes) -> Iterator[Frame]:
+        """Yield each frame that `data` completes; what is damaged is counted and dropped."""
+        self._pending += data
+        *pieces, rest = self._pending.split(b"\0")
+        self._pending = rest
+        if len(self._pending) > _LONGEST_FRAME_BYTES:
+            self._pending.clear()
+            self.rejected += 1
+        for piece in pieces:
+            if not piece:
+                continue
+            frame = decode_frame(bytes(piece))
+            if frame is None:
+                self.rejected += 1
+            else:
+                yield frame
+
+
+def decode_frame(piece: bytes) -> Frame | None:
+    """Decode what stood between two zeros; None when it is damaged."""
+    body = cobs_decode(piece)
+    if body is None or len(body) < 4:
+        return None
+    if crc16(body[:-2]) != int.from_bytes(body[-2:], "little"):
+        return None
+    return Frame(body[0], body[1], body[2:-2])

@@ -1,0 +1,67 @@
+"""Numbers that host and boards agree on.
+
+Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
+"""
+
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+PROTOCOL_HASH = bytes.fromhex("80be8e2895027bb2")
+FIRMWARE_VERSION = (0, 1, 0)
+MAX_PAYLOAD_BYTES = 96
+REPLY_BIT = 0x80
+JOINT_COUNT = 3
+"""Joints that can stroke."""
+IMU_COUNT = 4
+"""MPU-6050, one a body."""
+ANGLE_SENSOR_COUNT = 6
+"""Absolute angle sensors, two a joint: index 2 (joint - 1) and the next."""
+SWITCH_COUNT = 2
+"""Release switches."""
+MAX_STROKES = 16
+"""Strokes that a maneuver can have."""
+JOINT_ANGLE_MIN_CDEG = 0
+"""Least joint angle, 0.01 deg (paper, eq. optdef)."""
+JOINT_ANGLE_MAX_CDEG = 9000
+"""Greatest joint angle, 0.01 deg (paper, eq. optdef)."""
+SPEED_MIN_CDEG_S = 1000
+"""Least average joint speed that a maneuver may assume, 0.01 deg/s."""
+SPEED_MAX_CDEG_S = 40000
+"""Greatest average joint speed that a maneuver may assume, 0.01 deg/s."""
+PAUSE_MIN_US = 700000
+"""No stroke before this time after release: 0.7 s takes the robot clear of the releaser at 30 mm/s (paper, sec. seq)."""
+FALL_US = 2500000
+"""Time of free fall (paper, tab. cosmotorre). A maneuver must end before."""
+SCHEDULE_GRID_US = 10000
+"""Stroke times are rounded up to this grid by the host."""
+SERVO_PULSE_MIN_US = 500
+"""No pulse is shorter."""
+SERVO_PULSE_MAX_US = 2500
+"""No pulse is longer."""
+SERVO_PULSE_AT_0_DEG_US = 1000
+"""Pulse width that holds a joint at 0 deg."""
+SERVO_PULSE_AT_90_DEG_US = 2000
+"""Pulse width that holds a joint at 90 deg; linear between."""
+STROKE_LINE_US = 1000
+"""The sequencer's stroke line stays high this long from each stroke's first pulse."""
+RELEASE_DEBOUNCE_US = 5000
+"""Both switches must stay open this long before a release is believed; the schedule still counts from the first edge."""
+SAMPLE_RATE_HZ = 280
+"""Default sampling rate (paper, sec. robot)."""
+BLOCK_BYTES = 512
+"""A block on the card."""
+BLOCK_MAGIC = 827541076
+"""The bytes 'TFS1' that every block begins with."""
+BLOCK_VERSION = 1
+"""Version of the block layout."""
+SAMPLES_PER_BLOCK = 6
+"""Sample slots in a data block."""
+EVENTS_PER_BLOCK = 2
+"""Event slots in a data block."""
+HEADER_REPEAT_BLOCKS = 256
+"""The header block is written again each time this many blocks have passed."""
+PARTIAL_BLOCK_MS = 100
+"""A data block that has waited this long is written as far as it is filled."""
+CARD_SYNC_MS = 250
+"""The card is told to flush its own buffers at this interval."""

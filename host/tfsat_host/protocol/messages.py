@@ -1,0 +1,802 @@
+"""Payloads of the link's frames and records of the log.
+
+Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
+"""
+
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .enums import BlockKind, Board, ErrorCode, EventCode, LoggerState, ManeuverOrigin, ResetCause, SequencerState
+from .record import Layout, Record
+
+
+@dataclass(frozen=True, slots=True)
+class ImuReading(Record):
+    """One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.
+
+    Attributes:
+        accel: Specific force x, y, z.
+        temperature: Die temperature.
+        gyro: Angular rate x, y, z.
+    """
+
+    SIZE: ClassVar[int] = 14
+    LAYOUT: ClassVar[Layout] = (
+        ("accel", "h", 3),
+        ("temperature", "h", None),
+        ("gyro", "h", 3),
+    )
+
+    accel: tuple[int, ...]
+    temperature: int
+    gyro: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sample(Record):
+    """One sampling instant of all sensors.
+
+    Attributes:
+        time_offset_us: Time after the block's time_us.
+        flags: Bits 0-3: IMU 1-4 valid; 4-9: angle sensor 1-6 valid; 10, 11: release switch 1, 2 open; 12-15: IMU 1-4 clipped.
+        imu: Bodies 1 to 4.
+        angle: Absolute angle sensors, ADC counts: joint 1 (two sensors), joint 2, joint 3.
+    """
+
+    SIZE: ClassVar[int] = 74
+    LAYOUT: ClassVar[Layout] = (
+        ("time_offset_us", "I", None),
+        ("flags", "H", None),
+        ("imu", ImuReading, 4),
+        ("angle", "H", 6),
+    )
+
+    time_offset_us: int
+    flags: int
+    imu: tuple[ImuReading, ...]
+    angle: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Event(Record):
+    """Something that happened, with its own time.
+
+    Attributes:
+        time_us: The logger's clock, since power-up.
+        code: What happened.
+        index: Which one; see EventCode.
+        arg: See EventCode.
+        value: See EventCode.
+    """
+
+    SIZE: ClassVar[int] = 16
+    LAYOUT: ClassVar[Layout] = (
+        ("time_us", "Q", None),
+        ("code", EventCode, None),
+        ("index", "B", None),
+        ("arg", "H", None),
+        ("value", "i", None),
+    )
+
+    time_us: int
+    code: EventCode
+    index: int
+    arg: int
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class BlockHeader(Record):
+    """The first 32 bytes of every block.
+
+    Attributes:
+        magic: block_magic.
+        version: block_version.
+        kind: What the block holds.
+        sample_count: Sample slots in use.
+        event_count: Event slots in use.
+        session: Random id of the recording.
+        block_number: From 0, without gaps in a recording.
+        first_sample: Index of the block's first sample in the recording, counting dropped ones too.
+        samples_dropped: Samples lost so far because the ring was full.
+        time_us: The logger's clock at the block's first sample, since power-up.
+    """
+
+    SIZE: ClassVar[int] = 32
+    LAYOUT: ClassVar[Layout] = (
+        ("magic", "I", None),
+        ("version", "B", None),
+        ("kind", BlockKind, None),
+        ("sample_count", "B", None),
+        ("event_count", "B", None),
+        ("session", "I", None),
+        ("block_number", "I", None),
+        ("first_sample", "I", None),
+        ("samples_dropped", "I", None),
+        ("time_us", "Q", None),
+    )
+
+    magic: int
+    version: int
+    kind: BlockKind
+    sample_count: int
+    event_count: int
+    session: int
+    block_number: int
+    first_sample: int
+    samples_dropped: int
+    time_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogHeader(Record):
+    """What was recorded, with which scales. Payload of a header block.
+
+    Attributes:
+        protocol_hash: Of the specification that the firmware was built with.
+        firmware_version: Major, minor, patch.
+        imu_present: Bits 0-3: IMU 1-4 answered at the start.
+        board_serial: The logger's serial number.
+        image_crc: CRC-32/ISO-HDLC of the flashed image.
+        rate_hz: Commanded sampling rate.
+        gyro_lsb_per_deg_s: Gyro scale.
+        accel_lsb_per_g: Accelerometer scale.
+        temperature_lsb_per_c: Temperature scale.
+        temperature_offset_c: Temperature at zero counts.
+        angle_counts_per_turn: ADC counts of a full turn of an angle sensor.
+        gyro_range_deg_s: Full scale, +-.
+        accel_range_g: Full scale, +-.
+        dlpf_cfg: MPU-6050 CONFIG.DLPF_CFG.
+        who_am_i: Register 0x75 of each IMU; 0 where none answered.
+        wall_clock_us: Unix time at time_us, if the host set the clock; else 0.
+    """
+
+    SIZE: ClassVar[int] = 64
+    LAYOUT: ClassVar[Layout] = (
+        ("protocol_hash", "B", 8),
+        ("firmware_version", "B", 3),
+        ("imu_present", "B", None),
+        ("board_serial", "B", 8),
+        ("image_crc", "I", None),
+        ("rate_hz", "f", None),
+        ("gyro_lsb_per_deg_s", "f", None),
+        ("accel_lsb_per_g", "f", None),
+        ("temperature_lsb_per_c", "f", None),
+        ("temperature_offset_c", "f", None),
+        ("angle_counts_per_turn", "I", None),
+        ("gyro_range_deg_s", "H", None),
+        ("accel_range_g", "B", None),
+        ("dlpf_cfg", "B", None),
+        ("who_am_i", "B", 4),
+        ("wall_clock_us", "Q", None),
+    )
+
+    protocol_hash: bytes
+    firmware_version: bytes
+    imu_present: int
+    board_serial: bytes
+    image_crc: int
+    rate_hz: float
+    gyro_lsb_per_deg_s: float
+    accel_lsb_per_g: float
+    temperature_lsb_per_c: float
+    temperature_offset_c: float
+    angle_counts_per_turn: int
+    gyro_range_deg_s: int
+    accel_range_g: int
+    dlpf_cfg: int
+    who_am_i: bytes
+    wall_clock_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogFooter(Record):
+    """Summary written when a recording is closed cleanly. Payload of a footer block.
+
+    Attributes:
+        samples: Samples taken, dropped ones included.
+        samples_dropped: Samples lost because the ring was full.
+        blocks: Blocks of the recording, this one included.
+        ring_peak_blocks: Most blocks that ever waited for the card.
+        interval_min_us: Shortest time between two samples.
+        interval_max_us: Longest time between two samples.
+    """
+
+    SIZE: ClassVar[int] = 24
+    LAYOUT: ClassVar[Layout] = (
+        ("samples", "I", None),
+        ("samples_dropped", "I", None),
+        ("blocks", "I", None),
+        ("ring_peak_blocks", "I", None),
+        ("interval_min_us", "I", None),
+        ("interval_max_us", "I", None),
+    )
+
+    samples: int
+    samples_dropped: int
+    blocks: int
+    ring_peak_blocks: int
+    interval_min_us: int
+    interval_max_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class HelloRequest(Record):
+    """Who are you? Its number and layout never change, so that any two revisions understand it."""
+
+    TYPE: ClassVar[int] = 0x01
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HelloReply(Record):
+    """Who are you? Its number and layout never change, so that any two revisions understand it.
+
+    Attributes:
+        board: Kind of board.
+        firmware_version: Major, minor, patch.
+        board_serial: Serial number of the chip; zeros where it has none.
+        image_crc: CRC-32/ISO-HDLC of the flashed image, computed by the board.
+        protocol_hash: Hash of this specification.
+    """
+
+    TYPE: ClassVar[int] = 0x81
+    SIZE: ClassVar[int] = 24
+    LAYOUT: ClassVar[Layout] = (
+        ("board", Board, None),
+        ("firmware_version", "B", 3),
+        ("board_serial", "B", 8),
+        ("image_crc", "I", None),
+        ("protocol_hash", "B", 8),
+    )
+
+    board: Board
+    firmware_version: bytes
+    board_serial: bytes
+    image_crc: int
+    protocol_hash: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class SequencerStatusRequest(Record):
+    """What the sequencer is doing."""
+
+    TYPE: ClassVar[int] = 0x02
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SequencerStatusReply(Record):
+    """What the sequencer is doing.
+
+    Attributes:
+        state: State machine.
+        fault: The latched fault, or none.
+        last_refusal: Why ARM was last refused, or none.
+        switches_open: Bit 0, 1: release switch 1, 2 is open.
+        arm_token: To be given to ARM; changes at each change of state.
+        reset_cause: Why the board last started.
+        strokes_started: Strokes of the last run whose new pulse has begun.
+        knocks: Times a switch opened while armed without a release.
+        joint_angle_cdeg: Angle that each servo is told to hold.
+        uptime_ms: Since the board started.
+    """
+
+    TYPE: ClassVar[int] = 0x82
+    SIZE: ClassVar[int] = 20
+    LAYOUT: ClassVar[Layout] = (
+        ("state", SequencerState, None),
+        ("fault", ErrorCode, None),
+        ("last_refusal", ErrorCode, None),
+        ("switches_open", "B", None),
+        ("arm_token", "H", None),
+        ("reset_cause", ResetCause, None),
+        ("strokes_started", "B", None),
+        ("knocks", "H", None),
+        ("joint_angle_cdeg", "h", 3),
+        ("uptime_ms", "I", None),
+    )
+
+    state: SequencerState
+    fault: ErrorCode
+    last_refusal: ErrorCode
+    switches_open: int
+    arm_token: int
+    reset_cause: ResetCause
+    strokes_started: int
+    knocks: int
+    joint_angle_cdeg: tuple[int, ...]
+    uptime_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerStatusRequest(Record):
+    """What the logger is doing."""
+
+    TYPE: ClassVar[int] = 0x03
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerStatusReply(Record):
+    """What the logger is doing.
+
+    Attributes:
+        state: State.
+        error: Why the last recording failed, or none.
+        imu_present: Bits 0-3: IMU 1-4 answers now.
+        switches_open: Bit 0, 1: release switch 1, 2 is open.
+        session: Of the present or last recording; 0 before the first.
+        samples: Samples of that recording.
+        samples_dropped: Of those, lost because the ring was full.
+        blocks_written: Blocks handed to the card.
+        ring_blocks: Blocks that wait for the card.
+        ring_peak_blocks: Most that ever waited.
+        rate_hz: Sampling rate.
+        who_am_i: Register 0x75 of each IMU.
+        uptime_ms: Since the board started.
+    """
+
+    TYPE: ClassVar[int] = 0x83
+    SIZE: ClassVar[int] = 34
+    LAYOUT: ClassVar[Layout] = (
+        ("state", LoggerState, None),
+        ("error", ErrorCode, None),
+        ("imu_present", "B", None),
+        ("switches_open", "B", None),
+        ("session", "I", None),
+        ("samples", "I", None),
+        ("samples_dropped", "I", None),
+        ("blocks_written", "I", None),
+        ("ring_blocks", "H", None),
+        ("ring_peak_blocks", "H", None),
+        ("rate_hz", "H", None),
+        ("who_am_i", "B", 4),
+        ("uptime_ms", "I", None),
+    )
+
+    state: LoggerState
+    error: ErrorCode
+    imu_present: int
+    switches_open: int
+    session: int
+    samples: int
+    samples_dropped: int
+    blocks_written: int
+    ring_blocks: int
+    ring_peak_blocks: int
+    rate_hz: int
+    who_am_i: bytes
+    uptime_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverBeginRequest(Record):
+    """Starts an upload. The stored maneuver stays until commit.
+
+    Attributes:
+        stroke_count: Strokes that follow.
+        speed_cdeg_s: Average joint speed that the schedule assumes, 0.01 deg/s.
+    """
+
+    TYPE: ClassVar[int] = 0x10
+    SIZE: ClassVar[int] = 3
+    LAYOUT: ClassVar[Layout] = (
+        ("stroke_count", "B", None),
+        ("speed_cdeg_s", "H", None),
+    )
+
+    stroke_count: int
+    speed_cdeg_s: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverBeginReply(Record):
+    """Starts an upload. The stored maneuver stays until commit.
+
+    Attributes:
+        stroke_count: As understood.
+    """
+
+    TYPE: ClassVar[int] = 0x90
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("stroke_count", "B", None),
+    )
+
+    stroke_count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverStrokeRequest(Record):
+    """One stroke of the upload.
+
+    Attributes:
+        index: From 0.
+        joint: 1 to 3.
+        angle_cdeg: Displacement, 0.01 deg.
+        start_us: Start after release.
+    """
+
+    TYPE: ClassVar[int] = 0x11
+    SIZE: ClassVar[int] = 8
+    LAYOUT: ClassVar[Layout] = (
+        ("index", "B", None),
+        ("joint", "B", None),
+        ("angle_cdeg", "h", None),
+        ("start_us", "I", None),
+    )
+
+    index: int
+    joint: int
+    angle_cdeg: int
+    start_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverStrokeReply(Record):
+    """One stroke of the upload.
+
+    Attributes:
+        index: As understood.
+    """
+
+    TYPE: ClassVar[int] = 0x91
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("index", "B", None),
+    )
+
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverCommitRequest(Record):
+    """Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
+
+    Attributes:
+        crc: CRC-16/IBM-3740 over stroke_count, speed_cdeg_s and each stroke's joint, angle_cdeg, start_us.
+    """
+
+    TYPE: ClassVar[int] = 0x12
+    SIZE: ClassVar[int] = 2
+    LAYOUT: ClassVar[Layout] = (
+        ("crc", "H", None),
+    )
+
+    crc: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverCommitReply(Record):
+    """Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
+
+    Attributes:
+        stored: 0: still writing. 1: stored, checked by reading back.
+        written: 1: this upload changed the store. 0: it held the same maneuver already.
+    """
+
+    TYPE: ClassVar[int] = 0x92
+    SIZE: ClassVar[int] = 2
+    LAYOUT: ClassVar[Layout] = (
+        ("stored", "B", None),
+        ("written", "B", None),
+    )
+
+    stored: int
+    written: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverInfoRequest(Record):
+    """Which maneuver would fly."""
+
+    TYPE: ClassVar[int] = 0x13
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverInfoReply(Record):
+    """Which maneuver would fly.
+
+    Attributes:
+        origin: Factory or uploaded.
+        stroke_count: Strokes.
+        speed_cdeg_s: Average joint speed, 0.01 deg/s.
+        crc: As in maneuver_commit, computed from what would fly.
+        end_us: When the last stroke ends.
+        generation: Uploads that this board has stored.
+    """
+
+    TYPE: ClassVar[int] = 0x93
+    SIZE: ClassVar[int] = 14
+    LAYOUT: ClassVar[Layout] = (
+        ("origin", ManeuverOrigin, None),
+        ("stroke_count", "B", None),
+        ("speed_cdeg_s", "H", None),
+        ("crc", "H", None),
+        ("end_us", "I", None),
+        ("generation", "I", None),
+    )
+
+    origin: ManeuverOrigin
+    stroke_count: int
+    speed_cdeg_s: int
+    crc: int
+    end_us: int
+    generation: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverReadRequest(Record):
+    """Reads one stroke back from what would fly.
+
+    Attributes:
+        index: From 0.
+    """
+
+    TYPE: ClassVar[int] = 0x14
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("index", "B", None),
+    )
+
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverReadReply(Record):
+    """Reads one stroke back from what would fly.
+
+    Attributes:
+        index: As asked.
+        joint: 1 to 3.
+        angle_cdeg: Displacement, 0.01 deg.
+        start_us: Start after release.
+    """
+
+    TYPE: ClassVar[int] = 0x94
+    SIZE: ClassVar[int] = 8
+    LAYOUT: ClassVar[Layout] = (
+        ("index", "B", None),
+        ("joint", "B", None),
+        ("angle_cdeg", "h", None),
+        ("start_us", "I", None),
+    )
+
+    index: int
+    joint: int
+    angle_cdeg: int
+    start_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class ArmRequest(Record):
+    """From now on the release starts the maneuver.
+
+    Attributes:
+        arm_token: From sequencer_status.
+    """
+
+    TYPE: ClassVar[int] = 0x20
+    SIZE: ClassVar[int] = 2
+    LAYOUT: ClassVar[Layout] = (
+        ("arm_token", "H", None),
+    )
+
+    arm_token: int
+
+
+@dataclass(frozen=True, slots=True)
+class ArmReply(Record):
+    """From now on the release starts the maneuver.
+
+    Attributes:
+        state: Afterwards.
+    """
+
+    TYPE: ClassVar[int] = 0xA0
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("state", SequencerState, None),
+    )
+
+    state: SequencerState
+
+
+@dataclass(frozen=True, slots=True)
+class DisarmRequest(Record):
+    """Back to safe, from any state; stops the servo pulses and clears a latched fault."""
+
+    TYPE: ClassVar[int] = 0x21
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DisarmReply(Record):
+    """Back to safe, from any state; stops the servo pulses and clears a latched fault.
+
+    Attributes:
+        state: Afterwards.
+    """
+
+    TYPE: ClassVar[int] = 0xA1
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("state", SequencerState, None),
+    )
+
+    state: SequencerState
+
+
+@dataclass(frozen=True, slots=True)
+class RecordStartRequest(Record):
+    """Starts a recording.
+
+    Attributes:
+        number: Chosen at random by the host.
+    """
+
+    TYPE: ClassVar[int] = 0x40
+    SIZE: ClassVar[int] = 4
+    LAYOUT: ClassVar[Layout] = (
+        ("number", "I", None),
+    )
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecordStartReply(Record):
+    """Starts a recording.
+
+    Attributes:
+        state: Afterwards.
+        session: Random id of the recording.
+    """
+
+    TYPE: ClassVar[int] = 0xC0
+    SIZE: ClassVar[int] = 5
+    LAYOUT: ClassVar[Layout] = (
+        ("state", LoggerState, None),
+        ("session", "I", None),
+    )
+
+    state: LoggerState
+    session: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecordStopRequest(Record):
+    """Ends the recording with a footer. The host repeats it until the state is stopped."""
+
+    TYPE: ClassVar[int] = 0x41
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RecordStopReply(Record):
+    """Ends the recording with a footer. The host repeats it until the state is stopped.
+
+    Attributes:
+        state: stopping, then stopped.
+        session: Of the recording.
+        samples: Samples taken.
+        samples_dropped: Of those, lost.
+    """
+
+    TYPE: ClassVar[int] = 0xC1
+    SIZE: ClassVar[int] = 13
+    LAYOUT: ClassVar[Layout] = (
+        ("state", LoggerState, None),
+        ("session", "I", None),
+        ("samples", "I", None),
+        ("samples_dropped", "I", None),
+    )
+
+    state: LoggerState
+    session: int
+    samples: int
+    samples_dropped: int
+
+
+@dataclass(frozen=True, slots=True)
+class LiveRequest(Record):
+    """Switches live sampling on or off. It also ends when the cable is pulled.
+
+    Attributes:
+        enabled: 1 on, 0 off.
+    """
+
+    TYPE: ClassVar[int] = 0x42
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("enabled", "B", None),
+    )
+
+    enabled: int
+
+
+@dataclass(frozen=True, slots=True)
+class LiveReply(Record):
+    """Switches live sampling on or off. It also ends when the cable is pulled.
+
+    Attributes:
+        enabled: As understood.
+        rate_hz: Sampling rate.
+        gyro_lsb_per_deg_s: Gyro scale.
+        accel_lsb_per_g: Accelerometer scale.
+        angle_counts_per_turn: Angle sensor scale.
+    """
+
+    TYPE: ClassVar[int] = 0xC2
+    SIZE: ClassVar[int] = 15
+    LAYOUT: ClassVar[Layout] = (
+        ("enabled", "B", None),
+        ("rate_hz", "H", None),
+        ("gyro_lsb_per_deg_s", "f", None),
+        ("accel_lsb_per_g", "f", None),
+        ("angle_counts_per_turn", "I", None),
+    )
+
+    enabled: int
+    rate_hz: int
+    gyro_lsb_per_deg_s: float
+    accel_lsb_per_g: float
+    angle_counts_per_turn: int
+
+
+@dataclass(frozen=True, slots=True)
+class LiveSampleStream(Record):
+    """One sample as it is taken; sent unasked while live sampling is on. What the host does not read in time is skipped and shows as a gap in the index.
+
+    Attributes:
+        index: Of the sample since the board started.
+        time_us: The logger's clock, since power-up.
+        sample: time_offset_us is 0.
+    """
+
+    TYPE: ClassVar[int] = 0x60
+    SIZE: ClassVar[int] = 86
+    LAYOUT: ClassVar[Layout] = (
+        ("index", "I", None),
+        ("time_us", "Q", None),
+        ("sample", Sample, None),
+    )
+
+    index: int
+    time_us: int
+    sample: Sample
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorReply(Record):
+    """Answer to a request that was not served.
+
+    Attributes:
+        request: Type of the request.
+        code: Why.
+        detail: What the code refers to, such as the index of the stroke; -1 where nothing.
+    """
+
+    TYPE: ClassVar[int] = 0xFF
+    SIZE: ClassVar[int] = 6
+    LAYOUT: ClassVar[Layout] = (
+        ("request", "B", None),
+        ("code", ErrorCode, None),
+        ("detail", "i", None),
+    )
+
+    request: int
+    code: ErrorCode
+    detail: int

@@ -1,0 +1,149 @@
+"""What each error code of a board means for the drop, and what to do.
+
+Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
+"""
+
+# ruff: noqa: E501
+
+from __future__ import annotations
+
+from .enums import ErrorCode
+
+REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
+    ErrorCode.NONE: (
+        "No error.",
+        "",
+        "",
+    ),
+    ErrorCode.UNKNOWN_MESSAGE: (
+        "The board does not know this request.",
+        "Host and board speak different protocols.",
+        "Flash the board and install the host package from the same release.",
+    ),
+    ErrorCode.BAD_LENGTH: (
+        "The request has the wrong length.",
+        "Host and board speak different protocols.",
+        "Flash the board and install the host package from the same release.",
+    ),
+    ErrorCode.WRONG_STATE: (
+        "The request is not allowed in the board's present state.",
+        "Nothing was changed.",
+        "tfsat-host disarm, then the same command again.",
+    ),
+    ErrorCode.NO_STAGED_MANEUVER: (
+        "A step or a commit came without a begin.",
+        "The upload was interrupted; the stored maneuver is unchanged.",
+        "Run tfsat-host upload-sequence again.",
+    ),
+    ErrorCode.STEP_MISSING: (
+        "The maneuver was committed before all its steps had arrived.",
+        "The upload was interrupted; the stored maneuver is unchanged.",
+        "Run tfsat-host upload-sequence again.",
+    ),
+    ErrorCode.CRC_MISMATCH: (
+        "The maneuver's CRC does not match its steps.",
+        "The upload was damaged; the stored maneuver is unchanged.",
+        "Run tfsat-host upload-sequence again; if it recurs, change the cable.",
+    ),
+    ErrorCode.TOO_MANY_STROKES: (
+        "The maneuver has no stroke, or more than the board can hold.",
+        "The stored maneuver is unchanged.",
+        "Give 1 to 16 strokes.",
+    ),
+    ErrorCode.JOINT_UNKNOWN: (
+        "A stroke names a joint that does not exist.",
+        "The stored maneuver is unchanged.",
+        "Use joints 1, 2 and 3.",
+    ),
+    ErrorCode.ANGLE_OUT_OF_RANGE: (
+        "A stroke would take a joint outside 0 to 90 deg, or moves nothing.",
+        "The stored maneuver is unchanged; the frame would have been hit.",
+        "Choose smaller strokes.",
+    ),
+    ErrorCode.STROKES_OVERLAP: (
+        "A stroke starts before the one before it has ended.",
+        "The stored maneuver is unchanged; two joints at once draw more current than the supply gives.",
+        "Move the strokes apart, or leave the times to the schedule rule.",
+    ),
+    ErrorCode.TOO_EARLY: (
+        "The first stroke starts before the pause is over.",
+        "The stored maneuver is unchanged; the robot would still touch the releaser.",
+        "Start at 0.70 s or later.",
+    ),
+    ErrorCode.TOO_LONG: (
+        "The maneuver would outlast the fall.",
+        "The stored maneuver is unchanged; the robot would land while moving.",
+        "Shorten the strokes: the last must end before 2.50 s.",
+    ),
+    ErrorCode.SPEED_OUT_OF_RANGE: (
+        "The joint speed is outside 10 to 400 deg/s.",
+        "The stored maneuver is unchanged.",
+        "Give the average speed that the servos reach, about 170 deg/s.",
+    ),
+    ErrorCode.STORE_FAILED: (
+        "The EEPROM did not keep what was written.",
+        "The board may be worn out; do not fly it.",
+        "Upload once more; if it recurs, replace the Arduino Micro.",
+    ),
+    ErrorCode.SWITCH_OPEN: (
+        "A release switch is open.",
+        "Armed now, the robot would start at once.",
+        "Seat the robot in the releaser until both switches are closed, then arm again.",
+    ),
+    ErrorCode.NO_MANEUVER: (
+        "The stored maneuver is not valid.",
+        "There is nothing to fly.",
+        "tfsat-host upload-sequence 59 70",
+    ),
+    ErrorCode.STALE_TOKEN: (
+        "The request belongs to an earlier state of the board.",
+        "A repeated frame arrived late and was ignored.",
+        "Run the command again.",
+    ),
+    ErrorCode.FAULT_LATCHED: (
+        "A fault is latched.",
+        "The board will not arm.",
+        "tfsat-host status tells which; tfsat-host disarm clears it.",
+    ),
+    ErrorCode.INDEX_OUT_OF_RANGE: (
+        "A step index is beyond the maneuver's end.",
+        "The stored maneuver is unchanged.",
+        "Run tfsat-host upload-sequence again.",
+    ),
+    ErrorCode.STROKE_MISSED: (
+        "A stroke was scheduled but its pulse did not begin.",
+        "The maneuver was not flown as uploaded.",
+        "Do not fly this board; save its status and report it.",
+    ),
+    ErrorCode.NO_CARD: (
+        "No SD card.",
+        "Nothing would be recorded.",
+        "Insert a card and restart the logger.",
+    ),
+    ErrorCode.CARD_FULL: (
+        "The card has no room for a recording.",
+        "Nothing would be recorded.",
+        "Copy the recordings off the card and delete them.",
+    ),
+    ErrorCode.CARD_WRITE_FAILED: (
+        "The card refused a write.",
+        "The recording has a gap or has ended.",
+        "Replace the card before the drop.",
+    ),
+    ErrorCode.SENSOR_MISSING: (
+        "An IMU does not answer, or is not an MPU-6050.",
+        "That body's rates are not recorded.",
+        "Check the wiring and the address jumper of that IMU.",
+    ),
+    ErrorCode.BUS_STUCK: (
+        "An I2C bus is held low.",
+        "Two IMUs are not recorded.",
+        "Unplug the IMUs of that bus one by one; replace the one that holds it.",
+    ),
+    ErrorCode.NOT_RECORDING: (
+        "There is no recording to stop.",
+        "Nothing was changed.",
+        "tfsat-host status shows what the logger does.",
+    ),
+}
+"""Error code: (what happened, what it means, what to do)."""

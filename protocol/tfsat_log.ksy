@@ -1,0 +1,237 @@
+# Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
+meta:
+  id: tfsat_log
+  title: tfsat drop log
+  endian: le
+  license: MIT
+doc: |
+  A row of 512-byte blocks. Kaitai does not check the CRC: see `crc` of each block
+  (CRC-32/ISO-HDLC over the bytes before it). A block that was never written is all zero.
+seq:
+  - id: blocks
+    type: block
+    size: 512
+    repeat: eos
+types:
+  block:
+    seq:
+      - id: head
+        type: block_header
+      - id: body
+        size: 476
+        type:
+          switch-on: head.kind
+          cases:
+            'block_kind::header': log_header
+            'block_kind::data': data
+            'block_kind::footer': log_footer
+      - id: crc
+        type: u4
+  data:
+    seq:
+      - id: sample_slots
+        type: sample
+        repeat: expr
+        repeat-expr: 6
+      - id: event_slots
+        type: event
+        repeat: expr
+        repeat-expr: 2
+  imu_reading:
+    doc: 'One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.'
+    seq:
+      - id: accel
+        type: s2
+        repeat: expr
+        repeat-expr: 3
+        doc: 'Specific force x, y, z.'
+      - id: temperature
+        type: s2
+        doc: 'Die temperature.'
+      - id: gyro
+        type: s2
+        repeat: expr
+        repeat-expr: 3
+        doc: 'Angular rate x, y, z.'
+  sample:
+    doc: 'One sampling instant of all sensors.'
+    seq:
+      - id: time_offset_us
+        type: u4
+        doc: 'Time after the block''s time_us.'
+      - id: flags
+        type: u2
+        doc: 'Bits 0-3: IMU 1-4 valid; 4-9: angle sensor 1-6 valid; 10, 11: release switch 1, 2 open; 12-15: IMU 1-4 clipped.'
+      - id: imu
+        type: imu_reading
+        repeat: expr
+        repeat-expr: 4
+        doc: 'Bodies 1 to 4.'
+      - id: angle
+        type: u2
+        repeat: expr
+        repeat-expr: 6
+        doc: 'Absolute angle sensors, ADC counts: joint 1 (two sensors), joint 2, joint 3.'
+  event:
+    doc: 'Something that happened, with its own time.'
+    seq:
+      - id: time_us
+        type: u8
+        doc: 'The logger''s clock, since power-up.'
+      - id: code
+        type: u1
+        enum: event_code
+        doc: 'What happened.'
+      - id: index
+        type: u1
+        doc: 'Which one; see EventCode.'
+      - id: arg
+        type: u2
+        doc: 'See EventCode.'
+      - id: value
+        type: s4
+        doc: 'See EventCode.'
+  block_header:
+    doc: 'The first 32 bytes of every block.'
+    seq:
+      - id: magic
+        type: u4
+        doc: 'block_magic.'
+      - id: version
+        type: u1
+        doc: 'block_version.'
+      - id: kind
+        type: u1
+        enum: block_kind
+        doc: 'What the block holds.'
+      - id: sample_count
+        type: u1
+        doc: 'Sample slots in use.'
+      - id: event_count
+        type: u1
+        doc: 'Event slots in use.'
+      - id: session
+        type: u4
+        doc: 'Random id of the recording.'
+      - id: block_number
+        type: u4
+        doc: 'From 0, without gaps in a recording.'
+      - id: first_sample
+        type: u4
+        doc: 'Index of the block''s first sample in the recording, counting dropped ones too.'
+      - id: samples_dropped
+        type: u4
+        doc: 'Samples lost so far because the ring was full.'
+      - id: time_us
+        type: u8
+        doc: 'The logger''s clock at the block''s first sample, since power-up.'
+  log_header:
+    doc: 'What was recorded, with which scales. Payload of a header block.'
+    seq:
+      - id: protocol_hash
+        type: u1
+        repeat: expr
+        repeat-expr: 8
+        doc: 'Of the specification that the firmware was built with.'
+      - id: firmware_version
+        type: u1
+        repeat: expr
+        repeat-expr: 3
+        doc: 'Major, minor, patch.'
+      - id: imu_present
+        type: u1
+        doc: 'Bits 0-3: IMU 1-4 answered at the start.'
+      - id: board_serial
+        type: u1
+        repeat: expr
+        repeat-expr: 8
+        doc: 'The logger''s serial number.'
+      - id: image_crc
+        type: u4
+        doc: 'CRC-32/ISO-HDLC of the flashed image.'
+      - id: rate_hz
+        type: f4
+        doc: 'Commanded sampling rate.'
+      - id: gyro_lsb_per_deg_s
+        type: f4
+        doc: 'Gyro scale.'
+      - id: accel_lsb_per_g
+        type: f4
+        doc: 'Accelerometer scale.'
+      - id: temperature_lsb_per_c
+        type: f4
+        doc: 'Temperature scale.'
+      - id: temperature_offset_c
+        type: f4
+        doc: 'Temperature at zero counts.'
+      - id: angle_counts_per_turn
+        type: u4
+        doc: 'ADC counts of a full turn of an angle sensor.'
+      - id: gyro_range_deg_s
+        type: u2
+        doc: 'Full scale, +-.'
+      - id: accel_range_g
+        type: u1
+        doc: 'Full scale, +-.'
+      - id: dlpf_cfg
+        type: u1
+        doc: 'MPU-6050 CONFIG.DLPF_CFG.'
+      - id: who_am_i
+        type: u1
+        repeat: expr
+        repeat-expr: 4
+        doc: 'Register 0x75 of each IMU; 0 where none answered.'
+      - id: wall_clock_us
+        type: u8
+        doc: 'Unix time at time_us, if the host set the clock; else 0.'
+  log_footer:
+    doc: 'Summary written when a recording is closed cleanly. Payload of a footer block.'
+    seq:
+      - id: samples
+        type: u4
+        doc: 'Samples taken, dropped ones included.'
+      - id: samples_dropped
+        type: u4
+        doc: 'Samples lost because the ring was full.'
+      - id: blocks
+        type: u4
+        doc: 'Blocks of the recording, this one included.'
+      - id: ring_peak_blocks
+        type: u4
+        doc: 'Most blocks that ever waited for the card.'
+      - id: interval_min_us
+        type: u4
+        doc: 'Shortest time between two samples.'
+      - id: interval_max_us
+        type: u4
+        doc: 'Longest time between two samples.'
+enums:
+  block_kind:
+    1:
+      id: header
+      doc: 'LogHeader: what was recorded, with which scales.'
+    2:
+      id: data
+      doc: 'Samples and events.'
+    3:
+      id: footer
+      doc: 'LogFooter: the recording was closed cleanly.'
+  event_code:
+    1:
+      id: switch_edge
+      doc: 'A release switch changed: index = switch, arg = 1 opened, 0 closed.'
+    2:
+      id: stroke
+      doc: 'The sequencer''s stroke line rose: index = count since start, from 0.'
+    3:
+      id: sensor_fault
+      doc: 'A sensor stopped answering: index = IMU, arg = error code.'
+    4:
+      id: sensor_recovered
+      doc: 'A sensor answers again: index = IMU.'
+    5:
+      id: card_stall
+      doc: 'A card write took long: value = milliseconds.'
+    6:
+      id: samples_dropped
+      doc: 'The ring was full: value = samples lost.'

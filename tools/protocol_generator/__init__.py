@@ -1,0 +1,1 @@
+"""From protocol/tfsat.toml to every language that speaks the protocol."""
