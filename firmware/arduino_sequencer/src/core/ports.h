@@ -1,0 +1,61 @@
+// What the core asks of the hardware. The AVR drivers and the emulator each implement these.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "ticks.h"
+
+namespace tfsat {
+namespace sequencer {
+
+// One change of a release switch, stamped by hardware.
+struct SwitchEdge {
+  tick_t at;
+  uint8_t index;  // 0 or 1
+  bool open;
+};
+
+class ReleaseSwitches {
+ public:
+  // The oldest edge not yet taken; false when there is none. Edges faster than the hardware can
+  // stamp may be missing: levels() is the truth about now.
+  virtual bool take_edge(SwitchEdge& edge) = 0;
+  // Bit 0, 1: switch 1, 2 is open now.
+  virtual uint8_t levels() = 0;
+
+ protected:
+  ~ReleaseSwitches() = default;
+};
+
+// Three servo signals. Between calls the hardware keeps the pulse trains going by itself.
+class ServoOutput {
+ public:
+  // Starts pulses of this width (ticks) on a joint (0 to 2), or changes the width from the next
+  // pulse on, and forgets what was scheduled.
+  virtual void hold(uint8_t joint, uint16_t width_ticks) = 0;
+  // The first pulse of this width begins exactly at `at`. Calls for one joint come in order of time.
+  virtual void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) = 0;
+  // Ends all pulses (a pulse that has begun is completed).
+  virtual void stop() = 0;
+  // Scheduled changes whose first pulse has begun since the last hold() or stop(), over all joints.
+  virtual uint8_t changes_begun() = 0;
+
+ protected:
+  ~ServoOutput() = default;
+};
+
+// Bytes that survive power-off.
+class NonVolatile {
+ public:
+  virtual uint8_t read(uint16_t address) = 0;
+  // A write is under way; until it ends, neither read nor write may be called.
+  virtual bool busy() = 0;
+  virtual void write(uint16_t address, uint8_t value) = 0;
+
+ protected:
+  ~NonVolatile() = default;
+};
+
+}  // namespace sequencer
+}  // namespace tfsat

@@ -1,0 +1,168 @@
+#include "request_server.h"
+
+#include <string.h>
+
+namespace tfsat {
+namespace sequencer {
+
+using namespace protocol;
+
+namespace {
+
+template <typename Message>
+Reply send(const Message& message, uint8_t* reply) {
+  message.encode(reply);
+  return Reply::of(Message::kSize);
+}
+
+Reply refuse(const Defect& defect) { return Reply::refused(defect.code, defect.stroke); }
+
+}  // namespace
+
+Reply RequestServer::handle(uint8_t type, const uint8_t* payload, size_t size, uint8_t* reply) {
+  switch (type) {
+    case ManeuverBeginRequest::kType:
+      return maneuver_begin(payload, size, reply);
+    case ManeuverStrokeRequest::kType:
+      return maneuver_stroke(payload, size, reply);
+    case ManeuverCommitRequest::kType:
+      return maneuver_commit(payload, size, reply);
+    case ManeuverReadRequest::kType:
+      return maneuver_read(payload, size, reply);
+    case ArmRequest::kType:
+      return arm(payload, size, reply);
+    case HelloRequest::kType:
+    case SequencerStatusRequest::kType:
+    case ManeuverInfoRequest::kType:
+    case DisarmRequest::kType:
+      break;
+    default:
+      return Reply::refused(ErrorCode::kUnknownMessage);
+  }
+  if (size != 0) return Reply::refused(ErrorCode::kBadLength);
+  if (type == HelloRequest::kType) return hello(reply);
+  if (type == SequencerStatusRequest::kType) return status(reply);
+  if (type == ManeuverInfoRequest::kType) return maneuver_info(reply);
+  return disarm(reply);
+}
+
+Reply RequestServer::hello(uint8_t* reply) {
+  HelloReply hello;
+  hello.board = Board::kSequencer;
+  memcpy(hello.firmware_version, kFirmwareVersion, sizeof hello.firmware_version);
+  memcpy(hello.board_serial, identity_.board_serial, sizeof hello.board_serial);
+  hello.image_crc = identity_.image_crc;
+  memcpy(hello.protocol_hash, kProtocolHash, sizeof hello.protocol_hash);
+  return send(hello, reply);
+}
+
+Reply RequestServer::status(uint8_t* reply) {
+  SequencerStatusReply status;
+  status.state = sequencer_.state();
+  status.fault = sequencer_.fault();
+  status.last_refusal = sequencer_.last_refusal();
+  status.switches_open = sequencer_.switches_open();
+  status.arm_token = sequencer_.arm_token();
+  status.reset_cause = identity_.reset_cause;
+  status.strokes_started = sequencer_.strokes_started();
+  status.knocks = sequencer_.knocks();
+  for (uint8_t i = 0; i < kJointCount; ++i) {
+    status.joint_angle_cdeg[i] = sequencer_.joint_angle_cdeg(static_cast<uint8_t>(i + 1));
+  }
+  status.uptime_ms = sequencer_.uptime_ms();
+  return send(status, reply);
+}
+
+Reply RequestServer::maneuver_begin(const uint8_t* payload, size_t size, uint8_t* reply) {
+  ManeuverBeginRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
+  const Defect defect = upload_.begin(request.stroke_count, request.speed_cdeg_s);
+  if (defect.code != ErrorCode::kNone) return refuse(defect);
+  written_ = false;
+  ManeuverBeginReply answer;
+  answer.stroke_count = request.stroke_count;
+  return send(answer, reply);
+}
+
+Reply RequestServer::maneuver_stroke(const uint8_t* payload, size_t size, uint8_t* reply) {
+  ManeuverStrokeRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
+  const Defect defect =
+      upload_.put(request.index, Stroke{request.joint, request.angle_cdeg, request.start_us});
+  if (defect.code != ErrorCode::kNone) return refuse(defect);
+  ManeuverStrokeReply answer;
+  answer.index = request.index;
+  return send(answer, reply);
+}
+
+Reply RequestServer::maneuver_commit(const uint8_t* payload, size_t size, uint8_t* reply) {
+  ManeuverCommitRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
+  const Defect defect = upload_.find_defect(request.crc);
+  if (defect.code != ErrorCode::kNone) return refuse(defect);
+  ManeuverStore& store = sequencer_.store();
+  if (store.failed()) {
+    store.forget_failure();  // told once; the next commit tries again
+    return Reply::refused(ErrorCode::kStoreFailed);
+  }
+  if (!store.writing()) {
+    store.begin(upload_.maneuver());
+    written_ = written_ || store.changed();
+  }
+  ManeuverCommitReply answer;
+  answer.stored = store.writing() ? 0 : 1;
+  answer.written = written_ ? 1 : 0;
+  return send(answer, reply);
+}
+
+Reply RequestServer::maneuver_info(uint8_t* reply) {
+  const ManeuverStore& store = sequencer_.store();
+  const Maneuver& maneuver = store.current();
+  ManeuverInfoReply info;
+  info.origin = store.origin();
+  info.stroke_count = maneuver.stroke_count;
+  info.speed_cdeg_s = maneuver.speed_cdeg_s;
+  info.crc = maneuver.crc();
+  info.end_us = maneuver.end_us();
+  info.generation = store.generation();
+  return send(info, reply);
+}
+
+Reply RequestServer::maneuver_read(const uint8_t* payload, size_t size, uint8_t* reply) {
+  ManeuverReadRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  const Maneuver& maneuver = sequencer_.store().current();
+  if (request.index >= maneuver.stroke_count) {
+    return Reply::refused(ErrorCode::kIndexOutOfRange, request.index);
+  }
+  const Stroke& stroke = maneuver.strokes[request.index];
+  ManeuverReadReply answer;
+  answer.index = request.index;
+  answer.joint = stroke.joint;
+  answer.angle_cdeg = stroke.angle_cdeg;
+  answer.start_us = stroke.start_us;
+  return send(answer, reply);
+}
+
+Reply RequestServer::arm(const uint8_t* payload, size_t size, uint8_t* reply) {
+  ArmRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  const ErrorCode refusal = sequencer_.arm(request.arm_token, now_);
+  if (refusal != ErrorCode::kNone) return Reply::refused(refusal, sequencer_.switches_open());
+  ArmReply answer;
+  answer.state = sequencer_.state();
+  return send(answer, reply);
+}
+
+Reply RequestServer::disarm(uint8_t* reply) {
+  sequencer_.disarm();
+  DisarmReply answer;
+  answer.state = sequencer_.state();
+  return send(answer, reply);
+}
+
+}  // namespace sequencer
+}  // namespace tfsat
