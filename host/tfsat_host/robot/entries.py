@@ -1,0 +1,158 @@
+"""Typed reading of a robot file's entries, with errors that name file, line, entry and cure."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from tfsat_host.robot.errors import RobotFileError
+from tfsat_host.robot.model import FloatArray
+
+
+def line_of(text: str, table: str, index: int, key: str) -> int | None:
+    """Line (from 1) of `key` in the `index`-th `[[table]]`, of its header if the key is not there.
+
+    `table` is empty for the entries above all tables. A sub-table `[joint.servo]` belongs to the
+    `[[joint]]` before it. None if there is no such table.
+    """
+    owner = table.partition(".")[0]
+    seen, inside, header = -1, table == "", None if table else 1
+    for number, line in enumerate(text.splitlines(), start=1):
+        if match := re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line):
+            name = match[1]
+            seen += name == owner
+            inside = seen == index and name == table
+            if seen == index and name in (owner, table):
+                header = number
+        elif inside and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
+            return number
+    return header
+
+
+def unit_vector(vector: FloatArray) -> FloatArray:
+    """`vector` (3,) scaled to length 1; it must not be zero."""
+    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)
+
+
+class Entry:
+    """One table of the file: hands out its values by type and remembers which keys were asked for."""
+
+    def __init__(self, path: Path, text: str, table: str, index: int, values: Mapping[str, object]) -> None:
+        self._path = path
+        self._text = text
+        self._table = table
+        self._index = index
+        self._values = values
+        self._known: set[str] = set()
+
+    def fail(self, key: str, problem: str, cure: str) -> NoReturn:
+        """Raise the error for `key` of this entry."""
+        line = line_of(self._text, self._table, self._index, key.split(".")[0])
+        where = f"{self._path}:{line}" if line is not None else str(self._path)
+        entry = f"{self._table} {self._index + 1}, {key}" if self._table else key
+        raise RobotFileError(
+            what=f"{where}: {entry}: {problem}.",
+            meaning="Without a valid robot model no maneuver can be designed, flown or judged.",
+            next_step=cure,
+        )
+
+    def value(self, key: str, kind: str) -> object:
+        """The raw value of `key`; `kind` says what is expected, for the error."""
+        self._known.add(key)
+        if key not in self._values:
+            self.fail(key, "is missing", f"Add `{key} = ` with {kind}.")
+        return self._values[key]
+
+    def number(self, key: str) -> float:
+        """A finite number."""
+        value = self.value(key, "a number")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            self.fail(key, f"{value!r} is not a finite number", f"Give `{key}` a number.")
+        return float(value)
+
+    def positive(self, key: str) -> float:
+        """A number above zero."""
+        value = self.number(key)
+        if value <= 0.0:
+            self.fail(key, f"{value:g} is not positive", f"Give `{key}` a number above zero.")
+        return value
+
+    def integer(self, key: str, allowed: Iterable[int]) -> int:
+        """One of `allowed`."""
+        choices = tuple(allowed)
+        value = self.value(key, "an integer")
+        if isinstance(value, bool) or not isinstance(value, int) or value not in choices:
+            shown = ", ".join(map(str, choices)) if len(choices) <= 8 else f"{choices[0]} to {choices[-1]}"
+            self.fail(key, f"{value!r} is not allowed", f"Give `{key}` one of: {shown}.")
+        return value
+
+    def text(self, key: str) -> str:
+        """A non-empty string."""
+        value = self.value(key, "a text in quotes")
+        if not isinstance(value, str) or not value:
+            self.fail(key, f"{value!r} is not a text", f'Write `{key} = "..."`.')
+        return value
+
+    def vector(self, key: str, length: int = 3) -> FloatArray:
+        """(length,) finite numbers."""
+        value = self.value(key, f"{length} numbers in brackets")
+        if (
+            not isinstance(value, list)
+            or len(value) != length
+            or any(
+                isinstance(x, bool) or not isinstance(x, int | float) or not math.isfinite(x) for x in value
+            )
+        ):
+            self.fail(key, f"{value!r} is not a list of {length} numbers", f"Give `{key}` {length} numbers.")
+        return np.array(value, dtype=np.float64)
+
+    def matrix(self, key: str) -> FloatArray:
+        """(3, 3) finite numbers, written as three rows."""
+        rows = self.value(key, "three rows of three numbers")
+        if not isinstance(rows, list) or len(rows) != 3:
+            self.fail(key, "is not a list of three rows", f"Give `{key}` three rows of three numbers.")
+        row_entries = [Entry(self._path, self._text, self._table, self._index, {key: row}) for row in rows]
+        return np.array([row.vector(key) for row in row_entries])
+
+    def table(self, key: str) -> Entry:
+        """A table inside this one."""
+        value = self.value(key, "a table")
+        if not isinstance(value, dict):
+            self.fail(key, f"{value!r} is not a table", f"Write `{key}` as a table of named values.")
+        header = f"{self._table}.{key}"
+        in_header = re.search(rf"^\s*\[\s*{re.escape(header)}\s*\]", self._text, re.MULTILINE) is not None
+        inner = Entry(self._path, self._text, header, self._index, value)
+        return inner if in_header else InlineEntry(self, key, value)
+
+    def tables(self, key: str) -> list[Entry]:
+        """All `[[key]]` tables; none is an empty list."""
+        self._known.add(key)
+        value = self._values.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+            self.fail(key, "is not a list of tables", f"Write each one below its own line `[[{key}]]`.")
+        return [Entry(self._path, self._text, key, i, item) for i, item in enumerate(value)]
+
+    def done(self) -> None:
+        """Refuse keys that nobody asked for: a misspelt entry must not be silently ignored."""
+        for key in self._values:
+            if key not in self._known:
+                known = ", ".join(sorted(self._known))
+                self.fail(key, "is not known here", f"Remove it or correct its name; known are: {known}.")
+
+
+class InlineEntry(Entry):
+    """A table written in braces on its owner's line."""
+
+    def __init__(self, owner: Entry, key: str, values: Mapping[str, object]) -> None:
+        super().__init__(owner._path, owner._text, owner._table, owner._index, values)
+        self._owner = owner
+        self._key = key
+
+    def fail(self, key: str, problem: str, cure: str) -> NoReturn:
+        """Raise the error for `key` of this table, at its owner's line."""
+        self._owner.fail(f"{self._key}.{key}", problem, cure)

@@ -1,0 +1,113 @@
+"""The robot model: frozen, SI units, arrays over bodies and joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Servo:
+    """How a joint's servo turns pulses into angles.
+
+    The angle of pulse p is `reference_angle_rad + (p - reference_pulse_us) / pulse_us_per_rad`.
+    """
+
+    average_rate_rad_s: float
+    max_rate_rad_s: float
+    acceleration_rad_s2: float
+    start_rad: float
+    pulse_range_us: tuple[float, float]
+    reference_pulse_us: float
+    reference_angle_rad: float
+    pulse_us_per_rad: float
+
+    def pulse_us(self, angle_rad: float) -> float:
+        """Pulse width that commands `angle_rad`; not limited to the servo's range."""
+        return self.reference_pulse_us + (angle_rad - self.reference_angle_rad) * self.pulse_us_per_rad
+
+
+@dataclass(frozen=True, eq=False)
+class Imu:
+    """One inertial sensor on a body.
+
+    `position_m`: (3,) in the body frame. `sensor_to_body`: (3, 3) rotation as mounted by design.
+    """
+
+    body: int
+    bus: int
+    address: int
+    position_m: FloatArray
+    sensor_to_body: FloatArray
+    gyro_range_rad_s: float
+    low_pass_hz: float
+
+
+@dataclass(frozen=True)
+class AngleSensor:
+    """One absolute angle sensor: it shows `zero_offset_rad + direction * joint angle`, modulo a turn."""
+
+    joint: int
+    direction: int
+    zero_offset_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """A tree of n rigid bodies and n - 1 hinges.
+
+    At zero joint angles all body frames are parallel to the global frame. The angle of joint j is that of
+    body `joint_outer[j]` relative to body `joint_inner[j]`, positive about `joint_axis[j]`.
+
+    Attributes:
+        path: The file that the model was read from.
+        name: What people call the robot.
+        base: Index of the body whose attitude is the robot's attitude.
+        body_names: n names.
+        mass_kg: (n,).
+        origin_m: (n, 3) origin of each body frame, global, at zero joint angles.
+        com_m: (n, 3) center of mass in the body frame.
+        inertia_kg_m2: (n, 3, 3) tensor about the center of mass, body axes.
+        joint_names: n - 1 names.
+        joint_inner, joint_outer: (n - 1,) body indices.
+        joint_axis: (n - 1, 3) unit vectors.
+        joint_point_m: (n - 1, 3) a point on the axis, global, at zero joint angles.
+        joint_limits_rad: (n - 1, 2) least and greatest angle.
+        servos: One a joint.
+        imus: In the order of the log.
+        angle_sensors: In the order of the log.
+    """
+
+    path: Path
+    name: str
+    base: int
+    body_names: tuple[str, ...]
+    mass_kg: FloatArray
+    origin_m: FloatArray
+    com_m: FloatArray
+    inertia_kg_m2: FloatArray
+    joint_names: tuple[str, ...]
+    joint_inner: IntArray
+    joint_outer: IntArray
+    joint_axis: FloatArray
+    joint_point_m: FloatArray
+    joint_limits_rad: FloatArray
+    servos: tuple[Servo, ...]
+    imus: tuple[Imu, ...]
+    angle_sensors: tuple[AngleSensor, ...]
+
+    @property
+    def n_bodies(self) -> int:
+        """Number of bodies."""
+        return len(self.body_names)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)

@@ -1,0 +1,169 @@
+"""The chain in free fall against the paper's numbers and an independent reference."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.dynamics.chain_driver import FloatArray, Robot, Script, Shown
+from tests.dynamics.reference import free_attitude
+
+G = 9.80665
+
+
+def fly_strokes(probe: Path, robot: Robot, strokes_deg: Sequence[tuple[int, float]]) -> list[Rotation]:
+    """Net rotation of every body after strokes (joint index, angle) from zero angles, at rest at first."""
+    script = Script(robot)
+    script.release()
+    n = len(robot.inner)
+    angle = np.zeros(n)
+    for joint, stroke_deg in strokes_deg:
+        start = angle.copy()
+        for phase in np.linspace(0.0, np.pi, 101)[1:]:  # from rest to rest in 0.4 s
+            rate = np.zeros(n)
+            angle[joint] = start[joint] + np.radians(stroke_deg) * 0.5 * (1 - np.cos(phase))
+            rate[joint] = np.radians(stroke_deg) * 0.5 * np.sin(phase) * np.pi / 0.4
+            script.step(0.004, angle, rate, np.zeros(n))
+    for body in range(len(robot.mass)):
+        script.show(body)
+    return [Rotation.from_quat(shown.quaternion) for shown in script.run(probe)]
+
+
+def test_the_paper_maneuver_reorients_every_body_by_26_11_degrees(probe: Path, drop_tower: Robot) -> None:
+    strokes = [(0, 58.75), (1, 70.29), (0, -58.75), (1, -70.29)]
+    rotations = fly_strokes(probe, drop_tower, strokes)
+    for rotation in rotations:
+        assert np.degrees(rotation.magnitude()) == pytest.approx(26.11, abs=0.005)
+        assert np.degrees((rotation * rotations[0].inv()).magnitude()) < 1e-6
+    vector = np.degrees(rotations[2].as_rotvec())
+    assert vector == pytest.approx([-0.549, 0.373, -26.104], abs=0.002)  # almost about z, as in the paper
+
+
+def test_the_reversed_maneuver_gives_the_inverse_rotation(probe: Path, drop_tower: Robot) -> None:
+    there = fly_strokes(probe, drop_tower, [(0, 59), (1, 70), (0, -59), (1, -70)])[2]
+    back = fly_strokes(probe, drop_tower, [(1, 70), (0, 59), (1, -70), (0, -59)])[2]
+    assert np.degrees((there * back).magnitude()) < 1e-6
+
+
+def test_a_path_that_is_retraced_cancels(probe: Path, drop_tower: Robot) -> None:
+    for rotation in fly_strokes(probe, drop_tower, [(0, 59), (1, 70), (1, -70), (0, -59)]):
+        assert np.degrees(rotation.magnitude()) < 1e-9
+
+
+def random_tree(rng: np.random.Generator, n: int) -> Robot:
+    half = rng.uniform(0.02, 0.1, (n, 3))
+    mass = rng.uniform(0.2, 1.5, n)
+    inertia = np.empty((n, 3, 3))
+    for i in range(n):
+        box = mass[i] / 3 * np.diag(half[i] @ half[i] - half[i] ** 2)
+        turn = Rotation.random(random_state=rng).as_matrix()
+        inertia[i] = turn @ box @ turn.T
+    axis = rng.normal(size=(n - 1, 3))
+    parent = [int(rng.integers(0, j + 1)) for j in range(n - 1)]
+    flipped = rng.random(n - 1) < 0.5
+    return Robot(
+        base=int(rng.integers(0, n)),
+        mass=mass,
+        com=rng.uniform(-0.05, 0.05, (n, 3)),
+        inertia=inertia,
+        origin=rng.uniform(-0.2, 0.2, (n, 3)),
+        inner=[j + 1 if f else parent[j] for j, f in enumerate(flipped)],
+        outer=[parent[j] if f else j + 1 for j, f in enumerate(flipped)],
+        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
+        point=rng.uniform(-0.2, 0.2, (n - 1, 3)),
+    )
+
+
+class SmoothHistory:
+    """Every joint swings by its own amplitude and frequency, from the first instant."""
+
+    def __init__(self, rng: np.random.Generator, n: int) -> None:
+        self.amplitude = rng.uniform(0.3, 1.0, n)
+        self.omega = rng.uniform(2.0, 8.0, n)
+        self.phase = rng.uniform(0.0, 6.0, n)
+
+    def __call__(self, t: float) -> tuple[FloatArray, FloatArray]:
+        angle, rate, _ = self.all(t)
+        return angle, rate
+
+    def all(self, t: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        x = self.omega * t + self.phase
+        a, w = self.amplitude, self.omega
+        return a * np.sin(x), a * w * np.cos(x), -a * w * w * np.sin(x)
+
+
+def fly(
+    probe: Path, robot: Robot, history: SmoothHistory, base_rate: FloatArray, steps: int, show: Sequence[int]
+) -> list[Shown]:
+    """One second of free fall in equal steps; shows body 0 at (10, 20, 30) mm after each step in `show`."""
+    script = Script(robot)
+    script.step(1e-3, *history.all(0.0))  # still held: brings the joints to where they start
+    script.say("place", [0, 0, 0, 1], [0, 0, 0])
+    script.hold(robot.base)
+    script.step(1e-3, *history.all(0.0))
+    script.release(base_rate, (0.007, 0.0, -0.04))
+    for k in range(1, steps + 1):
+        script.step(1.0 / steps, *history.all(k / steps))
+        if k in show:
+            script.show(robot.base)
+            script.show(0, (0.01, 0.02, 0.03))
+    return script.run(probe)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_trees_turn_as_the_reference_says(probe: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    robot = random_tree(rng, 2 + seed)
+    history = SmoothHistory(rng, 1 + seed)
+    base_rate = rng.normal(size=3) * (0.0 if seed == 0 else 0.5)
+    base, _ = fly(probe, robot, history, base_rate, 1000, [1000])
+    expected = free_attitude(robot, history, 1.0, base_rate)
+    error = (Rotation.from_quat(base.quaternion) * expected.inv()).magnitude()
+    assert np.degrees(error) < 1e-6
+
+
+def test_the_integration_is_of_fourth_order(probe: Path) -> None:
+    rng = np.random.default_rng(7)
+    robot, history, base_rate = random_tree(rng, 4), SmoothHistory(rng, 3), np.array([0.4, -0.3, 0.5])
+    expected = free_attitude(robot, history, 1.0, base_rate)
+    errors = []
+    for steps in (20, 40, 80):
+        base, _ = fly(probe, robot, history, base_rate, steps, [steps])
+        errors.append((Rotation.from_quat(base.quaternion) * expected.inv()).magnitude())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (orders > 3.6).all()
+    assert (orders < 5.0).all()
+
+
+def test_momentum_is_kept_and_accelerations_are_derivatives(probe: Path) -> None:
+    rng = np.random.default_rng(11)
+    robot, history = random_tree(rng, 5), SmoothHistory(rng, 4)
+    around = [499, 500, 501]
+    shown = fly(probe, robot, history, np.array([0.2, 0.1, -0.3]), 1000, [1, *around, 1000])
+    momenta = np.array([s.momentum for s in shown])
+    assert np.abs(momenta - momenta[0]).max() < 1e-12 * max(1.0, np.abs(momenta[0]).max())
+    before, now, after = shown[3], shown[5], shown[7]
+    derivative = (after.rate - before.rate) / 2e-3
+    assert now.angular_acceleration == pytest.approx(derivative, rel=1e-3, abs=1e-3)
+    assert now.velocity == pytest.approx((after.position - before.position) / 2e-3, rel=1e-4, abs=1e-4)
+    derivative = (after.velocity - before.velocity) / 2e-3
+    assert now.acceleration == pytest.approx(derivative, rel=1e-3, abs=1e-3)
+    # An accelerometer does not feel gravity: what it reads is the rest, in its body's frame.
+    felt = Rotation.from_quat(now.quaternion).inv().apply(now.acceleration + np.array([0, 0, G]))
+    assert now.specific_force == pytest.approx(felt, abs=1e-9)
+
+
+def test_a_robot_at_rest_feels_nothing_in_free_fall(probe: Path, drop_tower: Robot) -> None:
+    script = Script(drop_tower)
+    script.release((0, 0, 0), (0.0, 0.0, -0.04))
+    for _ in range(50):
+        script.step(0.01, np.zeros(3), np.zeros(3), np.zeros(3))
+    script.show(0, (0.05, 0.05, 0.05))
+    (shown,) = script.run(probe)
+    assert np.abs(shown.specific_force).max() < 1e-12
+    assert shown.velocity == pytest.approx([0, 0, -0.04 - 9.80665 * 0.5])
+    assert shown.position[2] == pytest.approx(0.298 - 0.04 * 0.5 - 9.80665 * 0.125)

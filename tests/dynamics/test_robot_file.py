@@ -1,0 +1,158 @@
+"""The robot file: what is read from it, and what is said when it is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tfsat_host.robot import RobotFileError, default_robot_path, load_robot
+
+TEXT = default_robot_path().read_text(encoding="utf-8")
+
+FIFTH_BODY = """
+[[body]]
+name = "body 5"
+mass_kg = 0.1
+origin_mm = [0.0, 0.0, 400.0]
+com_mm = [1.0, 2.0, 3.0]
+inertia_g_m2 = { xx = 0.1, xy = 0.0, xz = 0.0, yy = 0.1, yz = 0.0, zz = 0.1 }
+"""
+FIFTH_JOINT = TEXT[TEXT.index('[[joint]]\nname = "joint 3"') : TEXT.index("# Gyroscopes")].replace(
+    '"joint 3"', '"joint 4"'
+)
+
+
+def fifth_joint(inner: str, outer: str) -> str:
+    return FIFTH_JOINT.replace('"body 4"', f'"{inner}"').replace('"body 3"', f'"{outer}"')
+
+
+def line_with(text: str, fragment: str) -> int:
+    """The line on which `fragment` ends."""
+    assert text.count(fragment) == 1
+    return text[: text.index(fragment) + len(fragment)].count("\n") + 1
+
+
+def test_the_drop_tower_robot_is_the_papers() -> None:
+    robot = load_robot()
+    assert robot.mass_kg.sum() == pytest.approx(2.847)
+    assert robot.body_names[robot.base] == "body 3"
+    assert robot.com_m[1] == pytest.approx([0.04786, 0.04668, 0.05436])
+    assert robot.inertia_kg_m2[0] == pytest.approx(
+        1e-3 * np.array([[3.97, 0.01, 0.08], [0.01, 4.10, -0.09], [0.08, -0.09, 2.27]])
+    )
+    assert robot.joint_inner.tolist() == [1, 2, 3]
+    assert robot.joint_outer.tolist() == [0, 1, 2]
+    # Table of joint positions: the local position is in body i+1.
+    local_mm = 1e3 * (robot.joint_point_m - robot.origin_m[1:])
+    assert local_mm == pytest.approx(np.array([[0, 10, 112], [90, 0, 112], [0, 5, -25]]))
+    assert np.degrees(robot.joint_limits_rad) == pytest.approx(np.array([[0, 90]] * 3))
+    assert [robot.servos[0].pulse_us(np.radians(a)) for a in (0, 45, 90)] == pytest.approx([1000, 1500, 2000])
+    assert [(imu.bus, imu.address) for imu in robot.imus] == [(0, 0x68), (0, 0x69), (1, 0x68), (1, 0x69)]
+    assert [(s.joint, s.direction) for s in robot.angle_sensors] == [
+        (j, d) for j in range(3) for d in (1, -1)
+    ]
+
+
+def test_the_model_cannot_be_changed() -> None:
+    robot = load_robot()
+    for array in (robot.mass_kg, robot.inertia_kg_m2, robot.joint_outer, robot.imus[0].position_m):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def test_off_diagonals_as_tensor_entries_keep_their_sign(tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text(TEXT.replace('off_diagonals = "products"', 'off_diagonals = "tensor"'), encoding="utf-8")
+    assert load_robot(file).inertia_kg_m2[0, 0, 1] == pytest.approx(-1e-5)
+
+
+def test_a_tree_of_five_bodies_and_a_single_body_are_robots(tmp_path: Path) -> None:
+    five = tmp_path / "five.toml"
+    five.write_text(TEXT + FIFTH_BODY + fifth_joint("body 2", "body 5"), encoding="utf-8")
+    robot = load_robot(str(five))
+    assert (robot.n_bodies, robot.n_joints) == (5, 4)
+    assert (robot.joint_inner[3], robot.joint_outer[3]) == (1, 4)
+    alone = tmp_path / "alone.toml"
+    header = 'format = 1\nname = "one"\nbase = "body 5"\ninertia_off_diagonals = "tensor"\n'
+    alone.write_text(header + FIFTH_BODY, encoding="utf-8")
+    assert load_robot(alone).joint_axis.shape == (0, 3)
+
+
+MISTAKES = [
+    ("mass_kg = 0.735", "mass_kg = 0  # lost", "mass_kg = 0  # lost", "not positive"),
+    ("mass_kg = 0.735", "mass_kg = nan", "mass_kg = nan", "not a finite number"),
+    ("mass_kg = 0.735\n", "", "zz = 2.27 }\n\n[[body]]", "is missing"),
+    ("mass_kg = 0.735", "mass_kg = 0.735\nmas = 1", "mas = 1", "not known here"),
+    ("xx = 1.72", "xx = -1.72", "inertia_g_m2 = { xx = -1.72", "not positive definite"),
+    ("xx = 1.72", "xx = 17.2", "inertia_g_m2 = { xx = 17.2", "exceeds the sum"),
+    ("xx = 1.72, ", "", "inertia_g_m2 = { xy = 0.00, xz = -0.07", "inertia_g_m2.xx: is missing"),
+    ('inner = "body 3"', 'inner = "body 7"', 'inner = "body 7"', "no body 'body 7'"),
+    ('inner = "body 3"', 'inner = "body 2"', 'outer = "body 2"', "joins a body to itself"),
+    ('inner = "body 3"', 'inner = "body 1"', 'outer = "body 2"', "closes a loop"),
+    ("axis = [0, 1, 0]", "axis = [0, 0, 0]", "axis = [0, 0, 0]", "has no direction"),
+    ("axis = [0, 1, 0]", "axis = [0, 1]", "axis = [0, 1]", "not a list of 3 numbers"),
+    ('name = "joint 2"', 'name = "joint 1"', '111\n\n[[joint]]\nname = "joint 1"', "used twice"),
+    ('base = "body 3"', 'base = "chest"', 'base = "chest"', "no body 'chest'"),
+    ("format = 1", "format = 2", "format = 2", "not allowed"),
+    ('"products"\n', '"either"\n', 'inertia_off_diagonals = "either"', "is neither"),
+    ("direction = 1\n", "direction = 2\n", "direction = 2", "not allowed"),
+    ("address = 0x69", "address = 0x68", '"body 2"\nbus = 0\naddress = 0x68', "two sensors"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "at", "problem"), MISTAKES)
+def test_a_mistake_is_named_with_file_line_entry_and_cure(
+    tmp_path: Path, old: str, new: str, at: str, problem: str
+) -> None:
+    file = tmp_path / "robot.toml"
+    text = TEXT.replace(old, new, 1)
+    assert text != TEXT
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(RobotFileError) as caught:
+        load_robot(file)
+    assert problem in caught.value.what
+    assert caught.value.next_step
+    assert caught.value.what.startswith(f"{file}:{line_with(text, at)}: ")
+
+
+def test_a_body_that_nothing_connects_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    file.write_text(TEXT + FIFTH_BODY, encoding="utf-8")
+    with pytest.raises(RobotFileError, match="no joint connects 'body 5'"):
+        load_robot(file)
+
+
+def test_a_servo_mistake_is_found_in_its_own_joint(tmp_path: Path) -> None:
+    file = tmp_path / "robot.toml"
+    head, tail = TEXT.split('name = "joint 3"')
+    file.write_text(
+        head + 'name = "joint 3"' + tail.replace("max_rate_deg_s = 200.0", "max_rate_deg_s = 20.0"), "utf-8"
+    )
+    with pytest.raises(
+        RobotFileError, match=r"joint.servo 3, average_rate_deg_s: is above max_rate"
+    ) as caught:
+        load_robot(file)
+    line = int(caught.value.what.removeprefix(f"{file}:").split(":")[0])
+    assert line > line_with(TEXT, 'name = "joint 3"')
+    assert TEXT.splitlines()[line - 1].startswith("average_rate_deg_s")
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"format = = 1", "not valid TOML"),
+        (b"\xff\xfe", "not UTF-8"),
+        (None, "cannot be read"),
+        (b"", "missing"),
+    ],
+)
+def test_a_file_that_is_no_robot_file_is_refused(tmp_path: Path, content: bytes | None, problem: str) -> None:
+    file = tmp_path / "robot.toml"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(RobotFileError, match=problem):
+        load_robot(file)
+    with pytest.raises(RobotFileError, match="cannot be read"):
+        load_robot(tmp_path)

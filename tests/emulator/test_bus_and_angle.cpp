@@ -1,0 +1,92 @@
+#include "check.h"
+#include "sensors/angle_sensor.h"
+#include "sensors/mpu6050.h"
+
+using namespace tfsat::emulator;
+
+namespace {
+constexpr double kDeg = 0.017453292519943295;
+}
+
+TEST_CASE(bus_reaches_the_addressed_device_and_nobody_else_answers) {
+  Mpu6050Parameters odd;
+  odd.who_am_i = 0x70;
+  Mpu6050 first, second(odd);
+  I2cBus bus;
+  CHECK(bus.attach(0x68, first));
+  CHECK(bus.attach(0x69, second));
+  CHECK(!bus.attach(0x69, first));
+  uint8_t who = 0;
+  CHECK(bus.read(0x68, mpu6050::kWhoAmI, &who, 1));
+  CHECK(who == 0x68);
+  CHECK(bus.read(0x69, mpu6050::kWhoAmI, &who, 1));
+  CHECK(who == 0x70);
+  CHECK(!bus.read(0x6A, mpu6050::kWhoAmI, &who, 1));
+}
+
+TEST_CASE(a_stuck_bus_is_freed_by_clocks_and_a_shorted_one_is_not) {
+  Mpu6050 chip;
+  I2cBus bus;
+  bus.attach(0x68, chip);
+  uint8_t who = 0;
+  bus.set_stuck(true);
+  CHECK(!bus.read(0x68, mpu6050::kWhoAmI, &who, 1));
+  bus.clock_free();
+  CHECK(bus.read(0x68, mpu6050::kWhoAmI, &who, 1));
+  bus.set_stuck(true, true);
+  bus.clock_free();
+  CHECK(!bus.read(0x68, mpu6050::kWhoAmI, &who, 1));
+}
+
+TEST_CASE(bus_transfers_take_their_time) {
+  CHECK(I2cBus::read_duration_us(14, 400000) == 390);
+  CHECK(I2cBus::read_duration_us(6, 400000) == 210);
+  CHECK(I2cBus::write_duration_us(1, 400000) == 73);
+}
+
+TEST_CASE(angle_sensors_of_a_pair_count_against_each_other) {
+  AngleSensorParameters p;
+  p.zero_offset_rad = 180.0 * kDeg;
+  AngleSensor near_end(p);
+  p.direction = -1;
+  AngleSensor far_end(p);
+  CHECK(near_end.convert(45.01 * kDeg) == 2560);
+  CHECK(far_end.convert(45.01 * kDeg) == 1535);
+}
+
+TEST_CASE(angle_sensor_wraps_within_twelve_bits) {
+  AngleSensorParameters p;
+  p.zero_offset_rad = 350.0 * kDeg;
+  AngleSensor sensor(p);
+  CHECK(sensor.convert(20.0 * kDeg) == 113);
+  CHECK(sensor.convert(-355.0 * kDeg) == 4039);
+  for (double angle = -13.0; angle < 13.0; angle += 1e-3) CHECK(sensor.convert(angle) < 4096);
+  AngleSensor zero;
+  CHECK(zero.convert(-1e-17) < 4096);
+}
+
+TEST_CASE(angle_sensor_noise_is_seeded) {
+  AngleSensorParameters p;
+  p.zero_offset_rad = 3.0;
+  p.noise_rad = 0.5 * kDeg;
+  AngleSensor a(p), b(p);
+  double sum = 0.0, squares = 0.0;
+  const double truth = 3.0 / 6.283185307179586 * 4096.0 - 0.5;
+  for (int k = 0; k < 5000; ++k) {
+    const double error = a.convert(0.0) - truth;
+    CHECK(b.convert(0.0) == error + truth);
+    sum += error;
+    squares += error * error;
+  }
+  CHECK_NEAR(sum / 5000, 0.0, 0.3);
+  CHECK_NEAR(std::sqrt(squares / 5000), 0.5 / 360.0 * 4096.0, 0.3);
+}
+
+TEST_CASE(angle_sensor_faults) {
+  AngleSensor sensor;
+  const uint16_t before = sensor.convert(1.0);
+  sensor.set_fault(AngleSensorFault::kFrozen);
+  CHECK(sensor.convert(2.0) == before);
+  sensor.set_fault(AngleSensorFault::kOpen);
+  CHECK(sensor.convert(1.0) == 0);
+}

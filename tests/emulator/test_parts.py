@@ -1,0 +1,26 @@
+"""The emulated robot's parts, by their C++ tests: servo, MPU-6050, I2C bus, angle sensor, card."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.cpp.compiling import EMULATOR_SOURCES, compile_cpp
+
+HERE = Path(__file__).parent
+PARTS = {
+    "servo": ["physics/servo.cpp"],
+    "mpu6050": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp"],
+    "bus_and_angle": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp", "sensors/angle_sensor.cpp"],
+    "block_device": ["card/block_device.cpp"],
+}
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_part(part: str, tmp_path: Path) -> None:
+    sources = [HERE / "main.cpp", HERE / f"test_{part}.cpp", *(EMULATOR_SOURCES / s for s in PARTS[part])]
+    program = compile_cpp(sources, tmp_path / part)
+    done = subprocess.run([program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,74 @@
+// The SD card as the logger sees its one file: 512-byte blocks, busy times, what a power cut takes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+namespace tfsat {
+namespace emulator {
+
+enum class CardResult : uint8_t { kOk, kBusy, kOutOfRange, kAbsent };
+
+enum class PowerCut : uint8_t {
+  kLosesCache,           // what the card had not programmed yet is gone
+  kTearsOldestInCache,   // and the block being programmed holds half of the new, half of the old
+};
+
+struct CardParameters {
+  uint32_t write_us = 250;      // busy after a block
+  uint32_t sync_us = 1000;      // busy after a sync
+  uint32_t cache_blocks = 0;    // the card's own RAM: written, but lost in a power cut until synced
+};
+
+class BlockDevice {
+ public:
+  static constexpr size_t kBlockBytes = 512;
+
+  explicit BlockDevice(const CardParameters& parameters = CardParameters());
+
+  // A contiguous zero-filled file of this many blocks, on the medium when the call returns.
+  CardResult preallocate(uint32_t n_blocks);
+  bool busy(uint64_t t_us) const { return t_us < busy_until_us_; }
+  CardResult write(uint64_t t_us, uint32_t block_index, const uint8_t data[kBlockBytes]);
+  // Flushes the cache. The card is busy afterwards; its data is safe at once.
+  CardResult sync(uint64_t t_us);
+  // Clean stop: flushes and shortens the file to `n_blocks`; longer than it is changes nothing.
+  CardResult truncate(uint32_t n_blocks);
+
+  // What a person or a bad card does.
+  void stall_until(uint64_t t_us);     // the next transfers find the card busy until then
+  void set_present(bool present) { present_ = present; }
+  bool present() const { return present_; }
+  void power_cut(PowerCut kind);
+
+  uint32_t n_blocks() const { return static_cast<uint32_t>(medium_.size() / kBlockBytes); }
+  size_t unsynced_blocks() const { return cache_.size(); }
+  uint64_t blocks_written() const { return blocks_written_; }
+  std::vector<uint8_t> bytes() const;  // as a reader finds them while the card keeps its power
+
+  // The file on the PC. False, with the reason in `error`, when the system refuses; a file to load
+  // must hold whole blocks.
+  bool save(const std::string& path, std::string& error) const;
+  bool load(const std::string& path, std::string& error);
+
+ private:
+  struct CachedBlock {
+    uint32_t index;
+    std::vector<uint8_t> data;
+  };
+  static void program(const CachedBlock& block, size_t n_bytes, std::vector<uint8_t>& medium);
+  void flush();
+
+  CardParameters parameters_;
+  std::vector<uint8_t> medium_;
+  std::deque<CachedBlock> cache_;  // oldest first
+  uint64_t busy_until_us_ = 0;
+  uint64_t blocks_written_ = 0;
+  bool present_ = true;
+};
+
+}  // namespace emulator
+}  // namespace tfsat

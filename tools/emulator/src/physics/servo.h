@@ -1,0 +1,75 @@
+// A hobby servo: pulse width in, joint angle out. Limp without pulses, and then moved by hand.
+#pragma once
+
+#include <cstdint>
+
+namespace tfsat {
+namespace emulator {
+
+struct ServoParameters {
+  double reference_pulse_us = 1500.0;
+  double reference_angle_rad = 0.7853981633974483;    // 45 deg
+  double pulse_us_per_rad = 636.6197723675814;        // 100/9 us per deg; negative: reversed
+  double min_pulse_us = 500.0;
+  double max_pulse_us = 2500.0;
+  double min_angle_rad = 0.0;                         // mechanical stops
+  double max_angle_rad = 1.5707963267948966;
+  double max_rate_rad_s = 3.4906585039886590;         // 200 deg/s
+  double acceleration_rad_s2 = 69.813170079773180;    // 4000 deg/s^2
+  uint64_t limp_after_us = 100000;                    // without a pulse
+};
+
+struct ServoMotion {
+  double angle_rad = 0.0, rate_rad_s = 0.0, acceleration_rad_s2 = 0.0;
+};
+
+// Time must not run backwards between the calls.
+class Servo {
+ public:
+  explicit Servo(const ServoParameters& parameters, double angle_rad = 0.0);
+
+  // A pulse of this width ended at `t_us`. Widths outside min..max are not servo pulses: ignored.
+  void pulse(uint64_t t_us, double width_us);
+  // Moves the limp joint by hand: `cycles` times from where it is by `amplitude_rad` and back, one
+  // cycle per `period_s`, as angle = start + amplitude sin^4(pi t / period): smooth to the third
+  // derivative at both ends. False, and nothing done, while the servo holds the joint or if the
+  // swing would leave the mechanical range.
+  bool swing(uint64_t t_us, double amplitude_rad, double period_s, unsigned cycles);
+  // The joint was stopped from outside at this angle (a jig, a hand): it stands there now. A servo
+  // that still gets pulses starts again towards its target with the next one.
+  void stop_at(uint64_t t_us, double angle_rad);
+
+  bool limp(uint64_t t_us) const { return last_pulse_us_ == kNever || t_us > limp_time_us(); }
+  bool swinging(uint64_t t_us) const { return swing_cycles_ != 0 && t_us < swing_end_us_; }
+  double target_rad() const { return target_rad_; }
+  ServoMotion motion(uint64_t t_us);
+  const ServoParameters& parameters() const { return parameters_; }
+
+ private:
+  static constexpr uint64_t kNever = UINT64_MAX;
+  // Constant-acceleration pieces from a start: speed up, cruise, slow down.
+  struct Profile {
+    uint64_t start_us = 0;
+    double angle_rad = 0.0, rate_rad_s = 0.0;
+    double duration_s[3] = {};
+    double acceleration_rad_s2[3] = {};
+  };
+  uint64_t limp_time_us() const { return last_pulse_us_ + parameters_.limp_after_us; }
+  void go_to(uint64_t t_us, const ServoMotion& from, double target_rad);
+  void brake(uint64_t t_us, const ServoMotion& from);
+  void settle(uint64_t t_us);
+  ServoMotion on_profile(uint64_t t_us) const;
+  ServoMotion on_swing(uint64_t t_us) const;
+
+  ServoParameters parameters_;
+  Profile profile_;
+  double target_rad_;
+  uint64_t last_pulse_us_ = kNever;
+  bool driven_ = false;  // following pulses; false once limp
+  uint64_t swing_start_us_ = 0, swing_end_us_ = 0;
+  double swing_from_rad_ = 0.0, swing_amplitude_rad_ = 0.0, swing_period_s_ = 1.0;
+  unsigned swing_cycles_ = 0;
+};
+
+}  // namespace emulator
+}  // namespace tfsat

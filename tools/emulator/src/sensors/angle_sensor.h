@@ -1,0 +1,38 @@
+// Absolute angle sensor on a joint axis: one turn on a 12-bit converter, seen from either end.
+#pragma once
+
+#include <cstdint>
+
+#include "noise.h"
+
+namespace tfsat {
+namespace emulator {
+
+struct AngleSensorParameters {
+  double zero_offset_rad = 0.0;   // what it shows at joint angle zero
+  int direction = 1;              // -1: it looks at the axis from the other end
+  double noise_rad = 0.0;         // standard deviation of one reading
+  uint64_t seed = 1;
+};
+
+enum class AngleSensorFault : uint8_t { kNone, kFrozen, kOpen };  // kOpen: the pull-down reads 0
+
+class AngleSensor {
+ public:
+  static constexpr uint16_t kCountsPerTurn = 4096;
+
+  explicit AngleSensor(const AngleSensorParameters& parameters = AngleSensorParameters());
+
+  void set_fault(AngleSensorFault fault) { fault_ = fault; }
+  // One conversion of the true joint angle: 0..4095, wrapping at a full turn.
+  uint16_t convert(double joint_angle_rad);
+
+ private:
+  AngleSensorParameters parameters_;
+  Noise noise_;
+  AngleSensorFault fault_ = AngleSensorFault::kNone;
+  uint16_t last_ = 0;
+};
+
+}  // namespace emulator
+}  // namespace tfsat

@@ -1,0 +1,174 @@
+#include "mpu6050.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace tfsat {
+namespace emulator {
+
+using namespace mpu6050;
+
+namespace {
+
+constexpr double kStandardGravity_m_s2 = 9.80665;
+constexpr double kRadPerDeg = 0.017453292519943295;
+constexpr uint64_t kTick_us = 125;  // 8 kHz
+
+// RM register 26 (CONFIG): bandwidth and delay for DLPF_CFG 0..7. For 7 ("reserved", 8 kHz) no
+// figures are given: nothing is filtered.
+struct Dlpf {
+  double accel_hz, accel_delay_ms, gyro_hz, gyro_delay_ms;
+};
+constexpr Dlpf kDlpf[8] = {{260, 0.0, 256, 0.98}, {184, 2.0, 188, 1.9}, {94, 3.0, 98, 2.8},
+                           {44, 4.9, 42, 4.8},    {21, 8.5, 20, 8.3},   {10, 13.8, 10, 13.4},
+                           {5, 19.0, 5, 18.6},    {260, 0.0, 256, 0.0}};
+// RM registers 27 and 28: LSB per deg/s for FS_SEL, LSB per g for AFS_SEL.
+constexpr double kGyroLsbPerDegS[4] = {131.0, 65.5, 32.8, 16.4};
+constexpr double kAccelLsbPerG[4] = {16384.0, 8192.0, 4096.0, 2048.0};
+
+bool gyro_at_8khz(uint8_t config) { return (config & 7u) == 0 || (config & 7u) == 7; }
+
+}  // namespace
+
+Mpu6050::Mpu6050(const Mpu6050Parameters& parameters)
+    : parameters_(parameters), noise_(parameters.seed) {
+  reset_registers();
+}
+
+void Mpu6050::power_up(uint64_t t_us) {
+  now_us_ = std::max(now_us_, t_us);
+  reset_until_us_ = now_us_;
+  reset_registers();
+}
+
+void Mpu6050::reset_registers() {
+  std::fill(std::begin(registers_), std::end(registers_), uint8_t{0});
+  registers_[kPwrMgmt1] = kSleep;
+  registers_[kWhoAmI] = parameters_.who_am_i;
+  configure_filters();
+  fill_filters_ = true;
+}
+
+void Mpu6050::configure_filters() {
+  const Dlpf& dlpf = kDlpf[registers_[kConfig] & 7u];
+  for (int i = 0; i < 3; ++i) filters_[i].configure(dlpf.gyro_hz, 1e-3 * dlpf.gyro_delay_ms);
+  for (int i = 3; i < 6; ++i) filters_[i].configure(dlpf.accel_hz, 1e-3 * dlpf.accel_delay_ms);
+}
+
+bool Mpu6050::write(uint8_t reg, const uint8_t* data, size_t n) {
+  if (fault_ == Mpu6050Fault::kDead || !ready()) return false;
+  for (size_t i = 0; i < n; ++i) write_register(static_cast<uint8_t>(reg + i), data[i]);
+  return true;
+}
+
+void Mpu6050::write_register(uint8_t reg, uint8_t value) {
+  const bool read_only = reg >= 0x80 || reg == kWhoAmI || (reg >= kIntStatus && reg <= kGyroZoutL);
+  if (read_only) return;
+  if (reg == kPwrMgmt1 && (value & kDeviceReset) != 0) {
+    reset_registers();
+    reset_until_us_ = now_us_ + parameters_.reset_us;
+    return;
+  }
+  const bool woken = reg == kPwrMgmt1 && (registers_[kPwrMgmt1] & kSleep) != 0 && !(value & kSleep);
+  registers_[reg] = value;
+  if (reg == kConfig) configure_filters();
+  if (woken) {
+    awake_since_us_ = now_us_;
+    fill_filters_ = true;
+  }
+}
+
+bool Mpu6050::read(uint8_t reg, uint8_t* data, size_t n) {
+  if (fault_ == Mpu6050Fault::kDead || !ready()) return false;
+  for (size_t i = 0; i < n; ++i) {
+    const uint8_t address = static_cast<uint8_t>(reg + i);
+    data[i] = address < 0x80 ? registers_[address] : 0;
+    if (address == kIntStatus) registers_[kIntStatus] = 0;  // RM register 58: cleared by reading
+  }
+  return true;
+}
+
+Mpu6050::Truth Mpu6050::measured(const Vec3& rate_rad_s, const Vec3& specific_force_m_s2,
+                                 double temperature_c) const {
+  const Mpu6050Parameters& p = parameters_;
+  const Mat3 to_sensor = transpose(p.sensor_to_body);
+  const Vec3 force = to_sensor * specific_force_m_s2;
+  const Vec3 rate = to_sensor * rate_rad_s;
+  const Vec3 drag = p.gyro_bias_rad_s + p.gyro_g_sensitivity * force;
+  return {{p.gyro_scale.x * rate.x + drag.x, p.gyro_scale.y * rate.y + drag.y,
+           p.gyro_scale.z * rate.z + drag.z, p.accel_scale.x * force.x + p.accel_bias_m_s2.x,
+           p.accel_scale.y * force.y + p.accel_bias_m_s2.y,
+           p.accel_scale.z * force.z + p.accel_bias_m_s2.z},
+          temperature_c};
+}
+
+void Mpu6050::sample(uint64_t t_us, const Vec3& rate_rad_s, const Vec3& specific_force_m_s2,
+                     double temperature_c) {
+  const Truth truth = measured(rate_rad_s, specific_force_m_s2, temperature_c);
+  if (!has_truth_) {
+    has_truth_ = true;
+    last_truth_ = truth;
+    tick_ = t_us / kTick_us;
+    now_us_ = std::max(now_us_, t_us);
+    return;
+  }
+  const uint64_t from_us = now_us_;
+  while ((tick_ + 1) * kTick_us <= t_us) {
+    ++tick_;
+    now_us_ = std::max(from_us, tick_ * kTick_us);
+    const double part = t_us > from_us ? static_cast<double>(now_us_ - from_us) /
+                                             static_cast<double>(t_us - from_us)
+                                       : 1.0;
+    Truth between = truth;
+    for (int i = 0; i < 6; ++i)
+      between.channel[i] = last_truth_.channel[i] +
+                           part * (truth.channel[i] - last_truth_.channel[i]);
+    tick(between);
+  }
+  last_truth_ = truth;
+  now_us_ = std::max(now_us_, t_us);
+}
+
+void Mpu6050::tick(const Truth& truth) {
+  if ((registers_[kPwrMgmt1] & kSleep) != 0 || fault_ != Mpu6050Fault::kNone) return;
+  // White noise of density d has the standard deviation d sqrt(rate / 2) at the conversion rate.
+  const double spread = std::sqrt(0.5 / LowPass::kTick_s);
+  for (int i = 0; i < 6; ++i) {
+    const double density =
+        i < 3 ? parameters_.gyro_noise_rad_s_rthz : parameters_.accel_noise_m_s2_rthz;
+    const double noise = density > 0.0 ? density * spread * noise_.normal() : 0.0;
+    const double value = truth.channel[i] + noise;
+    if (fill_filters_) filters_[i].reset(value);
+    filters_[i].push(value);
+  }
+  const uint64_t ticks_per_output = gyro_at_8khz(registers_[kConfig]) ? 1 : 8;
+  if (fill_filters_ || tick_ % 8 == 0)
+    for (int i = 0; i < 3; ++i) accel_held_[i] = filters_[3 + i].output();
+  fill_filters_ = false;
+  if (now_us_ - awake_since_us_ < parameters_.gyro_startup_us) return;
+  const uint64_t period = ticks_per_output * (1u + registers_[kSmplrtDiv]);  // RM register 25
+  if (tick_ % period == 0) update_data_registers(truth.temperature_c);
+}
+
+void Mpu6050::update_data_registers(double temperature_c) {
+  const double gyro_lsb = kGyroLsbPerDegS[(registers_[kGyroConfig] >> 3) & 3u] / kRadPerDeg;
+  const double accel_lsb =
+      kAccelLsbPerG[(registers_[kAccelConfig] >> 3) & 3u] / kStandardGravity_m_s2;
+  for (int i = 0; i < 3; ++i) {
+    put_word(static_cast<uint8_t>(kAccelXoutH + 2 * i), accel_held_[i] * accel_lsb);
+    put_word(static_cast<uint8_t>(kGyroXoutH + 2 * i), filters_[i].output() * gyro_lsb);
+  }
+  put_word(kTempOutH, (temperature_c - 36.53) * 340.0);  // RM registers 65 and 66
+  if ((registers_[kIntEnable] & kDataReady) != 0) registers_[kIntStatus] |= kDataReady;
+}
+
+void Mpu6050::put_word(uint8_t reg, double value) {
+  const double clipped = std::fmax(-32768.0, std::fmin(32767.0, std::nearbyint(value)));
+  const uint16_t word = static_cast<uint16_t>(static_cast<int16_t>(clipped));
+  registers_[reg] = static_cast<uint8_t>(word >> 8);
+  registers_[reg + 1] = static_cast<uint8_t>(word & 0xFFu);
+}
+
+}  // namespace emulator
+}  // namespace tfsat

@@ -1,0 +1,102 @@
+// InvenSense MPU-6050 as an I2C slave at register level.
+//
+// Sources: "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00 rev. 4.2 (RM),
+// and "Product Specification", PS-MPU-6000A-00 rev. 3.4 (PS). Not modelled: FIFO, DMP, auxiliary
+// master, self-test, motion detection, interrupt pin; their registers keep what is written and do
+// nothing.
+#pragma once
+
+#include <cstdint>
+
+#include "../physics/linalg.h"
+#include "i2c_bus.h"
+#include "low_pass.h"
+#include "noise.h"
+
+namespace tfsat {
+namespace emulator {
+
+namespace mpu6050 {  // RM section 3: register addresses
+constexpr uint8_t kSmplrtDiv = 0x19;
+constexpr uint8_t kConfig = 0x1A;
+constexpr uint8_t kGyroConfig = 0x1B;
+constexpr uint8_t kAccelConfig = 0x1C;
+constexpr uint8_t kIntEnable = 0x38;
+constexpr uint8_t kIntStatus = 0x3A;
+constexpr uint8_t kAccelXoutH = 0x3B;
+constexpr uint8_t kTempOutH = 0x41;
+constexpr uint8_t kGyroXoutH = 0x43;
+constexpr uint8_t kGyroZoutL = 0x48;
+constexpr uint8_t kPwrMgmt1 = 0x6B;
+constexpr uint8_t kWhoAmI = 0x75;
+constexpr uint8_t kDeviceReset = 0x80;  // PWR_MGMT_1 bit 7
+constexpr uint8_t kSleep = 0x40;        // PWR_MGMT_1 bit 6, set after power-up
+constexpr uint8_t kDataReady = 0x01;    // INT_ENABLE and INT_STATUS bit 0
+}  // namespace mpu6050
+
+// An ideal chip by default: every error is off.
+struct Mpu6050Parameters {
+  Mat3 sensor_to_body = Mat3::identity();  // misalignment: rotation from sensor to body frame
+  Vec3 gyro_bias_rad_s;                    // sensor axes
+  Vec3 gyro_scale{1.0, 1.0, 1.0};          // reading / truth
+  double gyro_noise_rad_s_rthz = 0.0;      // white; PS 6.1 typical: 0.005 deg/s/sqrt(Hz)
+  Mat3 gyro_g_sensitivity;                 // (rad/s) / (m/s^2); PS 6.1 typical: 0.1 deg/s/g
+  Vec3 accel_bias_m_s2;
+  Vec3 accel_scale{1.0, 1.0, 1.0};
+  double accel_noise_m_s2_rthz = 0.0;      // white; PS 6.2 typical: 400 ug/sqrt(Hz)
+  uint8_t who_am_i = 0x68;                 // other parts and clones answer otherwise
+  uint64_t gyro_startup_us = 30000;        // PS 6.1: from sleep to valid data
+  uint64_t reset_us = 10000;               // DEVICE_RESET to acknowledging again; assumed
+  uint64_t seed = 1;
+};
+
+enum class Mpu6050Fault : uint8_t { kNone, kDead, kFrozen };  // dead: no acknowledge
+
+class Mpu6050 : public I2cDevice {
+ public:
+  explicit Mpu6050(const Mpu6050Parameters& parameters = Mpu6050Parameters());
+
+  // The world at `t_us` (not before the last call), body frame. Between two calls the truth is
+  // taken as linear, so the step is the world's choice.
+  void sample(uint64_t t_us, const Vec3& rate_rad_s, const Vec3& specific_force_m_s2,
+              double temperature_c);
+
+  // As of the last sample(). A burst is one sampling instant: registers do not change within it.
+  bool write(uint8_t reg, const uint8_t* data, size_t n) override;
+  bool read(uint8_t reg, uint8_t* data, size_t n) override;
+
+  void power_up(uint64_t t_us);  // all registers as after power-on
+  void set_fault(Mpu6050Fault fault) { fault_ = fault; }
+
+ private:
+  struct Truth {
+    double channel[6];  // gyro x y z (rad/s), accel x y z (m/s^2), sensor axes, errors included
+    double temperature_c;
+  };
+  Truth measured(const Vec3& rate_rad_s, const Vec3& specific_force_m_s2,
+                 double temperature_c) const;
+  bool ready() const { return now_us_ >= reset_until_us_; }
+  void reset_registers();
+  void configure_filters();
+  void write_register(uint8_t reg, uint8_t value);
+  void tick(const Truth& truth);
+  void update_data_registers(double temperature_c);
+  void put_word(uint8_t reg, double value);
+
+  Mpu6050Parameters parameters_;
+  Mpu6050Fault fault_ = Mpu6050Fault::kNone;
+  Noise noise_;
+  uint8_t registers_[128] = {};
+  LowPass filters_[6];
+  double accel_held_[3] = {};       // the accelerometer's output changes at 1 kHz
+  Truth last_truth_ = {};
+  bool has_truth_ = false;
+  bool fill_filters_ = true;        // after waking: start from the present instead of from zero
+  uint64_t now_us_ = 0;
+  uint64_t tick_ = 0;               // 8 kHz conversions since time zero
+  uint64_t reset_until_us_ = 0;
+  uint64_t awake_since_us_ = 0;
+};
+
+}  // namespace emulator
+}  // namespace tfsat
