@@ -23,9 +23,7 @@ SKETCHES = ("arduino_sequencer", "teensy_logger")
 def outputs(spec: Spec) -> dict[Path, str]:
     """Every generated file and its text."""
     package = ROOT / "host" / "tfsat_host" / "protocol"
-    files: dict[Path, str] = {
-        package / f"{name}.py": text for name, text in python.generate(spec).items()
-    }
+    files: dict[Path, str] = {package / f"{name}.py": text for name, text in python.generate(spec).items()}
     headers = {"messages.h": cpp.generate(spec)}
     for source in sorted((ROOT / "protocol" / "cpp").glob("*.h")):
         origin = source.relative_to(ROOT).as_posix()
@@ -41,6 +39,7 @@ def outputs(spec: Spec) -> dict[Path, str]:
 
 
 def main() -> int:
+    """Writes or compares; the exit code."""
     parser = argparse.ArgumentParser(description="Generate what protocol/tfsat.toml defines.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a file is stale")
     arguments = parser.parse_args()

@@ -27,6 +27,7 @@ _TAIL = """
 
 
 def generate(spec: Spec) -> str:
+    """The header's text."""
     parts = [_HEAD, _constants(spec)]
     parts += [_enum(enum) for enum in spec.enums.values()]
     parts += [_struct(spec, struct) for struct in spec.structs.values()]

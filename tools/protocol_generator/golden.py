@@ -102,7 +102,7 @@ def _block(spec: Spec, kind: str, body: bytes, counts: tuple[int, int]) -> tuple
 
 def _blocks(spec: Spec) -> list[dict[str, Any]]:
     state = [1000]
-    blocks = []
+    blocks: list[dict[str, Any]] = []
     for kind, name in (("header", "LogHeader"), ("footer", "LogFooter")):
         values = _draw(spec, spec.structs[name], state)
         head, data = _block(spec, kind, _pack(spec, spec.structs[name], values), (0, 0))
@@ -129,7 +129,7 @@ def generate_json(spec: Spec) -> str:
         }
         for payload, sequence, values, data in _vectors(spec)
     ]
-    document = {
+    document: dict[str, Any] = {
         "note": "Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.",
         "protocol_hash": spec.hash.hex(),
         "frames": frames,
@@ -173,7 +173,11 @@ def generate_cpp(spec: Spec) -> str:
         compare = " && ".join(reads) if reads else "true"
         declare = f"  protocol::{name} message;\n" if payload.fields else ""
         encode = "  message.encode(payload);\n" if payload.fields else "  (void)payload;\n"
-        decode = "  if (!message.decode(payload, size)) return false;\n" if payload.fields else "  (void)payload;\n"
+        decode = (
+            "  if (!message.decode(payload, size)) return false;\n"
+            if payload.fields
+            else "  (void)payload;\n"
+        )
         length = "" if payload.fields else "  if (size != 0) return false;\n"
         parts.append(
             f"\ninline size_t build_{name}(uint8_t* payload) {{\n{declare}"

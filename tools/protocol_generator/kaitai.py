@@ -8,6 +8,7 @@ _SCALARS = {"u8": "u1", "u16": "u2", "u32": "u4", "u64": "u8", "i16": "s2", "i32
 
 
 def generate(spec: Spec) -> str:
+    """The grammar's text."""
     layout = BlockLayout.of(spec)
     lines = [
         "# Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.",
@@ -57,7 +58,11 @@ def generate(spec: Spec) -> str:
         if any(field.kind == name for struct in spec.structs.values() for field in struct.fields):
             lines.append(f"  {_snake(name)}:")
             for value in enum.values:
-                lines += [f"    {value.value}:", f"      id: {value.name}", f"      doc: {_quoted(value.doc)}"]
+                lines += [
+                    f"    {value.value}:",
+                    f"      id: {value.name}",
+                    f"      doc: {_quoted(value.doc)}",
+                ]
     return "\n".join(lines) + "\n"
 
 

@@ -6,6 +6,7 @@ from .spec import BlockLayout, Field, Spec, Struct
 
 
 def generate(spec: Spec) -> str:
+    """The reference's text."""
     lines = [
         "# Protocol reference",
         "",
@@ -31,10 +32,16 @@ def generate(spec: Spec) -> str:
     for message in spec.messages:
         sizes = [f"{spec.size_of(part)} B" if part else "–" for part in (message.request, message.reply)]
         link = f"[{message.name}](#{message.name})"
-        lines.append(f"| 0x{message.id:02X} | {link} | {', '.join(message.boards)} | {sizes[0]} | {sizes[1]} |")
+        lines.append(
+            f"| 0x{message.id:02X} | {link} | {', '.join(message.boards)} | {sizes[0]} | {sizes[1]} |"
+        )
     for message in spec.messages:
         lines += ["", f"### {message.name}", "", f"{message.doc.strip()} Repeated: {message.idempotent}."]
-        for title, part in (("Request", message.request), ("Reply", message.reply), ("Stream", message.stream)):
+        for title, part in (
+            ("Request", message.request),
+            ("Reply", message.reply),
+            ("Stream", message.stream),
+        ):
             if part is not None and part.fields:
                 lines += ["", f"{title} (type 0x{part.type_id:02X}, {spec.size_of(part)} bytes):", ""]
                 lines += _fields(spec, part)
@@ -85,7 +92,10 @@ def _enums(spec: Spec) -> list[str]:
     for enum in spec.enums.values():
         lines += ["", f"### {enum.name}", "", enum.doc, ""]
         if enum.name == "ErrorCode":
-            lines += ["| value | name | what happened | what it means | what to do |", "|---|---|---|---|---|"]
+            lines += [
+                "| value | name | what happened | what it means | what to do |",
+                "|---|---|---|---|---|",
+            ]
             lines += [f"| {v.value} | `{v.name}` | {v.doc} | {v.meaning} | {v.remedy} |" for v in enum.values]
         else:
             lines += ["| value | name | meaning |", "|---|---|---|"]

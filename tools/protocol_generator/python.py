@@ -19,7 +19,7 @@ def generate(spec: Spec) -> dict[str, str]:
 
 
 def _head(title: str) -> list[str]:
-    return [f'"""{title}', "", _NOTE, '"""', "", "# ruff: noqa: E501", "", "from __future__ import annotations"]
+    return [f'"""{title}', "", _NOTE, '"""', "", "from __future__ import annotations"]
 
 
 def _limits(spec: Spec) -> str:
@@ -65,7 +65,7 @@ def _remedies(spec: Spec) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _python_type(spec: Spec, field: Field) -> str:
+def _python_type(field: Field) -> str:
     if field.kind == "f32":
         single = "float"
     elif field.kind in SCALARS:
@@ -77,7 +77,7 @@ def _python_type(spec: Spec, field: Field) -> str:
     return "bytes" if field.kind == "u8" else f"tuple[{single}, ...]"
 
 
-def _layout(spec: Spec, field: Field) -> str:
+def _layout(field: Field) -> str:
     letter = SCALARS[field.kind][1] if field.kind in SCALARS else ""
     kind = f'"{letter}"' if letter else field.kind
     return f'("{field.name}", {kind}, {field.count})'
@@ -97,9 +97,9 @@ def _record(spec: Spec, struct: Struct) -> list[str]:
     lines.append(f"    SIZE: ClassVar[int] = {spec.size_of(struct)}")
     if struct.fields:
         lines.append("    LAYOUT: ClassVar[Layout] = (")
-        lines += [f"        {_layout(spec, field)}," for field in struct.fields]
+        lines += [f"        {_layout(field)}," for field in struct.fields]
         lines += ["    )", ""]
-        lines += [f"    {field.name}: {_python_type(spec, field)}" for field in struct.fields]
+        lines += [f"    {field.name}: {_python_type(field)}" for field in struct.fields]
     else:
         lines.append("    LAYOUT: ClassVar[Layout] = ()")
     return lines
@@ -153,7 +153,9 @@ def _log_layout(spec: Spec) -> str:
 
 
 def _constant(name: str) -> str:
-    return "".join(f"_{letter}" if letter.isupper() else letter for letter in name).strip("_").upper() + "_DTYPE"
+    return (
+        "".join(f"_{letter}" if letter.isupper() else letter for letter in name).strip("_").upper() + "_DTYPE"
+    )
 
 
 def _dtype(spec: Spec, field: Field) -> str:

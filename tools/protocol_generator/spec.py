@@ -47,6 +47,8 @@ class Struct:
 
 @dataclass(frozen=True)
 class EnumValue:
+    """One name of an enumeration; errors also have a meaning and a remedy."""
+
     name: str
     value: int
     doc: str
@@ -56,6 +58,8 @@ class EnumValue:
 
 @dataclass(frozen=True)
 class Enum:
+    """An enumeration, one byte on the wire."""
+
     name: str
     doc: str
     values: tuple[EnumValue, ...]
@@ -63,6 +67,8 @@ class Enum:
 
 @dataclass(frozen=True)
 class Limit:
+    """A number that both sides know."""
+
     name: str
     value: int
     doc: str
@@ -70,6 +76,8 @@ class Limit:
 
 @dataclass(frozen=True)
 class Message:
+    """A request with its reply, or a stream."""
+
     name: str
     id: int
     boards: tuple[str, ...]
@@ -81,11 +89,14 @@ class Message:
 
     @property
     def payloads(self) -> tuple[Struct, ...]:
+        """The parts that it has."""
         return tuple(part for part in (self.request, self.reply, self.stream) if part is not None)
 
 
 @dataclass(frozen=True)
 class Spec:
+    """The whole specification, checked."""
+
     hash: bytes
     firmware_version: tuple[int, int, int]
     link: dict[str, Any]
@@ -110,6 +121,7 @@ class Spec:
 
 
 def camel(name: str) -> str:
+    """A snake_case name in CamelCase."""
     return "".join(part.capitalize() for part in name.split("_"))
 
 
@@ -122,7 +134,9 @@ def load_spec(path: Path) -> Spec:
     for name, body in raw["struct"].items():
         structs[name] = Struct(name, body["doc"], _fields(body["fields"], known))
         known.add(name)
-    messages = tuple(_message(name, body, raw["link"]["reply_bit"], known) for name, body in raw["message"].items())
+    messages = tuple(
+        _message(name, body, raw["link"]["reply_bit"], known) for name, body in raw["message"].items()
+    )
     major, minor, patch = (int(part) for part in raw["protocol"]["firmware_version"].split("."))
     spec = Spec(
         hash=_hash(raw),

@@ -3,8 +3,6 @@
 Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 """
 
-# ruff: noqa: E501
-
 from __future__ import annotations
 
 from dataclasses import dataclass

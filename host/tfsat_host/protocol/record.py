@@ -30,8 +30,7 @@ class Record:
         parts = []
         for name, kind, count in self.LAYOUT:
             value = getattr(self, name)
-            for item in [value] if count is None else value:
-                parts.append(_pack(kind, item))
+            parts += [_pack(kind, item) for item in ([value] if count is None else value)]
         return b"".join(parts)
 
     @classmethod

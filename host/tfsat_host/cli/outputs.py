@@ -1,0 +1,101 @@
+"""Files that a command writes: never over somebody's work, and never half.
+
+A file is overwritten only with `--force`, or when the same command made it. It knows its own by a
+marker: bytes near the start or the end of the file that nothing else would put there (the line of
+column names of a CSV, a generator tag, an archive's comment).
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tfsat_host.errors import TfsatError
+
+_LOOK_BYTES = 4096
+
+
+@dataclass(frozen=True)
+class OutputFile:
+    """One file to be made.
+
+    Attributes:
+        path: Where.
+        marker: Bytes in the first or last 4 KiB by which the command knows its own file.
+        write: Writes the contents to the path it is given.
+    """
+
+    path: Path
+    marker: bytes
+    write: Callable[[Path], object]
+
+
+def write_all(files: list[OutputFile], *, force: bool) -> None:
+    """Write all of `files`, or none if one of them may not be written.
+
+    Each file appears whole: it is written beside its place and then renamed.
+
+    Raises:
+        TfsatError: a file exists that this command did not make, or something is in the way.
+    """
+    for file in files:
+        check_may_write(file.path, marker=file.marker, force=force)
+    for file in files:
+        write_atomically(file.path, file.write)
+
+
+def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
+    """Refuse a path that holds something this command did not make.
+
+    Raises:
+        TfsatError: it does, or it is a directory, or its folder is none.
+    """
+    if path.is_dir():
+        raise TfsatError(
+            what=f"{path} is a directory.",
+            meaning="Nothing was written.",
+            next_step="Move it away, or name another folder with --out.",
+        )
+    parent = path.parent
+    if parent.exists() and not parent.is_dir():
+        raise TfsatError(
+            what=f"{parent} is a file, not a folder.",
+            meaning="Nothing was written.",
+            next_step="Name a folder with --out.",
+        )
+    if path.exists() and not force and not _was_made_with(path, marker):
+        raise TfsatError(
+            what=f"{path} exists and was not made by this command.",
+            meaning="Nothing was overwritten.",
+            next_step="Name another folder with --out, or add --force to overwrite it.",
+        )
+
+
+def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` fill a temporary file in the same folder, then put it in place of `path`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    os.close(descriptor)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _was_made_with(path: Path, marker: bytes) -> bool:
+    with path.open("rb") as file:
+        start = file.read(_LOOK_BYTES)
+        file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))
+        return marker in start or marker in file.read(_LOOK_BYTES)
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current

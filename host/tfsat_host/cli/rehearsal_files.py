@@ -1,0 +1,73 @@
+"""The folder that a rehearsal leaves: the maneuver, the card, its decoded columns, the truth, a summary."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.errors import UsageError
+
+if TYPE_CHECKING:
+    from tfsat_host.emulated.rehearsal import Rehearsal
+    from tfsat_host.maneuver import Maneuver
+    from tfsat_host.sdlog import DropLog
+
+MARK_FILE = ".tfsat-rehearsal"
+"""A folder with this file was made by a rehearsal and may be made again by another."""
+
+
+class RunFolder:
+    """A folder for one rehearsal's files.
+
+    Raises:
+        UsageError: the folder holds something that no rehearsal made, and `force` is not set.
+    """
+
+    def __init__(self, path: Path, *, force: bool) -> None:
+        self.path = path
+        self.files: list[Path] = []
+        if path.exists() and not path.is_dir():
+            raise _refused(f"{path} is a file.")
+        if path.is_dir() and any(path.iterdir()) and not (path / MARK_FILE).exists() and not force:
+            raise _refused(f"{path} holds files that no rehearsal made.")
+
+    def write(self, maneuver: Maneuver, flight: Rehearsal) -> DropLog:
+        """Writes what the drop left, decodes the card from its file and exports it; gives the log."""
+        from tfsat_host.emulated.truth import format_truth
+        from tfsat_host.maneuver import format_maneuver
+        from tfsat_host.sdlog import load
+        from tfsat_host.sdlog.export_csv import write_csv
+
+        self.path.mkdir(parents=True, exist_ok=True)
+        (self.path / MARK_FILE).write_text("made by tfsat-host rehearse\n", encoding="utf-8")
+        card = self._file("SD.bin")
+        card.write_bytes(flight.card)
+        self._file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
+        self._file("truth.csv").write_text(format_truth(flight.truth, flight.released_s), encoding="utf-8")
+        log = load(card)
+        write_csv(log, self._file("SD.csv"))
+        return log
+
+    def write_summary(self, result: Mapping[str, Any]) -> None:
+        """Writes `summary.json`, the command's result."""
+        text = json.dumps(result, indent=1, default=_plain)
+        (self.path / "summary.json").write_text(text + "\n", encoding="utf-8")
+
+    def _file(self, name: str) -> Path:
+        path = self.path / name
+        self.files.append(path)
+        return path
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist()
+
+
+def _refused(what: str) -> UsageError:
+    return UsageError(
+        what=what,
+        meaning="Nothing was flown, nothing was overwritten.",
+        next_step="Give another folder with --out, or add --force.",
+    )

@@ -1,0 +1,168 @@
+"""`tfsat-host rehearse`: a maneuver, flown whole on the emulated robot."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.options import add_output_options, number
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import DataLossError, UsageError
+
+if TYPE_CHECKING:
+    from tfsat_host.emulated.rehearsal import Rehearsal
+    from tfsat_host.evaluation.quick_look import QuickLook
+    from tfsat_host.maneuver import Maneuver, Schedule
+    from tfsat_host.sdlog import DropLog
+
+LOOK_MARGIN_S = 0.05
+"""The integration ends this long before the landing."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """What to fly, on which sequencer, and where the results go."""
+    parser.description = (
+        "Fly a maneuver on the emulated robot: upload, arm, crane lift with a knock, release with contact "
+        "bounce, strokes, fall, landing; then decode the card and compare with the truth. "
+        "The firmware is the one that is flashed."
+    )
+    parser.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg")
+    parser.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg")
+    parser.add_argument(
+        "--file", metavar="FILE", type=Path, help="take the strokes from a maneuver file (TOML)"
+    )
+    parser.add_argument(
+        "--sequencer",
+        choices=("native", "avr"),
+        default="native",
+        help="the firmware's core on this computer, or the HEX that is flashed in an emulated ATmega32U4",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="for sensor errors, noise and bounce (default 1)")
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, default=Path("run"), help="folder of results (run)"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite files that are something else")
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Flies, writes the card, decodes it and compares."""
+    from tfsat_host.cli.rehearsal_files import RunFolder
+
+    maneuver = _maneuver(args)
+    schedule = _schedule(maneuver)
+    for notice in schedule.notices:
+        out.warn(notice)
+    folder = RunFolder(args.out, force=args.force)
+    flight = _fly(args, schedule, out)
+    log = folder.write(maneuver, flight)
+    look = _look(log, flight)
+    result = _result(args, schedule, flight, log, look, folder)
+    folder.write_summary(result)
+    out.result(result, lambda: _show(schedule, flight, log, look, result, out))
+    return 0 if log.verdict == "complete" else DataLossError.exit_code
+
+
+def _maneuver(args: argparse.Namespace) -> Maneuver:
+    from tfsat_host.maneuver import four_stroke, read_maneuver
+
+    if args.file is not None and args.a_deg is None:
+        return read_maneuver(args.file)
+    if args.file is None and args.b_deg is not None:
+        return four_stroke(args.a_deg, args.b_deg)
+    raise UsageError(
+        what="Either two angles or --file is needed, and not both.",
+        meaning="Nothing was flown.",
+        next_step="tfsat-host rehearse 59 70",
+    )
+
+
+def _schedule(maneuver: Maneuver) -> Schedule:
+    from tfsat_host.maneuver import schedule_maneuver
+
+    return schedule_maneuver(maneuver)
+
+
+def _fly(args: argparse.Namespace, schedule: Schedule, out: Output) -> Rehearsal:
+    from tfsat_host.emulated.build import Variant, ensure_built
+    from tfsat_host.emulated.rehearsal import rehearse
+    from tfsat_host.emulated.sequencer_image import sequencer_hex
+
+    avr = args.sequencer == "avr"
+    hex_path = None
+    if avr:
+        from tfsat_host.emulated.sequencer_image import sequencer_hex
+
+        hex_path = sequencer_hex(out.note)
+    ensure_built(Variant(avr=avr), out.note)
+    steps = 5
+    with out.progress("rehearsing", total=steps) as advance:
+        return rehearse(schedule, seed=args.seed, hex_path=hex_path, progress=lambda _: advance(1))
+
+
+def _look(log: DropLog, flight: Rehearsal) -> QuickLook:
+    from tfsat_host.evaluation.quick_look import quick_look
+    from tfsat_host.robot import load_robot
+
+    return quick_look(log, load_robot(), until_s=flight.landed_s - flight.released_s - LOOK_MARGIN_S)
+
+
+def _result(
+    args: argparse.Namespace,
+    schedule: Schedule,
+    flight: Rehearsal,
+    log: DropLog,
+    look: QuickLook,
+    folder: Any,
+) -> dict[str, Any]:
+    from tfsat_host.emulated.truth import true_reorientation_deg
+
+    truth_deg = true_reorientation_deg(flight.truth, flight.released_s, look.until_s)
+    return {
+        "schedule": schedule.as_rows(),
+        "end_s": schedule.end_s,
+        "verified": True,
+        "sequencer": args.sequencer,
+        "seed": args.seed,
+        "sequencer_state": flight.sequencer.state.name.lower(),
+        "knocks": flight.sequencer.knocks,
+        "strokes_s": look.stroke_s,
+        "joint_change_deg": look.joint_change_deg,
+        "reorientation_deg": look.reorientation_deg,
+        "reorientation_true_deg": truth_deg,
+        "verdict": log.verdict,
+        "samples": len(log),
+        "samples_lost": log.samples_lost,
+        "rate_hz": log.rate_hz,
+        "files": [str(path) for path in folder.files],
+    }
+
+
+def _show(
+    schedule: Schedule, flight: Rehearsal, log: DropLog, look: QuickLook, result: dict[str, Any], out: Output
+) -> None:
+    seen = [f"{t_s:.4f}" for t_s in look.stroke_s]
+    rows = [
+        (
+            f"{stroke.t_s:.2f}",
+            seen[i] if i < len(seen) else "MISSING",
+            f"joint {stroke.joint}",
+            f"{stroke.angle_deg:+g}",
+        )
+        for i, stroke in enumerate(schedule.strokes)
+    ]
+    out.table(("scheduled / s", "in the log / s", "moves", "by / deg"), rows, title="Strokes after release")
+    changes = ", ".join(f"joint {i} {change:+.1f}" for i, change in enumerate(look.joint_change_deg, 1))
+    out.line(f"Joints went to:       {changes} deg, by the angle sensors.")
+    out.line(
+        f"Body 1 turned by:     {look.reorientation_deg:.2f} deg by its gyro; "
+        f"the truth is {result['reorientation_true_deg']:.2f} deg."
+    )
+    out.line(
+        f"The card:             {log.verdict}, {len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost."
+    )
+    out.line(
+        f"The sequencer:        {flight.sequencer.state.name.lower()}, {flight.sequencer.knocks} knock ignored."
+    )
+    out.line(f"Results:              {Path(result['files'][0]).parent}")

@@ -1,0 +1,103 @@
+"""What a host asks of the logger."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Self
+
+from tfsat_host.devices.client import BoardIdentity, Client
+from tfsat_host.devices.transport import Transport
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.enums import Board, LoggerState
+from tfsat_host.protocol.messages import (
+    LiveReply,
+    LiveRequest,
+    LiveSampleStream,
+    LoggerStatusReply,
+    LoggerStatusRequest,
+    RecordStartReply,
+    RecordStartRequest,
+    RecordStopReply,
+    RecordStopRequest,
+)
+
+STOP_TIMEOUT_S = 10.0
+"""Three seconds of samples may wait for a card that stalls for half a second at a time."""
+LIVE_TIMEOUT_S = 1.0
+
+
+class LoggerClient:
+    """The logger at the other end of a link."""
+
+    def __init__(self, client: Client, identity: BoardIdentity) -> None:
+        self._client = client
+        self.identity = identity
+
+    @classmethod
+    def connect(cls, transport: Transport) -> Self:
+        """Asks who answers. Raises WrongBoard, NoAnswer, PortError."""
+        client = Client(transport)
+        return cls(client, client.hello(Board.LOGGER))
+
+    @property
+    def port(self) -> str:
+        """What a person calls the port."""
+        return self._client.transport.name
+
+    def close(self) -> None:
+        """Lets go of the port."""
+        self._client.close()
+
+    def status(self) -> LoggerStatusReply:
+        """The board's state."""
+        return self._client.request(LoggerStatusRequest(), LoggerStatusReply)
+
+    def start_recording(self, number: int | None = None) -> RecordStartReply:
+        """Starts a recording. `number` tells this start from others; drawn at random by default."""
+        chosen = secrets.randbits(32) if number is None else number
+        return self._client.request(RecordStartRequest(chosen), RecordStartReply)
+
+    def stop_recording(self) -> RecordStopReply:
+        """Ends the recording and waits until the card has all of it.
+
+        Raises:
+            BoardError: there is no recording, or the card failed.
+            TfsatError: the logger was still writing after STOP_TIMEOUT_S.
+        """
+        deadline = self._client.transport.now_s() + STOP_TIMEOUT_S
+        while True:
+            reply = self._client.request(RecordStopRequest(), RecordStopReply)
+            if reply.state == LoggerState.STOPPED:
+                return reply
+            if self._client.transport.now_s() > deadline:
+                raise TfsatError(
+                    what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after it was told to stop.",
+                    meaning="The card stalls or has failed; what reached it can be decoded.",
+                    next_step="Keep the power on, run tfsat-host status; copy the card before using it again.",
+                )
+
+    @contextmanager
+    def live(self) -> Iterator[LiveReply]:
+        """Live sampling while the block runs; gives rate and scales."""
+        reply = self._client.request(LiveRequest(1), LiveReply)
+        try:
+            yield reply
+        finally:
+            self._client.request(LiveRequest(0), LiveReply)
+
+    def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[LiveSampleStream]:
+        """Samples that have arrived since the last call, inside `live()`.
+
+        Raises:
+            TfsatError: none came within `timeout_s`.
+        """
+        samples = self._client.live_samples(timeout_s)
+        if not samples:
+            raise TfsatError(
+                what=f"No live sample within {timeout_s:g} s.",
+                meaning="The logger has stopped sampling, or the cable is loose.",
+                next_step="tfsat-host status",
+            )
+        return samples

@@ -1,0 +1,83 @@
+"""Bytes to and from a board, with a clock: a serial port, or the emulated robot in virtual time."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Protocol
+
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.serial_port import open_serial
+
+if TYPE_CHECKING:
+    import serial
+
+
+class Transport(Protocol):
+    """One end of a cable. Time is the transport's own, so that an emulated board never waits for real."""
+
+    @property
+    def name(self) -> str:
+        """What a person calls the port."""
+
+    def now_s(self) -> float:
+        """Seconds on the transport's clock, from any origin."""
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`. Raises PortError when the cable is gone or nobody takes it."""
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has arrived, at least a byte if one comes within `timeout_s`. Raises PortError."""
+
+    def close(self) -> None:
+        """Lets go of the port."""
+
+
+class SerialTransport:
+    """A serial port, used by this program alone."""
+
+    _POLL_S = 0.05
+
+    def __init__(self, path: str) -> None:
+        """Opens the port. Raises PortError."""
+        self._path = path
+        self._port: serial.Serial = open_serial(path, read_timeout_s=self._POLL_S)
+
+    @property
+    def name(self) -> str:
+        """The port's path."""
+        return self._path
+
+    def now_s(self) -> float:
+        """Seconds on the computer's monotonic clock."""
+        return time.monotonic()
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`; raises PortError when nobody takes it within the write timeout."""
+        try:
+            self._port.write(data)
+            self._port.flush()
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has arrived, at least a byte if one comes within `timeout_s`."""
+        deadline = time.monotonic() + timeout_s
+        try:
+            while True:
+                data: bytes = self._port.read(max(1, self._port.in_waiting))
+                if data or time.monotonic() >= deadline:
+                    return data
+        except (OSError, TypeError) as error:  # pyserial raises TypeError when a port vanishes mid-read
+            raise self._lost(error) from error
+
+    def close(self) -> None:
+        """Closes the port."""
+        self._port.close()
+
+    def _lost(self, error: Exception) -> PortError:
+        return PortError(
+            PortProblem.OTHER,
+            what=f"The connection on {self._path} was lost: {error}.",
+            meaning="The last command may or may not have reached the board; nothing is half done there.",
+            next_step="Check the cable, then run tfsat-host status and the same command again.",
+        )

@@ -1,0 +1,103 @@
+"""The emulated robot's C interface (tools/emulator/src/api.h) as Python sees it."""
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import (
+    POINTER,
+    c_char_p,
+    c_double,
+    c_int,
+    c_int32,
+    c_size_t,
+    c_uint,
+    c_uint8,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from pathlib import Path
+from typing import Any, ClassVar
+
+TRUTH_COLUMNS = 32
+"""Doubles in a row of truth: t_s, joint angles (3), attitudes (4 x xyzw), rates (4 x 3)."""
+
+
+class RobotConfig(ctypes.Structure):
+    """TfsatRobotConfig of api.h: SI units, matrices row by row."""
+
+    _fields_: ClassVar[list[tuple[str, Any]]] = [
+        ("seed", c_uint64),
+        ("base_body", c_int32),
+        ("joint_inner", c_int32 * 3),
+        ("joint_outer", c_int32 * 3),
+        ("angle_direction", c_int32 * 6),
+        ("body_mass_kg", c_double * 4),
+        ("body_com_m", c_double * 12),
+        ("body_inertia_kg_m2", c_double * 36),
+        ("body_origin_m", c_double * 12),
+        ("joint_axis", c_double * 9),
+        ("joint_point_m", c_double * 9),
+        ("servo_reference_pulse_us", c_double * 3),
+        ("servo_reference_angle_rad", c_double * 3),
+        ("servo_pulse_us_per_rad", c_double * 3),
+        ("servo_max_rate_rad_s", c_double * 3),
+        ("servo_acceleration_rad_s2", c_double * 3),
+        ("joint_min_rad", c_double * 3),
+        ("joint_max_rad", c_double * 3),
+        ("imu_position_m", c_double * 12),
+        ("imu_sensor_to_body", c_double * 36),
+        ("gyro_bias_rad_s", c_double * 12),
+        ("gyro_scale", c_double * 12),
+        ("gyro_noise_rad_s_rthz", c_double),
+        ("accel_noise_m_s2_rthz", c_double),
+        ("angle_zero_offset_rad", c_double * 6),
+        ("angle_noise_rad", c_double),
+        ("temperature_c", c_double),
+    ]
+
+
+_SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
+    "tfsat_config_bytes": (c_size_t, []),
+    "tfsat_truth_row_bytes": (c_size_t, []),
+    "tfsat_robot_new": (c_void_p, [POINTER(RobotConfig), c_char_p, c_char_p, c_size_t]),
+    "tfsat_robot_free": (None, [c_void_p]),
+    "tfsat_now_us": (c_uint64, [c_void_p]),
+    "tfsat_advance_to": (c_int, [c_void_p, c_uint64]),
+    "tfsat_crash": (c_char_p, [c_void_p]),
+    "tfsat_write": (c_size_t, [c_void_p, c_int, c_char_p, c_size_t]),
+    "tfsat_read": (c_size_t, [c_void_p, c_int, POINTER(c_uint8), c_size_t]),
+    "tfsat_set_power": (None, [c_void_p, c_int, c_int]),
+    "tfsat_set_cable": (None, [c_void_p, c_int, c_int]),
+    "tfsat_eeprom_get": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
+    "tfsat_eeprom_set": (None, [c_void_p, c_char_p, c_size_t]),
+    "tfsat_card_size": (c_size_t, [c_void_p]),
+    "tfsat_card_read": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
+    "tfsat_seat": (None, [c_void_p]),
+    "tfsat_hold": (c_int, [c_void_p, c_uint32]),
+    "tfsat_swing": (c_int, [c_void_p, c_int, c_double, c_double, c_uint]),
+    "tfsat_swinging": (c_int, [c_void_p]),
+    "tfsat_set_switch": (None, [c_void_p, c_int, c_int]),
+    "tfsat_knock": (None, [c_void_p, c_int, c_uint64]),
+    "tfsat_drop": (None, [c_void_p, POINTER(c_double), c_uint64]),
+    "tfsat_falling": (c_int, [c_void_p]),
+    "tfsat_released_us": (c_uint64, [c_void_p]),
+    "tfsat_joint_angle_rad": (c_double, [c_void_p, c_int]),
+    "tfsat_record_truth": (None, [c_void_p, c_uint64]),
+    "tfsat_truth_rows": (c_size_t, [c_void_p]),
+    "tfsat_truth_read": (None, [c_void_p, POINTER(c_double), c_size_t]),
+}
+
+
+def load_library(path: Path) -> ctypes.CDLL:
+    """Loads the library and checks that it means the same structures."""
+    library = ctypes.CDLL(str(path))
+    for name, (result, arguments) in _SIGNATURES.items():
+        function = getattr(library, name)
+        function.restype = result
+        function.argtypes = arguments
+    if library.tfsat_config_bytes() != ctypes.sizeof(RobotConfig):
+        raise RuntimeError("library.py and api.h disagree on TfsatRobotConfig")
+    if library.tfsat_truth_row_bytes() != 8 * TRUTH_COLUMNS:
+        raise RuntimeError("library.py and api.h disagree on a row of truth")
+    return library

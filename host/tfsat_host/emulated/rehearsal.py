@@ -1,0 +1,107 @@
+"""One drop on the emulated robot: upload, record, arm, lift, release, fall, land."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.sequencer import SequencerClient, UploadResult
+from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.maneuver import Schedule
+from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str], None]
+
+WAIT_US = 3 * US_PER_S
+"""In the releaser before the drop: the bias is read from this; real waits are minutes."""
+KNOCK_US = 20_000
+AFTER_LANDING_US = US_PER_S
+TRUTH_PERIOD_US = 1000
+RESIDUAL_RATE_RAD_S = tuple(np.deg2rad((-0.73, -0.48, -0.77)))
+"""Rates after the paper's release (sec. Result)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rehearsal:
+    """What one rehearsed drop left behind.
+
+    Attributes:
+        card: The recording file, byte by byte.
+        upload: Of the maneuver that flew.
+        sequencer: The sequencer's status after landing.
+        recording: The logger's account of the recording.
+        truth: See `EmulatedRobot.truth`; from the start of the recording.
+        released_s: Virtual time at which both switches first were open.
+        landed_s: Virtual time of the landing.
+    """
+
+    card: bytes
+    upload: UploadResult
+    sequencer: SequencerStatusReply
+    recording: RecordStopReply
+    truth: FloatArray
+    released_s: float
+    landed_s: float
+
+
+def rehearse(
+    schedule: Schedule,
+    *,
+    seed: int,
+    hex_path: Path | None = None,
+    progress: Progress = lambda _: None,
+) -> Rehearsal:
+    """Flies `schedule` on the emulated robot, from the upload to the closed recording.
+
+    Args:
+        schedule: What to fly.
+        seed: For the robot's imperfections, noise and contact bounce.
+        hex_path: The sequencer's image; None runs its core natively.
+        progress: Told what is going on.
+
+    Raises:
+        TfsatError: whatever a board refuses, as on the day of the drop.
+    """
+    with EmulatedRobot(seed=seed, hex_path=hex_path) as robot:
+        robot.advance(SETTLE_US)
+        sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        progress("uploading, reading back")
+        upload = sequencer.upload(schedule)
+        progress("recording in the releaser")
+        robot.record_truth(TRUTH_PERIOD_US)
+        logger.start_recording()
+        robot.advance(WAIT_US)
+        sequencer.arm()
+        progress("armed; cables pulled; the crane lifts, one switch is knocked")
+        for board in BoardIndex:
+            robot.set_cable(board, False)
+        robot.knock(1, KNOCK_US)
+        robot.advance(US_PER_S)
+        progress("release, fall, landing")
+        robot.drop(RESIDUAL_RATE_RAD_S)
+        while robot.falling:
+            robot.advance(TRUTH_PERIOD_US)
+        landed_us = robot.now_us
+        robot.advance(AFTER_LANDING_US)
+        progress("cables plugged; the recording is closed")
+        for board in BoardIndex:
+            robot.set_cable(board, True)
+        robot.advance(SETTLE_US)
+        recording = logger.stop_recording()
+        return Rehearsal(
+            card=robot.card(),
+            upload=upload,
+            sequencer=sequencer.status(),
+            recording=recording,
+            truth=robot.truth(),
+            released_s=robot.released_us / US_PER_S,
+            landed_s=landed_us / US_PER_S,
+        )

@@ -1,0 +1,283 @@
+"""One emulated robot, in virtual time: its boards' cables and what a person can do to it."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from enum import IntEnum
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.emulated.build import Variant, ensure_built
+from tfsat_host.emulated.imperfections import Imperfections, draw
+from tfsat_host.emulated.library import TRUTH_COLUMNS, RobotConfig, load_library
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.robot import RobotModel, load_robot
+
+FloatArray = NDArray[np.float64]
+
+EEPROM_BYTES = 1024
+US_PER_S = 1_000_000
+DEFAULT_SEED = 1
+SETTLE_US = 300_000
+"""After power-up: both boards have started, the gyros are awake, USB is enumerated."""
+FALL_S = 2.5
+"""Free fall of the drop tower (paper, tab. cosmotorre)."""
+
+
+class EmulationError(TfsatError):
+    """The emulated robot cannot do this, or its processor crashed."""
+
+
+class BoardIndex(IntEnum):
+    """Boards as api.h numbers them."""
+
+    SEQUENCER = 0
+    LOGGER = 1
+
+
+class EmulatedRobot:
+    """The robot on the bench: powered, cables plugged, hanging in the releaser.
+
+    Time is virtual, in microseconds since the robot was made, and passes only in `advance`.
+
+    Args:
+        model: The bodies; the drop tower robot by default.
+        imperfections: The sensors' hidden errors; drawn from `seed` by default.
+        seed: For noise, contact bounce and the logger's session id.
+        hex_path: The sequencer's image to run in an emulated ATmega32U4; None runs its core natively.
+        eeprom: The sequencer's EEPROM; erased by default.
+        variant: Which build of the library to use.
+
+    Raises:
+        BuildError: the library cannot be built.
+        EmulationError: the image or the model is refused.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel | None = None,
+        *,
+        imperfections: Imperfections | None = None,
+        seed: int = DEFAULT_SEED,
+        hex_path: Path | None = None,
+        eeprom: bytes | None = None,
+        variant: Variant | None = None,
+    ) -> None:
+        chosen = variant or Variant(avr=hex_path is not None)
+        self._library = load_library(ensure_built(chosen))
+        self.model = model or load_robot()
+        self.imperfections = imperfections or draw(seed)
+        config = _config(self.model, self.imperfections, seed)
+        error = ctypes.create_string_buffer(512)
+        path = None if hex_path is None else str(hex_path).encode()
+        self._robot = self._library.tfsat_robot_new(ctypes.byref(config), path, error, len(error))
+        if not self._robot:
+            raise EmulationError(
+                what=f"The emulated robot cannot start: {error.value.decode()}.",
+                meaning="Nothing was run.",
+                next_step="Check the image (make firmware) or the robot file.",
+            )
+        if eeprom is not None:
+            self._library.tfsat_eeprom_set(self._robot, eeprom, len(eeprom))
+        for board in BoardIndex:
+            self.set_power(board, True)
+            self.set_cable(board, True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Frees the robot; it cannot be used afterwards."""
+        if self._robot:
+            self._library.tfsat_robot_free(self._robot)
+            self._robot = None
+
+    @property
+    def now_us(self) -> int:
+        """Virtual time."""
+        return int(self._library.tfsat_now_us(self._robot))
+
+    def advance(self, duration_us: int) -> None:
+        """Lets virtual time pass. Raises EmulationError if the emulated processor crashes."""
+        if self._library.tfsat_advance_to(self._robot, self.now_us + duration_us) != 0:
+            raise EmulationError(
+                what=f"The emulated sequencer crashed: {self._library.tfsat_crash(self._robot).decode()}.",
+                meaning="The real board would have hung or reset here.",
+                next_step="This is a bug of the firmware: keep the command line and report it.",
+            )
+
+    def write(self, board: BoardIndex, data: bytes) -> int:
+        """Offers bytes to a board; returns how many it took."""
+        return int(self._library.tfsat_write(self._robot, board, data, len(data)))
+
+    def read(self, board: BoardIndex, capacity: int = 4096) -> bytes:
+        """Takes what a board has sent."""
+        buffer = (ctypes.c_uint8 * capacity)()
+        size = self._library.tfsat_read(self._robot, board, buffer, capacity)
+        return bytes(buffer[:size])
+
+    def set_power(self, board: BoardIndex, on: bool) -> None:
+        """Switches a board's supply. The logger's takes its card's with it."""
+        self._library.tfsat_set_power(self._robot, board, int(on))
+
+    def set_cable(self, board: BoardIndex, plugged: bool) -> None:
+        """Plugs or pulls a USB cable; the boards have their own supply."""
+        self._library.tfsat_set_cable(self._robot, board, int(plugged))
+
+    def eeprom(self) -> bytes:
+        """The sequencer's EEPROM."""
+        image = (ctypes.c_uint8 * EEPROM_BYTES)()
+        self._library.tfsat_eeprom_get(self._robot, image, EEPROM_BYTES)
+        return bytes(image)
+
+    def card(self) -> bytes:
+        """The recording file on the card, as a reader would find it now."""
+        size = self._library.tfsat_card_size(self._robot)
+        data = (ctypes.c_uint8 * size)()
+        self._library.tfsat_card_read(self._robot, data, size)
+        return bytes(data)
+
+    def seat(self) -> None:
+        """Hangs the robot in the releaser: held by body 1, both switches closed."""
+        self._library.tfsat_seat(self._robot)
+
+    def hold(self, bodies: Sequence[int]) -> None:
+        """Fixes bodies (1 to 4) on the bench where they are; the others follow the joints.
+
+        Raises:
+            EmulationError: no body is named, or one that does not exist.
+        """
+        if not bodies or any(not 1 <= body <= IMU_COUNT for body in bodies):
+            raise EmulationError(
+                what=f"Bodies {list(bodies)} cannot be held: there are bodies 1 to {IMU_COUNT}.",
+                meaning="Nothing was changed.",
+                next_step="Name at least one of them, such as: hold 2 3 4",
+            )
+        self._library.tfsat_hold(self._robot, sum(1 << (body - 1) for body in set(bodies)))
+
+    def swing(self, joint: int, amplitude_deg: float, period_s: float, cycles: int) -> None:
+        """Moves a limp joint (1 to 3) by hand, `cycles` times out by `amplitude_deg` and back.
+
+        Raises:
+            EmulationError: its servo holds the joint, or the joint would leave its range.
+        """
+        moved = 1 <= joint <= JOINT_COUNT and self._library.tfsat_swing(
+            self._robot, joint - 1, np.deg2rad(amplitude_deg), period_s, cycles
+        )
+        if not moved:
+            raise EmulationError(
+                what=f"Joint {joint} cannot be swung by {amplitude_deg:g} deg.",
+                meaning="Its servo holds it, it would leave its range, or there is no such joint.",
+                next_step="Disarm the sequencer first, or swing less.",
+            )
+
+    @property
+    def swinging(self) -> bool:
+        """A hand still moves a joint."""
+        return bool(self._library.tfsat_swinging(self._robot))
+
+    def set_switch(self, index: int, closed: bool) -> None:
+        """Presses or lets go a release switch (1 or 2)."""
+        self._library.tfsat_set_switch(self._robot, _switch(index), int(closed))
+
+    def knock(self, index: int, open_us: int) -> None:
+        """Opens a release switch (1 or 2) for a while, as a blow would."""
+        self._library.tfsat_knock(self._robot, _switch(index), open_us)
+
+    def drop(self, residual_rate_rad_s: Sequence[float] = (0.0, 0.0, 0.0), fall_s: float = FALL_S) -> None:
+        """Lets go now: both switches open with bounce, free fall, landing after `fall_s`."""
+        rate = (ctypes.c_double * 3)(*residual_rate_rad_s)
+        self._library.tfsat_drop(self._robot, rate, round(fall_s * US_PER_S))
+
+    @property
+    def falling(self) -> bool:
+        """In free fall."""
+        return bool(self._library.tfsat_falling(self._robot))
+
+    @property
+    def released_us(self) -> int:
+        """When both switches first were open in the last drop."""
+        return int(self._library.tfsat_released_us(self._robot))
+
+    def joint_angles_deg(self) -> tuple[float, ...]:
+        """True joint angles, deg."""
+        angles = [self._library.tfsat_joint_angle_rad(self._robot, joint) for joint in range(JOINT_COUNT)]
+        return tuple(float(np.rad2deg(angle)) for angle in angles)
+
+    def record_truth(self, period_us: int) -> None:
+        """Keeps the truth each `period_us` from now on."""
+        self._library.tfsat_record_truth(self._robot, period_us)
+
+    def truth(self) -> FloatArray:
+        """(n, 32): t_s, joint angles (3) rad, attitudes (4 x xyzw, body to world), rates (4 x 3) rad/s in
+        body frames."""
+        n_rows = self._library.tfsat_truth_rows(self._robot)
+        rows = np.empty((n_rows, TRUTH_COLUMNS))
+        self._library.tfsat_truth_read(
+            self._robot, rows.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), n_rows
+        )
+        return rows
+
+
+def _switch(index: int) -> int:
+    if not 1 <= index <= SWITCH_COUNT:
+        raise EmulationError(
+            what=f"There is no release switch {index}.",
+            meaning="Nothing was changed.",
+            next_step=f"Use 1 to {SWITCH_COUNT}.",
+        )
+    return index - 1
+
+
+def _config(model: RobotModel, wrong: Imperfections, seed: int) -> RobotConfig:
+    if model.n_bodies != IMU_COUNT or model.n_joints != JOINT_COUNT or len(model.imus) != IMU_COUNT:
+        raise EmulationError(
+            what=f"{model.name} has {model.n_bodies} bodies, {model.n_joints} joints and {len(model.imus)} IMUs.",
+            meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each and {JOINT_COUNT} joints.",
+            next_step="Emulate robots/drop_tower.toml or one like it.",
+        )
+    config = RobotConfig(seed=seed, base_body=model.base, temperature_c=25.0)
+    values: dict[str, object] = {
+        "joint_inner": model.joint_inner,
+        "joint_outer": model.joint_outer,
+        "angle_direction": [sensor.direction for sensor in model.angle_sensors],
+        "body_mass_kg": model.mass_kg,
+        "body_com_m": model.com_m,
+        "body_inertia_kg_m2": model.inertia_kg_m2,
+        "body_origin_m": model.origin_m,
+        "joint_axis": model.joint_axis,
+        "joint_point_m": model.joint_point_m,
+        "servo_reference_pulse_us": [servo.reference_pulse_us for servo in model.servos],
+        "servo_reference_angle_rad": [servo.reference_angle_rad for servo in model.servos],
+        "servo_pulse_us_per_rad": [servo.pulse_us_per_rad for servo in model.servos],
+        "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in model.servos],
+        "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in model.servos],
+        "joint_min_rad": model.joint_limits_rad[:, 0],
+        "joint_max_rad": model.joint_limits_rad[:, 1],
+        "imu_position_m": [imu.position_m for imu in model.imus],
+        "imu_sensor_to_body": [
+            turn @ imu.sensor_to_body for turn, imu in zip(wrong.mounting, model.imus, strict=True)
+        ],
+        "gyro_bias_rad_s": wrong.gyro_bias_rad_s,
+        "gyro_scale": wrong.gyro_scale,
+        "angle_zero_offset_rad": wrong.angle_zero_rad
+        + [sensor.zero_offset_rad for sensor in model.angle_sensors],
+    }
+    for name, value in values.items():
+        field = getattr(config, name)
+        field[:] = np.ravel(np.asarray(value)).tolist()
+    config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
+    config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
+    config.angle_noise_rad = wrong.angle_noise_rad
+    return config

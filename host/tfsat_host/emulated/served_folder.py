@@ -1,0 +1,91 @@
+"""The folder where an emulated robot is served: who has it, what lies in it."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import stat
+from pathlib import Path
+
+from tfsat_host.errors import TfsatError
+
+_HOLDER = "emulate.pid"
+
+
+class ServedFolder:
+    """A folder that this process alone serves, until `release`.
+
+    Attributes:
+        sequencer, logger: Links to the ports.
+        control: The control socket.
+        eeprom: The sequencer's EEPROM, kept from one start to the next.
+        card: Copy of the card's recording.
+
+    Raises:
+        TfsatError: another process serves it, or a file of the user's is in the way.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.sequencer = path / "sequencer"
+        self.logger = path / "logger"
+        self.control = path / "control"
+        self.eeprom = path / "sequencer.eeprom"
+        self.card = path / "SD.bin"
+        path.mkdir(parents=True, exist_ok=True)
+        self._holder = _claim(path / _HOLDER, path)
+        try:
+            self._remove_stale()
+        except TfsatError:
+            self.release()
+            raise
+
+    def release(self) -> None:
+        """Lets the next process have the folder."""
+        (self.path / _HOLDER).unlink(missing_ok=True)
+        os.close(self._holder)
+
+    def _remove_stale(self) -> None:
+        """Removes what a run that was killed has left; nothing else."""
+        ours = {self.sequencer: stat.S_ISLNK, self.logger: stat.S_ISLNK, self.control: stat.S_ISSOCK}
+        for path, is_ours in ours.items():
+            try:
+                mode = path.lstat().st_mode
+            except FileNotFoundError:
+                continue
+            if not is_ours(mode):
+                raise TfsatError(
+                    what=f"{path} is in the way: it was not made by tfsat-host emulate.",
+                    meaning="The emulated robot was not started; the file is as it was.",
+                    next_step="Name another folder: tfsat-host emulate --dir DIR",
+                )
+            path.unlink()
+
+
+def _claim(holder: Path, folder: Path) -> int:
+    """Locks the folder's holder file, which names this process. The lock ends with the process."""
+    while True:
+        descriptor = os.open(holder, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            pid = os.read(descriptor, 32).decode(errors="replace").strip() or "unknown"
+            os.close(descriptor)
+            raise TfsatError(
+                what=f"{folder} is served already, by process {pid}.",
+                meaning="The emulated robot that runs there goes on; no second one was started.",
+                next_step=f"Use it, end it (kill {pid}), or name another folder with --dir.",
+            ) from None
+        if _is_still(descriptor, holder):
+            os.truncate(descriptor, 0)
+            os.write(descriptor, f"{os.getpid()}\n".encode())
+            return descriptor
+        os.close(descriptor)
+
+
+def _is_still(descriptor: int, path: Path) -> bool:
+    """Whether `path` names the open file: its former holder may just have removed it."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False

@@ -1,0 +1,59 @@
+"""A cable to an emulated board: reading lets virtual time pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
+
+_STEP_US = 500
+_WRITE_TIMEOUT_S = 1.0
+
+
+class EmulatedTransport:
+    """One board of an emulated robot in this process, as a `Transport`."""
+
+    def __init__(
+        self, robot: EmulatedRobot, board: BoardIndex, on_close: Callable[[], None] = lambda: None
+    ) -> None:
+        self._robot = robot
+        self._board = board
+        self._on_close = on_close
+
+    @property
+    def name(self) -> str:
+        """What a person calls the port."""
+        return f"emulated {self._board.name.lower()}"
+
+    def now_s(self) -> float:
+        """Virtual seconds."""
+        return self._robot.now_us / US_PER_S
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`; raises PortError when the board takes nothing for a second."""
+        deadline_s = self.now_s() + _WRITE_TIMEOUT_S
+        while data:
+            taken = self._robot.write(self._board, data)
+            data = data[taken:]
+            if not taken:
+                if self.now_s() > deadline_s:
+                    raise PortError(
+                        PortProblem.OTHER,
+                        what=f"The {self.name} takes no bytes.",
+                        next_step="Its power is off or its cable is pulled.",
+                    )
+                self._robot.advance(_STEP_US)
+
+    def read(self, timeout_s: float) -> bytes:
+        """What has arrived, at least a byte if one comes within `timeout_s` of virtual time."""
+        deadline_us = self._robot.now_us + round(timeout_s * US_PER_S)
+        while True:
+            data = self._robot.read(self._board)
+            if data or self._robot.now_us >= deadline_us:
+                return data
+            self._robot.advance(min(_STEP_US, deadline_us - self._robot.now_us))
+
+    def close(self) -> None:
+        """Ends the connection; the robot lives on."""
+        self._on_close()

@@ -1,0 +1,1 @@
+"""What a recorded drop says about the robot."""

@@ -1,0 +1,144 @@
+"""A decoded recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.messages import LogFooter, LogHeader
+
+from .assembly import SetAside
+from .events import DropEvent
+from .gaps import Gap
+
+Verdict = Literal["complete", "truncated", "damaged"]
+
+STANDARD_GRAVITY_M_S2 = 9.80665
+"""One g of the accelerometer's scale (CGPM 1901)."""
+
+
+@dataclass(frozen=True, eq=False)
+class DropLog:
+    """One recording of the robot's sensors; n samples, in the sensors' own frames, uncalibrated.
+
+    A value of a sensor that was not valid at a sample is NaN in every physical column. Physical columns
+    are computed when first asked for and kept. Treat all arrays as read-only.
+
+    Attributes:
+        path: The file.
+        session: Random id of the recording.
+        other_sessions: Ids of other recordings in the file.
+        header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`).
+        header_is_copy: The first block was lost and a repetition of the header was used.
+        footer: Written at a clean stop; None without one.
+        sample_index: (n,) int64, number of each sample in the recording, lost ones counted.
+        t_us: (n,) int64, the logger's clock, µs since power-up; the raw times.
+        release_us: The logger's clock at release; None if no release was recorded.
+        imu_counts: (n, 4, 7) int16, per body accel x y z, temperature, gyro x y z; raw.
+        angle_counts: (n, 6) uint16, angle sensors; raw.
+        imu_valid: (n, 4) bool, the IMU answered in time.
+        angle_valid: (n, 6) bool.
+        switch_open: (n, 2) bool, release switches.
+        clipped: (n, 4) bool, a value of the IMU is at its full scale.
+        events: By time.
+        gaps: Where something is missing.
+        set_aside: Blocks of the file that are no part of the recording.
+        samples_lost: Samples known to be lost, on the card or before it.
+        blocks_lost: Blocks known to be lost.
+        doubts: Contradictions inside the recording, in words.
+        verdict: `complete`: header, footer and everything between. `truncated`: everything from the
+            header up to a point, but no footer. `damaged`: something inside is missing or contradictory.
+    """
+
+    path: Path
+    session: int
+    other_sessions: tuple[int, ...]
+    header: LogHeader
+    header_is_copy: bool
+    footer: LogFooter | None
+    sample_index: NDArray[np.int64]
+    t_us: NDArray[np.int64]
+    release_us: int | None
+    imu_counts: NDArray[np.int16]
+    angle_counts: NDArray[np.uint16]
+    imu_valid: NDArray[np.bool_]
+    angle_valid: NDArray[np.bool_]
+    switch_open: NDArray[np.bool_]
+    clipped: NDArray[np.bool_]
+    events: tuple[DropEvent, ...]
+    gaps: tuple[Gap, ...]
+    set_aside: SetAside
+    samples_lost: int
+    blocks_lost: int
+    doubts: tuple[str, ...]
+    verdict: Verdict
+
+    def __len__(self) -> int:
+        return len(self.t_us)
+
+    @property
+    def origin_us(self) -> int:
+        """The logger's clock at t_s = 0: the release, or without one the first sample."""
+        return int(self.t_us[0]) if self.release_us is None else self.release_us
+
+    @cached_property
+    def t_s(self) -> NDArray[np.float64]:
+        """(n,) time after release, s; after the first sample if no release was recorded."""
+        since: NDArray[np.float64] = (self.t_us - self.origin_us) / np.float64(1e6)
+        return since
+
+    @cached_property
+    def rate_rad_s(self) -> NDArray[np.float64]:
+        """(n, 4, 3) angular rate of bodies 1 to 4 about their sensor's x, y, z, rad/s."""
+        return self._imu_columns(slice(4, 7), np.pi / 180 / self.header.gyro_lsb_per_deg_s)
+
+    @cached_property
+    def specific_force_m_s2(self) -> NDArray[np.float64]:
+        """(n, 4, 3) specific force at the sensor along its x, y, z, m/s² (0 in free fall)."""
+        return self._imu_columns(slice(0, 3), STANDARD_GRAVITY_M_S2 / self.header.accel_lsb_per_g)
+
+    @cached_property
+    def temperature_c(self) -> NDArray[np.float64]:
+        """(n, 4) die temperature of each IMU, °C."""
+        scaled = self._imu_columns(slice(3, 4), 1 / self.header.temperature_lsb_per_c)
+        return scaled[:, :, 0] + np.float64(self.header.temperature_offset_c)
+
+    @cached_property
+    def sensor_angle_rad(self) -> NDArray[np.float64]:
+        """(n, 6) absolute angle sensors, rad in [0, 2π); joint j has columns 2 (j - 1) and the next."""
+        angle = self.angle_counts * np.float64(2 * np.pi / self.header.angle_counts_per_turn)
+        angle[~self.angle_valid] = np.nan
+        return angle
+
+    @property
+    def duration_s(self) -> float:
+        """From the first sample to the last."""
+        return int(self.t_us[-1] - self.t_us[0]) / 1e6
+
+    @property
+    def rate_hz(self) -> float:
+        """Sampling rate achieved, lost samples counted; NaN when it cannot be told."""
+        if self.duration_s <= 0:
+            return float("nan")
+        return int(self.sample_index[-1] - self.sample_index[0]) / self.duration_s
+
+    def seconds(self, time_us: int) -> float:
+        """A time of the logger's clock on the scale of `t_s`."""
+        return (time_us - self.origin_us) / 1e6
+
+    def _imu_columns(self, columns: slice, scale: float) -> NDArray[np.float64]:
+        values = self.imu_counts[:, :, columns] * scale
+        values[~self.imu_valid] = np.nan
+        return values
+
+
+def unpack_flags(flags: NDArray[np.uint16]) -> tuple[NDArray[np.bool_], ...]:
+    """Split (n,) flags into imu_valid (n, 4), angle_valid (n, 6), switch_open (n, 2), clipped (n, 4)."""
+    bits = np.unpackbits(flags.astype("<u2").view(np.uint8), bitorder="little").view(np.bool_).reshape(-1, 16)
+    return tuple(np.split(bits, np.cumsum([IMU_COUNT, ANGLE_SENSOR_COUNT, SWITCH_COUNT]), axis=1))

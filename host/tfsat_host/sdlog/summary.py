@@ -1,0 +1,74 @@
+"""A recording in numbers: what `decode` shows and prints as JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .droplog import DropLog
+from .metadata import metadata
+
+Json = dict[str, Any]
+
+
+def summary(log: DropLog) -> Json:
+    """The metadata, and per sensor how many samples were valid, invalid and clipped."""
+    return metadata(log) | {"sensors": sensor_rows(log), "warnings": warnings(log)}
+
+
+def sensor_rows(log: DropLog) -> list[Json]:
+    """One row a sensor: name, samples valid, invalid and clipped (None for angle sensors)."""
+    rows: list[Json] = []
+    for i in range(log.imu_valid.shape[1]):
+        clipped = int(np.count_nonzero(log.clipped[:, i] & log.imu_valid[:, i]))
+        rows.append(_row(f"IMU of body {i + 1}", log.imu_valid[:, i], clipped))
+    rows += [
+        _row(f"joint {i // 2 + 1} angle sensor {i % 2 + 1}", log.angle_valid[:, i], None)
+        for i in range(log.angle_valid.shape[1])
+    ]
+    return rows
+
+
+def _row(name: str, valid: NDArray[np.bool_], clipped: int | None) -> Json:
+    count = int(np.count_nonzero(valid))
+    return {"sensor": name, "valid": count, "invalid": len(valid) - count, "clipped": clipped}
+
+
+def warnings(log: DropLog) -> list[str]:
+    """Sentences on everything that was lost or is doubtful; empty for a recording without fault."""
+    lines = [f"Doubtful: {doubt}." for doubt in log.doubts]
+    if log.header_is_copy:
+        lines.append("The first block is lost; the scales come from a copy of the header.")
+    if log.samples_lost or log.blocks_lost:
+        total = len(log) + log.samples_lost
+        lines.append(
+            f"{log.samples_lost} of {total} samples are lost ({log.blocks_lost} blocks), "
+            f"in {len(log.gaps)} places."
+        )
+    lines += [_gap_line(log, index) for index in range(min(len(log.gaps), _GAPS_SHOWN))]
+    if len(log.gaps) > _GAPS_SHOWN:
+        lines.append(f"  … and {len(log.gaps) - _GAPS_SHOWN} more (all of them with --json).")
+    if log.footer is None:
+        lines.append(
+            "The recording has no end: power was cut, the card failed, or the file is a partial copy. "
+            "What came after the last sample is unknown."
+        )
+    lines += [
+        f"The {row['sensor']} gave no value in {row['invalid']} of {len(log)} samples."
+        for row in sensor_rows(log)
+        if row["invalid"]
+    ]
+    return lines
+
+
+_GAPS_SHOWN = 5
+
+
+def _gap_line(log: DropLog, index: int) -> str:
+    gap = log.gaps[index]
+    start = "the start" if gap.start_us is None else f"{log.seconds(gap.start_us):.3f} s"
+    end = "the end" if gap.end_us is None else f"{log.seconds(gap.end_us):.3f} s"
+    cause = f", {gap.samples_dropped} of them dropped by the logger" if gap.samples_dropped else ""
+    return f"  {start} to {end}: {gap.samples} samples{cause}, {gap.blocks} blocks"

@@ -1,0 +1,210 @@
+#include "api.h"
+
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "boards/native_sequencer.h"
+#include "robot.h"
+
+#ifdef TFSAT_WITH_SIMAVR
+#include "boards/avr_sequencer.h"
+#endif
+
+using namespace tfsat::emulator;
+
+struct TfsatRobot {
+  TfsatRobot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> sequencer)
+      : robot(parameters, std::move(sequencer)) {}
+  Robot robot;
+  std::string crash;
+};
+
+namespace {
+
+Vec3 vector(const double v[3]) { return Vec3{v[0], v[1], v[2]}; }
+
+Mat3 matrix(const double m[9]) {
+  Mat3 out;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) out.m[row][column] = m[3 * row + column];
+  }
+  return out;
+}
+
+TreeParameters tree(const TfsatRobotConfig& c) {
+  TreeParameters out;
+  out.n_bodies = kImus;
+  out.n_joints = kServoJoints;
+  out.base = c.base_body;
+  for (int i = 0; i < kImus; ++i) {
+    out.bodies[i] = {c.body_mass_kg[i], vector(c.body_com_m[i]), matrix(c.body_inertia_kg_m2[i]),
+                     vector(c.body_origin_m[i])};
+  }
+  for (int i = 0; i < kServoJoints; ++i) {
+    out.joints[i] = {c.joint_inner[i], c.joint_outer[i], vector(c.joint_axis[i]), vector(c.joint_point_m[i])};
+  }
+  return out;
+}
+
+RobotParameters parameters(const TfsatRobotConfig& c) {
+  RobotParameters out;
+  out.tree = tree(c);
+  out.seed = c.seed;
+  out.temperature_c = c.temperature_c;
+  for (size_t i = 0; i < kServoJoints; ++i) {
+    ServoParameters& servo = out.servos[i];
+    servo.reference_pulse_us = c.servo_reference_pulse_us[i];
+    servo.reference_angle_rad = c.servo_reference_angle_rad[i];
+    servo.pulse_us_per_rad = c.servo_pulse_us_per_rad[i];
+    servo.max_rate_rad_s = c.servo_max_rate_rad_s[i];
+    servo.acceleration_rad_s2 = c.servo_acceleration_rad_s2[i];
+    servo.min_angle_rad = c.joint_min_rad[i];
+    servo.max_angle_rad = c.joint_max_rad[i];
+  }
+  for (size_t i = 0; i < kImus; ++i) {
+    Mpu6050Parameters& imu = out.imus[i];
+    out.imu_positions_m[i] = vector(c.imu_position_m[i]);
+    imu.sensor_to_body = matrix(c.imu_sensor_to_body[i]);
+    imu.gyro_bias_rad_s = vector(c.gyro_bias_rad_s[i]);
+    imu.gyro_scale = vector(c.gyro_scale[i]);
+    imu.gyro_noise_rad_s_rthz = c.gyro_noise_rad_s_rthz;
+    imu.accel_noise_m_s2_rthz = c.accel_noise_m_s2_rthz;
+    imu.seed = c.seed * 31 + i;
+  }
+  for (size_t i = 0; i < kAngleSensors; ++i) {
+    AngleSensorParameters& sensor = out.angle_sensors[i];
+    sensor.zero_offset_rad = c.angle_zero_offset_rad[i];
+    sensor.direction = c.angle_direction[i];
+    sensor.noise_rad = c.angle_noise_rad;
+    sensor.seed = c.seed * 37 + i;
+  }
+  return out;
+}
+
+std::unique_ptr<SequencerBoard> make_sequencer(const char* hex_path, std::string& error) {
+  if (hex_path == nullptr) return std::make_unique<NativeSequencer>();
+#ifdef TFSAT_WITH_SIMAVR
+  try {
+    return std::make_unique<AvrSequencer>(hex_path);
+  } catch (const std::exception& refused) {
+    error = refused.what();
+    return nullptr;
+  }
+#else
+  error = "this library was built without the AVR emulation";
+  return nullptr;
+#endif
+}
+
+}  // namespace
+
+size_t tfsat_config_bytes(void) { return sizeof(TfsatRobotConfig); }
+size_t tfsat_truth_row_bytes(void) { return sizeof(TruthRow); }
+
+TfsatRobot* tfsat_robot_new(const TfsatRobotConfig* config, const char* hex_path, char* error,
+                            size_t error_bytes) {
+  const RobotParameters built = parameters(*config);
+  std::string reason;
+  if (const char* defect = BodyTree::check(built.tree)) reason = defect;
+  std::unique_ptr<SequencerBoard> sequencer;
+  if (reason.empty()) sequencer = make_sequencer(hex_path, reason);
+  if (!sequencer) {
+    std::snprintf(error, error_bytes, "%s", reason.c_str());
+    return nullptr;
+  }
+  return new TfsatRobot(built, std::move(sequencer));
+}
+
+void tfsat_robot_free(TfsatRobot* robot) { delete robot; }
+
+uint64_t tfsat_now_us(const TfsatRobot* robot) { return robot->robot.now_us(); }
+
+int tfsat_advance_to(TfsatRobot* robot, uint64_t t_us) {
+  if (!robot->crash.empty()) return -1;
+  try {
+    robot->robot.advance_to(t_us);
+  } catch (const std::exception& error) {
+    robot->crash = error.what();
+    return -1;
+  }
+  return 0;
+}
+
+const char* tfsat_crash(const TfsatRobot* robot) { return robot->crash.c_str(); }
+
+size_t tfsat_write(TfsatRobot* robot, int board, const uint8_t* data, size_t n) {
+  return board == TFSAT_SEQUENCER ? robot->robot.sequencer().write(data, n) : robot->robot.logger().write(data, n);
+}
+
+size_t tfsat_read(TfsatRobot* robot, int board, uint8_t* data, size_t capacity) {
+  return board == TFSAT_SEQUENCER ? robot->robot.sequencer().read(data, capacity)
+                                  : robot->robot.logger().read(data, capacity);
+}
+
+void tfsat_set_power(TfsatRobot* robot, int board, int on) {
+  if (board == TFSAT_SEQUENCER) {
+    robot->robot.sequencer().set_power(on != 0);
+  } else {
+    robot->robot.logger().set_power(on != 0);
+  }
+}
+
+void tfsat_set_cable(TfsatRobot* robot, int board, int plugged) {
+  if (board == TFSAT_SEQUENCER) {
+    robot->robot.sequencer().set_cable(plugged != 0);
+  } else {
+    robot->robot.logger().set_cable(plugged != 0);
+  }
+}
+
+void tfsat_eeprom_get(TfsatRobot* robot, uint8_t* image, size_t n) {
+  robot->robot.sequencer().eeprom_get(image, n);
+}
+
+void tfsat_eeprom_set(TfsatRobot* robot, const uint8_t* image, size_t n) {
+  robot->robot.sequencer().eeprom_set(image, n);
+}
+
+size_t tfsat_card_size(TfsatRobot* robot) { return robot->robot.card().bytes().size(); }
+
+void tfsat_card_read(TfsatRobot* robot, uint8_t* data, size_t n) {
+  const std::vector<uint8_t> bytes = robot->robot.card().bytes();
+  std::memcpy(data, bytes.data(), n < bytes.size() ? n : bytes.size());
+}
+
+void tfsat_seat(TfsatRobot* robot) { robot->robot.seat(); }
+int tfsat_hold(TfsatRobot* robot, uint32_t body_mask) { return robot->robot.hold(body_mask); }
+
+int tfsat_swing(TfsatRobot* robot, int joint, double amplitude_rad, double period_s, unsigned cycles) {
+  return robot->robot.swing(joint, amplitude_rad, period_s, cycles);
+}
+
+int tfsat_swinging(TfsatRobot* robot) { return robot->robot.swinging(); }
+
+void tfsat_set_switch(TfsatRobot* robot, int index, int closed) {
+  robot->robot.set_switch(index, closed != 0);
+}
+
+void tfsat_knock(TfsatRobot* robot, int index, uint64_t open_us) { robot->robot.knock(index, open_us); }
+
+void tfsat_drop(TfsatRobot* robot, const double residual_rate_rad_s[3], uint64_t fall_us) {
+  DropParameters drop;
+  drop.residual_rate_rad_s = vector(residual_rate_rad_s);
+  drop.fall_us = fall_us;
+  robot->robot.drop(drop);
+}
+
+int tfsat_falling(const TfsatRobot* robot) { return robot->robot.falling(); }
+uint64_t tfsat_released_us(const TfsatRobot* robot) { return robot->robot.released_us(); }
+
+double tfsat_joint_angle_rad(const TfsatRobot* robot, int joint) {
+  return robot->robot.joint_angle_rad(joint);
+}
+
+void tfsat_record_truth(TfsatRobot* robot, uint64_t period_us) { robot->robot.record_truth(period_us); }
+size_t tfsat_truth_rows(const TfsatRobot* robot) { return robot->robot.truth().size(); }
+
+void tfsat_truth_read(const TfsatRobot* robot, double* rows, size_t n_rows) {
+  std::memcpy(rows, robot->robot.truth().data(), n_rows * sizeof(TruthRow));
+}

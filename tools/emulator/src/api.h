@@ -1,0 +1,92 @@
+// The emulated robot for other languages: plain C. Every call works in virtual time; none waits.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct TfsatRobot TfsatRobot;
+
+// SI units; vectors and tensors in the frames of robots/*.toml; matrices row by row.
+typedef struct {
+  uint64_t seed;
+  int32_t base_body;
+  int32_t joint_inner[3];
+  int32_t joint_outer[3];
+  int32_t angle_direction[6];
+  double body_mass_kg[4];
+  double body_com_m[4][3];
+  double body_inertia_kg_m2[4][9];
+  double body_origin_m[4][3];
+  double joint_axis[3][3];
+  double joint_point_m[3][3];
+  double servo_reference_pulse_us[3];
+  double servo_reference_angle_rad[3];
+  double servo_pulse_us_per_rad[3];
+  double servo_max_rate_rad_s[3];
+  double servo_acceleration_rad_s2[3];
+  double joint_min_rad[3];
+  double joint_max_rad[3];
+  double imu_position_m[4][3];
+  double imu_sensor_to_body[4][9];
+  double gyro_bias_rad_s[4][3];
+  double gyro_scale[4][3];
+  double gyro_noise_rad_s_rthz;
+  double accel_noise_m_s2_rthz;
+  double angle_zero_offset_rad[6];
+  double angle_noise_rad;
+  double temperature_c;
+} TfsatRobotConfig;
+
+enum { TFSAT_SEQUENCER = 0, TFSAT_LOGGER = 1 };
+
+// To see that caller and library mean the same structure.
+size_t tfsat_config_bytes(void);
+size_t tfsat_truth_row_bytes(void);
+
+// `hex_path` NULL: the sequencer's core runs natively. Else that HEX runs in an emulated ATmega32U4;
+// a library built without it refuses. NULL on failure, with the reason in `error`.
+TfsatRobot* tfsat_robot_new(const TfsatRobotConfig* config, const char* hex_path, char* error,
+                            size_t error_bytes);
+void tfsat_robot_free(TfsatRobot* robot);
+
+uint64_t tfsat_now_us(const TfsatRobot* robot);
+// 0, or -1 when the emulated processor crashed: tfsat_crash() tells how, and time stands still.
+int tfsat_advance_to(TfsatRobot* robot, uint64_t t_us);
+const char* tfsat_crash(const TfsatRobot* robot);
+
+// Boards: bytes over the cable, power, cable.
+size_t tfsat_write(TfsatRobot* robot, int board, const uint8_t* data, size_t n);
+size_t tfsat_read(TfsatRobot* robot, int board, uint8_t* data, size_t capacity);
+void tfsat_set_power(TfsatRobot* robot, int board, int on);
+void tfsat_set_cable(TfsatRobot* robot, int board, int plugged);
+void tfsat_eeprom_get(TfsatRobot* robot, uint8_t* image, size_t n);
+void tfsat_eeprom_set(TfsatRobot* robot, const uint8_t* image, size_t n);
+
+// The card's file: its size, its bytes.
+size_t tfsat_card_size(TfsatRobot* robot);
+void tfsat_card_read(TfsatRobot* robot, uint8_t* data, size_t n);
+
+// What a person does.
+void tfsat_seat(TfsatRobot* robot);
+int tfsat_hold(TfsatRobot* robot, uint32_t body_mask);
+int tfsat_swing(TfsatRobot* robot, int joint, double amplitude_rad, double period_s, unsigned cycles);
+int tfsat_swinging(TfsatRobot* robot);
+void tfsat_set_switch(TfsatRobot* robot, int index, int closed);
+void tfsat_knock(TfsatRobot* robot, int index, uint64_t open_us);
+void tfsat_drop(TfsatRobot* robot, const double residual_rate_rad_s[3], uint64_t fall_us);
+int tfsat_falling(const TfsatRobot* robot);
+uint64_t tfsat_released_us(const TfsatRobot* robot);
+double tfsat_joint_angle_rad(const TfsatRobot* robot, int joint);
+
+// Truth: rows of 32 doubles: t_s, joint angles (3), attitudes of the bodies (4 x xyzw), rates (4 x 3).
+void tfsat_record_truth(TfsatRobot* robot, uint64_t period_us);
+size_t tfsat_truth_rows(const TfsatRobot* robot);
+void tfsat_truth_read(const TfsatRobot* robot, double* rows, size_t n_rows);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,133 @@
+#include "native_sequencer.h"
+
+#include <algorithm>
+
+#include "../../../../firmware/arduino_sequencer/src/core/request_server.h"
+
+namespace tfsat {
+namespace emulator {
+
+using sequencer::Identity;
+using sequencer::RequestServer;
+using sequencer::Sequencer;
+using sequencer::tick_t;
+
+namespace {
+
+// How often the main loop comes round. The AVR's takes 20 to 60 us.
+constexpr uint64_t kLoopUs = 50;
+
+protocol::ResetCause reported(ResetCause cause) {
+  switch (cause) {
+    case ResetCause::kWatchdog:
+      return protocol::ResetCause::kWatchdog;
+    case ResetCause::kBrownOut:
+      return protocol::ResetCause::kBrownOut;
+    case ResetCause::kExternal:
+      break;
+  }
+  return protocol::ResetCause::kExternal;
+}
+
+}  // namespace
+
+struct NativeSequencer::Running {
+  Running(NativeEeprom& eeprom, uint64_t started_us, protocol::ResetCause cause)
+      : origin_us(started_us), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause},
+        core(switches, servos, eeprom), server(core, identity), link(stream, server) {}
+
+  uint64_t origin_us;
+  NativeSwitches switches;
+  NativeServos servos;
+  NativeStream stream;
+  Identity identity;
+  Sequencer core;
+  RequestServer server;
+  protocol::Link link;
+
+  tick_t ticks(uint64_t t_us) const {
+    return static_cast<tick_t>((t_us - origin_us) * sequencer::kTicksPerUs);
+  }
+};
+
+NativeSequencer::NativeSequencer() = default;
+NativeSequencer::~NativeSequencer() = default;
+
+void NativeSequencer::start(protocol::ResetCause cause) {
+  running_ = std::make_unique<Running>(eeprom_, now_us_, cause);
+  running_->stream.set_plugged(plugged_);
+  for (int i = 0; i < static_cast<int>(protocol::kSwitchCount); ++i) {
+    running_->switches.set(i, switch_open_[i], 0);
+  }
+  eeprom_.set_now(now_us_);
+  running_->core.start(0);
+}
+
+void NativeSequencer::set_power(bool on) {
+  if (on == (running_ != nullptr)) return;
+  if (on) {
+    start(protocol::ResetCause::kPowerOn);
+  } else {
+    eeprom_.power_cut();
+    running_.reset();
+  }
+}
+
+void NativeSequencer::reset(ResetCause cause) {
+  if (!running_) return;
+  running_.reset();
+  start(reported(cause));
+}
+
+void NativeSequencer::advance_to(uint64_t t_us) {
+  while (now_us_ < t_us) {
+    now_us_ = std::min(t_us, now_us_ + kLoopUs);
+    if (!running_) {
+      now_us_ = t_us;
+      return;
+    }
+    Running& board = *running_;
+    eeprom_.set_now(now_us_);
+    board.servos.advance_to((now_us_ - board.origin_us) * 1000, board.origin_us * 1000, edges_);
+    const tick_t now = board.ticks(now_us_);
+    board.core.poll(now);
+    board.server.set_now(now);
+    board.link.poll();
+  }
+}
+
+void NativeSequencer::set_switch(int index, bool closed) {
+  switch_open_[index] = !closed;
+  if (running_) running_->switches.set(index, !closed, running_->ticks(now_us_));
+}
+
+void NativeSequencer::set_cable(bool plugged) {
+  plugged_ = plugged;
+  if (running_) running_->stream.set_plugged(plugged);
+}
+
+size_t NativeSequencer::write(const uint8_t* data, size_t n) {
+  return running_ ? running_->stream.host_write(data, n) : 0;
+}
+
+size_t NativeSequencer::read(uint8_t* data, size_t capacity) {
+  return running_ ? running_->stream.host_read(data, capacity) : 0;
+}
+
+bool NativeSequencer::take_edge(PinEdge& edge) {
+  if (edges_.empty()) return false;
+  edge = edges_.front();
+  edges_.pop_front();
+  return true;
+}
+
+void NativeSequencer::eeprom_get(uint8_t* image, size_t n) {
+  std::copy_n(eeprom_.image().begin(), std::min(n, eeprom_.image().size()), image);
+}
+
+void NativeSequencer::eeprom_set(const uint8_t* image, size_t n) {
+  std::copy_n(image, std::min(n, eeprom_.image().size()), eeprom_.image().begin());
+}
+
+}  // namespace emulator
+}  // namespace tfsat

@@ -1,0 +1,44 @@
+// The sequencer firmware's core on the PC: the same source as on the board, without an AVR.
+#pragma once
+
+#include <memory>
+
+#include "native_ports.h"
+#include "sequencer_board.h"
+
+namespace tfsat {
+namespace emulator {
+
+// Without power until set_power(true).
+class NativeSequencer : public SequencerBoard {
+ public:
+  NativeSequencer();
+  ~NativeSequencer() override;
+
+  void set_power(bool on) override;
+  void reset(ResetCause cause) override;
+  void advance_to(uint64_t t_us) override;
+  void set_switch(int index, bool closed) override;
+  void set_cable(bool plugged) override;
+  size_t write(const uint8_t* data, size_t n) override;
+  size_t read(uint8_t* data, size_t capacity) override;
+  bool take_edge(PinEdge& edge) override;
+  void eeprom_get(uint8_t* image, size_t n) override;
+  void eeprom_set(const uint8_t* image, size_t n) override;
+
+ private:
+  // Everything that dies with the power.
+  struct Running;
+
+  void start(protocol::ResetCause cause);
+
+  NativeEeprom eeprom_;
+  std::unique_ptr<Running> running_;
+  std::deque<PinEdge> edges_;
+  uint64_t now_us_ = 0;
+  bool switch_open_[protocol::kSwitchCount] = {false, false};
+  bool plugged_ = true;
+};
+
+}  // namespace emulator
+}  // namespace tfsat

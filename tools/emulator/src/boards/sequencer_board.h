@@ -1,0 +1,52 @@
+// The sequencer as the emulated robot sees it: a board with power, two release switches, a USB cable
+// and four output pins. native_sequencer.* runs the firmware's core on the PC; avr_sequencer.* runs the
+// HEX that would be flashed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tfsat {
+namespace emulator {
+
+// Why the board restarts while it keeps its supply. Power-on is set_power(false), set_power(true).
+enum class ResetCause : uint8_t { kWatchdog, kBrownOut, kExternal };
+
+// One change of an output pin.
+// pin: 0..2 = servo signal of joint 1..3 (D9 D10 D11), 3 = stroke line to the logger (D12).
+struct PinEdge {
+  uint64_t t_ns;
+  uint8_t pin;
+  bool high;
+};
+
+class SequencerBoard {
+ public:
+  virtual ~SequencerBoard() = default;
+
+  // Off: RAM, pins and the link are gone at once, the EEPROM stays.
+  virtual void set_power(bool on) = 0;
+  virtual void reset(ResetCause cause) = 0;
+
+  // Runs the board to this virtual time (since power-up of the world); never runs it backwards.
+  virtual void advance_to(uint64_t t_us) = 0;
+
+  // Release switch 0 (D4) or 1 (D13), from the present virtual time on; closed pulls the pin low.
+  virtual void set_switch(int index, bool closed) = 0;
+
+  // USB cable to the host. Pulling it drops what is under way in both directions.
+  virtual void set_cable(bool plugged) = 0;
+
+  // Host -> board; returns how many bytes were taken. Board -> host; returns how many were given.
+  virtual size_t write(const uint8_t* data, size_t n) = 0;
+  virtual size_t read(uint8_t* data, size_t capacity) = 0;
+
+  // Oldest unread edge of an output pin; false when there is none.
+  virtual bool take_edge(PinEdge& edge) = 0;
+
+  virtual void eeprom_get(uint8_t* image, size_t n) = 0;
+  virtual void eeprom_set(const uint8_t* image, size_t n) = 0;
+};
+
+}  // namespace emulator
+}  // namespace tfsat

@@ -1,0 +1,191 @@
+#include "robot.h"
+
+#include <algorithm>
+
+namespace tfsat {
+namespace emulator {
+
+namespace {
+
+// The world moves in steps of this length; servos and bodies change little in between.
+constexpr uint64_t kStepUs = 500;
+constexpr uint8_t kStrokeLinePin = 3;
+constexpr uint8_t kImuAddresses[2] = {0x68, 0x69};
+// The switches do not open at the same instant, and their contacts chatter (OMRON SS-5GL data sheet:
+// a few milliseconds).
+constexpr double kSwitchSpreadUs = 600.0;
+constexpr double kChatterUs = 1500.0;
+constexpr int kMaxChatter = 3;
+
+LoggerBoardParameters logger_parameters() {
+  LoggerBoardParameters parameters;
+  parameters.identity.board_serial[0] = 'e';
+  parameters.identity.board_serial[1] = 'm';
+  parameters.identity.board_serial[2] = 'u';
+  return parameters;
+}
+
+}  // namespace
+
+Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> sequencer)
+    : parameters_(parameters),
+      sequencer_(std::move(sequencer)),
+      card_(parameters.card),
+      chain_(parameters.tree),
+      logger_(parameters.seed, logger_parameters()),
+      bounce_(parameters.seed ^ 0xB0C4CEu) {
+  for (const Mpu6050Parameters& imu : parameters.imus) imus_.emplace_back(imu);
+  for (const AngleSensorParameters& sensor : parameters.angle_sensors) angle_sensors_.emplace_back(sensor);
+  for (const ServoParameters& servo : parameters.servos) servos_.emplace_back(servo);
+  for (size_t i = 0; i < kImus; ++i) buses_[i / 2].attach(kImuAddresses[i % 2], imus_[i]);
+  logger_.attach(buses_, angle_sensors_, card_);
+  seat();
+  feed_sensors();
+}
+
+void Robot::advance_to(uint64_t t_us) {
+  while (now_us_ < t_us) {
+    uint64_t next = std::min({t_us, (now_us_ / kStepUs + 1) * kStepUs, std::max(logger_.next_sample_us(), now_us_ + 1)});
+    if (!switch_changes_.empty()) next = std::min(next, std::max(switch_changes_.front().t_us, now_us_ + 1));
+    step_to(next);
+  }
+}
+
+// The sensors are brought to the step's end before the logger, whose samples lie there, reads them.
+void Robot::step_to(uint64_t t_us) {
+  apply_due_switch_changes();
+  sequencer_->advance_to(t_us);
+  take_sequencer_outputs();
+  move_bodies(t_us);
+  now_us_ = t_us;
+  feed_sensors();
+  logger_.advance_to(t_us);
+  keep_truth();
+}
+
+void Robot::apply_due_switch_changes() {
+  while (!switch_changes_.empty() && switch_changes_.front().t_us <= now_us_) {
+    const SwitchChange change = switch_changes_.front();
+    switch_changes_.pop_front();
+    set_switch(change.index, change.closed);
+  }
+}
+
+void Robot::take_sequencer_outputs() {
+  PinEdge edge;
+  while (sequencer_->take_edge(edge)) {
+    if (edge.pin == kStrokeLinePin) {
+      if (edge.high) logger_.stroke_edge(edge.t_ns / 1000);
+    } else if (edge.high) {
+      pulse_rise_ns_[edge.pin] = edge.t_ns;
+    } else if (pulse_rise_ns_[edge.pin] != 0) {
+      servos_[edge.pin].pulse(edge.t_ns / 1000, static_cast<double>(edge.t_ns - pulse_rise_ns_[edge.pin]) / 1000.0);
+    }
+  }
+}
+
+void Robot::move_bodies(uint64_t t_us) {
+  JointMotion joints = chain_.joints();
+  for (int i = 0; i < kServoJoints; ++i) {
+    const ServoMotion motion = servos_[static_cast<size_t>(i)].motion(t_us);
+    joints.angle_rad[i] = motion.angle_rad;
+    joints.rate_rad_s[i] = motion.rate_rad_s;
+    joints.acceleration_rad_s2[i] = motion.acceleration_rad_s2;
+  }
+  chain_.advance(static_cast<double>(t_us - now_us_) * 1e-6, joints);
+  for (int i = 0; i < kServoJoints; ++i) {
+    if (chain_.locked(i)) servos_[static_cast<size_t>(i)].stop_at(t_us, chain_.joints().angle_rad[i]);
+  }
+  if (falling() && t_us >= released_us_ + drop_.fall_us) chain_.land(drop_.landing);
+}
+
+void Robot::feed_sensors() {
+  for (int i = 0; i < kAngleSensors; ++i) logger_.set_joint_angle(i, chain_.joints().angle_rad[i / 2]);
+  for (int i = 0; i < kImus; ++i) {
+    const size_t at = static_cast<size_t>(i);
+    imus_[at].sample(now_us_, chain_.rate_rad_s(i),
+                     chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at]), parameters_.temperature_c);
+  }
+}
+
+void Robot::seat() {
+  chain_.hold(1u << 0);
+  switch_changes_.clear();
+  for (int i = 0; i < kSwitches; ++i) set_switch(i, true);
+}
+
+bool Robot::hold(uint32_t mask) { return chain_.hold(mask); }
+
+bool Robot::swing(int joint, double amplitude_rad, double period_s, unsigned cycles) {
+  return servos_[static_cast<size_t>(joint)].swing(now_us_, amplitude_rad, period_s, cycles);
+}
+
+bool Robot::swinging() {
+  return std::any_of(servos_.begin(), servos_.end(), [this](Servo& servo) { return servo.swinging(now_us_); });
+}
+
+void Robot::set_switch(int index, bool closed) {
+  sequencer_->set_switch(index, closed);
+  logger_.set_switch(index, closed);
+}
+
+void Robot::knock(int index, uint64_t open_us) {
+  set_switch(index, false);
+  const SwitchChange close{now_us_ + open_us, index, true};
+  const auto later = std::find_if(switch_changes_.begin(), switch_changes_.end(),
+                                  [&](const SwitchChange& change) { return change.t_us > close.t_us; });
+  switch_changes_.insert(later, close);
+}
+
+void Robot::schedule_bounce(int index, uint64_t open_at_us) {
+  switch_changes_.push_back({open_at_us, index, false});
+  const int chatter = static_cast<int>(bounce_.uniform() * (kMaxChatter + 1));
+  uint64_t t_us = open_at_us;
+  for (int i = 0; i < chatter; ++i) {
+    t_us += 30 + static_cast<uint64_t>(bounce_.uniform() * kChatterUs / kMaxChatter);
+    switch_changes_.push_back({t_us, index, true});
+    t_us += 20 + static_cast<uint64_t>(bounce_.uniform() * 200.0);
+    switch_changes_.push_back({t_us, index, false});
+  }
+}
+
+void Robot::drop(const DropParameters& parameters) {
+  drop_ = parameters;
+  switch_changes_.clear();
+  const int first = bounce_.uniform() < 0.5 ? 0 : 1;
+  schedule_bounce(first, now_us_);
+  released_us_ = now_us_ + static_cast<uint64_t>(bounce_.uniform() * kSwitchSpreadUs);
+  schedule_bounce(1 - first, released_us_);
+  std::stable_sort(switch_changes_.begin(), switch_changes_.end(),
+                   [](const SwitchChange& a, const SwitchChange& b) { return a.t_us < b.t_us; });
+  chain_.release(parameters.residual_rate_rad_s, parameters.com_velocity_m_s);
+}
+
+void Robot::record_truth(uint64_t period_us) {
+  truth_period_us_ = period_us;
+  next_truth_us_ = now_us_;
+  truth_.clear();
+}
+
+void Robot::keep_truth() {
+  if (truth_period_us_ == 0 || now_us_ < next_truth_us_) return;
+  next_truth_us_ += truth_period_us_;
+  TruthRow row;
+  row.t_s = static_cast<double>(now_us_) * 1e-6;
+  for (int i = 0; i < kServoJoints; ++i) row.joint_angle_rad[i] = chain_.joints().angle_rad[i];
+  for (int i = 0; i < kImus; ++i) {
+    const Quaternion q = chain_.attitude(i);
+    const Vec3 rate = chain_.rate_rad_s(i);
+    row.attitude_xyzw[i][0] = q.x;
+    row.attitude_xyzw[i][1] = q.y;
+    row.attitude_xyzw[i][2] = q.z;
+    row.attitude_xyzw[i][3] = q.w;
+    row.rate_rad_s[i][0] = rate.x;
+    row.rate_rad_s[i][1] = rate.y;
+    row.rate_rad_s[i][2] = rate.z;
+  }
+  truth_.push_back(row);
+}
+
+}  // namespace emulator
+}  // namespace tfsat

@@ -1,0 +1,125 @@
+// The emulated robot: both boards, servos, bodies, sensors and card, in lock-step virtual time, and
+// what a person can do to it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "boards/logger_board.h"
+#include "boards/sequencer_board.h"
+#include "card/block_device.h"
+#include "physics/chain.h"
+#include "physics/servo.h"
+#include "sensors/angle_sensor.h"
+#include "sensors/i2c_bus.h"
+#include "sensors/mpu6050.h"
+
+namespace tfsat {
+namespace emulator {
+
+constexpr int kImus = 4;
+constexpr int kServoJoints = 3;
+constexpr int kAngleSensors = 6;
+constexpr int kSwitches = 2;
+
+// What the robot is made of, imperfections included.
+struct RobotParameters {
+  TreeParameters tree;
+  std::array<ServoParameters, kServoJoints> servos;
+  std::array<Mpu6050Parameters, kImus> imus;
+  std::array<Vec3, kImus> imu_positions_m;  // body frame
+  std::array<AngleSensorParameters, kAngleSensors> angle_sensors;
+  CardParameters card;
+  double temperature_c = 25.0;
+  uint64_t seed = 1;
+};
+
+// How one drop goes.
+struct DropParameters {
+  Vec3 residual_rate_rad_s;           // base body, its frame, at release
+  Vec3 com_velocity_m_s{0, 0, -0.04};  // world; the switches push the robot off (paper, sec. release)
+  uint64_t fall_us = 2500000;         // until the capsule decelerates
+  LandingPulse landing;
+};
+
+// The truth at one instant, for judging what the instruments made of it.
+struct TruthRow {
+  double t_s;
+  double joint_angle_rad[kServoJoints];
+  double attitude_xyzw[kImus][4];  // body to world
+  double rate_rad_s[kImus][3];     // body frame
+};
+
+class Robot {
+ public:
+  Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> sequencer);
+
+  SequencerBoard& sequencer() { return *sequencer_; }
+  LoggerBoard& logger() { return logger_; }
+  BlockDevice& card() { return card_; }
+  uint64_t now_us() const { return now_us_; }
+
+  // Runs everything to this virtual time.
+  void advance_to(uint64_t t_us);
+
+  // Hangs the robot in the releaser: held by body 1's plate, both switches closed, as it stands.
+  void seat();
+  // Fixes the bodies of `mask` (bit i = body i+1) on the bench; false if it names none.
+  bool hold(uint32_t mask);
+  // Moves a limp joint (0 to 2) by hand; false if its servo holds it or the joint would leave its range.
+  bool swing(int joint, double amplitude_rad, double period_s, unsigned cycles);
+  bool swinging();
+  void set_switch(int index, bool closed);
+  // A knock: the switch opens for `open_us`, then closes.
+  void knock(int index, uint64_t open_us);
+  // Lets go now; the switches open with contact bounce, and the robot lands after the fall.
+  void drop(const DropParameters& parameters);
+  bool falling() const { return chain_.mode() == ChainMode::kFree; }
+
+  // Keeps a TruthRow each `period_us` from now on; 0 ends it.
+  void record_truth(uint64_t period_us);
+  const std::vector<TruthRow>& truth() const { return truth_; }
+  uint64_t released_us() const { return released_us_; }
+  double joint_angle_rad(int joint) const { return chain_.joints().angle_rad[joint]; }
+
+ private:
+  // A change of a switch that lies ahead.
+  struct SwitchChange {
+    uint64_t t_us;
+    int index;
+    bool closed;
+  };
+
+  void step_to(uint64_t t_us);
+  void apply_due_switch_changes();
+  void schedule_bounce(int index, uint64_t open_at_us);
+  void take_sequencer_outputs();
+  void move_bodies(uint64_t t_us);
+  void feed_sensors();
+  void keep_truth();
+
+  RobotParameters parameters_;
+  std::unique_ptr<SequencerBoard> sequencer_;
+  BlockDevice card_;
+  std::array<I2cBus, 2> buses_;
+  std::vector<Mpu6050> imus_;
+  std::vector<AngleSensor> angle_sensors_;
+  std::vector<Servo> servos_;
+  Chain chain_;
+  LoggerBoard logger_;
+  Noise bounce_;
+  std::deque<SwitchChange> switch_changes_;  // in order of time
+  std::array<uint64_t, kServoJoints> pulse_rise_ns_{};
+  DropParameters drop_;
+  std::vector<TruthRow> truth_;
+  uint64_t truth_period_us_ = 0;
+  uint64_t next_truth_us_ = 0;
+  uint64_t now_us_ = 0;
+  uint64_t released_us_ = 0;
+};
+
+}  // namespace emulator
+}  // namespace tfsat
