@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, ClassVar, Self
+from functools import cache
+from typing import Any, ClassVar, Self, TypeVar
 
 from tfsat_host.errors import TfsatError
 
@@ -27,52 +29,68 @@ class Record:
 
     def encode(self) -> bytes:
         """Return the little-endian bytes, `SIZE` long. Raises struct.error if a value is out of range."""
-        parts = []
-        for name, kind, count in self.LAYOUT:
-            value = getattr(self, name)
-            parts += [_pack(kind, item) for item in ([value] if count is None else value)]
-        return b"".join(parts)
+        record: type[Record] = type(self)
+        return _codec(record).pack(*_flatten(self))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read a record from exactly `SIZE` bytes. Raises ProtocolError."""
         if len(data) != cls.SIZE:
             raise _broken(f"{cls.__name__} has {len(data)} bytes instead of {cls.SIZE}")
-        values = []
-        offset = 0
-        for _, kind, count in cls.LAYOUT:
-            items = []
-            for _ in range(1 if count is None else count):
-                item, offset = _unpack(kind, data, offset)
-                items.append(item)
-            if count is None:
-                values.append(items[0])
-            else:
-                values.append(bytes(items) if kind == "B" else tuple(items))
-        return cls(*values)
+        record: type[Record] = cls
+        return _build(cls, iter(_codec(record).unpack(data)))
 
 
 Kind = str | type[IntEnum] | type[Record]
 Layout = tuple[tuple[str, Kind, int | None], ...]
+AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
-def _pack(kind: Kind, value: Any) -> bytes:
+@cache
+def _codec(record: type[Record]) -> struct.Struct:
+    """All scalars of a record, nested ones in their places, as one struct."""
+    return struct.Struct("<" + _letters(record))
+
+
+def _letters(record: type[Record]) -> str:
+    letters = ""
+    for _, kind, count in record.LAYOUT:
+        single = kind if isinstance(kind, str) else _letters(kind) if issubclass(kind, Record) else "B"
+        letters += single * (1 if count is None else count)
+    return letters
+
+
+def _flatten(record: Record) -> Iterator[Any]:
+    for name, _, count in record.LAYOUT:
+        value = getattr(record, name)
+        for item in [value] if count is None else value:
+            if isinstance(item, Record):
+                yield from _flatten(item)
+            else:
+                yield item
+
+
+def _build(record: type[AnyRecord], scalars: Iterator[Any]) -> AnyRecord:
+    values = []
+    for _, kind, count in record.LAYOUT:
+        items = [_item(kind, scalars) for _ in range(1 if count is None else count)]
+        if count is None:
+            values.append(items[0])
+        else:
+            values.append(bytes(items) if kind == "B" else tuple(items))
+    return record(*values)
+
+
+def _item(kind: Kind, scalars: Iterator[Any]) -> Any:
     if isinstance(kind, str):
-        return struct.pack("<" + kind, value)
-    if isinstance(value, Record):
-        return value.encode()
-    return struct.pack("<B", value)
-
-
-def _unpack(kind: Kind, data: bytes, offset: int) -> tuple[Any, int]:
-    if isinstance(kind, str):
-        return struct.unpack_from("<" + kind, data, offset)[0], offset + struct.calcsize("<" + kind)
+        return next(scalars)
     if issubclass(kind, Record):
-        return kind.decode(data[offset : offset + kind.SIZE]), offset + kind.SIZE
+        return _build(kind, scalars)
+    value = next(scalars)
     try:
-        return kind(data[offset]), offset + 1
+        return kind(value)
     except ValueError:
-        raise _broken(f"{data[offset]} is no {kind.__name__}") from None
+        raise _broken(f"{value} is no {kind.__name__}") from None
 
 
 def _broken(what: str) -> ProtocolError:
