@@ -219,10 +219,10 @@ enums:
   event_code:
     1:
       id: switch_edge
-      doc: 'A release switch changed: index = switch, arg = 1 opened, 0 closed.'
+      doc: 'A release switch changed: index = switch, arg = 1 opened, 0 closed, value = edges before it that came too fast to keep.'
     2:
       id: stroke
-      doc: 'The sequencer''s stroke line rose: index = count since start, from 0.'
+      doc: 'The sequencer''s stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.'
     3:
       id: sensor_fault
       doc: 'A sensor stopped answering: index = IMU, arg = error code.'

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Self
 
-from tfsat_host.devices.client import BoardIdentity, Client
+from tfsat_host.devices.client import BoardError, BoardIdentity, Client
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.enums import Board, LoggerState
 from tfsat_host.protocol.messages import (
+    ErrorReply,
     LiveReply,
     LiveRequest,
     LiveSampleStream,
@@ -71,6 +72,8 @@ class LoggerClient:
             reply = self._client.request(RecordStopRequest(), RecordStopReply)
             if reply.state == LoggerState.STOPPED:
                 return reply
+            if reply.state == LoggerState.FAILED:
+                raise BoardError(ErrorReply(RecordStopRequest.TYPE, self.status().error, -1))
             if self._client.transport.now_s() > deadline:
                 raise TfsatError(
                     what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after it was told to stop.",

@@ -86,9 +86,9 @@ class EventCode(IntEnum):
     """Events in the log."""
 
     SWITCH_EDGE = 1
-    """A release switch changed: index = switch, arg = 1 opened, 0 closed."""
+    """A release switch changed: index = switch, arg = 1 opened, 0 closed, value = edges before it that came too fast to keep."""
     STROKE = 2
-    """The sequencer's stroke line rose: index = count since start, from 0."""
+    """The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep."""
     SENSOR_FAULT = 3
     """A sensor stopped answering: index = IMU, arg = error code."""
     SENSOR_RECOVERED = 4

@@ -6,7 +6,6 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cache
 from typing import Any, ClassVar, Self, TypeVar
 
 from tfsat_host.errors import TfsatError
@@ -29,16 +28,14 @@ class Record:
 
     def encode(self) -> bytes:
         """Return the little-endian bytes, `SIZE` long. Raises struct.error if a value is out of range."""
-        record: type[Record] = type(self)
-        return _codec(record).pack(*_flatten(self))
+        return _codec(type(self)).pack(*_flatten(self))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read a record from exactly `SIZE` bytes. Raises ProtocolError."""
         if len(data) != cls.SIZE:
             raise _broken(f"{cls.__name__} has {len(data)} bytes instead of {cls.SIZE}")
-        record: type[Record] = cls
-        return _build(cls, iter(_codec(record).unpack(data)))
+        return _build(cls, iter(_codec(cls).unpack(data)))
 
 
 Kind = str | type[IntEnum] | type[Record]
@@ -46,10 +43,14 @@ Layout = tuple[tuple[str, Kind, int | None], ...]
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
-@cache
+_CODECS: dict[type[Record], struct.Struct] = {}
+
+
 def _codec(record: type[Record]) -> struct.Struct:
-    """All scalars of a record, nested ones in their places, as one struct."""
-    return struct.Struct("<" + _letters(record))
+    """All scalars of a record, nested ones in their places, as one struct; made once."""
+    if record not in _CODECS:
+        _CODECS[record] = struct.Struct("<" + _letters(record))
+    return _CODECS[record]
 
 
 def _letters(record: type[Record]) -> str:

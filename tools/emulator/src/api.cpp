@@ -146,7 +146,7 @@ void tfsat_set_power(TfsatRobot* robot, int board, int on) {
   if (board == TFSAT_SEQUENCER) {
     robot->robot.sequencer().set_power(on != 0);
   } else {
-    robot->robot.logger().set_power(on != 0);
+    robot->robot.set_logger_power(on != 0);
   }
 }
 

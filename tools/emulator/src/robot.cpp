@@ -124,6 +124,11 @@ bool Robot::swinging() {
   return std::any_of(servos_.begin(), servos_.end(), [this](Servo& servo) { return servo.swinging(now_us_); });
 }
 
+void Robot::set_logger_power(bool on) {
+  if (!on) card_.power_cut(PowerCut::kLosesCache);
+  logger_.set_power(on);
+}
+
 void Robot::set_switch(int index, bool closed) {
   sequencer_->set_switch(index, closed);
   logger_.set_switch(index, closed);

@@ -77,6 +77,8 @@ class Robot {
   void knock(int index, uint64_t open_us);
   // Lets go now; the switches open with contact bounce, and the robot lands after the fall.
   void drop(const DropParameters& parameters);
+  // The logger's supply, and with it the card's: what the card had not programmed is lost.
+  void set_logger_power(bool on);
   bool falling() const { return chain_.mode() == ChainMode::kFree; }
 
   // Keeps a TruthRow each `period_us` from now on; 0 ends it.

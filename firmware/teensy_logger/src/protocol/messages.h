@@ -123,8 +123,8 @@ enum class BlockKind : uint8_t {
 
 // Events in the log.
 enum class EventCode : uint8_t {
-  kSwitchEdge = 1,  // A release switch changed: index = switch, arg = 1 opened, 0 closed.
-  kStroke = 2,  // The sequencer's stroke line rose: index = count since start, from 0.
+  kSwitchEdge = 1,  // A release switch changed: index = switch, arg = 1 opened, 0 closed, value = edges before it that came too fast to keep.
+  kStroke = 2,  // The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.
   kSensorFault = 3,  // A sensor stopped answering: index = IMU, arg = error code.
   kSensorRecovered = 4,  // A sensor answers again: index = IMU.
   kCardStall = 5,  // A card write took long: value = milliseconds.

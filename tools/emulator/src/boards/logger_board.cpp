@@ -138,7 +138,9 @@ class StreamPort final : public protocol::ByteStream {
     to_board_.clear();
     to_host_.clear();
   }
-  size_t host_write(const uint8_t* data, size_t n) { return connected_ ? push(to_board_, data, n) : 0; }
+  size_t host_write(const uint8_t* data, size_t n) {
+    return connected_ ? push(to_board_, data, n) : 0;
+  }
   size_t host_read(uint8_t* data, size_t capacity) {
     const size_t n = std::min(capacity, to_host_.size());
     std::copy_n(to_host_.begin(), n, data);

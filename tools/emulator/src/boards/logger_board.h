@@ -26,12 +26,15 @@ struct LoggerBoardParameters {
 class LoggerBoard {
  public:
   // `seed`: of the session ids.
-  explicit LoggerBoard(uint64_t seed, const LoggerBoardParameters& parameters = LoggerBoardParameters());
+  explicit LoggerBoard(uint64_t seed,
+                       const LoggerBoardParameters& parameters = LoggerBoardParameters());
   ~LoggerBoard();
 
-  // Wires the board up, once, before power. All parts stay the caller's. IMU 1 and 2 are on buses[0] at
-  // 0x68 and 0x69, IMU 3 and 4 on buses[1]; angle sensors in the order of the log, two a joint.
-  void attach(std::array<I2cBus, 2>& buses, std::vector<AngleSensor>& angle_sensors, BlockDevice& card);
+  // Wires the board up, once, before power. All parts stay the caller's. IMU 1 and 2 are on
+  // buses[0] at 0x68 and 0x69, IMU 3 and 4 on buses[1]; angle sensors in the order of the log, two
+  // a joint.
+  void attach(std::array<I2cBus, 2>& buses, std::vector<AngleSensor>& angle_sensors,
+              BlockDevice& card);
   // The angle that angle sensor 0 to 5 looks at from now on.
   void set_joint_angle(int sensor, double angle_rad);
 

@@ -1,0 +1,73 @@
+// Samples and events into the 512-byte blocks of a recording, in place in the ring.
+//
+// Block numbers have no gaps: a block that finds no room in the ring is never begun, and its
+// samples are counted as dropped instead.
+#pragma once
+
+#include "block_ring.h"
+
+namespace tfsat {
+namespace logger {
+
+class BlockBuilder {
+ public:
+  explicit BlockBuilder(BlockRing& ring) : ring_(ring) {}
+
+  // A new recording of at most `max_blocks` blocks. Empties the ring. Only while nobody captures.
+  void begin(uint32_t session, const protocol::LogHeader& header, uint32_t max_blocks);
+
+  // Producer. The sample's time_offset_us is filled in here. A sample that finds no room is
+  // counted.
+  void add_sample(uint64_t t_us, protocol::Sample sample);
+  // Producer. False, and nothing changed, when there is no room.
+  bool add_event(const protocol::Event& event);
+  // Producer. Closes a block that has waited for kPartialBlockMs.
+  void flush_if_due(uint64_t t_us);
+  // Producer. Closes the block that has been begun, however little it holds.
+  void flush();
+  // Closes the recording; false while the ring has no room. Only while nobody captures.
+  bool add_footer(uint64_t t_us);
+
+  // Samples taken, dropped ones included; of those, dropped; blocks made.
+  uint32_t samples() const { return samples_.load(std::memory_order_relaxed); }
+  uint32_t samples_dropped() const { return dropped_.load(std::memory_order_relaxed); }
+  uint32_t blocks() const { return blocks_.load(std::memory_order_relaxed); }
+  // Only the footer still has room in the file.
+  bool file_full() const { return blocks() + 1 >= max_blocks_; }
+
+ private:
+  Block* open(uint64_t t_us);
+  void measure_interval(uint64_t t_us);
+  void drop_sample(uint64_t t_us);
+  void note_drops();
+  void append_event(const protocol::Event& event);
+  bool put_header_if_due(uint64_t t_us);
+  template <typename Payload>
+  void put_whole(Block& block, protocol::BlockKind kind, const Payload& payload, uint64_t t_us);
+  void close(Block& block, protocol::BlockKind kind, uint64_t t_us);
+
+  BlockRing& ring_;
+  protocol::LogHeader header_ = {};
+  uint32_t session_ = 0;
+  uint32_t max_blocks_ = 0;
+  uint32_t blocks_since_header_ = 0;
+
+  Block* block_ = nullptr;  // the data block being filled
+  uint64_t opened_us_ = 0;
+  uint64_t block_time_us_ = 0;
+  uint32_t first_sample_ = 0;
+  uint8_t block_samples_ = 0;
+  uint8_t block_events_ = 0;
+
+  uint64_t first_dropped_us_ = 0;
+  uint32_t drops_to_note_ = 0;
+  uint64_t last_sample_us_ = 0;
+  uint32_t interval_min_us_ = 0;
+  uint32_t interval_max_us_ = 0;
+  std::atomic<uint32_t> samples_{0};
+  std::atomic<uint32_t> dropped_{0};
+  std::atomic<uint32_t> blocks_{0};
+};
+
+}  // namespace logger
+}  // namespace tfsat

@@ -1,0 +1,106 @@
+// What the core asks of the hardware. The Teensy drivers and the emulator each implement these.
+//
+// Two contexts run the core: the sampling timer's interrupt and the main loop. The interrupt may
+// come at any point of the main loop and runs to its end before the main loop goes on. Each port
+// says who calls it; a port is called by one of them only, unless it says otherwise.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../protocol/messages.h"
+
+namespace tfsat {
+namespace logger {
+
+enum class I2cResult : uint8_t {
+  kBusy,     // still under way
+  kDone,     // all bytes were transferred
+  kNack,     // nobody answers at this address
+  kTimeout,  // not over after kI2cDeadlineUs; the driver has given the transfer up
+  kStuck,    // a line is held low: nothing was sent
+};
+
+// A 14-byte burst takes 390 us at 400 kHz; whatever takes longer than this is broken.
+constexpr uint32_t kI2cDeadlineUs = 600;
+
+// One I2C master at 400 kHz, called from the interrupt. Transfers are begun and polled, so that two
+// buses run side by side; the driver ends each transfer within kI2cDeadlineUs by itself.
+class I2cBus {
+ public:
+  // Begin one transfer. `data` must stay until poll() returns something other than kBusy.
+  virtual void start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) = 0;
+  virtual void start_write(uint8_t address, uint8_t reg, uint8_t value) = 0;
+  // The outcome of the transfer that was begun last.
+  virtual I2cResult poll() = 0;
+  // Clocks a bus free that a slave holds low, and starts the master afresh. At most 0.3 ms.
+  virtual void recover() = 0;
+
+ protected:
+  ~I2cBus() = default;
+};
+
+// The angle sensors' converter, 12 bit, called from the interrupt.
+class Adc {
+ public:
+  // Converts all channels. Returns a bit for each one that was converted.
+  virtual uint8_t read(uint16_t counts[protocol::kAngleSensorCount]) = 0;
+
+ protected:
+  ~Adc() = default;
+};
+
+// A change of one of the digital inputs, stamped when it came.
+struct Edge {
+  uint64_t t_us;
+  enum class Source : uint8_t { kSwitch, kStroke } source;
+  uint8_t index;  // switch 0 or 1; for strokes 0
+  bool open;      // switches: it opened; strokes: true
+  uint16_t lost;  // edges before this one that came too fast to be kept
+};
+
+// Release switches and the sequencer's stroke line.
+class Inputs {
+ public:
+  // The oldest edge not yet taken; false when there is none. Called from the interrupt.
+  virtual bool take_edge(Edge& edge) = 0;
+  // Bit 0, 1: switch 1, 2 is open now. Called from both.
+  virtual uint8_t switches_open() = 0;
+
+ protected:
+  ~Inputs() = default;
+};
+
+// The card, seen as one file of a fixed number of 512-byte blocks. Called from the main loop; an
+// error is a value of ErrorCode, kNone when all is well.
+class BlockSink {
+ public:
+  // Creates the next file and allocates it in one piece. What is left to prepare (filling with
+  // zeros) goes on in poll(), and busy() stays true until it is done. May take a second.
+  virtual protocol::ErrorCode open(uint32_t n_blocks) = 0;
+  // Time goes on. An error here ends the recording.
+  virtual protocol::ErrorCode poll(uint64_t t_us) = 0;
+  // The card takes nothing now.
+  virtual bool busy() = 0;
+  // Hands over one block while not busy. The same index may be written again after an error.
+  virtual protocol::ErrorCode write(uint32_t index, const uint8_t* block) = 0;
+  // Tells the card to put its own buffers on the medium.
+  virtual protocol::ErrorCode sync() = 0;
+  // Shortens the file to `n_blocks` and closes it: the only change of metadata since open().
+  virtual protocol::ErrorCode close(uint32_t n_blocks) = 0;
+
+ protected:
+  ~BlockSink() = default;
+};
+
+// Where session ids come from. Called from the main loop.
+class Entropy {
+ public:
+  virtual uint32_t next() = 0;
+
+ protected:
+  ~Entropy() = default;
+};
+
+}  // namespace logger
+}  // namespace tfsat

@@ -1,0 +1,131 @@
+#include "lpi2c_bus.h"
+
+namespace tfsat {
+namespace logger {
+
+namespace {
+
+constexpr uint32_t kClockHz = 400000;
+constexpr uint32_t kFifoWords = 4;                   // transmit and receive FIFO (PARAM register)
+constexpr uint32_t kFifoCountMask = 0x07;            // MFSR: transmit count bits 2-0, receive 18-16
+constexpr uint32_t kReceiveCountShift = 16;
+constexpr uint32_t kAllFlags = 0x00007F00;           // MSR: the flags that are cleared by writing 1
+constexpr uint32_t kBusFreeUs = 200;  // Wire's setClock() has a bus taken for idle after 150 us
+constexpr uint32_t kBroken = LPI2C_MSR_ALF | LPI2C_MSR_FEF | LPI2C_MSR_PLTF;
+
+}  // namespace
+
+void Lpi2cBus::start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) {
+  begin_transfer(data, size);
+  push(LPI2C_MTDR_CMD_START | static_cast<uint32_t>(address << 1));
+  push(LPI2C_MTDR_CMD_TRANSMIT | reg);
+  push(LPI2C_MTDR_CMD_START | static_cast<uint32_t>(address << 1) | 1u);
+  push(LPI2C_MTDR_CMD_RECEIVE | static_cast<uint32_t>(size - 1));
+  push(LPI2C_MTDR_CMD_STOP);
+}
+
+void Lpi2cBus::start_write(uint8_t address, uint8_t reg, uint8_t value) {
+  begin_transfer(nullptr, 0);
+  push(LPI2C_MTDR_CMD_START | static_cast<uint32_t>(address << 1));
+  push(LPI2C_MTDR_CMD_TRANSMIT | reg);
+  push(LPI2C_MTDR_CMD_TRANSMIT | value);
+  push(LPI2C_MTDR_CMD_STOP);
+}
+
+void Lpi2cBus::begin_transfer(uint8_t* data, uint8_t size) {
+  data_ = data;
+  size_ = size;
+  received_ = 0;
+  command_count_ = 0;
+  commands_sent_ = 0;
+  nacked_ = false;
+  bus_taken_ = false;
+  began_us_ = micros();
+  result_ = I2cResult::kBusy;
+}
+
+// The bus is busy for a moment after a stop and after a restart of the master; longer than that, a
+// line is held low.
+bool Lpi2cBus::take_bus(uint32_t waited_us) {
+  const uint32_t status = port_.MSR;
+  if ((status & LPI2C_MSR_BBF) != 0 && (status & LPI2C_MSR_MBF) == 0) {
+    if (waited_us > kBusFreeUs) end(I2cResult::kStuck);
+    return false;
+  }
+  port_.MSR = kAllFlags;
+  return true;
+}
+
+I2cResult Lpi2cBus::poll() {
+  if (result_ != I2cResult::kBusy) return result_;
+  const uint32_t waited_us = micros() - began_us_;
+  const bool late = waited_us > kI2cDeadlineUs;
+  if (!bus_taken_) {
+    bus_taken_ = take_bus(waited_us);
+    if (!bus_taken_) return result_;
+  }
+  if (nacked_) return late || (port_.MSR & LPI2C_MSR_SDF) ? end_after_nack() : I2cResult::kBusy;
+
+  feed();
+  drain();
+  const uint32_t status = port_.MSR;
+  if (status & LPI2C_MSR_NDF) {
+    port_.MCR |= LPI2C_MCR_RTF | LPI2C_MCR_RRF;
+    port_.MTDR = LPI2C_MTDR_CMD_STOP;
+    nacked_ = true;
+    return I2cResult::kBusy;
+  }
+  if ((status & kBroken) != 0 || late) return end(I2cResult::kTimeout);
+  const bool all_sent = commands_sent_ == command_count_ && (port_.MFSR & kFifoCountMask) == 0;
+  if (all_sent && received_ == size_ && (status & LPI2C_MSR_SDF)) return end(I2cResult::kDone);
+  return I2cResult::kBusy;
+}
+
+void Lpi2cBus::feed() {
+  while (commands_sent_ < command_count_ && (port_.MFSR & kFifoCountMask) < kFifoWords) {
+    port_.MTDR = commands_[commands_sent_++];
+  }
+}
+
+// A full receive FIFO only makes the master hold the clock.
+void Lpi2cBus::drain() {
+  while (received_ < size_ && ((port_.MFSR >> kReceiveCountShift) & kFifoCountMask) > 0) {
+    data_[received_++] = static_cast<uint8_t>(port_.MRDR);
+  }
+}
+
+// The stop after a missing acknowledge is out. A fresh start leaves no flag and no word behind that
+// the bus's other sensor would trip over.
+I2cResult Lpi2cBus::end_after_nack() {
+  restart();
+  return end(I2cResult::kNack);
+}
+
+// I2C-bus specification UM10204 rev. 7, 3.1.16: nine clocks free a slave that holds the data line;
+// then a stop.
+void Lpi2cBus::recover() {
+  pinMode(sda_pin_, INPUT_PULLUP);
+  pinMode(scl_pin_, OUTPUT_OPENDRAIN);
+  digitalWrite(scl_pin_, HIGH);
+  for (uint8_t clock = 0; clock < 9 && digitalRead(sda_pin_) == LOW; ++clock) {
+    digitalWrite(scl_pin_, LOW);
+    delayMicroseconds(5);
+    digitalWrite(scl_pin_, HIGH);
+    delayMicroseconds(5);
+  }
+  pinMode(sda_pin_, OUTPUT_OPENDRAIN);
+  digitalWrite(sda_pin_, LOW);
+  delayMicroseconds(5);
+  digitalWrite(sda_pin_, HIGH);
+  delayMicroseconds(5);
+  restart();
+}
+
+// Wire's begin() resets the master, gives it its pins back and waits for nothing.
+void Lpi2cBus::restart() {
+  wire_.begin();
+  wire_.setClock(kClockHz);
+}
+
+}  // namespace logger
+}  // namespace tfsat

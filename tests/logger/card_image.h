@@ -1,0 +1,108 @@
+// A card that keeps what it is given and misbehaves on demand, and a reader of recordings.
+#pragma once
+
+#include <cstring>
+#include <vector>
+
+#include "../../firmware/teensy_logger/src/core/block_layout.h"
+#include "../../firmware/teensy_logger/src/core/ports.h"
+
+namespace tfsat_test {
+
+using tfsat::logger::Block;
+using tfsat::protocol::BlockHeader;
+using tfsat::protocol::BlockKind;
+using tfsat::protocol::ErrorCode;
+
+class FakeCard final : public tfsat::logger::BlockSink {
+ public:
+  ErrorCode open(uint32_t n_blocks) override {
+    ++opens;
+    if (open_error != ErrorCode::kNone) return open_error;
+    blocks.assign(n_blocks, Block());
+    return ErrorCode::kNone;
+  }
+  ErrorCode poll(uint64_t now_us) override {
+    t_us = now_us;
+    return poll_error;
+  }
+  bool busy() override { return t_us < busy_until_us; }
+  ErrorCode write(uint32_t index, const uint8_t* block) override {
+    if (busy()) ++writes_while_busy;
+    if (failures_left > 0) {
+      --failures_left;
+      return ErrorCode::kCardWriteFailed;
+    }
+    std::memcpy(blocks.at(index).bytes, block, sizeof blocks[index].bytes);
+    ++writes;
+    return ErrorCode::kNone;
+  }
+  ErrorCode sync() override {
+    sync_times_us.push_back(t_us);
+    return ErrorCode::kNone;
+  }
+  ErrorCode close(uint32_t n_blocks) override {
+    blocks.resize(n_blocks);
+    ++closes;
+    return ErrorCode::kNone;
+  }
+
+  std::vector<Block> blocks;
+  std::vector<uint64_t> sync_times_us;
+  ErrorCode open_error = ErrorCode::kNone;
+  ErrorCode poll_error = ErrorCode::kNone;
+  uint64_t t_us = 0;
+  uint64_t busy_until_us = 0;
+  int failures_left = 0;
+  int opens = 0, closes = 0, writes = 0, writes_while_busy = 0;
+};
+
+// What the first `n` blocks hold, read as a decoder would; it stops at the first block that is not
+// whole.
+struct Recording {
+  std::vector<BlockHeader> heads;
+  std::vector<uint64_t> sample_times_us;
+  std::vector<uint32_t> sample_indices;
+  std::vector<tfsat::protocol::Sample> samples;
+  std::vector<tfsat::protocol::Event> events;
+  std::vector<tfsat::protocol::LogHeader> headers;
+  std::vector<tfsat::protocol::LogFooter> footers;
+};
+
+inline bool whole(const Block& block, BlockHeader& head) {
+  using namespace tfsat::protocol;
+  Reader crc(block.bytes + kBlockCrcOffset);
+  if (crc.u32() != crc32(block.bytes, kBlockCrcOffset)) return false;
+  if (!head.decode(block.bytes, BlockHeader::kSize)) return false;
+  return head.magic == kBlockMagic && head.version == kBlockVersion;
+}
+
+inline Recording read_recording(const std::vector<Block>& blocks, size_t n) {
+  using namespace tfsat::protocol;
+  Recording recording;
+  for (size_t i = 0; i < n && i < blocks.size(); ++i) {
+    BlockHeader head;
+    if (!whole(blocks[i], head)) break;
+    recording.heads.push_back(head);
+    const uint8_t* bytes = blocks[i].bytes;
+    if (head.kind == BlockKind::kHeader) {
+      recording.headers.emplace_back().decode(bytes + BlockHeader::kSize, LogHeader::kSize);
+    } else if (head.kind == BlockKind::kFooter) {
+      recording.footers.emplace_back().decode(bytes + BlockHeader::kSize, LogFooter::kSize);
+    }
+    for (uint8_t s = 0; s < head.sample_count; ++s) {
+      Sample sample;
+      sample.decode(bytes + kSamplesOffset + s * Sample::kSize, Sample::kSize);
+      recording.sample_times_us.push_back(head.time_us + sample.time_offset_us);
+      recording.sample_indices.push_back(head.first_sample + s);
+      recording.samples.push_back(sample);
+    }
+    for (uint8_t e = 0; e < head.event_count; ++e) {
+      const uint8_t* event = bytes + kEventsOffset + e * Event::kSize;
+      recording.events.emplace_back().decode(event, Event::kSize);
+    }
+  }
+  return recording;
+}
+
+}  // namespace tfsat_test

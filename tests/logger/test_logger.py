@@ -1,0 +1,41 @@
+"""The logger's core by its C++ tests, with the address and undefined-behaviour sanitizers on."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.cpp.compiling import EMULATOR_SOURCES, REPOSITORY, compile_cpp
+from tests.logger.golden_blocks import write_header
+
+HERE = Path(__file__).parent
+CORE = REPOSITORY / "firmware" / "teensy_logger" / "src" / "core"
+RECORDER = ["block_builder", "card_writer", "recorder"]
+CORE_SOURCES: dict[str, list[str]] = {
+    "ring": [],
+    "builder": ["block_builder"],
+    "recorder": RECORDER,
+    "sensors": ["mpu6050", "sampler"],
+    "board": [*RECORDER, "mpu6050", "sampler", "logger"],
+}
+EMULATED = {
+    "sensors": ["sensors/mpu6050", "sensors/low_pass"],
+    "board": [
+        *("sensors/mpu6050", "sensors/low_pass", "sensors/angle_sensor"),
+        *("card/block_device", "boards/logger_board"),
+    ],
+}
+
+
+@pytest.mark.parametrize("part", CORE_SOURCES)
+def test_core(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sources = [HERE / "main.cpp", HERE / f"test_{part}.cpp"]
+    sources += [CORE / f"{name}.cpp" for name in CORE_SOURCES[part]]
+    sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in EMULATED.get(part, [])]
+    write_header(tmp_path / "golden_blocks.h")
+    monkeypatch.setenv("CPLUS_INCLUDE_PATH", str(tmp_path))
+    program = compile_cpp(sources, tmp_path / part)
+    done = subprocess.run([program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
