@@ -1,0 +1,187 @@
+"""Makes logs for the tests, block by block, from the generated records."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+from tfsat_host.protocol.enums import BlockKind, EventCode
+from tfsat_host.protocol.limits import (
+    BLOCK_BYTES,
+    BLOCK_MAGIC,
+    BLOCK_VERSION,
+    EVENTS_PER_BLOCK,
+    PROTOCOL_HASH,
+    SAMPLES_PER_BLOCK,
+)
+from tfsat_host.protocol.log_layout import CRC_OFFSET, EVENT_BYTES, EVENTS_OFFSET, SAMPLE_BYTES
+from tfsat_host.protocol.messages import BlockHeader, Event, ImuReading, LogFooter, LogHeader, Sample
+
+ALL_VALID = 0x03FF
+SESSION = 0x1234ABCD
+HEADER = LogHeader(
+    protocol_hash=PROTOCOL_HASH,
+    firmware_version=bytes((0, 1, 0)),
+    imu_present=0xF,
+    board_serial=b"12345678",
+    image_crc=0xC0FFEE,
+    rate_hz=280.0,
+    gyro_lsb_per_deg_s=65.5,
+    accel_lsb_per_g=16384.0,
+    temperature_lsb_per_c=340.0,
+    temperature_offset_c=36.53125,
+    angle_counts_per_turn=4096,
+    gyro_range_deg_s=500,
+    accel_range_g=2,
+    dlpf_cfg=3,
+    who_am_i=bytes((0x68,) * 4),
+    wall_clock_us=0,
+)
+
+
+def sealed(head: BlockHeader, body: bytes) -> bytes:
+    """A block with its CRC."""
+    text = (head.encode() + body).ljust(CRC_OFFSET, b"\0")
+    return text + struct.pack("<I", zlib.crc32(text))
+
+
+@cache
+def sample(index: int, time_offset_us: int, flags: int = ALL_VALID) -> Sample:
+    """A sample whose every number follows from its index."""
+    imu = tuple(
+        ImuReading(
+            accel=tuple(_i16(index * 7 + body * 100 + axis) for axis in range(3)),
+            temperature=_i16(-4000 + index + body),
+            gyro=tuple(_i16(3 * index - 11 * body - axis) for axis in range(3)),
+        )
+        for body in range(4)
+    )
+    return Sample(time_offset_us, flags, imu, tuple((index * 5 + 600 * k) % 4096 for k in range(6)))
+
+
+def _i16(value: int) -> int:
+    return (value + 32768) % 65536 - 32768
+
+
+@dataclass
+class Recorder:
+    """Writes a recording the way the logger does; `blocks` is what is on the card."""
+
+    session: int = SESSION
+    start_us: int = 5_000_000
+    interval_us: int = 3571
+    header: LogHeader = HEADER
+    repeat_blocks: int = 256
+    blocks: list[bytes] = field(default_factory=list)
+    samples: int = 0
+    dropped: int = 0
+
+    def __post_init__(self) -> None:
+        self._add(BlockKind.HEADER, self.header.encode())
+
+    def time_us(self, index: int) -> int:
+        """When sample `index` is taken."""
+        return self.start_us + index * self.interval_us
+
+    def data(
+        self, count: int = SAMPLES_PER_BLOCK, *, flags: int = ALL_VALID, events: Sequence[Event] = ()
+    ) -> None:
+        """One data block, and the repeated header when it is due."""
+        slots = [
+            sample(self.samples + slot, slot * self.interval_us, flags).encode() for slot in range(count)
+        ]
+        body = b"".join(slots).ljust(SAMPLES_PER_BLOCK * SAMPLE_BYTES, b"\0")
+        body += b"".join(event.encode() for event in events).ljust(EVENTS_PER_BLOCK * EVENT_BYTES, b"\0")
+        self._add(BlockKind.DATA, body, count, len(events))
+        self.samples += count
+        if len(self.blocks) % self.repeat_blocks == 0:
+            self._add(BlockKind.HEADER, self.header.encode())
+
+    def drop(self, samples: int) -> None:
+        """The ring was full."""
+        self.samples += samples
+        self.dropped += samples
+
+    def close(self) -> None:
+        """A clean stop."""
+        footer = LogFooter(
+            samples=self.samples,
+            samples_dropped=self.dropped,
+            blocks=len(self.blocks) + 1,
+            ring_peak_blocks=3,
+            interval_min_us=self.interval_us - 2,
+            interval_max_us=self.interval_us + 2,
+        )
+        self._add(BlockKind.FOOTER, footer.encode())
+
+    def image(self) -> bytes:
+        """The file."""
+        return b"".join(self.blocks)
+
+    def _add(self, kind: BlockKind, body: bytes, sample_count: int = 0, event_count: int = 0) -> None:
+        head = BlockHeader(
+            magic=BLOCK_MAGIC,
+            version=BLOCK_VERSION,
+            kind=kind,
+            sample_count=sample_count,
+            event_count=event_count,
+            session=self.session,
+            block_number=len(self.blocks),
+            first_sample=self.samples,
+            samples_dropped=self.dropped,
+            time_us=self.time_us(self.samples),
+        )
+        self.blocks.append(sealed(head, body))
+
+
+def recording(data_blocks: int = 6, *, closed: bool = True, **settings: int) -> Recorder:
+    """A clean recording of `data_blocks` full blocks."""
+    recorder = Recorder(**settings)  # type: ignore[arg-type]
+    for _ in range(data_blocks):
+        recorder.data()
+    if closed:
+        recorder.close()
+    return recorder
+
+
+def event(time_us: int, code: EventCode, index: int = 0, arg: int = 0, value: int = 0) -> Event:
+    """One event."""
+    return Event(time_us, code, index, arg, value)
+
+
+def drop_with_release(closed: bool = True, **settings: int) -> tuple[Recorder, int]:
+    """A recording with a release and four strokes at the paper's times; and the time of the release."""
+    recorder = Recorder(**settings)  # type: ignore[arg-type]
+    recorder.data()
+    recorder.data()
+    release_us = recorder.time_us(recorder.samples) + 1234
+    recorder.data(
+        events=[
+            event(release_us - 300, EventCode.SWITCH_EDGE, 1, 1),
+            event(release_us, EventCode.SWITCH_EDGE, 0, 1),
+        ],
+        flags=ALL_VALID,
+    )
+    for number, after_us in enumerate((700_000, 1_050_000, 1_470_000, 1_820_000)):
+        while recorder.time_us(recorder.samples + SAMPLES_PER_BLOCK) < release_us + after_us:
+            recorder.data(flags=ALL_VALID | 0x0C00)
+        recorder.data(
+            flags=ALL_VALID | 0x0C00, events=[event(release_us + after_us, EventCode.STROKE, number)]
+        )
+    if closed:
+        recorder.close()
+    return recorder, release_us
+
+
+def renumbered(block: bytes, **changes: Any) -> bytes:
+    """The same block with another head and a right CRC."""
+    head = replace(BlockHeader.decode(block[: BlockHeader.SIZE]), **changes)
+    return sealed(head, block[BlockHeader.SIZE : CRC_OFFSET])
+
+
+assert BLOCK_BYTES == CRC_OFFSET + 4
+assert EVENTS_OFFSET == BlockHeader.SIZE + SAMPLES_PER_BLOCK * SAMPLE_BYTES

@@ -1,0 +1,128 @@
+"""The files, read back with the formats' own readers."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release
+from tests.sdlog.test_values import write
+from tfsat_host.sdlog import DropLog, load
+from tfsat_host.sdlog.export_csv import write_csv, write_events_csv
+from tfsat_host.sdlog.export_mat import write_mat
+from tfsat_host.sdlog.export_npz import si_columns, write_npz
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> DropLog:
+    return load(write(tmp_path / "SD.bin", drop_with_release()[0].image()))
+
+
+def read_csv(path: Path) -> dict[str, list[str]]:
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file))
+    assert {len(row) for row in rows} == {len(rows[0])}
+    return {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+def test_csv_holds_every_value_to_the_sensor_s_resolution(log: DropLog, tmp_path: Path) -> None:
+    write_csv(log, tmp_path / "SD.csv")
+    table = read_csv(tmp_path / "SD.csv")
+    assert [int(text) for text in table["t_us"]] == log.t_us.tolist()
+    assert [int(text) for text in table["sample"]] == log.sample_index.tolist()
+    assert [float(text) for text in table["t_s"]] == log.t_s.tolist()
+    for body in range(4):
+        for axis, letter in enumerate("xyz"):
+            rate = np.array(table[f"imu{body + 1}_rate_{letter}_deg_s"], float)
+            np.testing.assert_allclose(rate, np.degrees(log.rate_rad_s[:, body, axis]), atol=5.1e-5, rtol=0)
+            force = np.array(table[f"imu{body + 1}_specific_force_{letter}_m_s2"], float)
+            np.testing.assert_allclose(force, log.specific_force_m_s2[:, body, axis], atol=5.1e-6, rtol=0)
+        warmth = np.array(table[f"imu{body + 1}_temperature_c"], float)
+        np.testing.assert_allclose(warmth, log.temperature_c[:, body], atol=5.1e-4, rtol=0)
+    for sensor in range(6):
+        angle = np.array(table[f"joint{sensor // 2 + 1}_sensor{sensor % 2 + 1}_angle_deg"], float)
+        np.testing.assert_allclose(angle, np.degrees(log.sensor_angle_rad[:, sensor]), atol=5.1e-5, rtol=0)
+    for switch in range(2):
+        assert table[f"switch{switch + 1}_open"] == [str(int(v)) for v in log.switch_open[:, switch]]
+
+
+def test_csv_leaves_invalid_readings_empty_and_shows_clipping(tmp_path: Path) -> None:
+    recorder = Recorder()
+    recorder.data()
+    recorder.data(flags=(ALL_VALID & ~0b10_0000_0010) | 1 << 14)
+    log = load(write(tmp_path / "SD.bin", recorder.image()))
+    write_csv(log, tmp_path / "SD.csv")
+    table = read_csv(tmp_path / "SD.csv")
+    empty = {name for name, column in table.items() if "" in column}
+    assert empty == {
+        *(f"imu2_rate_{axis}_deg_s" for axis in "xyz"),
+        *(f"imu2_specific_force_{axis}_m_s2" for axis in "xyz"),
+        "imu2_temperature_c",
+        "joint3_sensor2_angle_deg",
+    }
+    assert table["imu2_temperature_c"][6:] == [""] * 6
+    assert table["imu3_clipped"] == ["0"] * 6 + ["1"] * 6
+
+
+def test_csv_is_the_same_for_a_log_of_many_chunks(tmp_path: Path) -> None:
+    recorder = Recorder(start_us=999_000)
+    for _ in range(3000):
+        recorder.data()
+    log = load(write(tmp_path / "SD.bin", recorder.image()))
+    write_csv(log, tmp_path / "SD.csv")
+    table = read_csv(tmp_path / "SD.csv")
+    assert [int(text) for text in table["t_us"]] == log.t_us.tolist()
+    assert [float(text) for text in table["t_s"]] == log.t_s.tolist()
+
+
+def test_events_csv(log: DropLog, tmp_path: Path) -> None:
+    write_events_csv(log, tmp_path / "SD.events.csv")
+    table = read_csv(tmp_path / "SD.events.csv")
+    assert table["event"] == ["switch_edge", "switch_edge", "stroke", "stroke", "stroke", "stroke"]
+    assert table["t_s"][1:] == ["0.000000", "0.700000", "1.050000", "1.470000", "1.820000"]
+    assert [int(text) for text in table["t_us"]] == [event.t_us for event in log.events]
+
+
+def test_npz(log: DropLog, tmp_path: Path) -> None:
+    write_npz(log, tmp_path / "SD.npz")
+    with np.load(tmp_path / "SD.npz") as file:
+        for name, column in si_columns(log).items():
+            np.testing.assert_array_equal(file[name], column)
+            assert file[name].dtype == column.dtype
+        facts = json.loads(str(file["metadata"]))
+    assert (facts["verdict"], facts["samples"], facts["header"]["rate_hz"]) == ("complete", len(log), 280)
+
+
+def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> None:
+    write_mat(log, tmp_path / "SD.mat")
+    drop = scipy.io.loadmat(tmp_path / "SD.mat", squeeze_me=True, struct_as_record=False)["drop"]
+    np.testing.assert_array_equal(drop.t_s, log.t_s)
+    np.testing.assert_array_equal(drop.t_us, log.t_us)
+    for body in range(4):
+        np.testing.assert_array_equal(drop.imu[body].rate_rad_s, log.rate_rad_s[:, body])
+        np.testing.assert_array_equal(drop.imu[body].specific_force_m_s2, log.specific_force_m_s2[:, body])
+        np.testing.assert_array_equal(drop.imu[body].valid, log.imu_valid[:, body])
+    np.testing.assert_array_equal(drop.joint[2].sensor_angle_rad, log.sensor_angle_rad[:, 4:6])
+    assert list(drop.events.name[:3]) == ["switch_edge", "switch_edge", "stroke"]
+    np.testing.assert_array_equal(drop.events.t_s, [log.seconds(event.t_us) for event in log.events])
+    assert (drop.info.verdict, drop.info.session, drop.info.samples) == ("complete", "1234abcd", len(log))
+    assert drop.info.header.gyro_lsb_per_deg_s == 65.5
+    raw = scipy.io.loadmat(tmp_path / "SD.mat")["drop"]
+    assert raw["t_s"][0, 0].shape == (len(log), 1)
+    assert raw["imu"][0, 0].shape == (1, 4)
+
+
+def test_an_empty_event_list_can_be_written(tmp_path: Path) -> None:
+    recorder = Recorder()
+    recorder.data(2)
+    log = load(write(tmp_path / "SD.bin", recorder.image()))
+    write_mat(log, tmp_path / "SD.mat")
+    write_events_csv(log, tmp_path / "SD.events.csv")
+    drop = scipy.io.loadmat(tmp_path / "SD.mat", squeeze_me=True, struct_as_record=False)["drop"]
+    assert drop.events.t_s.size == 0
+    assert read_csv(tmp_path / "SD.events.csv")["t_us"] == []
