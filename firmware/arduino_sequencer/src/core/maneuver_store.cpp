@@ -83,18 +83,18 @@ void ManeuverStore::poll() {
       if (++position_ == content_bytes()) stage_ = Stage::kMark;
       break;
     case Stage::kMark:
-      if (memory_.read(address) != kMarked) {
-        memory_.write(address, kMarked);
-      } else {
-        finish();
-      }
+      write_if_different(address, kMarked);
+      stage_ = Stage::kVerify;
+      break;
+    case Stage::kVerify:
+      finish();
       break;
     case Stage::kIdle:
       break;
   }
 }
 
-// The marker stands: read everything back before believing it.
+// All is written, once: read everything back before believing it.
 void ManeuverStore::finish() {
   stage_ = Stage::kIdle;
   const uint8_t slot = static_cast<uint8_t>(1 - slot_);

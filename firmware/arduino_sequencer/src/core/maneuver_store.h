@@ -36,7 +36,7 @@ class ManeuverStore {
   bool changed() const { return changed_; }
 
  private:
-  enum class Stage : uint8_t { kIdle, kErase, kContent, kMark };
+  enum class Stage : uint8_t { kIdle, kErase, kContent, kMark, kVerify };
 
   static constexpr uint8_t kMarked = 0xA5;
   static constexpr uint8_t kErased = 0xFF;

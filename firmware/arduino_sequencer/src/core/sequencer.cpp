@@ -94,7 +94,9 @@ void Sequencer::watch_run(tick_t now) {
   }
 }
 
+// The strokes of the last run say nothing of a maneuver that was uploaded since.
 int16_t Sequencer::joint_angle_cdeg(uint8_t joint) const {
+  if (state_ == SequencerState::kSafe) return 0;
   return store_.current().angle_before(strokes_started_, joint);
 }
 

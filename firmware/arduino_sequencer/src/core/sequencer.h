@@ -35,6 +35,7 @@ class Sequencer {
   uint8_t switches_open() { return switches_.levels(); }
   uint8_t strokes_started() const { return strokes_started_; }
   uint16_t knocks() const { return detector_.knocks(); }
+  // What the servo of `joint` (1 to 3) is told to hold; 0 while safe, when none is told anything.
   int16_t joint_angle_cdeg(uint8_t joint) const;
   uint32_t uptime_ms() const { return uptime_ms_; }
   ManeuverStore& store() { return store_; }

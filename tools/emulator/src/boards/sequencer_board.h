@@ -1,6 +1,6 @@
-// The sequencer as the emulated robot sees it: a board with power, two release switches, a USB cable
-// and four output pins. native_sequencer.* runs the firmware's core on the PC; avr_sequencer.* runs the
-// HEX that would be flashed.
+// The sequencer as the emulated robot sees it: a board with power, two release switches, a USB
+// cable and four output pins. native_sequencer.* runs the firmware's core on the PC;
+// avr_sequencer.* runs the HEX that would be flashed.
 #pragma once
 
 #include <cstddef>

@@ -1,0 +1,56 @@
+// Sequencer of the transformable CubeSat robot, for the Arduino Micro. Pins to core, nothing else.
+//
+//   D9 D10 D11  servo signals of joint 1, 2, 3        D4 D13  release switches 1, 2 (closed: low)
+//   D12         stroke line to the logger             D6      status LED
+
+#include <avr/sleep.h>
+
+#include "src/core/request_server.h"
+#include "src/core/sequencer.h"
+#include "src/core/status_led.h"
+#include "src/drivers/eeprom_memory.h"
+#include "src/drivers/identity.h"
+#include "src/drivers/release_capture.h"
+#include "src/drivers/status_pin.h"
+#include "src/drivers/tick_clock.h"
+#include "src/drivers/timer1_servos.h"
+#include "src/drivers/usb_stream.h"
+#include "src/drivers/watchdog.h"
+#include "src/protocol/link.h"
+
+using namespace tfsat::sequencer;
+
+static Timer1Servos servos;
+static ReleaseCapture switches;
+static EepromMemory memory;
+static UsbStream usb;
+static StatusPin led;
+static Identity identity;
+static Sequencer sequencer(switches, servos, memory);
+static RequestServer server(sequencer, identity);
+static tfsat::protocol::Link host_link(usb, server);
+
+void setup() {
+  Watchdog::begin();
+  TickClock::begin();
+  servos.begin();
+  switches.begin();
+  memory.begin();
+  led.begin();
+  identity = read_identity();
+  sequencer.start(TickClock::now());
+  set_sleep_mode(SLEEP_MODE_IDLE);
+}
+
+// Asleep, the processor wakes with every interrupt, at the latest at Timer 0's after 1.02 ms; edges
+// are stamped and pulses made by the timers meanwhile.
+void loop() {
+  const tick_t now = TickClock::now();
+  sequencer.poll(now);
+  usb.serve_control();
+  server.set_now(now);
+  host_link.poll();
+  led.set(led_on(sequencer.state(), sequencer.uptime_ms()));
+  Watchdog::feed(sequencer.may_upload());
+  sleep_mode();
+}

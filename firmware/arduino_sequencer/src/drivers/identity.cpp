@@ -1,0 +1,51 @@
+#include "identity.h"
+
+#include <avr/boot.h>
+#include <avr/pgmspace.h>
+#include <util/atomic.h>
+
+#include "../protocol/crc32.h"
+#include "reset_cause.h"
+
+// Set by the linker: the byte after the last one of the HEX (code, then the values of .data).
+extern "C" const uint8_t __data_load_end[];
+
+namespace tfsat {
+namespace sequencer {
+
+namespace {
+
+// Ten bytes of the signature row: lot, wafer and position on it. The datasheet documents the row's
+// use only for the calibration byte; Atmel's and LUFA's code read the serial number here.
+constexpr uint8_t kSerialAddress = 0x0E;
+constexpr uint8_t kSerialBytes = 10;
+
+uint32_t image_crc() {
+  protocol::Crc32 crc;
+  const uint16_t end = static_cast<uint16_t>(reinterpret_cast<uintptr_t>(__data_load_end));
+  for (uint16_t address = 0; address < end; ++address) crc.update(pgm_read_byte(address));
+  return crc.value();
+}
+
+// The last two bytes, the position on the wafer, are folded over the first two.
+void read_serial(uint8_t (&serial)[8]) {
+  for (uint8_t i = 0; i < sizeof serial; ++i) serial[i] = 0;
+  for (uint8_t i = 0; i < kSerialBytes; ++i) {
+    uint8_t byte;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { byte = boot_signature_byte_get(kSerialAddress + i); }
+    serial[i % sizeof serial] ^= byte;
+  }
+}
+
+}  // namespace
+
+Identity read_identity() {
+  Identity identity;
+  read_serial(identity.board_serial);
+  identity.image_crc = image_crc();
+  identity.reset_cause = take_reset_cause();
+  return identity;
+}
+
+}  // namespace sequencer
+}  // namespace tfsat

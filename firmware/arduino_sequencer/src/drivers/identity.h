@@ -1,0 +1,13 @@
+// What this board and the image on it are called.
+#pragma once
+
+#include "../core/request_server.h"
+
+namespace tfsat {
+namespace sequencer {
+
+// Takes about a quarter of a second: the CRC covers the whole image.
+Identity read_identity();
+
+}  // namespace sequencer
+}  // namespace tfsat

@@ -1,0 +1,95 @@
+#include "release_capture.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <util/atomic.h>
+
+#include "tick_clock.h"
+
+namespace tfsat {
+namespace sequencer {
+
+namespace {
+
+ReleaseCapture* instance;
+
+// Timer 1 and Timer 3 have the same bits in the same places.
+constexpr uint8_t kRisingEdge = _BV(ICES1), kNoiseCanceler = _BV(ICNC1), kCaptureFlag = _BV(ICF1);
+
+bool is_open(uint8_t index) { return index == 0 ? (PIND & _BV(PD4)) != 0 : (PINC & _BV(PC7)) != 0; }
+
+// The edge that ends the present level is the one to wait for.
+void wait_for(volatile uint8_t& control, volatile uint8_t& flags, bool rising) {
+  if (rising) {
+    control |= kRisingEdge;
+  } else {
+    control &= static_cast<uint8_t>(~kRisingEdge);
+  }
+  flags = kCaptureFlag;  // changing the edge may raise it (datasheet section 14.6.3)
+}
+
+}  // namespace
+
+ISR(TIMER1_CAPT_vect) { instance->on_capture(0); }
+ISR(TIMER3_CAPT_vect) { instance->on_capture(1); }
+
+constexpr uint8_t ReleaseCapture::kQueueSize;
+
+void ReleaseCapture::begin() {
+  instance = this;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    DDRD &= static_cast<uint8_t>(~_BV(PD4));
+    DDRC &= static_cast<uint8_t>(~_BV(PC7));
+    PORTD |= _BV(PD4);
+    PORTC |= _BV(PC7);
+    TCCR1B |= kNoiseCanceler;
+    TCCR3B |= kNoiseCanceler;
+    wait_for(TCCR1B, TIFR1, !is_open(0));
+    wait_for(TCCR3B, TIFR3, !is_open(1));
+    TIMSK1 |= _BV(ICIE1);
+    TIMSK3 |= _BV(ICIE3);
+  }
+}
+
+// While the capture unit waits for the other edge, the contact may have moved back already: that
+// edge is then stamped with the present time, and the next one is waited for.
+void ReleaseCapture::on_capture(uint8_t index) {
+  volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
+  volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
+  const bool opened = (control & kRisingEdge) != 0;
+  push(TickClock::extend(index == 0 ? ICR1 : ICR3), index, opened);
+  wait_for(control, flags, !opened);
+  if (is_open(index) == opened) return;
+  push(TickClock::now(), index, !opened);
+  wait_for(control, flags, opened);
+}
+
+// A full queue keeps its oldest edges: the first is the release. levels() makes up for the rest.
+void ReleaseCapture::push(tick_t at, uint8_t index, bool open) {
+  if (count_ == kQueueSize) return;
+  SwitchEdge& edge = queue_[(head_ + count_) % kQueueSize];
+  edge.at = at;
+  edge.index = index;
+  edge.open = open;
+  ++count_;
+}
+
+bool ReleaseCapture::take_edge(SwitchEdge& edge) {
+  bool taken = false;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    if (count_ > 0) {
+      edge = queue_[head_];
+      head_ = static_cast<uint8_t>((head_ + 1) % kQueueSize);
+      --count_;
+      taken = true;
+    }
+  }
+  return taken;
+}
+
+uint8_t ReleaseCapture::levels() {
+  return static_cast<uint8_t>((is_open(0) ? 1 : 0) | (is_open(1) ? 2 : 0));
+}
+
+}  // namespace sequencer
+}  // namespace tfsat

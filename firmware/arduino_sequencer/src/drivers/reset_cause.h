@@ -1,0 +1,17 @@
+// Why the board last started. Read from MCUSR before anything else runs.
+//
+// The Arduino bootloader clears MCUSR before it starts the sketch (Caterina.c). Then RAM tells
+// power on from the rest: a mark that the last run left there survives everything but a loss of
+// power.
+#pragma once
+
+#include "../protocol/messages.h"
+
+namespace tfsat {
+namespace sequencer {
+
+// Call once, at start-up.
+protocol::ResetCause take_reset_cause();
+
+}  // namespace sequencer
+}  // namespace tfsat

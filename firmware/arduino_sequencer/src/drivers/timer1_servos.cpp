@@ -1,0 +1,158 @@
+#include "timer1_servos.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <util/atomic.h>
+
+#include "tick_clock.h"
+
+namespace tfsat {
+namespace sequencer {
+
+namespace {
+
+Timer1Servos* instance;
+
+constexpr uint8_t kServoPins = _BV(PB5) | _BV(PB6) | _BV(PB7);
+constexpr uint8_t kStrokePin = _BV(PD6);
+constexpr uint16_t kStrokeMarkTicks = 1 * kTicksPerMs;
+
+// Compare output modes (datasheet table 14-2).
+constexpr uint8_t kClear = 2, kSet = 3;
+
+volatile uint16_t& compare_register(uint8_t channel) { return (&OCR1A)[channel]; }
+
+constexpr uint8_t interrupt_bit(uint8_t channel) {
+  return static_cast<uint8_t>(_BV(OCIE1A) << channel);
+}
+
+void set_output_mode(uint8_t channel, uint8_t mode) {
+  const uint8_t shift = static_cast<uint8_t>(COM1A0 - 2 * channel);
+  TCCR1A = static_cast<uint8_t>((TCCR1A & ~(3 << shift)) | (mode << shift));
+}
+
+// Applies the output mode at once, as a match would, but raises no flag.
+void force_output(uint8_t channel) { TCCR1C = static_cast<uint8_t>(_BV(FOC1A) >> channel); }
+
+}  // namespace
+
+ISR(TIMER1_COMPA_vect) { instance->on_edge(0); }
+ISR(TIMER1_COMPB_vect) { instance->on_edge(1); }
+ISR(TIMER1_COMPC_vect) { instance->on_edge(2); }
+ISR(TIMER3_COMPA_vect) { instance->end_stroke_mark(); }
+
+constexpr uint8_t Timer1Servos::kChannels;
+constexpr int32_t Timer1Servos::kLeastLeadTicks;
+
+void Timer1Servos::begin() {
+  instance = this;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    for (uint8_t i = 0; i < kChannels; ++i) {
+      set_output_mode(i, kClear);
+      force_output(i);
+    }
+    PORTB &= static_cast<uint8_t>(~kServoPins);
+    DDRB |= kServoPins;
+    PORTD &= static_cast<uint8_t>(~kStrokePin);
+    DDRD |= kStrokePin;
+  }
+}
+
+// The three trains start a third of a frame apart: their interrupts, and the servos' currents, do
+// not come at once. The first rise leaves time for a pulse that stop() let run to its end.
+void Timer1Servos::hold(uint8_t joint, uint16_t width_ticks) {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    Channel& channel = channels_[joint];
+    changes_begun_ = 0;
+    channel.train.hold(TickClock::now() + PulseTrain::kShortestGapTicks +
+                           joint * (PulseTrain::kFrameTicks / kChannels),
+                       width_ticks);
+    if (channel.next == Edge::kNone) {
+      prepare_next_edge(joint);
+      TIMSK1 |= interrupt_bit(joint);
+    }
+  }
+}
+
+void Timer1Servos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { channels_[joint].train.schedule(at, width_ticks); }
+}
+
+void Timer1Servos::stop() {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    changes_begun_ = 0;
+    for (uint8_t i = 0; i < kChannels; ++i) {
+      Channel& channel = channels_[i];
+      channel.train.stop();
+      if (channel.next != Edge::kRise) continue;
+      // A rise that has happened, or is about to, is completed by the interrupts.
+      const int32_t lead = static_cast<int32_t>(channel.pulse.rise - TickClock::now());
+      if (lead < kLeastLeadTicks) continue;
+      set_output_mode(i, kClear);
+      TIMSK1 &= static_cast<uint8_t>(~interrupt_bit(i));
+      channel.next = Edge::kNone;
+    }
+  }
+}
+
+uint8_t Timer1Servos::changes_begun() {
+  uint8_t count;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { count = changes_begun_; }
+  return count;
+}
+
+// After a rise comes the pulse's fall, after a fall the train's next rise. Goes on while an edge is
+// too late to prepare and has been made at once.
+void Timer1Servos::prepare_next_edge(uint8_t channel) {
+  Channel& c = channels_[channel];
+  bool prepared = false;
+  while (!prepared) {
+    if (c.next == Edge::kRise) {
+      if (c.pulse.begins_change) begin_stroke_mark();
+      c.next = Edge::kFall;
+      prepared = set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false);
+    } else if (c.train.running()) {
+      c.pulse = c.train.next();
+      c.next = Edge::kRise;
+      prepared = set_edge(channel, c.pulse.rise, true);
+      if (!prepared)
+        c.pulse.rise = TickClock::now();  // the width counts from the rise that was made
+    } else {
+      c.next = Edge::kNone;
+      TIMSK1 &= static_cast<uint8_t>(~interrupt_bit(channel));
+      return;
+    }
+  }
+}
+
+// A match acts at the end of the count it is found in (datasheet figure 14-11), hence the 1. The
+// compare register comes before the mode, so that no match of its old value is used. False when it
+// was too late: the edge has then been made at once.
+bool Timer1Servos::set_edge(uint8_t channel, tick_t at, bool high) {
+  const uint8_t mode = high ? kSet : kClear;
+  if (static_cast<int32_t>(at - TickClock::now()) < kLeastLeadTicks) {
+    set_output_mode(channel, mode);
+    force_output(channel);
+    return false;
+  }
+  compare_register(channel) = static_cast<uint16_t>(at - 1);
+  TIFR1 = interrupt_bit(channel);
+  set_output_mode(channel, mode);
+  return true;
+}
+
+void Timer1Servos::begin_stroke_mark() {
+  PORTD |= kStrokePin;
+  OCR3A = static_cast<uint16_t>(TCNT3 + kStrokeMarkTicks);
+  TIFR3 = _BV(OCF3A);
+  TIMSK3 |= _BV(OCIE3A);
+  ++changes_begun_;
+}
+
+void Timer1Servos::end_stroke_mark() {
+  PORTD &= static_cast<uint8_t>(~kStrokePin);
+  TIMSK3 &= static_cast<uint8_t>(~_BV(OCIE3A));
+}
+
+}  // namespace sequencer
+}  // namespace tfsat

@@ -1,0 +1,55 @@
+// Servo signals of joint 1, 2, 3 on D9, D10, D11 (OC1A, OC1B, OC1C).
+//
+// Timer 1 makes every edge by itself ("set" and "clear on compare match"), so an edge falls on its
+// tick whatever the processor is doing. After each edge an interrupt prepares the next one, which
+// is at least 0.5 ms away. Should interrupts ever be held off for longer than that, the edge is
+// made as soon as they return: a pulse may then be late, but it is never left high for a turn of
+// the timer.
+//
+// D12 goes high for 1 ms when the first pulse of a stroke begins (an interrupt's latency later,
+// some microseconds): the logger stamps it.
+#pragma once
+
+#include "../core/ports.h"
+#include "../core/pulse_train.h"
+
+namespace tfsat {
+namespace sequencer {
+
+class Timer1Servos : public ServoOutput {
+ public:
+  // Drives the lines low, then waits for hold(). Call after TickClock::begin().
+  void begin();
+
+  void hold(uint8_t joint, uint16_t width_ticks) override;
+  void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) override;
+  void stop() override;
+  uint8_t changes_begun() override;
+
+  // For the interrupts: the edge that was next on this channel has been made; the mark is over.
+  void on_edge(uint8_t channel) { prepare_next_edge(channel); }
+  void end_stroke_mark();
+
+ private:
+  static constexpr uint8_t kChannels = 3;
+  // Less than this ahead, a compare match might be missed while it is being set up.
+  static constexpr int32_t kLeastLeadTicks = 8;
+
+  enum class Edge : uint8_t { kNone, kRise, kFall };
+
+  struct Channel {
+    PulseTrain train;
+    Pulse pulse;
+    Edge next = Edge::kNone;
+  };
+
+  void prepare_next_edge(uint8_t channel);
+  bool set_edge(uint8_t channel, tick_t at, bool high);
+  void begin_stroke_mark();
+
+  Channel channels_[kChannels];
+  uint8_t changes_begun_ = 0;
+};
+
+}  // namespace sequencer
+}  // namespace tfsat

@@ -1,0 +1,86 @@
+#include "usb_stream.h"
+
+#include <Arduino.h>
+#include <setjmp.h>
+#include <util/atomic.h>
+
+#include "../core/ticks.h"
+
+// The Arduino core's handler of the control endpoint. It saves what it uses and ends with RETI.
+extern "C" void USB_COM_vect(void);
+
+namespace tfsat {
+namespace sequencer {
+
+namespace {
+
+constexpr uint16_t kControlLimitTicks = 10 * kTicksPerMs;
+// Short, since it is copied with interrupts off: about 20 us.
+constexpr size_t kLongestWrite = 24;
+
+jmp_buf host_is_silent;
+
+// Masks the control endpoint's interrupt, which a bus reset enables again; true when a request
+// waits.
+bool take_over_control_endpoint() {
+  bool waiting;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    UENUM = 0;
+    UEIENX = 0;
+    waiting = (UEINTX & _BV(RXSTPI)) != 0;
+  }
+  return waiting;
+}
+
+void start_limit() {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    OCR3B = static_cast<uint16_t>(TCNT3 + kControlLimitTicks);
+    TIFR3 = _BV(OCF3B);
+    TIMSK3 |= _BV(OCIE3B);
+  }
+}
+
+void end_limit() {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { TIMSK3 &= static_cast<uint8_t>(~_BV(OCIE3B)); }
+}
+
+}  // namespace
+
+// Only the core's wait loops run this long. Leaving them from here loses nothing but the request;
+// longjmp() brings back the registers, and the interrupt flag, of setjmp().
+ISR(TIMER3_COMPB_vect) { longjmp(host_is_silent, 1); }
+
+void UsbStream::serve_control() {
+  if (!take_over_control_endpoint()) return;
+  // Start of frame and bus reset select other endpoints: they wait until the request is done.
+  const uint8_t enabled = UDIEN;
+  UDIEN = 0;
+  if (setjmp(host_is_silent) == 0) {
+    start_limit();
+    USB_COM_vect();
+  }
+  end_limit();
+  UDIEN = enabled;
+}
+
+bool UsbStream::connected() {
+  return USBDevice.configured() && Serial.dtr() && !USBDevice.isSuspended();
+}
+
+int UsbStream::read() { return Serial.read(); }
+
+size_t UsbStream::write(const uint8_t* data, size_t size) {
+  size_t taken = 0;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    const size_t room = static_cast<size_t>(Serial.availableForWrite());
+    if (room > 1) {
+      taken = size < room ? size : room - 1;
+      if (taken > kLongestWrite) taken = kLongestWrite;
+      taken = Serial.write(data, taken);
+    }
+  }
+  return taken;
+}
+
+}  // namespace sequencer
+}  // namespace tfsat

@@ -1,0 +1,172 @@
+"""The drivers of the sequencer's HEX: identity, pulses at rest, USB, watchdog, EEPROM."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.emulator_avr.avr_board import AvrBoard, ResetCause
+from tests.emulator_avr.flight import BoardTransport, connect, pulses
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.protocol import enums
+
+HOLD_WIDTH_NS = 1_000_000
+WDTCSR, WATCHDOG_TIMEOUT_BITS, ONE_SECOND = 0x60, 0x27, 0x06
+BOOTLOADER_KEY = 0x77  # both bytes of the Arduino core's MAGIC_KEY
+OLD = schedule_maneuver(four_stroke(40, 50))
+NEW = schedule_maneuver(four_stroke(61, 68.5))
+
+
+def widths_ns(board: AvrBoard) -> set[int]:
+    edges = board.edges()
+    return {pulse.width_ns for pin in range(3) for pulse in pulses(edges, pin)}
+
+
+def test_hello_names_the_flashed_image_and_the_chip(sequencer: AvrBoard, sequencer_hex: Path) -> None:
+    report = json.loads(sequencer_hex.with_suffix(".json").read_text())
+    sequencer.set_serial_number(b"\x01\x02\x03\x04\x05\x06\x07\x08\x10\x20")
+    sequencer.power(False)
+    sequencer.power(True)
+    identity = connect(sequencer).identity
+    assert identity.board == enums.Board.SEQUENCER
+    assert identity.image_crc == report["image_crc32"]
+    assert identity.serial == "1122030405060708"
+
+
+def test_it_is_silent_until_it_is_armed(sequencer: AvrBoard) -> None:
+    status = connect(sequencer).status()
+    assert status.state == enums.SequencerState.SAFE
+    assert status.reset_cause == enums.ResetCause.POWER_ON
+    sequencer.run(200_000)
+    assert sequencer.edges() == []
+
+
+def test_disarming_completes_the_pulse_under_way_and_arming_starts_again(sequencer: AvrBoard) -> None:
+    client = connect(sequencer)
+    for _ in range(10):
+        client.arm()
+        sequencer.run(63_300)
+        client.disarm()
+        stopped_ns = sequencer.now_us * 1000
+        sequencer.run(60_000)
+        edges = sequencer.edges()
+        assert [len(pulses(edges, pin)) >= 2 for pin in range(3)] == [True, True, True]
+        assert len(edges) % 2 == 0
+        assert {pulse.width_ns for pin in range(3) for pulse in pulses(edges, pin)} == {HOLD_WIDTH_NS}
+        assert max(edge.t_ns for edge in edges) < stopped_ns + HOLD_WIDTH_NS
+
+
+def test_plugging_in_while_armed_does_not_touch_a_pulse(sequencer: AvrBoard) -> None:
+    client = connect(sequencer)
+    client.arm()
+    for _ in range(6):
+        sequencer.cable(False)
+        sequencer.run(37_000)
+        sequencer.connect()
+    assert widths_ns(sequencer) == {HOLD_WIDTH_NS}
+    assert client.status().state == enums.SequencerState.ARMED
+
+
+@pytest.mark.parametrize("after_us", range(20_500, 25_500, 250))
+def test_a_cable_pulled_during_enumeration_stops_nothing(sequencer: AvrBoard, after_us: int) -> None:
+    """The Arduino core's own handler would wait for the host until the watchdog bites."""
+    client = connect(sequencer)
+    client.arm()
+    sequencer.cable(False)
+    sequencer.run(20_000)
+    sequencer.cable(True)
+    sequencer.run(after_us)
+    sequencer.cable(False)
+    sequencer.run(1_500_000)
+    assert widths_ns(sequencer) == {HOLD_WIDTH_NS}
+    status = connect(sequencer).status()
+    assert status.state == enums.SequencerState.ARMED
+
+
+def test_a_sketch_upload_may_begin_only_while_safe(sequencer: AvrBoard) -> None:
+    client = connect(sequencer)
+    client.arm()
+    sequencer.port(True, 1200)
+    sequencer.run(20_000)
+    sequencer.port(False, 1200)
+    sequencer.run(50_000)
+    assert sequencer.peek(WDTCSR) & WATCHDOG_TIMEOUT_BITS == ONE_SECOND
+    assert BOOTLOADER_KEY not in (sequencer.peek(0x800), sequencer.peek(0xAFE))
+    sequencer.port(True)
+    sequencer.run(20_000)
+    assert client.status().state == enums.SequencerState.ARMED
+    client.disarm()
+    sequencer.port(True, 1200)
+    sequencer.run(20_000)
+    sequencer.port(False, 1200)
+    sequencer.run(400_000)
+    sequencer.port(True)
+    assert connect(sequencer).status().reset_cause == enums.ResetCause.WATCHDOG
+
+
+@pytest.mark.parametrize("cause", list(ResetCause))
+def test_it_tells_why_it_restarted(sequencer: AvrBoard, cause: ResetCause) -> None:
+    sequencer.reset(cause)
+    assert connect(sequencer).status().reset_cause.name == cause.name
+
+
+class CutTransport(BoardTransport):
+    """Cuts the power in the middle of the n-th EEPROM write."""
+
+    def __init__(self, board: AvrBoard, last_write: int) -> None:
+        super().__init__(board)
+        self._cut_board = board
+        self._last_write = last_write
+
+    def read(self, timeout_s: float) -> bytes:
+        data = super().read(timeout_s)
+        if self._cut_board.eeprom_writes >= self._last_write:
+            self._cut_board.power(False)
+            raise PortError(PortProblem.OTHER, what="The power was cut.", next_step="None.")
+        return data
+
+
+def stored_after_restart(board: AvrBoard) -> StoredManeuver:
+    board.power(False)
+    board.power(True)
+    board.run(200_000)
+    return connect(board).read_back()
+
+
+def test_a_power_cut_at_any_byte_of_an_upload_leaves_the_old_or_the_new_maneuver(
+    sequencer: AvrBoard, sequencer_hex: Path, make_board: Callable[[Path], AvrBoard]
+) -> None:
+    connect(sequencer).upload(OLD)
+    old = stored_after_restart(sequencer)
+    image, before = sequencer.eeprom(), sequencer.eeprom_writes
+    connect(sequencer).upload(NEW)
+    new = stored_after_restart(sequencer)
+    writes = sequencer.eeprom_writes - before
+    assert writes > 30
+
+    outcomes = []
+    for cut in range(1, writes + 1):
+        board = make_board(sequencer_hex)
+        board.set_eeprom(image)
+        board.power(True)
+        board.run(200_000)
+        board.connect()
+        with pytest.raises(PortError):
+            SequencerClient.connect(CutTransport(board, cut)).upload(NEW)
+        outcomes.append(stored_after_restart(board))
+        board.close()
+    assert set(outcomes) <= {old, new}
+    assert outcomes.count(old) == writes  # the byte under way is torn, and the last one commits
+
+
+def test_an_identical_upload_writes_nothing(sequencer: AvrBoard) -> None:
+    client = connect(sequencer)
+    assert client.upload(NEW).written
+    writes = sequencer.eeprom_writes
+    assert not client.upload(NEW).written
+    assert sequencer.eeprom_writes == writes

@@ -1,0 +1,52 @@
+// The pins of the Arduino Micro that the sequencer uses: four outputs, whose edges are logged with
+// the cycle they happen at, and two release switches with pull-ups.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+
+#include "avr_io.h"
+#include "avr_timer16.h"
+#include "sequencer_board.h"
+
+namespace tfsat {
+namespace emulator {
+
+class AvrPins : public CompareOutputListener {
+ public:
+  explicit AvrPins(avr_t* avr);
+  AvrPins(const AvrPins&) = delete;
+  AvrPins& operator=(const AvrPins&) = delete;
+
+  // Timer 1 drives D9 D10 D11 and captures D4; Timer 3 captures D13.
+  void connect(Timer16* timer1, Timer16* timer3);
+
+  void set_switch(int index, bool closed, uint64_t cycle);
+  void restore();                        // after a reset: simavr forgets input levels
+  void release_outputs(uint64_t cycle);  // reset or power off: every pin floats
+
+  bool take_edge(PinEdge& edge);
+  void compare_output_changed(uint64_t cycle) override { update_outputs(cycle); }
+
+ private:
+  static constexpr int kOutputs = 4;
+  static constexpr int kSwitches = 2;
+
+  void update_outputs(uint64_t cycle);
+  void set_output(int pin, bool high, uint64_t cycle);
+  void update_switch(int index, uint64_t cycle);
+  static void on_port_write(void* self, uint8_t);
+
+  avr_t* avr_;
+  Timer16* timer1_ = nullptr;
+  std::array<Timer16*, kSwitches> capture_{};
+  std::array<avr_irq_t*, kSwitches> input_irq_{};
+  std::array<bool, kSwitches> closed_{};
+  std::array<bool, kOutputs> high_{};
+  std::array<WriteTap, 8> taps_;
+  std::deque<PinEdge> edges_;
+};
+
+}  // namespace emulator
+}  // namespace tfsat

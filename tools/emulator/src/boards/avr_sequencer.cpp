@@ -1,0 +1,54 @@
+#include "avr_sequencer.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "avr_machine.h"
+
+namespace tfsat {
+namespace emulator {
+
+AvrSequencer::AvrSequencer(const std::string& hex_path) : machine_(new AvrMachine(hex_path)) {}
+AvrSequencer::~AvrSequencer() = default;
+
+void AvrSequencer::set_power(bool on) { machine_->power(on); }
+void AvrSequencer::reset(ResetCause cause) { machine_->restart(cause); }
+void AvrSequencer::advance_to(uint64_t t_us) { machine_->run_until(t_us * kCyclesPerUs); }
+
+void AvrSequencer::set_switch(int index, bool closed) {
+  if (index < 0 || index > 1) throw std::out_of_range("a release switch is 0 (D4) or 1 (D13)");
+  machine_->pins.set_switch(index, closed, machine_->now);
+}
+
+void AvrSequencer::set_cable(bool plugged) { machine_->usb.set_cable(plugged); }
+void AvrSequencer::set_port(bool open, uint32_t baud) { machine_->usb.set_port(open, baud); }
+bool AvrSequencer::link_ready() const { return machine_->usb.configured(); }
+
+size_t AvrSequencer::write(const uint8_t* data, size_t n) { return machine_->usb.write(data, n); }
+size_t AvrSequencer::read(uint8_t* data, size_t capacity) {
+  return machine_->usb.read(data, capacity);
+}
+bool AvrSequencer::take_edge(PinEdge& edge) { return machine_->pins.take_edge(edge); }
+
+void AvrSequencer::eeprom_get(uint8_t* image, size_t n) {
+  std::copy_n(machine_->eeprom.cells().begin(), std::min(n, AvrEeprom::kSize), image);
+}
+
+void AvrSequencer::eeprom_set(const uint8_t* image, size_t n) {
+  std::copy_n(image, std::min(n, AvrEeprom::kSize), machine_->eeprom.cells().begin());
+}
+
+uint32_t AvrSequencer::eeprom_writes() const { return machine_->eeprom.writes_begun(); }
+void AvrSequencer::set_serial_number(const std::array<uint8_t, 10>& serial) {
+  machine_->serial = serial;
+}
+
+uint8_t AvrSequencer::peek(uint16_t address) const {
+  if (address > machine_->avr->ramend) throw std::out_of_range("no such byte of RAM");
+  return machine_->avr->data[address];
+}
+
+uint64_t AvrSequencer::cycles() const { return machine_->avr->cycle; }
+
+}  // namespace emulator
+}  // namespace tfsat

@@ -1,0 +1,58 @@
+// The sequencer's real firmware: the HEX that would be flashed, run instruction by instruction in
+// libsimavr 1.6 (GPLv3, unpatched) as an Arduino Micro with its USB serial port, EEPROM, release
+// switches and output pins. Output edges are exact to the CPU cycle (62.5 ns).
+//
+// Not modelled: the bootloader (after a brown-out the real one waits 8 s for an upload before it
+// starts the sketch), supply voltage, the crystal's error, sleep modes' currents.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "sequencer_board.h"
+
+namespace tfsat {
+namespace emulator {
+
+class AvrMachine;
+
+class AvrSequencer : public SequencerBoard {
+ public:
+  // Loads the image; the board starts unpowered, cable unplugged, switches open, EEPROM erased.
+  // Throws std::runtime_error when the file is no Intel HEX image for an ATmega32U4.
+  explicit AvrSequencer(const std::string& hex_path);
+  ~AvrSequencer() override;
+
+  void set_power(bool on) override;
+  void reset(ResetCause cause) override;
+  // Throws std::runtime_error when the program did what would hang or wreck the real board (an
+  // access outside memory, an invalid instruction).
+  void advance_to(uint64_t t_us) override;
+  void set_switch(int index, bool closed) override;
+  void set_cable(bool plugged) override;
+  size_t write(const uint8_t* data, size_t n) override;
+  size_t read(uint8_t* data, size_t capacity) override;
+  bool take_edge(PinEdge& edge) override;
+  void eeprom_get(uint8_t* image, size_t n) override;
+  void eeprom_set(const uint8_t* image, size_t n) override;
+
+  // A program on the host opens or closes the serial port (DTR). Plugging in opens it at 115200.
+  void set_port(bool open, uint32_t baud);
+  // The device is enumerated and can carry bytes.
+  bool link_ready() const;
+  // EEPROM byte writes begun since the board was made: lets a test cut the power at each one.
+  uint32_t eeprom_writes() const;
+  // The ten bytes of serial number in the signature row (0x0E to 0x17).
+  void set_serial_number(const std::array<uint8_t, 10>& serial);
+  // One byte of RAM (data space address), as a debugger would read it.
+  uint8_t peek(uint16_t address) const;
+  uint64_t cycles() const;
+
+ private:
+  std::unique_ptr<AvrMachine> machine_;
+};
+
+}  // namespace emulator
+}  // namespace tfsat
