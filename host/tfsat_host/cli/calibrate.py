@@ -106,7 +106,7 @@ def _bench(args: argparse.Namespace, out: Output) -> Iterator[tuple[LoggerClient
     from tfsat_host.devices.logger import LoggerClient
 
     if not args.emulated:
-        with open_logger(args) as logger:
+        with open_logger(args, out) as logger:
             yield logger, PersonAtPrompt(out)
         return
     from tfsat_host.emulated.bench import EmulatedOperator
@@ -169,7 +169,7 @@ def _show(axes: Sequence[AxisEstimate], target: Path, out: Output) -> None:
         (
             f"body {axis.body}",
             " ".join(f"{value:+.4f}" for value in axis.axis),
-            f"{axis.angle_deg:.2f} ± {axis.std_deg:.2f}",
+            f"{axis.angle_deg:.3f} ± {axis.std_deg:.3f}",
             " ".join(f"{100 * value:+.2f}" for value in axis.cross_axis()),
             f"{axis.rms_rate_deg_s:.0f}",
         )

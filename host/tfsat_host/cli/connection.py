@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.devices.discovery import find_port
+from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port
 
 if TYPE_CHECKING:
     from tfsat_host.cli.output import Output
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
+    from tfsat_host.devices.transport import SerialTransport
     from tfsat_host.emulated.robot import EmulatedRobot
+
+APPEARANCE_S = 4.0
+"""A board re-enumerates within two seconds of a reset."""
 
 
 @contextmanager
@@ -28,9 +33,7 @@ def open_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerC
         with emulated_robot(out) as robot:
             yield SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         return
-    from tfsat_host.devices.transport import SerialTransport
-
-    transport = SerialTransport(find_port("sequencer", args.port))
+    transport = open_port("sequencer", args.port, out)
     try:
         yield SequencerClient.connect(transport)
     finally:
@@ -38,16 +41,39 @@ def open_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerC
 
 
 @contextmanager
-def open_logger(args: argparse.Namespace) -> Iterator[LoggerClient]:
+def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]:
     """The logger at the port that the options name. Raises PortError, NoAnswer, WrongBoard."""
     from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.devices.transport import SerialTransport
 
-    transport = SerialTransport(find_port("logger", args.port))
+    transport = open_port("logger", args.port, out)
     try:
         yield LoggerClient.connect(transport)
     finally:
         transport.close()
+
+
+def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:
+    """The board's port, open. One that is not there yet is waited for: a board that was just plugged in, or
+    an emulated one that was just started, takes a moment to show up.
+
+    Raises:
+        PortError: no port, or it could not be opened.
+    """
+    from tfsat_host.devices.transport import SerialTransport
+
+    path = find_port(board, explicit)
+    deadline_s = time.monotonic() + APPEARANCE_S
+    told = False
+    while True:
+        try:
+            return SerialTransport(path)
+        except PortError as error:
+            if error.code != PortProblem.MISSING or time.monotonic() > deadline_s:
+                raise
+        if not told:
+            out.note(f"waiting for {path} to appear …")
+            told = True
+        time.sleep(0.1)
 
 
 @contextmanager

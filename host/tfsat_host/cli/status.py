@@ -41,17 +41,23 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise missing[0]
     for error in missing:
         out.note(error.what)
-    out.result(found, lambda: out.table(("", ""), rows))
+    out.result(found, lambda: _show(rows, out))
     return 0
 
 
+def _show(rows: Rows, out: Output) -> None:
+    for name, text in rows:
+        out.line(f"{name:<14} {text}" if name.startswith(" ") else f"{name:<10} {text}")
+
+
 def _transports(args: argparse.Namespace, out: Output) -> list[Transport | TfsatError]:
+    from tfsat_host.cli.connection import open_port
     from tfsat_host.devices.transport import SerialTransport
 
     if args.emulated:
         return _emulated_transports(out)
     if args.port is not None:
-        return [SerialTransport(args.port)]
+        return [open_port("sequencer", args.port, out)]
     results: list[Transport | TfsatError] = []
     boards: tuple[BoardName, ...] = ("sequencer", "logger")
     for board in boards:
@@ -64,12 +70,13 @@ def _transports(args: argparse.Namespace, out: Output) -> list[Transport | Tfsat
 
 def _emulated_transports(out: Output) -> list[Transport | TfsatError]:
     from tfsat_host.emulated.build import ensure_built
-    from tfsat_host.emulated.robot import BoardIndex, EmulatedRobot
+    from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
     from tfsat_host.emulated.state import eeprom_path, load_eeprom
     from tfsat_host.emulated.transport import EmulatedTransport
 
     ensure_built(progress=out.note)
     robot = EmulatedRobot(eeprom=load_eeprom(eeprom_path()))
+    robot.advance(SETTLE_US)
     return [EmulatedTransport(robot, board) for board in BoardIndex]
 
 
@@ -85,7 +92,7 @@ def _ask(transport: Transport) -> tuple[str, dict[str, Any], Rows]:
         identity = client.hello()
         name = identity.board.name.lower()
         device = {"port": transport.name, **identity.as_dict()}
-        head = [(name, f"{transport.name}, firmware {identity.firmware}, image {identity.image_crc}")]
+        head = [(name, f"{transport.name}, {identity.describe()}")]
         if identity.board == Board.SEQUENCER:
             state, lines = _sequencer(SequencerClient(client, identity))
         else:

@@ -16,11 +16,12 @@ def upload(schedule: Schedule, args: argparse.Namespace, out: Output) -> dict[st
         TfsatError: no board, another board, a refusal, or what was read back differs.
     """
     with open_sequencer(args, out) as sequencer:
-        with out.progress(f"uploading to the {sequencer.port}"):
+        with out.progress(f"uploading to {sequencer.port}"):
             result = sequencer.upload(schedule)
         return {
             "verified": True,
             "written": result.written,
+            "identity": sequencer.identity.describe(),
             "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
             "maneuver_crc": f"{result.stored.crc:04x}",
             "generation": result.stored.generation,

@@ -117,11 +117,4 @@ def _show(schedule: Schedule, result: Mapping[str, object], out: Output) -> None
         out.line("Dry run: the maneuver may fly; nothing was sent.")
     elif result.get("verified"):
         already = " (it was there already)" if result.get("written") is False else ""
-        out.line(f"Uploaded, read back and identical: {_device(result)}{already}.")
-
-
-def _device(result: Mapping[str, object]) -> str:
-    device = result.get("device")
-    if isinstance(device, Mapping):
-        return ", ".join(f"{key} {value}" for key, value in device.items())
-    return str(device)
+        out.line(f"Uploaded, read back and identical{already}: {result['identity']}.")

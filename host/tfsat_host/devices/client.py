@@ -55,7 +55,7 @@ class BoardIdentity:
         board: Kind of board.
         serial: Serial number, hexadecimal; empty where the chip has none.
         firmware: Version, such as 0.1.0.
-        image_crc: CRC-32/ISO-HDLC of the flashed image, 8 hexadecimal digits.
+        image_crc: CRC-32/ISO-HDLC of the flashed image, 8 hexadecimal digits; zeros where a core runs natively.
         protocol_hash: Of the specification that the firmware was built with, hexadecimal.
     """
 
@@ -64,6 +64,14 @@ class BoardIdentity:
     firmware: str
     image_crc: str
     protocol_hash: str
+
+    def describe(self) -> str:
+        """For people: firmware, image and serial number, where there are any."""
+        parts = [f"{self.board.name.lower()} firmware {self.firmware}"]
+        parts.append(f"image {self.image_crc}" if int(self.image_crc, 16) else "core run natively, no image")
+        if self.serial:
+            parts.append(f"serial number {self.serial}")
+        return ", ".join(parts)
 
     def as_dict(self) -> dict[str, str]:
         """For `--json`."""
@@ -140,8 +148,9 @@ class Client:
 
     def live_samples(self, timeout_s: float) -> list[LiveSampleStream]:
         """Live samples that have arrived, waiting up to `timeout_s` for the first. Raises PortError."""
-        if not self._live:
-            self._receive(timeout_s)
+        deadline = self.transport.now_s() + timeout_s
+        while not self._live and (left := deadline - self.transport.now_s()) > 0:
+            self._receive(left)  # a read may end in the middle of a frame
         samples = list(self._live)
         self._live.clear()
         return samples

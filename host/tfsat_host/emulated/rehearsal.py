@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,6 +56,7 @@ def rehearse(
     *,
     seed: int,
     hex_path: Path | None = None,
+    residual_rate_rad_s: Sequence[float] = RESIDUAL_RATE_RAD_S,
     progress: Progress = lambda _: None,
 ) -> Rehearsal:
     """Flies `schedule` on the emulated robot, from the upload to the closed recording.
@@ -64,6 +65,7 @@ def rehearse(
         schedule: What to fly.
         seed: For the robot's imperfections, noise and contact bounce.
         hex_path: The sequencer's image; None runs its core natively.
+        residual_rate_rad_s: Of body 3, its frame, at release; the paper's by default.
         progress: Told what is going on.
 
     Raises:
@@ -86,7 +88,7 @@ def rehearse(
         robot.knock(1, KNOCK_US)
         robot.advance(US_PER_S)
         progress("release, fall, landing")
-        robot.drop(RESIDUAL_RATE_RAD_S)
+        robot.drop(residual_rate_rad_s)
         while robot.falling:
             robot.advance(TRUTH_PERIOD_US)
         landed_us = robot.now_us

@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 BIAS_GUARD_S = 0.2
 """The bias is read up to this long before release."""
 LEAST_BIAS_S = 1.0
+SMOOTHING = 9
+"""Samples averaged before the largest excursion is looked for, so that noise is not taken for motion."""
 
 
 class EvaluationError(TfsatError):
@@ -98,5 +100,6 @@ def _joint_changes(
     for joint in range(model.n_joints):
         index = next(i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint)
         moved = model.angle_sensors[index].direction * (angles[fall, index] - angles[rest, index].mean())
+        moved = np.convolve(moved, np.full(SMOOTHING, 1 / SMOOTHING), mode="valid")
         changes[joint] = np.rad2deg(moved[np.argmax(np.abs(moved))])
     return changes

@@ -112,7 +112,8 @@ class DropLog:
     @cached_property
     def sensor_angle_rad(self) -> NDArray[np.float64]:
         """(n, 6) absolute angle sensors, rad in [0, 2π); joint j has columns 2 (j - 1) and the next."""
-        angle = self.angle_counts * np.float64(2 * np.pi / self.header.angle_counts_per_turn)
+        per_count = 2 * np.pi / self.header.angle_counts_per_turn
+        angle: NDArray[np.float64] = np.multiply(self.angle_counts, per_count, dtype=np.float64)
         angle[~self.angle_valid] = np.nan
         return angle
 
@@ -133,7 +134,7 @@ class DropLog:
         return (time_us - self.origin_us) / 1e6
 
     def _imu_columns(self, columns: slice, scale: float) -> NDArray[np.float64]:
-        values = self.imu_counts[:, :, columns] * scale
+        values: NDArray[np.float64] = np.multiply(self.imu_counts[:, :, columns], scale, dtype=np.float64)
         values[~self.imu_valid] = np.nan
         return values
 

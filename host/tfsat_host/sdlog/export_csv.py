@@ -55,7 +55,10 @@ def write_events_csv(log: DropLog, path: Path) -> None:
 
 
 def _rows(
-    log: DropLog, rows: slice, physical: list[tuple[CountColumn, tuple[int, Text]]], flags: list[FlagColumn]
+    log: DropLog,
+    rows: slice,
+    physical: list[tuple[CountColumn, tuple[int, NDArray[np.void]]]],
+    flags: list[FlagColumn],
 ) -> bytes:
     fields = [
         _integers(log.sample_index[rows]),
@@ -63,8 +66,11 @@ def _rows(
         _seconds(log.t_us[rows] - log.origin_us),
     ]
     for column, (least, texts) in physical:
-        text = texts[column.counts[rows].astype(np.intp) - least]
-        text[~column.valid[rows]] = _PAD
+        which = column.counts[rows].astype(np.intp) - least
+        text = texts.take(which).view(np.uint8).reshape(len(which), -1)
+        valid = column.valid[rows]
+        if not valid.all():
+            text[~valid] = _PAD
         fields.append(text)
     fields += [flag.values[rows, None].astype(np.uint8) + ord("0") for flag in flags]
     width = sum(field.shape[1] + 1 for field in fields) + 1
@@ -77,12 +83,12 @@ def _rows(
     return text.tobytes().translate(None, bytes((_PAD,)))
 
 
-def _texts(column: CountColumn) -> tuple[int, Text]:
-    """The least count that occurs, and (m, width) the text of it and of the m - 1 counts after it."""
+def _texts(column: CountColumn) -> tuple[int, NDArray[np.void]]:
+    """The least count that occurs, and (m,) the text of it and of each count after it."""
     least, most = int(column.counts.min()), int(column.counts.max())
     values = np.arange(least, most + 1) * column.scale + column.offset
     texts = np.array([f"{value:.{column.decimals}f}".encode() for value in values.tolist()])
-    return least, texts.view(np.uint8).reshape(len(values), -1)
+    return least, texts.view(f"V{texts.itemsize}")
 
 
 def _seconds(time_us: NDArray[np.int64]) -> Text:

@@ -1,0 +1,173 @@
+"""`tfsat-host emulate`: the emulated robot, served to other commands as two serial ports."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import shlex
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tfsat_host.cli.options import add_output_options, number
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import TfsatError
+
+if TYPE_CHECKING:
+    from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.emulated.serve import RobotServer
+    from tfsat_host.emulated.served_folder import ServedFolder
+
+_SEED_LIMIT = 2**63
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Where, which sequencer, which robot, how long."""
+    parser.add_argument(
+        "--dir",
+        metavar="D",
+        type=Path,
+        default=Path("robot"),
+        help="folder for the ports D/sequencer and D/logger, the control socket D/control, "
+        "the EEPROM and the card's recording D/SD.bin (default: robot)",
+    )
+    parser.add_argument(
+        "--sequencer",
+        choices=("native", "avr"),
+        default="native",
+        help="native: the firmware's core compiled for this computer; avr: the very image that is flashed, "
+        "in an emulated ATmega32U4 (needs the toolchain)",
+    )
+    parser.add_argument(
+        "--seed", metavar="N", type=_seed, default=1, help="draws the sensors' hidden errors (default: 1)"
+    )
+    parser.add_argument(
+        "--robot", metavar="FILE", type=Path, help="robot file (default: the drop tower robot)"
+    )
+    parser.add_argument(
+        "--for",
+        metavar="SECONDS",
+        type=_seconds,
+        dest="for_s",
+        help="end after that much of the robot's time (default: Ctrl-C, or the control line quit)",
+    )
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Serves until it is interrupted, which is its normal end."""
+    require_pseudo_terminals(sys.platform)
+    from tfsat_host.emulated.control_sources import ControlSocket, TypedLines, standard_input
+    from tfsat_host.emulated.serve import RobotServer, serve
+    from tfsat_host.emulated.served_folder import ServedFolder
+
+    folder = ServedFolder(args.dir)
+    with contextlib.ExitStack() as stack:
+        stack.callback(folder.release)
+        robot = stack.enter_context(_robot(args, folder, out))
+        server = RobotServer(robot, folder)
+        stack.callback(server.close)
+        control = ControlSocket(folder.control, server)
+        stack.callback(control.close)
+        stack.enter_context(_ended_by_signals(server))
+        _announce(args, folder, out)
+        if args.for_s is not None:
+            server.stop_after(args.for_s)
+
+        def say(reply: str) -> None:
+            if out.json_mode:
+                out.note(reply)
+            else:
+                out.line(reply)
+                sys.stdout.flush()
+
+        serve(server, control, TypedLines(server, say, standard_input()), lambda lag_s: _lag(out, lag_s))
+    return 0
+
+
+def require_pseudo_terminals(platform: str) -> None:
+    """Raises TfsatError on Windows, which has none."""
+    if platform == "win32":
+        raise TfsatError(
+            what="Windows has no pseudo-terminals, so the emulated robot's ports cannot be served here.",
+            meaning="Nothing was started.",
+            next_step="Add --emulated to the command you want to try, or run emulate inside WSL.",
+        )
+
+
+def _robot(args: argparse.Namespace, folder: ServedFolder, out: Output) -> EmulatedRobot:
+    from tfsat_host.emulated.build import Variant, ensure_built
+    from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.emulated.sequencer_image import sequencer_hex
+    from tfsat_host.emulated.state import load_eeprom
+    from tfsat_host.robot import load_robot
+
+    model = load_robot(args.robot)
+    eeprom = load_eeprom(folder.eeprom)
+    avr = args.sequencer == "avr"
+    hex_path = sequencer_hex(out.note) if avr else None
+    ensure_built(Variant(avr=avr), out.note)
+    return EmulatedRobot(model, seed=args.seed, hex_path=hex_path, eeprom=eeprom)
+
+
+def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> None:
+    kind = "its real image, ATmega32U4 emulated" if args.sequencer == "avr" else "its core, native"
+    data = {
+        "sequencer": folder.sequencer.absolute(),
+        "logger": folder.logger.absolute(),
+        "control": folder.control.absolute(),
+        "eeprom": folder.eeprom.absolute(),
+        "card": folder.card.absolute(),
+        "image": args.sequencer,
+        "seed": args.seed,
+    }
+    text = "\n".join(
+        (
+            "The emulated robot is running.",
+            f"  sequencer  {folder.sequencer} ({kind})",
+            f"  logger     {folder.logger}",
+            f"  control    {folder.control}; or type here: help",
+            "In another terminal, name a port:",
+            f"  tfsat-host upload-sequence 59 70 --port {shlex.quote(str(folder.sequencer))}",
+            "or both for all commands:",
+            f"  export TFSAT_SEQUENCER_PORT={shlex.quote(str(data['sequencer']))}",
+            f"  export TFSAT_LOGGER_PORT={shlex.quote(str(data['logger']))}",
+            "Ctrl-C ends it.",
+        )
+    )
+    out.result(data, text)
+    sys.stdout.flush()
+
+
+@contextlib.contextmanager
+def _ended_by_signals(server: RobotServer) -> Iterator[None]:
+    """Ctrl-C, kill and a closed terminal end the server in order, even if the shell had them ignored."""
+    caught = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {number: signal.signal(number, lambda *_: server.stop()) for number in caught}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _lag(out: Output, lag_s: float) -> None:
+    out.warn(
+        f"This computer does not keep up: the robot's clock is {lag_s:.1f} s behind. "
+        "Commands work, but answers take longer than a real board's."
+    )
+
+
+def _seed(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and int(text) < _SEED_LIMIT):
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed: write a whole number")
+    return int(text)
+
+
+def _seconds(text: str) -> float:
+    seconds = number(text)
+    if not 0 < seconds < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, more than zero")
+    return seconds

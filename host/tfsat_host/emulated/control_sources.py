@@ -1,0 +1,154 @@
+"""Where control lines come from: a socket that many may use, and the terminal or pipe of the command."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from tfsat_host.emulated.control import Bench
+from tfsat_host.emulated.control_lines import ControlLines, LineTooLong
+from tfsat_host.errors import TfsatError
+
+_CHUNK_BYTES = 4096
+
+
+class ControlSocket:
+    """A unix socket that takes any number of connections; nothing here waits."""
+
+    def __init__(self, path: Path, bench: Bench) -> None:
+        """Listens at `path`. Raises TfsatError if the system refuses such a path."""
+        self._path = path
+        self._bench = bench
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._listener.bind(str(path))
+            self._listener.listen()
+        except OSError as error:
+            self._listener.close()
+            raise TfsatError(
+                what=f"The control socket {path} cannot be made: {error.strerror or error}.",
+                meaning="The emulated robot was not started.",
+                next_step="Name a folder with a shorter path on a local disk with --dir.",
+            ) from error
+        self._listener.setblocking(False)
+        self._connections: list[_Connection] = []
+
+    def waits_on(self) -> list[int]:
+        """File descriptors whose input matters now."""
+        reading = [link.socket.fileno() for link in self._connections if link.reading]
+        return [self._listener.fileno(), *reading]
+
+    def service(self, ready: Iterable[int]) -> None:
+        """Takes what has come on these descriptors and gives the replies that are due."""
+        ready = set(ready)
+        if self._listener.fileno() in ready:
+            self._accept()
+        for link in self._connections:
+            link.service(link.socket.fileno() in ready)
+        self._connections = [link for link in self._connections if link.socket.fileno() >= 0]
+
+    def close(self) -> None:
+        """Ends all connections and removes the socket."""
+        for link in self._connections:
+            link.socket.close()
+        self._listener.close()
+        self._path.unlink(missing_ok=True)
+
+    def _accept(self) -> None:
+        try:
+            accepted, _ = self._listener.accept()
+        except (BlockingIOError, ConnectionAbortedError):
+            return
+        accepted.setblocking(False)
+        self._connections.append(_Connection(accepted, ControlLines(self._bench)))
+
+
+class _Connection:
+    """One sender on the socket; its socket is closed when it has gone or does not follow the protocol."""
+
+    def __init__(self, accepted: socket.socket, lines: ControlLines) -> None:
+        self.socket = accepted
+        self._lines = lines
+        self._ended = False
+
+    @property
+    def reading(self) -> bool:
+        return not self._ended and self._lines.done
+
+    def service(self, readable: bool) -> None:
+        try:
+            if readable:
+                self._take(self.socket.recv(_CHUNK_BYTES))
+            for reply in self._lines.replies():
+                self.socket.send(reply.encode() + b"\n")
+        except LineTooLong:
+            self.socket.close()
+        except OSError:  # gone, or it sends lines and reads no reply
+            self.socket.close()
+        else:
+            if self._ended and self._lines.done:
+                self.socket.close()
+
+    def _take(self, data: bytes) -> None:
+        if data:
+            self._lines.feed(data)
+        else:
+            self._lines.end()
+            self._ended = True
+
+
+class TypedLines:
+    """Standard input. Its end ends nothing: a command in the background has none.
+
+    Args:
+        bench: What the lines act on.
+        say: Shows a reply.
+        descriptor: What to read; None where there is no standard input.
+    """
+
+    def __init__(self, bench: Bench, say: Callable[[str], None], descriptor: int | None) -> None:
+        self._lines = ControlLines(bench)
+        self._say = say
+        self._descriptor = descriptor
+
+    def waits_on(self) -> list[int]:
+        """The descriptor while input matters; in the background, a terminal is the foreground's."""
+        if self._descriptor is None or not self._lines.done or _another_has_terminal(self._descriptor):
+            return []
+        return [self._descriptor]
+
+    def service(self, ready: Iterable[int]) -> None:
+        """Takes what was typed and shows the replies that are due."""
+        if self._descriptor is not None and self._descriptor in ready:
+            self._take(self._descriptor)
+        for reply in self._lines.replies():
+            self._say(reply)
+
+    def _take(self, descriptor: int) -> None:
+        try:
+            data = os.read(descriptor, _CHUNK_BYTES)
+            self._lines.feed(data)
+        except LineTooLong:
+            self._say("error This line is too long; nothing more is read from here.")
+            data = b""
+        except OSError:  # the terminal has gone
+            data = b""
+        if not data:
+            self._lines.end()
+            self._descriptor = None
+
+
+def standard_input() -> int | None:
+    """Its descriptor; None if this process was started without one."""
+    return None if sys.stdin is None else sys.stdin.fileno()
+
+
+def _another_has_terminal(descriptor: int) -> bool:
+    """Reading a terminal from the background would stop this process."""
+    try:
+        return os.isatty(descriptor) and os.tcgetpgrp(descriptor) != os.getpgrp()
+    except OSError:
+        return True

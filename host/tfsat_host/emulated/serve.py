@@ -1,0 +1,151 @@
+"""The emulated robot for other programs: two serial ports and control lines, paced to real time."""
+
+from __future__ import annotations
+
+import select
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from tfsat_host.emulated.control_sources import ControlSocket, TypedLines
+from tfsat_host.emulated.pacing import STEP_US, Pacer
+from tfsat_host.emulated.pty_port import PtyPort
+from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.served_folder import ServedFolder
+from tfsat_host.emulated.state import save_eeprom
+from tfsat_host.errors import TfsatError
+
+
+class RobotServer:
+    """A robot and the ports of its boards. Virtual time passes in `step` and nowhere else.
+
+    Args:
+        robot: The robot, its boards powered and plugged.
+        folder: Where ports, EEPROM and card lie.
+    """
+
+    def __init__(self, robot: EmulatedRobot, folder: ServedFolder) -> None:
+        self._robot = robot
+        self._folder = folder
+        self._ports = {
+            BoardIndex.SEQUENCER: PtyPort(folder.sequencer),
+            BoardIndex.LOGGER: PtyPort(folder.logger),
+        }
+        self._untaken = dict.fromkeys(BoardIndex, b"")
+        self._powered = dict.fromkeys(BoardIndex, True)
+        self._cabled = dict.fromkeys(BoardIndex, True)
+        self._copies = {folder.card.resolve()}
+        self._end_us: int | None = None
+        self._stopped = False
+        for port in self._ports.values():
+            port.plug()
+
+    @property
+    def robot(self) -> EmulatedRobot:
+        """The robot itself."""
+        return self._robot
+
+    def step(self) -> None:
+        """STEP_US of virtual time, bytes passed on both ways. Raises EmulationError."""
+        for board, port in self._ports.items():
+            data = self._untaken[board] or port.read()
+            if data:
+                self._untaken[board] = data[self._robot.write(board, data) :]
+        self._robot.advance(STEP_US)
+        for board, port in self._ports.items():
+            port.write(self._robot.read(board) if port.has_room else b"")
+
+    def set_power(self, board: BoardIndex, on: bool) -> None:
+        """Switches a board's supply; without it its port goes."""
+        self._powered[board] = on
+        self._robot.set_power(board, on)
+        self._update_port(board)
+
+    def set_cable(self, board: BoardIndex, plugged: bool) -> None:
+        """Plugs or pulls a board's USB cable; without it its port goes."""
+        self._cabled[board] = plugged
+        self._robot.set_cable(board, plugged)
+        self._update_port(board)
+
+    def save_card(self, path: Path | None = None) -> tuple[Path, int]:
+        """Copies the card's recording to `path`, by default into the folder.
+
+        Returns:
+            Where it is, and its bytes.
+
+        Raises:
+            TfsatError: nothing was recorded, or `path` is a file that this server did not write.
+        """
+        target = (path or self._folder.card).resolve()
+        recording = self._robot.card()
+        if not recording:
+            raise TfsatError(
+                what="There is no recording on the card.",
+                meaning="Nothing was written.",
+                next_step="Start one through the logger's port first.",
+            )
+        if target.exists() and target not in self._copies:
+            raise TfsatError(
+                what=f"{target} exists.", meaning="It is as it was.", next_step="Name another file."
+            )
+        target.write_bytes(recording)
+        self._copies.add(target)
+        return target, len(recording)
+
+    def stop(self) -> None:
+        """Asks whoever steps this server to end."""
+        self._stopped = True
+
+    def stop_after(self, duration_s: float) -> None:
+        """Stops when that much virtual time has passed."""
+        self._end_us = self._robot.now_us + round(duration_s * US_PER_S)
+
+    @property
+    def stopping(self) -> bool:
+        """It is time to end."""
+        return self._stopped or (self._end_us is not None and self._robot.now_us >= self._end_us)
+
+    def close(self) -> None:
+        """Takes the ports away; keeps the EEPROM and, if there is one, the recording."""
+        for port in self._ports.values():
+            port.pull()
+        save_eeprom(self._folder.eeprom, self._robot.eeprom())
+        if self._robot.card():
+            self.save_card()
+
+    def _update_port(self, board: BoardIndex) -> None:
+        if self._powered[board] and self._cabled[board]:
+            self._ports[board].plug()
+        else:
+            self._ports[board].pull()
+            self._untaken[board] = b""
+
+
+def serve(
+    server: RobotServer,
+    control: ControlSocket,
+    typed: TypedLines,
+    on_lag: Callable[[float], None],
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Runs the server in real time until it is told to stop.
+
+    Args:
+        server: What to run.
+        control, typed: Where control lines come from.
+        on_lag: Told once, in seconds, when this computer is too slow.
+        clock: Seconds that never go back.
+
+    Raises:
+        EmulationError: the emulated processor crashed.
+    """
+    pacer = Pacer(clock())
+    while not server.stopping:
+        for _ in range(pacer.steps_due(clock())):
+            server.step()
+        if pacer.new_lag():
+            on_lag(pacer.lag_s)
+        waited = [*control.waits_on(), *typed.waits_on()]
+        ready, _, _ = select.select(waited, [], [], pacer.wait_s(clock()))
+        control.service(ready)
+        typed.service(ready)

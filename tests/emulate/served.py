@@ -1,0 +1,61 @@
+"""`tfsat-host emulate` as a process, and what a test does to it."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+TIMEOUT_S = 120.0
+"""For what must come some time: building the robot included."""
+
+
+class Served:
+    """A robot served in `robot` of the current folder. Relative, as a socket's path must be short."""
+
+    def __init__(self, *options: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tfsat_host", "emulate", "--json", *options],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        self.announced: dict[str, Any] = json.loads(self.process.stdout.readline() or "{}")
+        self.folder = Path("robot")
+        self.sequencer = self.folder / "sequencer"
+        self.logger = self.folder / "logger"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.communicate(timeout=TIMEOUT_S)
+
+    def control(self, *lines: str) -> list[str]:
+        """Sends lines over the control socket; gives the reply to each."""
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
+            link.settimeout(TIMEOUT_S)
+            link.connect(str(self.folder / "control"))
+            link.sendall("".join(f"{line}\n" for line in lines).encode())
+            link.shutdown(socket.SHUT_WR)
+            with link.makefile() as replies:
+                return [line.rstrip("\n") for line in replies]
+
+    def end(self, number: signal.Signals = signal.SIGTERM) -> str:
+        """Ends it by a signal; what it said on stderr."""
+        self.process.send_signal(number)
+        _, said = self.process.communicate(timeout=TIMEOUT_S)
+        assert self.process.returncode == 0, said
+        assert "Traceback" not in said
+        return said

@@ -1,0 +1,201 @@
+"""Control lines against a robot in virtual time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tfsat_host.emulated.control_lines import LONGEST_LINE, ControlLines, LineTooLong
+from tfsat_host.emulated.serve import RobotServer
+
+
+class Person:
+    """Types lines and has patience."""
+
+    def __init__(self, server: RobotServer) -> None:
+        self.server = server
+        self.lines = ControlLines(server)
+
+    def __call__(self, line: str) -> str:
+        self.lines.feed(line.encode() + b"\n")
+        while True:
+            replies = self.lines.replies()
+            if replies:
+                (reply,) = replies
+                return reply
+            self.server.step()
+
+    def values(self, line: str) -> list[str]:
+        word, *values = self(line).split()
+        assert word == "ok"
+        return values
+
+
+@pytest.fixture
+def person(server: RobotServer) -> Person:
+    return Person(server)
+
+
+def test_waiting_passes_virtual_time(person: Person) -> None:
+    assert person("time") == "ok 0.000000 still"
+    assert person("wait 20ms") == "ok"
+    assert person("time") == "ok 0.020000 still"
+
+
+def test_swinging_moves_the_joint_and_comes_back(person: Person) -> None:
+    assert person("hold 2 3 4") == "ok"
+    assert person("swing 1 60 2s 1") == "ok for 2 s"
+    assert person("wait 1") == "ok"
+    assert person.values("time")[1] == "swinging"
+    assert float(person.values("angles")[0]) == pytest.approx(60.0, abs=1.0)
+    assert person("wait still") == "ok"
+    assert float(person.values("time")[0]) == pytest.approx(2.0, abs=0.01)
+    assert float(person.values("angles")[0]) == pytest.approx(0.0, abs=0.5)
+
+
+def test_a_drop_lands_and_nobody_touches_the_robot_meanwhile(person: Person) -> None:
+    assert person("drop 500ms") == "ok falls for 0.5 s"
+    assert person("wait 0.1") == "ok"
+    assert person.values("time")[1] == "falling"
+    for line in ("hold 1", "seat", "swing 1 10 1 1", "drop"):
+        assert person(line).startswith("error The robot is falling")
+    assert person("wait still") == "ok"
+    assert float(person.values("time")[0]) == pytest.approx(0.5, abs=0.02)
+    assert person("seat") == "ok"
+
+
+def test_a_wait_holds_back_the_same_sender_only(server: RobotServer) -> None:
+    patient, quick = ControlLines(server), ControlLines(server)
+    patient.feed(b"wait 5ms\nangles\n")
+    quick.feed(b"time\n")
+    assert patient.replies() == []
+    assert not patient.done
+    assert quick.replies() == ["ok 0.000000 still"]
+    for _ in range(5):
+        server.step()
+    assert patient.replies() == ["ok", "ok 0.00 0.00 0.00"]
+    assert patient.done
+
+
+@pytest.mark.parametrize(
+    ("line", "plugged"), [("power {} off", "power {} on"), ("cable {} pull", "cable {} plug")]
+)
+@pytest.mark.parametrize("board", ["sequencer", "logger"])
+def test_without_power_or_cable_there_is_no_port(
+    person: Person, tmp_path: Path, board: str, line: str, plugged: str
+) -> None:
+    link = tmp_path / "robot" / board
+    assert link.is_char_device()
+    assert person(line.format(board)) == "ok"
+    assert not link.is_symlink()
+    assert person(plugged.format(board)) == "ok"
+    assert link.is_char_device()
+
+
+def test_a_plugged_cable_of_a_board_without_power_is_no_port(person: Person, tmp_path: Path) -> None:
+    person("power logger off")
+    person("cable logger pull")
+    person("cable logger plug")
+    assert not (tmp_path / "robot" / "logger").is_symlink()
+
+
+def test_switches_reach_the_boards(
+    server: RobotServer, person: Person, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[tuple[object, ...]] = []
+    monkeypatch.setattr(server.robot, "knock", lambda *values: calls.append(("knock", *values)))
+    monkeypatch.setattr(server.robot, "set_switch", lambda *values: calls.append(("switch", *values)))
+    for line in ("knock 1 20ms", "knock 2 0.5", "release 1", "press 1"):
+        assert person(line) == "ok"
+    assert calls == [("knock", 1, 20_000), ("knock", 2, 500_000), ("switch", 1, False), ("switch", 1, True)]
+
+
+def test_help_names_every_command(person: Person) -> None:
+    assert person("help") == person("HELP")
+    for word in ("hold", "swing", "seat", "press", "release", "knock", "power", "cable", "drop", "angles",
+                 "card", "time", "wait", "quit"):  # fmt: skip
+        assert word in person("help")
+
+
+def test_quit_stops(server: RobotServer, person: Person) -> None:
+    assert not server.stopping
+    assert person("quit") == "ok"
+    assert server.stopping
+
+
+def test_it_stops_by_itself(server: RobotServer) -> None:
+    server.stop_after(0.003)
+    steps = 0
+    while not server.stopping:
+        server.step()
+        steps += 1
+    assert steps == 3
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("dance", "no command 'dance'"),
+        ("hold", "Write: hold BODY"),
+        ("hold 5", "bodies 1 to 4"),
+        ("hold x", "'x' is no body"),
+        ("hold ²", "'²' is no body"),
+        ("swing 1 60 2.0", "Write: swing"),
+        ("swing 4 60 2 1", "no such joint"),
+        ("swing 0 60 2 1", "no such joint"),
+        ("swing 1 400 2 1", "would leave its range"),
+        ("swing 1 nan 2 1", "'nan' is no angle"),
+        ("swing 1 60 0 1", "out of range"),
+        ("swing 1 60 2 0", "1 to 1000 cycles"),
+        ("press 3", "no release switch 3"),
+        ("knock 1 20min", "'20min' is no duration"),
+        ("knock 1 -1", "'-1' is no duration"),
+        ("knock 1 60", "at most 10 s"),
+        ("power robot off", "no board 'robot'"),
+        ("power logger of", "'of' is not understood"),
+        ("cable logger on", "plug or pull"),
+        ("drop soon", "'soon' is no duration"),
+        ("drop 1e9", "no duration"),
+        ("card", "no recording on the card"),
+        ("wait", "Write: wait"),
+        ("time now", "Write: time"),
+        ('card "x', "no closing quotation"),
+    ],
+)
+def test_a_bad_line_says_why(person: Person, line: str, reason: str) -> None:
+    reply = person(line)
+    assert reply.startswith("error ")
+    assert reason in reply
+    assert "\n" not in reply
+
+
+def test_empty_lines_and_comments_get_no_reply(server: RobotServer) -> None:
+    lines = ControlLines(server)
+    lines.feed(b"\n  \n# a remark\r\ntime # now\r\n")
+    assert lines.replies() == ["ok 0.000000 still"]
+
+
+@given(data=st.data(), text=st.binary(max_size=200))
+def test_any_bytes_give_one_reply_a_line_however_they_are_cut(
+    server: RobotServer, data: st.DataObject, text: bytes
+) -> None:
+    whole, cut = ControlLines(server), ControlLines(server)
+    text += b"\n"
+    whole.feed(text)
+    at = sorted(data.draw(st.lists(st.integers(0, len(text)), max_size=5)))
+    for start, end in zip([0, *at], [*at, len(text)], strict=True):
+        cut.feed(text[start:end])
+    replies = whole.replies()
+    assert cut.replies() == replies
+    assert all(reply.startswith("error ") for reply in replies)
+    assert len(replies) <= text.count(b"\n")
+
+
+def test_a_sender_without_line_ends_is_not_listened_to_for_ever(server: RobotServer) -> None:
+    lines = ControlLines(server)
+    lines.feed(b"x" * LONGEST_LINE)
+    with pytest.raises(LineTooLong):
+        lines.feed(b"x")

@@ -1,0 +1,84 @@
+"""The examples of docs/emulator.md do what they say."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.emulate.served import TIMEOUT_S, Served
+from tfsat_host.emulated.control import execute
+from tfsat_host.emulated.serve import RobotServer
+
+PAGE = (Path(__file__).parents[2] / "docs" / "emulator.md").read_text(encoding="utf-8")
+
+
+def _blocks(language: str) -> list[str]:
+    found = re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    assert found
+    return found
+
+
+def test_the_conversation(native: Served) -> None:
+    (text,) = _blocks("control")
+    lines = text.splitlines()
+    sent = [line.removeprefix("> ") for line in lines[0::2]]
+    replies = native.control(*sent)
+    for line, reply, shown in zip(sent, replies, lines[1::2], strict=True):
+        pattern = ".*".join(re.escape(part) for part in shown.split("..."))
+        assert re.fullmatch(pattern, reply), (line, reply)
+
+
+def test_the_shell_examples(native: Served, tmp_path: Path) -> None:
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    command = programs / "tfsat-host"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tfsat_host "$@"\n')
+    command.chmod(0o755)
+    environ = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+    said = ""
+    for block in _blocks("sh"):
+        done = subprocess.run(
+            ["sh", "-e"],
+            input=block,
+            env=environ,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        said += done.stdout
+    swung = re.search(r"^ok (\S+) 0.00 0.00$", said, re.MULTILINE)
+    assert swung and float(swung[1]) == pytest.approx(60.0, abs=1.0)
+
+
+def test_the_python_example(native: Served) -> None:
+    (code,) = _blocks("python")
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=TIMEOUT_S, check=True
+    )
+    assert done.stdout.strip() == "ok 0.00 0.00 0.00"
+
+
+def test_every_command_is_in_the_table_and_the_table_is_true(server: RobotServer) -> None:
+    rows = re.findall(r"^\| `(\w+)([^`]*)` \| [^|]+ \| `(ok[^`]*)` \|$", PAGE, re.MULTILINE)
+    told = execute("help", server)
+    assert told is not None
+    assert {name for name, _, _ in rows} == {usage.split()[0] for usage in told.text[3:].split(" | ")}
+    for name, arguments, _ in rows:
+        if name not in ("card", "wait"):
+            reply = execute(name + arguments, server)
+            assert reply is not None and reply.text.startswith("ok"), (name, reply)
+
+
+def test_every_option_is_in_the_table() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "tfsat_host", "emulate", "--help"], capture_output=True, text=True, check=True
+    )
+    options = set(re.findall(r"--[a-z]+", done.stdout)) - {"--help", "--yes"}
+    assert options == set(re.findall(r"^\| `(--[a-z]+)", PAGE, re.MULTILINE))

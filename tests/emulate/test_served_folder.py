@@ -1,0 +1,59 @@
+"""Who may serve a folder, and what is cleared away."""
+
+from __future__ import annotations
+
+import os
+import socket
+from pathlib import Path
+
+import pytest
+
+from tfsat_host.cli.emulate import require_pseudo_terminals
+from tfsat_host.emulated.control_sources import ControlSocket
+from tfsat_host.emulated.serve import RobotServer
+from tfsat_host.emulated.served_folder import ServedFolder
+from tfsat_host.errors import TfsatError
+
+
+def test_a_live_folder_is_refused_and_its_holder_named(tmp_path: Path) -> None:
+    first = ServedFolder(tmp_path)
+    with pytest.raises(TfsatError, match=f"by process {os.getpid()}"):
+        ServedFolder(tmp_path)
+    first.release()
+    ServedFolder(tmp_path).release()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_run_left_is_cleared_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("emulate.pid").write_text("99999999\n")
+    for name in ("sequencer", "logger"):
+        Path(name).symlink_to("/dev/pts/none")
+    with socket.socket(socket.AF_UNIX) as dead:
+        dead.bind("control")
+    Path("sequencer.eeprom").write_bytes(b"kept")
+    folder = ServedFolder(Path())
+    assert sorted(path.name for path in Path().iterdir()) == ["emulate.pid", "sequencer.eeprom"]
+    folder.release()
+
+
+@pytest.mark.parametrize("name", ["sequencer", "logger", "control"])
+def test_a_file_of_the_user_is_left_alone(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(TfsatError, match=f"{name} is in the way"):
+        ServedFolder(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_a_path_too_long_for_a_socket_is_said(tmp_path: Path, server: RobotServer) -> None:
+    with pytest.raises(TfsatError, match="too long") as caught:
+        ControlSocket(tmp_path / ("x" * 120), server)
+    assert "--dir" in caught.value.next_step
+
+
+def test_windows_is_told_what_to_use_instead() -> None:
+    with pytest.raises(TfsatError, match="Windows") as caught:
+        require_pseudo_terminals("win32")
+    assert "--emulated" in caught.value.next_step
+    require_pseudo_terminals("linux")

@@ -1,0 +1,99 @@
+"""The whole chain: a typed command, the firmware, the fall, the card, the decoder."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.process import RunCli
+from tfsat_host.emulated.rehearsal import rehearse
+from tfsat_host.emulated.sequencer_image import sequencer_hex
+from tfsat_host.evaluation.quick_look import EvaluationError, quick_look
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.robot import load_robot
+from tfsat_host.sdlog import load
+
+SCHEDULE_S = [0.70, 1.05, 1.47, 1.82]
+
+
+@pytest.mark.parametrize("sequencer", ["native", "avr"])
+def test_59_70_comes_back_from_the_card(tfsat_host: RunCli, sequencer: str) -> None:
+    flown = tfsat_host.json("rehearse", "59", "70", "--sequencer", sequencer, "--out", "run")
+    assert flown["verified"] is True
+    assert flown["sequencer_state"] == "done"
+    assert flown["knocks"] == 1
+    assert flown["verdict"] == "complete"
+    assert flown["samples_lost"] == 0
+    # The logger's clock counts whole microseconds, and so do the release and the strokes.
+    assert flown["strokes_s"] == pytest.approx(SCHEDULE_S, abs=60e-6)
+    assert flown["joint_change_deg"] == pytest.approx([59.0, 70.0, 0.0], abs=0.3)
+    assert flown["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.1)
+
+    decoded = tfsat_host.json("decode", "run/SD.bin")
+    assert decoded["verdict"] == "complete"
+    assert decoded["samples"] == flown["samples"]
+    strokes = [event for event in decoded["events"] if event["name"] == "stroke"]
+    assert [event["t_s"] for event in strokes] == pytest.approx(SCHEDULE_S, abs=60e-6)
+    with (tfsat_host.folder / decoded["files"]["csv"]).open() as file:
+        assert sum(1 for _ in csv.reader(file)) == decoded["samples"] + 1
+
+
+def test_folder_of_results(tfsat_host: RunCli) -> None:
+    shown = tfsat_host("rehearse", "59", "70", "--out", "drop")
+    folder = tfsat_host.folder / "drop"
+    for name in ("SD.bin", "SD.csv", "maneuver.toml", "truth.csv", "summary.json"):
+        assert (folder / name).stat().st_size > 0
+    assert "27." in shown.stdout
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
+    # The same seed gives the same card, byte for byte; its own folder may be made again.
+    card = (folder / "SD.bin").read_bytes()
+    tfsat_host("rehearse", "--file", "drop/maneuver.toml", "--out", "drop")
+    assert (folder / "SD.bin").read_bytes() == card
+    tfsat_host("rehearse", "59", "70", "--seed", "2", "--out", "drop")
+    assert (folder / "SD.bin").read_bytes() != card
+
+
+def test_somebody_elses_folder_is_left_alone(tfsat_host: RunCli) -> None:
+    (tfsat_host.folder / "precious").mkdir()
+    note = tfsat_host.folder / "precious" / "note.txt"
+    note.write_text("keep")
+    result = tfsat_host("rehearse", "59", "70", "--out", "precious", expect=2)
+    assert "holds files that no rehearsal made" in result.stderr
+    assert [path.name for path in (tfsat_host.folder / "precious").iterdir()] == ["note.txt"]
+
+
+def test_bad_maneuvers_are_not_flown(tfsat_host: RunCli) -> None:
+    assert "100" in tfsat_host("rehearse", "100", "70", expect=1).stderr
+    tfsat_host("rehearse", "59", expect=2)
+    tfsat_host("rehearse", expect=2)
+    tfsat_host("rehearse", "--file", "missing.toml", expect=1)
+    assert not (tfsat_host.folder / "run").exists()
+
+
+def test_reorientation_of_the_papers_maneuver() -> None:
+    """Without residual rates the emulated robot turns by the paper's 26.11 deg (sec. opt)."""
+    flight = rehearse(schedule_maneuver(four_stroke(58.75, 70.29)), seed=3, residual_rate_rad_s=(0, 0, 0))
+    ending = flight.truth[flight.truth[:, 0] <= flight.landed_s - 0.01][-1]
+    turned = 2 * np.rad2deg(np.arccos(np.abs(np.dot(ending[4:8], flight.truth[0, 4:8]))))
+    assert turned == pytest.approx(26.11, abs=0.02)
+    assert flight.sequencer.state == SequencerState.DONE
+
+
+def test_a_recording_without_a_release_is_not_evaluated(tmp_path: Path) -> None:
+    flight = rehearse(schedule_maneuver(four_stroke(59, 70)), seed=1)
+    card = tmp_path / "SD.bin"
+    card.write_bytes(flight.card[: 60 * 512])  # ends before the release
+    log = load(card)
+    assert log.verdict == "truncated"
+    with pytest.raises(EvaluationError, match="no release"):
+        quick_look(log, load_robot(), until_s=2.0)
+
+
+def test_the_image_is_found() -> None:
+    assert sequencer_hex().read_text().startswith(":")
