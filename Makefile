@@ -46,7 +46,7 @@ demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs P
 .PHONY: test
 test: toolchain compiler venv firmware protocol-check lint  ## install what is missing, build both firmwares, run every test
 	$(call say,tests)
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n auto --dist worksteal
 
 .PHONY: firmware
 firmware: venv  ## build both firmwares for their boards
