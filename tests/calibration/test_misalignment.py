@@ -108,7 +108,9 @@ def test_a_held_body_that_moves_is_refused(bench: Bench) -> None:
     bench.operator.swing(PATTERNS[1])  # bodies 2 and 3 move
     with pytest.raises(CalibrationError, match="Body 2 was to be held"):
         # The operator was asked to hold them and to move body 1, which here stands still.
-        estimate_axes(MotionPattern(1, moved=(3,), held=(1, 2, 4)), bench.record(8.0), bias, bench.robot.model)
+        estimate_axes(
+            MotionPattern(1, moved=(3,), held=(1, 2, 4)), bench.record(8.0), bias, bench.robot.model
+        )
 
 
 def test_invalid_samples_are_refused() -> None:

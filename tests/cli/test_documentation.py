@@ -39,5 +39,7 @@ def test_links_lead_somewhere(document: Path) -> None:
 
 def test_commands_named_in_the_readme_exist(tfsat_host: RunCli) -> None:
     overview = tfsat_host("--help").stdout
-    for command in set(re.findall(r"`tfsat-host ([a-z-]+)", (ROOT / "README.md").read_text(encoding="utf-8"))):
+    for command in set(
+        re.findall(r"`tfsat-host ([a-z-]+)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    ):
         assert f"    {command}" in overview, command

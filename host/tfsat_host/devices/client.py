@@ -155,6 +155,12 @@ class Client:
         self._live.clear()
         return samples
 
+    def wait(self, duration_s: float) -> None:
+        """Lets time pass on the transport's clock; live samples are kept. Raises PortError."""
+        deadline = self.transport.now_s() + duration_s
+        while (left := deadline - self.transport.now_s()) > 0:
+            self._receive(left)
+
     def hello(self, expected: Board | None = None) -> BoardIdentity:
         """Asks who answers and insists on `expected` (None: any board) with this protocol.
 

@@ -31,6 +31,7 @@ from tfsat_host.protocol.messages import (
     SequencerStatusRequest,
 )
 
+STORE_POLL_S = 0.02
 STORE_TIMEOUT_S = 3.0
 """The EEPROM takes 3.4 ms a byte, a full maneuver 0.4 s."""
 
@@ -134,6 +135,7 @@ class SequencerClient:
                     meaning="Its EEPROM may be worn out. The maneuver from before is still stored.",
                     next_step="Power the board off and on, then run the same upload again.",
                 )
+            self._client.wait(STORE_POLL_S)
 
     def read_back(self) -> StoredManeuver:
         """Reads what would fly, stroke by stroke, and checks it against the board's own CRC.

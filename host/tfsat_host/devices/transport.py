@@ -54,8 +54,8 @@ class SerialTransport:
     def write(self, data: bytes) -> None:
         """Sends all of `data`; raises PortError when nobody takes it within the write timeout."""
         try:
+            # No flush(): it would wait without limit for a board that hangs, and fail in its own way.
             self._port.write(data)
-            self._port.flush()
         except OSError as error:
             raise self._lost(error) from error
 

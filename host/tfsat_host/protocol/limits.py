@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("80be8e2895027bb2")
+PROTOCOL_HASH = bytes.fromhex("44d686034fc2b1eb")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -45,6 +45,8 @@ STROKE_LINE_US = 1000
 """The sequencer's stroke line stays high this long from each stroke's first pulse."""
 RELEASE_DEBOUNCE_US = 5000
 """Both switches must stay open this long before a release is believed; the schedule still counts from the first edge."""
+RELEASE_CHATTER_US = 60000
+"""Contacts that still chatter this long after both were first open belong to a shaken robot, not to a release: the time starts anew."""
 SAMPLE_RATE_HZ = 280
 """Default sampling rate (paper, sec. robot)."""
 BLOCK_BYTES = 512

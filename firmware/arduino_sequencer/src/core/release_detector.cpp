@@ -22,6 +22,7 @@ void ReleaseDetector::change(uint8_t open, tick_t at) {
   open_ = open;
   last_change_ = at;
   if (open != 0) touched_ = true;
+  if (opening_ && at - both_open_since_first_ > kChatterTicks) opening_ = false;
   if (open == kBoth && !opening_) {
     opening_ = true;
     both_open_since_first_ = at;

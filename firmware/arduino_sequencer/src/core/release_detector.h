@@ -4,7 +4,8 @@
 // from a state in which both were closed. Its time is the first edge at which both were open: the
 // contacts may chatter after that, but the robot has left at the first. One switch alone never
 // starts anything (a knock during the lift, a broken wire); both open for less than the debounce,
-// then closed again for as long, is counted as a knock.
+// then closed again for as long, is counted as a knock. Contacts that go on chattering for longer than
+// any release does start anew, so that a shaken robot's time never begins long before its release.
 #pragma once
 
 #include "../protocol/messages.h"
@@ -26,6 +27,7 @@ class ReleaseDetector {
 
  private:
   static constexpr uint32_t kDebounceTicks = protocol::kReleaseDebounceUs * kTicksPerUs;
+  static constexpr uint32_t kChatterTicks = protocol::kReleaseChatterUs * kTicksPerUs;
   // An edge that hardware could not stamp is believed when the level has stood this long.
   static constexpr uint32_t kLevelTicks = 1 * kTicksPerMs;
   static constexpr uint8_t kBoth = 3;

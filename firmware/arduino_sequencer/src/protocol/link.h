@@ -87,6 +87,7 @@ class Link {
   void serve() {
     uint8_t payload[kMaxPayloadBytes];
     const uint8_t request = receiver_.type();
+    if (request & kReplyBit) return;  // an echo of our own: answering it would never end
     const Reply reply =
         handler_.handle(request, receiver_.payload(), receiver_.payload_bytes(), payload);
     uint8_t type = static_cast<uint8_t>(request | kReplyBit);

@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x80, 0xBE, 0x8E, 0x28, 0x95, 0x02, 0x7B, 0xB2};
+constexpr uint8_t kProtocolHash[8] = {0x44, 0xD6, 0x86, 0x03, 0x4F, 0xC2, 0xB1, 0xEB};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -51,6 +51,8 @@ constexpr uint32_t kServoPulseAt90DegUs = 2000;
 constexpr uint32_t kStrokeLineUs = 1000;
 // Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
 constexpr uint32_t kReleaseDebounceUs = 5000;
+// Contacts that still chatter this long after both were first open belong to a shaken robot, not to a release: the time starts anew.
+constexpr uint32_t kReleaseChatterUs = 60000;
 // Default sampling rate (paper, sec. robot).
 constexpr uint32_t kSampleRateHz = 280;
 // A block on the card.

@@ -18,7 +18,7 @@ constexpr uint64_t kNever = UINT64_MAX;
 
 void NativeServos::hold(uint8_t joint, uint16_t width_ticks) {
   Channel& channel = channels_[joint];
-  channel.train.hold(ticks() + sequencer::kTicksPerMs, width_ticks);
+  channel.train.hold(ticks() + sequencer::PulseTrain::kShortestGapTicks, width_ticks);
   changes_begun_ = 0;
   if (!channel.pending) plan(channel);
 }
@@ -79,6 +79,13 @@ void NativeServos::advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinE
     }
   }
   now_ns_ = t_ns;
+}
+
+void NativeServos::release_pins(uint64_t origin_ns, std::deque<PinEdge>& edges) const {
+  for (uint8_t i = 0; i < channels_.size(); ++i) {
+    if (channels_[i].high) edges.push_back({now_ns_ + origin_ns, i, false});
+  }
+  if (stroke_line_high_) edges.push_back({now_ns_ + origin_ns, kStrokeLinePin, false});
 }
 
 bool NativeSwitches::take_edge(SwitchEdge& edge) {

@@ -26,6 +26,8 @@ class NativeServos : public sequencer::ServoOutput {
   // Runs the signals up to `t_ns` after the board's start and appends their edges, in order of time,
   // to `edges` with `origin_ns` added.
   void advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinEdge>& edges);
+  // The supply or the processor is gone: pins that are high fall.
+  void release_pins(uint64_t origin_ns, std::deque<PinEdge>& edges) const;
 
  private:
   struct Channel {

@@ -69,14 +69,19 @@ void NativeSequencer::set_power(bool on) {
     start(protocol::ResetCause::kPowerOn);
   } else {
     eeprom_.power_cut();
-    running_.reset();
+    stop();
   }
 }
 
 void NativeSequencer::reset(ResetCause cause) {
   if (!running_) return;
-  running_.reset();
+  stop();
   start(reported(cause));
+}
+
+void NativeSequencer::stop() {
+  running_->servos.release_pins(running_->origin_us * 1000, edges_);
+  running_.reset();
 }
 
 void NativeSequencer::advance_to(uint64_t t_us) {

@@ -31,6 +31,7 @@ class NativeSequencer : public SequencerBoard {
   struct Running;
 
   void start(protocol::ResetCause cause);
+  void stop();
 
   NativeEeprom eeprom_;
   std::unique_ptr<Running> running_;

@@ -1,0 +1,333 @@
+"""Requests and replies against a board that repeats, delays, damages, refuses or is silent."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.devices.scripted import Answer, client, hello, live_sample, refusal, reply
+from tfsat_host.devices.client import (
+    ATTEMPT_TIMEOUT_S,
+    ATTEMPTS,
+    LONGEST_BACKLOG,
+    BoardError,
+    BoardRefusal,
+    NoAnswer,
+    WrongBoard,
+)
+from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
+from tfsat_host.protocol.framing import Frame, encode_frame
+from tfsat_host.protocol.messages import (
+    ArmRequest,
+    DisarmReply,
+    DisarmRequest,
+    HelloReply,
+    HelloRequest,
+    ManeuverReadReply,
+    ManeuverReadRequest,
+)
+from tfsat_host.protocol.record import ProtocolError
+from tfsat_host.protocol.remedies import REMEDIES
+
+SAFE = DisarmReply(SequencerState.SAFE)
+DONE = DisarmReply(SequencerState.DONE)
+INTERLOCKS = {
+    ErrorCode.WRONG_STATE,
+    ErrorCode.SWITCH_OPEN,
+    ErrorCode.NO_MANEUVER,
+    ErrorCode.STALE_TOKEN,
+    ErrorCode.FAULT_LATCHED,
+}
+
+
+def test_a_request_is_answered() -> None:
+    link, transport = client(lambda frame: [reply(frame, SAFE)])
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+    assert [frame.type for frame in transport.requests] == [DisarmRequest.TYPE]
+    assert transport.written.startswith(b"\0")  # ends what a broken cable left half-sent
+
+
+@pytest.mark.parametrize("silent", range(ATTEMPTS))
+def test_a_request_is_repeated_unchanged_until_it_is_answered(silent: int) -> None:
+    copies = 0
+
+    def script(frame: Frame) -> Iterator[Answer]:
+        nonlocal copies
+        copies += 1
+        yield reply(frame, SAFE) if copies > silent else None
+
+    link, transport = client(script)
+    started_s = transport.now_s()
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+    assert len(transport.requests) == silent + 1
+    assert len(set(transport.requests)) == 1
+    assert transport.now_s() - started_s == pytest.approx(silent * ATTEMPT_TIMEOUT_S, abs=0.01)
+
+
+def test_silence_ends_after_all_attempts() -> None:
+    link, transport = client(lambda _: [])
+    started_s = transport.now_s()
+    with pytest.raises(NoAnswer, match="scripted") as caught:
+        link.request(DisarmRequest(), DisarmReply)
+    assert len(transport.requests) == ATTEMPTS
+    assert transport.now_s() - started_s == pytest.approx(ATTEMPTS * ATTEMPT_TIMEOUT_S)
+    assert caught.value.exit_code == 1
+    assert "tfsat-host ports" in caught.value.next_step
+
+
+def test_a_board_that_never_stops_talking_does_not_hold_the_host() -> None:
+    def script(_: Frame) -> Iterator[Answer]:
+        yield from (live_sample(index) for index in range(300))
+
+    link, transport = client(script)
+    with pytest.raises(NoAnswer):
+        link.request(DisarmRequest(), DisarmReply)
+    assert transport.now_s() - 1000 < ATTEMPTS * ATTEMPT_TIMEOUT_S + 0.1
+
+
+def test_answers_to_older_requests_are_dropped() -> None:
+    """A late reply has an older sequence number, or another type: neither is taken for the answer."""
+
+    def script(frame: Frame) -> Iterator[Answer]:
+        yield reply(frame, DONE, sequence=frame.sequence - 1)
+        yield reply(frame, DONE, sequence=frame.sequence + 1)
+        yield reply(Frame(HelloRequest.TYPE, frame.sequence, b""), hello())
+        yield encode_frame(Frame(frame.type, frame.sequence, DONE.encode()))  # an echo is no reply
+        yield reply(frame, SAFE)
+
+    link, transport = client(script)
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+    assert len(transport.requests) == 1
+
+
+def test_a_late_second_answer_does_not_answer_the_next_request() -> None:
+    """Both copies of a repeated request are answered; the second answer arrives with the next request."""
+    late: list[bytes] = []
+
+    def script(frame: Frame) -> Iterator[Answer]:
+        yield from late
+        late.clear()
+        number = frame.payload[0]
+        answer = reply(frame, ManeuverReadReply(number, 1, 100 * number, 700_000))
+        late.append(answer)
+        yield answer
+
+    link, _ = client(script)
+    for number in range(300):  # past the turn of the sequence number
+        index = number % 16
+        assert link.request(ManeuverReadRequest(index), ManeuverReadReply).angle_cdeg == 100 * index
+
+
+def test_sequence_numbers_turn_round() -> None:
+    link, transport = client(lambda frame: [reply(frame, SAFE)])
+    for _ in range(600):
+        link.request(DisarmRequest(), DisarmReply)
+    numbers = [frame.sequence for frame in transport.requests]
+    assert all((after - before) % 256 == 1 for before, after in pairwise(numbers))
+
+
+def test_an_answer_in_pieces_among_garbage() -> None:
+    def script(frame: Frame) -> Iterator[Answer]:
+        yield b"\x17garbage from before\0\0\0"
+        for byte in reply(frame, SAFE):
+            yield bytes([byte])
+
+    link, transport = client(script)
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+    assert len(transport.requests) == 1
+
+
+def test_a_damaged_answer_is_asked_for_again() -> None:
+    copies = 0
+
+    def script(frame: Frame) -> Iterator[Answer]:
+        nonlocal copies
+        copies += 1
+        answer = reply(frame, SAFE)
+        yield bytes([answer[0], answer[1] ^ 4, *answer[2:]]) if copies < 3 else answer
+
+    link, transport = client(script)
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+    assert len(transport.requests) == 3
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_any_losses_end_in_the_right_answer_or_none(seed: int) -> None:
+    rng = random.Random(seed)
+
+    def script(frame: Frame) -> Iterator[Answer]:
+        number = frame.payload[0]
+        answer = reply(frame, ManeuverReadReply(number, 1, 100 * number, 700_000))
+        kind = rng.randrange(4)
+        if kind == 0:
+            yield None
+        elif kind == 1:
+            at = rng.randrange(len(answer))
+            yield answer[:at] + rng.randbytes(rng.randrange(4)) + answer[at + 1 :]
+        else:
+            yield answer * kind
+
+    link, _ = client(script)
+    for _ in range(20):
+        index = rng.randrange(16)
+        with suppress(NoAnswer):
+            assert link.request(ManeuverReadRequest(index), ManeuverReadReply).index == index
+
+
+@pytest.mark.parametrize("code", [code for code in ErrorCode if code != ErrorCode.NONE])
+def test_a_refusal_is_an_error_with_its_remedy(code: ErrorCode) -> None:
+    link, transport = client(lambda frame: [refusal(frame, code, 3)])
+    with pytest.raises(BoardError) as caught:
+        link.request(ArmRequest(1), DisarmReply)
+    error = caught.value
+    assert (error.code, error.detail) == (code, 3)
+    assert isinstance(error, BoardRefusal) == (code in INTERLOCKS)
+    assert error.exit_code == (4 if code in INTERLOCKS else 1)
+    what, meaning, remedy = REMEDIES[code]
+    assert (error.meaning, error.next_step) == (meaning, remedy)
+    assert error.what.startswith(what[:-1])
+    assert error.what.endswith(".")
+    assert meaning
+    assert remedy
+    assert len(transport.requests) == 1  # a refusal is an answer: it is not asked again
+
+
+@pytest.mark.parametrize(
+    ("code", "detail", "named"),
+    [
+        (ErrorCode.ANGLE_OUT_OF_RANGE, 0, "(stroke 1)"),
+        (ErrorCode.STROKES_OVERLAP, 15, "(stroke 16)"),
+        (ErrorCode.STEP_MISSING, 2, "(stroke 3)"),
+        (ErrorCode.TOO_EARLY, -1, None),
+        (ErrorCode.SWITCH_OPEN, 3, None),
+        (ErrorCode.TOO_MANY_STROKES, 17, None),
+    ],
+)
+def test_a_refusal_names_the_stroke_counted_from_one(code: ErrorCode, detail: int, named: str | None) -> None:
+    link, _ = client(lambda frame: [refusal(frame, code, detail)])
+    with pytest.raises(BoardError) as caught:
+        link.request(DisarmRequest(), DisarmReply)
+    assert ("(stroke" in caught.value.what) == (named is not None)
+    assert named is None or named in caught.value.what
+
+
+def test_a_refusal_of_another_request_is_not_ours() -> None:
+    def script(frame: Frame) -> Iterator[Answer]:
+        yield refusal(frame, ErrorCode.WRONG_STATE, about=ArmRequest.TYPE)
+        yield refusal(Frame(frame.type, (frame.sequence - 1) & 0xFF, b""), ErrorCode.WRONG_STATE)
+        yield reply(frame, SAFE)
+
+    link, _ = client(script)
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+
+
+@pytest.mark.parametrize("payload", [b"", b"\0\0", b"\x63"])
+def test_an_answer_that_makes_no_sense_is_said_so(payload: bytes) -> None:
+    """Another length, or a state that this program does not know."""
+    link, _ = client(lambda frame: [encode_frame(Frame(frame.type | 0x80, frame.sequence, payload))])
+    with pytest.raises(ProtocolError, match="cannot read") as caught:
+        link.request(DisarmRequest(), DisarmReply)
+    assert "release" in caught.value.next_step
+
+
+def test_an_unknown_error_code_is_said_so() -> None:
+    answer = b"\x21\xee\xff\xff\xff\xff"
+    link, _ = client(lambda frame: [encode_frame(Frame(0xFF, frame.sequence, answer))])
+    with pytest.raises(ProtocolError, match="238 is no ErrorCode"):
+        link.request(DisarmRequest(), DisarmReply)
+
+
+def test_live_samples_between_the_lines() -> None:
+    """Samples that come before, with and after an answer are kept in order, and answer nothing."""
+
+    def script(frame: Frame) -> Iterator[Answer]:
+        yield live_sample(1)
+        yield live_sample(2) + reply(frame, SAFE) + live_sample(3)
+        yield live_sample(4)
+
+    link, transport = client(script)
+    assert link.request(DisarmRequest(), DisarmReply) == SAFE
+    assert [sample.index for sample in link.live_samples(0.1)] == [1, 2, 3]
+    assert [sample.index for sample in link.live_samples(0.1)] == [4]
+    before_s = transport.now_s()
+    assert link.live_samples(0.1) == []
+    assert transport.now_s() - before_s == pytest.approx(0.1)
+
+
+def test_samples_nobody_takes_are_bounded_and_the_newest_stay() -> None:
+    link, transport = client(lambda frame: [reply(frame, SAFE)])
+    transport.say(b"".join(live_sample(index) for index in range(LONGEST_BACKLOG + 10)))
+    link.request(DisarmRequest(), DisarmReply)
+    samples = link.live_samples(0.1)
+    assert len(samples) == LONGEST_BACKLOG
+    assert samples[-1].index == LONGEST_BACKLOG + 9
+
+
+def test_hello_says_who_answers() -> None:
+    link, _ = client(lambda frame: [reply(frame, hello())])
+    identity = link.hello(Board.SEQUENCER)
+    assert identity.as_dict() == {
+        "board": "sequencer",
+        "serial": "00000102030405ff",
+        "firmware": "1.2.3",
+        "image_crc": "00c0ffee",
+        "protocol_hash": hello().protocol_hash.hex(),
+    }
+    assert link.hello() == identity
+
+
+def test_a_chip_without_a_serial_number_has_none() -> None:
+    link, _ = client(lambda frame: [reply(frame, hello(serial=bytes(8)))])
+    assert link.hello().serial == ""
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"), [(Board.SEQUENCER, Board.LOGGER), (Board.LOGGER, Board.SEQUENCER)]
+)
+def test_the_other_board_is_told_apart(asked: Board, found: Board) -> None:
+    link, transport = client(lambda frame: [reply(frame, hello(found))])
+    with pytest.raises(WrongBoard) as caught:
+        link.hello(asked)
+    error = caught.value
+    assert error.what.startswith(f"The board at scripted is the {found.name.lower()}")
+    assert "--port" in error.next_step
+    assert asked.name.lower() in error.next_step
+    assert error.exit_code == 1
+    assert {frame.type for frame in transport.requests} == {HelloRequest.TYPE}
+
+
+def test_another_protocol_says_which_side_to_update() -> None:
+    other = bytes(range(8))
+    link, transport = client(lambda frame: [reply(frame, hello(protocol_hash=other))])
+    with pytest.raises(WrongBoard) as caught:
+        link.hello(Board.SEQUENCER)
+    assert other.hex() in caught.value.what
+    assert hello().protocol_hash.hex() in caught.value.what
+    assert "Flash the sequencer" in caught.value.next_step
+    assert "1.2.3" in caught.value.next_step
+    assert {frame.type for frame in transport.requests} == {HelloRequest.TYPE}
+
+
+def test_the_wrong_board_is_told_before_its_protocol() -> None:
+    link, _ = client(lambda frame: [reply(frame, hello(Board.LOGGER, bytes(8)))])
+    with pytest.raises(WrongBoard, match="is the logger"):
+        link.hello(Board.SEQUENCER)
+
+
+def test_hello_of_an_unknown_kind_of_board() -> None:
+    payload = b"\x09" + hello().encode()[1:]
+    link, _ = client(lambda frame: [encode_frame(Frame(HelloReply.TYPE, frame.sequence, payload))])
+    with pytest.raises(ProtocolError, match="9 is no Board"):
+        link.hello()
+
+
+def test_closing_lets_go_of_the_port() -> None:
+    link, transport = client(lambda _: [])
+    link.close()
+    assert transport.closed

@@ -1,0 +1,153 @@
+"""A serial port as the operating system gives it, over a pair of pseudo-terminals."""
+
+from __future__ import annotations
+
+import os
+import threading
+import tty
+from collections.abc import Iterator
+
+import pytest
+
+from tests.devices.scripted import hello, reply
+from tfsat_host.devices.client import ATTEMPTS, Client, NoAnswer
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.protocol.enums import Board
+from tfsat_host.protocol.framing import FrameReceiver
+from tfsat_host.protocol.messages import HelloRequest
+
+
+class Terminal:
+    """The board's end of a cable."""
+
+    def __init__(self) -> None:
+        self.master, slave = os.openpty()
+        tty.setraw(slave)
+        self.path = os.ttyname(slave)
+        self._slave: int | None = slave
+
+    def vanish(self) -> None:
+        """The board is unplugged."""
+        for descriptor in (self._slave, self.master):
+            if descriptor is not None:
+                os.close(descriptor)
+        self._slave, self.master = None, -1
+
+    def close(self) -> None:
+        if self.master >= 0:
+            self.vanish()
+
+
+@pytest.fixture
+def terminal() -> Iterator[Terminal]:
+    made = Terminal()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def port(terminal: Terminal) -> Iterator[SerialTransport]:
+    made = SerialTransport(terminal.path)
+    yield made
+    made.close()
+
+
+def test_bytes_go_both_ways(terminal: Terminal, port: SerialTransport) -> None:
+    everything = bytes(range(256))
+    assert port.name == terminal.path
+    port.write(everything)
+    assert os.read(terminal.master, 1000) == everything
+    os.write(terminal.master, everything)
+    received = b""
+    while len(received) < 256:
+        piece = port.read(5.0)
+        assert piece, "nothing came for 5 s"
+        received += piece
+    assert received == everything
+
+
+def test_reading_ends_when_nothing_comes(port: SerialTransport) -> None:
+    assert port.read(0.0) == b""
+    started_s = port.now_s()
+    assert port.read(0.02) == b""
+    assert port.now_s() >= started_s + 0.02
+
+
+def test_a_request_over_the_port(terminal: Terminal, port: SerialTransport) -> None:
+    def board() -> None:
+        receiver = FrameReceiver()
+        while True:
+            for frame in receiver.feed(os.read(terminal.master, 100)):
+                assert frame.type == HelloRequest.TYPE
+                os.write(terminal.master, b"\0boot noise\0" + reply(frame, hello()))
+                return
+
+    answering = threading.Thread(target=board)
+    answering.start()
+    identity = Client(port).hello(Board.SEQUENCER)
+    answering.join(10)
+    assert identity.firmware == "1.2.3"
+
+
+def test_a_board_that_vanished_is_a_lost_connection_when_reading(
+    terminal: Terminal, port: SerialTransport
+) -> None:
+    terminal.vanish()
+    with pytest.raises(PortError, match=f"The connection on {port.name} was lost") as caught:
+        port.read(1.0)
+    assert caught.value.code == PortProblem.OTHER
+    assert "tfsat-host status" in caught.value.next_step
+
+
+def test_a_board_that_vanished_is_a_lost_connection_when_writing(
+    terminal: Terminal, port: SerialTransport
+) -> None:
+    terminal.vanish()
+    with pytest.raises(PortError, match="was lost"):
+        port.write(b"\0")
+
+
+def test_a_board_that_vanishes_in_the_middle_of_a_request(terminal: Terminal, port: SerialTransport) -> None:
+    def board() -> None:
+        os.read(terminal.master, 100)
+        os.write(terminal.master, b"\x1d\x81")
+        terminal.vanish()
+
+    vanishing = threading.Thread(target=board)
+    vanishing.start()
+    with pytest.raises(PortError, match="was lost"):
+        Client(port).hello()
+    vanishing.join(10)
+
+
+def test_a_board_that_takes_nothing_is_an_error_and_no_wait_for_ever(
+    port: SerialTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A pseudo-terminal takes 4095 bytes without a reader; then the write runs out of time."""
+    monkeypatch.setattr(port._port, "write_timeout", 0.05)
+    with pytest.raises(PortError, match="was lost"):
+        port.write(bytes(200_000))
+
+
+def test_writing_does_not_wait_until_the_board_has_taken_the_bytes(
+    terminal: Terminal, port: SerialTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """tcdrain() has no time limit: a board that hangs would hold the program."""
+
+    def drained() -> None:
+        raise AssertionError("waited for the board")
+
+    monkeypatch.setattr(port._port, "flush", drained)
+    port.write(b"\x01\x02")
+    assert os.read(terminal.master, 10) == b"\x01\x02"
+
+
+def test_a_silent_port_has_no_board(
+    terminal: Terminal, port: SerialTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tfsat_host.devices.client.ATTEMPT_TIMEOUT_S", 0.0005)
+    with pytest.raises(NoAnswer, match=terminal.path):
+        Client(port).hello()
+    sent = list(FrameReceiver().feed(os.read(terminal.master, 1000)))
+    assert [frame.type for frame in sent] == [HelloRequest.TYPE] * ATTEMPTS

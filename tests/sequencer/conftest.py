@@ -1,0 +1,27 @@
+"""One library for all tests of the sequencer's core, a fresh board for each test."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+
+import pytest
+
+from tests.sequencer.board import Board, build_board
+
+
+@pytest.fixture(scope="session")
+def board_library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    return build_board(tmp_path_factory.mktemp("sequencer"))
+
+
+@pytest.fixture(scope="session")
+def new_board(board_library: ctypes.CDLL) -> Callable[..., Board]:
+    """Makes a board: `new_board(eeprom)`."""
+    return lambda eeprom=None: Board(board_library, eeprom)
+
+
+@pytest.fixture
+def board(new_board: Callable[..., Board]) -> Board:
+    """Factory maneuver, powered, cable in, both switches closed."""
+    return new_board()

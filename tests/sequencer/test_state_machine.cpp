@@ -1,0 +1,302 @@
+// The state machine and the link on fake ports: faults, hours, the turn of the clock, hanging hosts.
+#include "../../firmware/arduino_sequencer/src/core/request_server.h"
+#include "../../firmware/arduino_sequencer/src/core/sequencer.h"
+#include "fake_ports.h"
+
+using namespace tfsat::sequencer;
+using namespace tfsat::protocol;
+using tfsat_test::FakeMemory;
+using tfsat_test::FakeServos;
+using tfsat_test::FakeStream;
+using tfsat_test::FakeSwitches;
+
+namespace {
+
+constexpr tick_t kHour = 3600u * 1000u * kTicksPerMs;  // wraps, as the clock does
+
+struct Bench {
+  FakeSwitches switches;
+  FakeServos servos;
+  FakeMemory memory;
+  FakeStream stream;
+  Sequencer core{switches, servos, memory};
+  Identity identity{{1, 2, 3, 4, 5, 6, 7, 8}, 0x12345678, tfsat::protocol::ResetCause::kPowerOn};
+  RequestServer server{core, identity};
+  Link link{stream, server};
+  tick_t now;
+
+  explicit Bench(tick_t start = 0) : now(start) { core.start(now); }
+
+  void poll() {
+    core.poll(now);
+    server.set_now(now);
+    link.poll();
+  }
+  // Loops of 0.1 ms.
+  void run_ms(uint32_t ms) {
+    for (uint32_t i = 0; i < 10 * ms; ++i) {
+      now += kTicksPerMs / 10;
+      poll();
+    }
+  }
+  // Loops of a second.
+  void run_hours(uint32_t hours) {
+    for (uint32_t i = 0; i < 3600 * hours; ++i) {
+      now += 1000 * kTicksPerMs;
+      poll();
+    }
+  }
+  void send(uint8_t type, std::vector<uint8_t> payload = {}) {
+    uint8_t frame[encoded_frame_bytes(kMaxPayloadBytes)];
+    const size_t size = encode_frame(type, 1, payload.data(), payload.size(), frame);
+    stream.to_board.insert(stream.to_board.end(), frame, frame + size);
+  }
+  ErrorCode arm() { return core.arm(core.arm_token(), now); }
+  void open_both() {
+    switches.set(0, true, now);
+    switches.set(1, true, now);
+  }
+  void close_both() {
+    switches.set(0, false, now);
+    switches.set(1, false, now);
+  }
+};
+
+struct Answers {
+  std::vector<uint8_t> types;
+  std::vector<std::vector<uint8_t>> payloads;
+  explicit Answers(const std::vector<uint8_t>& bytes) {
+    FrameReceiver<kMaxPayloadBytes> receiver;
+    for (const uint8_t byte : bytes) {
+      if (!receiver.feed(byte)) continue;
+      types.push_back(receiver.type());
+      payloads.emplace_back(receiver.payload(), receiver.payload() + receiver.payload_bytes());
+    }
+    CHECK(receiver.rejected() == 0);
+  }
+};
+
+// The released run's changes are the factory maneuver's, counted from `released_at`.
+void check_changes(const FakeServos& servos, tick_t released_at) {
+  const Maneuver maneuver = Maneuver::factory();
+  // 1000 us + 59/90 and 70/90 of 1000 us, in ticks; then back.
+  const uint16_t widths[] = {3311, 3556, 2000, 2000};
+  if (!CHECK(servos.changes.size() == 4)) return;
+  for (uint8_t i = 0; i < 4; ++i) {
+    CHECK(servos.changes[i].joint == maneuver.strokes[i].joint - 1);
+    CHECK(servos.changes[i].at == released_at + ticks_from_us(maneuver.strokes[i].start_us));
+    CHECK(servos.changes[i].width_ticks == widths[i]);
+  }
+}
+
+}  // namespace
+
+TEST_CASE(a_stroke_that_did_not_begin_is_a_fault_until_somebody_disarms) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  bench.open_both();
+  bench.run_ms(100);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  bench.servos.begun = 3;
+  bench.run_ms(2400);
+  CHECK(bench.core.state() == SequencerState::kFault);
+  CHECK(bench.core.fault() == ErrorCode::kStrokeMissed);
+  CHECK(bench.servos.held);  // the joints stay where they are
+  bench.close_both();
+  bench.run_ms(20);
+  CHECK(bench.arm() == ErrorCode::kFaultLatched);
+  CHECK(!bench.core.may_upload());
+  bench.core.disarm();
+  CHECK(bench.core.state() == SequencerState::kSafe && bench.core.fault() == ErrorCode::kNone);
+  CHECK(!bench.servos.held);
+  CHECK(bench.arm() == ErrorCode::kNone);
+}
+
+TEST_CASE(armed_for_hours_then_released) {
+  for (const uint32_t hours : {1u, 7u, 30u}) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.run_hours(hours);
+    CHECK(bench.core.state() == SequencerState::kArmed && bench.core.knocks() == 0);
+    bench.switches.set(1, true, bench.now);
+    bench.run_ms(3);
+    bench.switches.set(0, true, bench.now - 17);
+    const tick_t released_at = bench.now - 17;
+    bench.run_ms(10);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    check_changes(bench.servos, released_at);
+    bench.servos.begun = 4;
+    bench.run_ms(2400);
+    CHECK(bench.core.state() == SequencerState::kDone);
+    CHECK(bench.core.uptime_ms() / 1000 == 3600 * hours + 2);
+  }
+}
+
+// The clock wraps after 35.8 minutes: release, strokes and end on either side of it.
+TEST_CASE(released_across_the_turn_of_the_clock) {
+  for (int32_t before_ms = -10; before_ms <= 3000; before_ms += 7) {
+    const int32_t start_ms = -before_ms - 100;
+    Bench bench(static_cast<tick_t>(start_ms * static_cast<int32_t>(kTicksPerMs)));
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.run_ms(100);
+    bench.open_both();
+    const tick_t released_at = bench.now;
+    bench.run_ms(10);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    check_changes(bench.servos, released_at);
+    bench.servos.begun = 4;
+    bench.run_ms(2210);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    bench.run_ms(20);
+    CHECK(bench.core.state() == SequencerState::kDone);
+  }
+}
+
+// One switch that stays open for more than half a turn of the clock, or a knock after so long.
+TEST_CASE(a_switch_open_for_hours_delays_nothing) {
+  for (const uint32_t minutes : {1u, 17u, 18u, 19u, 35u, 36u, 37u, 90u}) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.switches.set(0, true, bench.now);
+    for (uint32_t i = 0; i < 60 * minutes; ++i) {
+      bench.now += 1000 * kTicksPerMs;
+      bench.poll();
+    }
+    CHECK(bench.core.state() == SequencerState::kArmed);
+    bench.switches.set(0, false, bench.now);
+    bench.run_ms(10);
+    CHECK(bench.core.knocks() == 1);
+    bench.open_both();
+    const tick_t released_at = bench.now;
+    bench.run_ms(10);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    check_changes(bench.servos, released_at);
+  }
+}
+
+TEST_CASE(edges_from_before_arming_count_for_nothing) {
+  Bench bench;
+  bench.open_both();
+  bench.run_ms(50);
+  bench.close_both();
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(50);
+  CHECK(bench.core.state() == SequencerState::kArmed && bench.core.knocks() == 0);
+}
+
+TEST_CASE(an_edge_that_hardware_missed_is_made_up_for_by_the_level) {
+  for (const int missed : {0, 1, 2, 3}) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.run_ms(20);
+    const tick_t opened_at = bench.now;
+    bench.switches.set(0, true, opened_at, (missed & 1) == 0);
+    bench.switches.set(1, true, opened_at, (missed & 2) == 0);
+    bench.run_ms(20);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    if (bench.servos.changes.empty()) continue;
+    const tick_t error = bench.servos.changes[0].at - opened_at - ticks_from_us(700000);
+    CHECK(error <= (missed == 0 ? 0 : kTicksPerMs / 10));
+  }
+}
+
+TEST_CASE(a_store_that_does_not_keep_is_told_once_and_tried_again) {
+  Bench bench;
+  bench.memory.worn_address = 0;
+  bench.send(ManeuverBeginRequest::kType, {1, 0x68, 0x42});
+  bench.send(ManeuverStrokeRequest::kType, {0, 1, 0xE8, 0x03, 0x60, 0xAE, 0x0A, 0x00});
+  Maneuver wanted = Maneuver::factory();
+  wanted.stroke_count = 1;
+  wanted.strokes[0] = Stroke{1, 1000, 700000};
+  const uint16_t crc = wanted.crc();
+  const std::vector<uint8_t> commit = {static_cast<uint8_t>(crc), static_cast<uint8_t>(crc >> 8)};
+  std::vector<ErrorCode> codes;
+  for (int i = 0; i < 4; ++i) {
+    bench.send(ManeuverCommitRequest::kType, commit);
+    bench.run_ms(100);
+    const Answers answers(bench.stream.from_board);
+    if (!CHECK(answers.types.size() == static_cast<size_t>(3 + i))) return;
+    codes.push_back(answers.types.back() == ErrorReply::kType
+                        ? static_cast<ErrorCode>(answers.payloads.back()[1])
+                        : ErrorCode::kNone);
+    // Still writing, not stored.
+    if (codes.back() == ErrorCode::kNone) CHECK(answers.payloads.back()[0] == 0);
+  }
+  CHECK(codes[0] == ErrorCode::kNone && codes[1] == ErrorCode::kStoreFailed);
+  CHECK(codes[2] == ErrorCode::kNone && codes[3] == ErrorCode::kStoreFailed);
+  CHECK(bench.core.store().current() == Maneuver::factory());
+  CHECK(bench.arm() == ErrorCode::kNone);  // the old maneuver is as good as before
+}
+
+TEST_CASE(nothing_is_written_unasked_in_any_state) {
+  Bench bench;
+  bench.run_ms(50);
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(50);
+  bench.open_both();
+  bench.run_ms(100);
+  bench.servos.begun = 4;
+  bench.run_ms(2500);
+  CHECK(bench.core.state() == SequencerState::kDone);
+  CHECK(bench.stream.from_board.empty());
+}
+
+TEST_CASE(a_host_that_takes_a_byte_at_a_time_gets_whole_answers) {
+  for (size_t room = 1; room < 40; ++room) {
+    Bench bench;
+    bench.stream.room = room;
+    for (int i = 0; i < 20; ++i) bench.send(HelloRequest::kType);
+    bench.run_ms(200);
+    const Answers answers(bench.stream.from_board);
+    CHECK(answers.types.size() == 20);
+  }
+}
+
+TEST_CASE(a_host_that_floods_and_never_reads_delays_no_release) {
+  Bench bench;
+  bench.stream.room = 0;
+  for (int i = 0; i < 1000; ++i) bench.send(SequencerStatusRequest::kType);
+  bench.run_ms(10);
+  const size_t waiting = bench.stream.to_board.size();
+  CHECK(waiting > 5000);  // the board holds one answer and lets the host wait
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.open_both();
+  const tick_t released_at = bench.now;
+  bench.run_ms(10);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  check_changes(bench.servos, released_at);
+  bench.stream.room = 1000;
+  bench.stream.from_board.clear();
+  bench.run_ms(500);
+  CHECK(Answers(bench.stream.from_board).types.size() == 1000);
+}
+
+TEST_CASE(one_poll_reads_no_more_than_its_budget) {
+  Bench bench;
+  bench.stream.to_board.assign(10000, 0x55);
+  bench.link.poll();
+  CHECK(bench.stream.to_board.size() == 10000 - 64);
+  bench.link.poll(255);
+  CHECK(bench.stream.to_board.size() == 10000 - 64 - 255);
+}
+
+TEST_CASE(half_an_answer_is_forgotten_when_the_cable_is_pulled) {
+  Bench bench;
+  bench.stream.room = 5;
+  bench.send(HelloRequest::kType);
+  bench.poll();
+  bench.stream.room = 0;
+  bench.poll();
+  CHECK(!bench.stream.from_board.empty());
+  bench.stream.plugged = false;
+  bench.poll();
+  bench.stream.plugged = true;
+  bench.stream.from_board.clear();
+  bench.stream.room = 1000;
+  bench.run_ms(5);
+  CHECK(bench.stream.from_board.empty());
+  bench.send(DisarmRequest::kType);
+  bench.run_ms(5);
+  CHECK(Answers(bench.stream.from_board).types == std::vector<uint8_t>{DisarmReply::kType});
+}

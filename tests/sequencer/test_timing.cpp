@@ -1,0 +1,204 @@
+// Release detector and pulse trains on their own, over many seeded runs at the clock's resolution.
+#include <algorithm>
+#include <random>
+
+#include "../../firmware/arduino_sequencer/src/core/pulse_train.h"
+#include "../../firmware/arduino_sequencer/src/core/release_detector.h"
+#include "../../firmware/arduino_sequencer/src/core/servo_map.h"
+#include "fake_ports.h"
+
+using namespace tfsat::sequencer;
+using tfsat_test::FakeSwitches;
+
+namespace {
+
+constexpr tick_t kDebounce = tfsat::protocol::kReleaseDebounceUs * kTicksPerUs;
+
+struct Contact {
+  tick_t at;
+  uint8_t index;
+  bool open;
+};
+
+using Random = std::mt19937;
+
+tick_t draw(Random& random, tick_t least, tick_t most) {
+  return std::uniform_int_distribution<tick_t>(least, most)(random);
+}
+
+// Both contacts open with chatter of less than the debounce; in order of time.
+std::vector<Contact> opening(Random& random, tick_t from) {
+  std::vector<Contact> contacts;
+  for (uint8_t index = 0; index < 2; ++index) {
+    tick_t at = from + draw(random, 0, 8 * kTicksPerMs);
+    contacts.push_back({at, index, true});
+    for (tick_t left = draw(random, 0, 10); left > 0; --left) {
+      at += draw(random, 1, kTicksPerMs / 2);
+      contacts.push_back({at, index, false});
+      at += draw(random, 1, kTicksPerMs / 2);
+      contacts.push_back({at, index, true});
+    }
+  }
+  std::stable_sort(contacts.begin(), contacts.end(),
+                   [from](const Contact& a, const Contact& b) {
+                     return a.at - from < b.at - from;
+                   });
+  return contacts;
+}
+
+// When both first were open.
+tick_t both_open_at(const std::vector<Contact>& contacts) {
+  bool open[2] = {false, false};
+  for (const Contact& contact : contacts) {
+    open[contact.index] = contact.open;
+    if (open[0] && open[1]) return contact.at;
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE(ten_thousand_releases_with_bounce_start_at_the_second_opening) {
+  Random random(59);
+  tick_t slowest = 0;
+  for (int round = 0; round < 10000; ++round) {
+    FakeSwitches switches;
+    ReleaseDetector detector;
+    tick_t now = draw(random, 0, 0xFFFFFFFF);
+    detector.reset(now);
+    const std::vector<Contact> contacts = opening(random, now + draw(random, 1, 100 * kTicksPerMs));
+    const tick_t expected = both_open_at(contacts);
+    const tick_t longest_loop = draw(random, 20 * kTicksPerUs, kTicksPerMs);
+    size_t next = 0;
+    bool released = false;
+    while (!released && now - expected + 0x40000000u < 0x40000000u + 100 * kTicksPerMs) {
+      now += draw(random, 20 * kTicksPerUs, longest_loop);
+      for (; next < contacts.size() && !tick_before(now, contacts[next].at); ++next) {
+        switches.set(contacts[next].index, contacts[next].open, contacts[next].at);
+      }
+      SwitchEdge edge;
+      while (switches.take_edge(edge)) detector.on_edge(edge);
+      released = detector.poll(now, switches.levels());
+      if (!released) continue;
+      CHECK(next == contacts.size());
+      CHECK(detector.released_at() == expected);
+      CHECK(now - contacts.back().at >= kDebounce);
+      slowest = std::max(slowest, now - contacts.back().at);
+    }
+    CHECK(released && detector.knocks() == 0);
+    CHECK(!detector.poll(now + kDebounce, 3));  // told once
+  }
+  std::printf("  certain at the latest %.3f ms after the last edge\n", slowest / 2000.0);
+  CHECK(slowest <= kDebounce + kTicksPerMs);
+}
+
+// Chatter of any kind that never keeps both open for the debounce.
+TEST_CASE(no_release_without_the_debounce) {
+  Random random(70);
+  for (int round = 0; round < 2000; ++round) {
+    FakeSwitches switches;
+    ReleaseDetector detector;
+    tick_t now = draw(random, 0, 0xFFFFFFFF);
+    detector.reset(now);
+    tick_t both_since = now;
+    for (int step = 0; step < 400; ++step) {
+      now += draw(random, 20 * kTicksPerUs, kTicksPerMs / 2);
+      const bool overdue = switches.open == 3 && now - both_since > kDebounce - kTicksPerMs;
+      if (overdue || draw(random, 0, 3) == 0) {
+        const uint8_t index = static_cast<uint8_t>(draw(random, 0, 1));
+        switches.set(index, (switches.open & (1 << index)) == 0, now);
+        both_since = now;
+      }
+      SwitchEdge edge;
+      while (switches.take_edge(edge)) detector.on_edge(edge);
+      CHECK(!detector.poll(now, switches.levels()));
+    }
+  }
+}
+
+TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
+  Random random(1);
+  for (int round = 0; round < 20000; ++round) {
+    PulseTrain train;
+    tick_t now = draw(random, 0, 0xFFFFFFFF);
+    train.hold(now + kTicksPerMs, pulse_ticks(0));
+    Pulse pulse = train.next();
+    CHECK(pulse.rise == now + kTicksPerMs && pulse.width_ticks == 2000 && !pulse.begins_change);
+    for (tick_t idle = draw(random, 1, 50); idle > 0; --idle) {
+      const tick_t before = pulse.rise;
+      pulse = train.next();
+      CHECK(pulse.rise - before == PulseTrain::kFrameTicks);
+    }
+    // As the state machine does: all at once, the first at least 0.69 s ahead.
+    std::vector<Pulse> changes;
+    tick_t at = pulse.rise + draw(random, 690, 720) * kTicksPerMs + draw(random, 0, 1999);
+    for (tick_t left = draw(random, 1, PulseTrain::kMaxChanges); left > 0; --left) {
+      const int16_t angle = static_cast<int16_t>(draw(random, 0, 9000));
+      changes.push_back({at, pulse_ticks(angle), true});
+      CHECK(train.schedule(at, pulse_ticks(angle)));
+      const tick_t longest_ms = draw(random, 0, 1) == 0 ? 40 : 900;
+      at += draw(random, 10 * kTicksPerMs, longest_ms * kTicksPerMs);
+    }
+    uint16_t width = 2000;
+    for (size_t next = 0; next < changes.size();) {
+      const tick_t left = changes[next].rise - pulse.rise;
+      const tick_t before = pulse.rise;
+      pulse = train.next();
+      const tick_t gap = pulse.rise - before;
+      CHECK(gap >= PulseTrain::kShortestGapTicks && gap < 30 * kTicksPerMs);
+      if (left >= 30 * kTicksPerMs) CHECK(gap >= 15 * kTicksPerMs);
+      if (left >= 690 * kTicksPerMs) CHECK_NEAR(gap, PulseTrain::kFrameTicks, 600);
+      CHECK(gap > width);  // the pulse before is over
+      CHECK(pulse.begins_change == (pulse.rise == changes[next].rise));
+      CHECK(!tick_before(changes[next].rise, pulse.rise));
+      if (pulse.begins_change) width = changes[next++].width_ticks;
+      CHECK(pulse.width_ticks == width);
+    }
+    const tick_t last = pulse.rise;
+    pulse = train.next();
+    CHECK(pulse.rise - last == PulseTrain::kFrameTicks);
+    CHECK(pulse.width_ticks == width && !pulse.begins_change);
+  }
+}
+
+TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
+  PulseTrain train;
+  train.hold(1000, 5000);
+  Pulse pulse = train.next();
+  CHECK(train.schedule(pulse.rise - 3, 2000) && train.schedule(pulse.rise + 9999, 3000));
+  pulse = train.next();
+  CHECK(pulse.rise == 1000 + PulseTrain::kShortestGapTicks);
+  CHECK(pulse.begins_change && pulse.width_ticks == 2000);
+  pulse = train.next();
+  CHECK(pulse.rise == 1000 + 2 * PulseTrain::kShortestGapTicks);
+  CHECK(pulse.begins_change && pulse.width_ticks == 3000);
+}
+
+TEST_CASE(hold_and_stop_forget_the_schedule) {
+  PulseTrain train;
+  train.hold(0, 2000);
+  train.next();
+  for (uint8_t i = 0; i < PulseTrain::kMaxChanges; ++i) {
+    CHECK(train.schedule(100000u * (i + 1u), 3000));
+  }
+  CHECK(!train.schedule(9000000, 3000));
+  train.hold(0, 2500);
+  for (int i = 0; i < 10; ++i) {
+    const Pulse pulse = train.next();
+    CHECK(!pulse.begins_change && pulse.width_ticks == 2500);
+  }
+  train.stop();
+  CHECK(!train.running());
+  train.hold(77, 2000);
+  CHECK(train.next().rise == 77);
+}
+
+TEST_CASE(every_angle_of_the_wire_is_a_pulse_a_servo_can_take) {
+  uint16_t before = 0;
+  for (int32_t angle = -32768; angle <= 32767; ++angle) {
+    const uint16_t width = pulse_ticks(static_cast<int16_t>(angle));
+    CHECK(width >= 1000 && width <= 5000 && width >= before);
+    if (angle >= 0 && angle <= 9000) CHECK_NEAR(width, 2000 + 2000.0 * angle / 9000, 0.5);
+    before = width;
+  }
+}

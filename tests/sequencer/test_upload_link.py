@@ -1,0 +1,310 @@
+"""Uploads over bad cables and through power cuts: the board holds the old or the new maneuver, whole."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.sequencer.board import NEW, OLD, Board, Cable, Reset, connect, rows
+from tfsat_host.devices.client import BoardError, NoAnswer
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, VerifyError
+from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
+from tfsat_host.protocol.messages import ArmRequest, DisarmRequest, ManeuverCommitRequest
+from tfsat_host.protocol.record import ProtocolError
+
+NewBoard = Callable[..., Board]
+OLDER = schedule_maneuver(four_stroke(12, 80))
+
+
+def held_after_power_cycle(board: Board) -> StoredManeuver:
+    """What would fly, which must be the same from RAM and, after a power cycle, from EEPROM."""
+    before = connect(board).read_back()
+    assert connect(board).status().state == SequencerState.SAFE
+    board.power_cycle()
+    after = connect(board).read_back()
+    assert before == after
+    assert board.edges() == []
+    return after
+
+
+# ------------------------------------------------------------------ noise and damage
+
+
+@settings(max_examples=200)
+@given(st.lists(st.binary(max_size=60), max_size=12), st.integers(0, 2**32 - 1))
+def test_noise_neither_arms_nor_writes(new_board: NewBoard, pieces: list[bytes], seed: int) -> None:
+    """Random bytes, and frames that would arm or store if they were not damaged."""
+    board, rng = new_board(), random.Random(seed)
+    token = connect(board).status().arm_token
+    image = board.eeprom()
+    tempting = [
+        encode_frame(Frame(ArmRequest.TYPE, 1, ArmRequest(token).encode())),
+        encode_frame(Frame(ManeuverCommitRequest.TYPE, 1, b"\x12\x34")),
+    ]
+    for piece in pieces:
+        damaged = bytearray(rng.choice(tempting))
+        for _ in range(rng.randint(1, 3)):
+            at = rng.randrange(len(damaged) - 1)
+            damaged[at] ^= rng.randint(1, 255)
+        board.write(piece + bytes(damaged))
+        board.advance(rng.randint(0, 5000))
+    board.write(b"\0")
+    board.advance(1_000_000)
+    board.read()
+    sequencer = connect(board)
+    assert sequencer.status().state == SequencerState.SAFE
+    assert sequencer.read_back().strokes == rows(OLD)
+    assert board.eeprom() == image
+    assert board.edges() == []
+
+
+class LossyCable(Cable):
+    """Drops, damages, cuts, doubles and delays what goes either way; late frames come out of order."""
+
+    def __init__(self, board: Board, seed: int, rate: float) -> None:
+        super().__init__(board)
+        self._rng = random.Random(seed)
+        self._rate = rate
+        self._late: list[bytes] = []
+        self.faults = 0
+
+    def _fault(self) -> bool:
+        hit = self._rng.random() < self._rate
+        self.faults += hit
+        return hit
+
+    def _damage(self, data: bytes) -> bytes:
+        kind = self._rng.randrange(4)
+        at = self._rng.randrange(len(data))
+        if kind == 0:
+            return data[:at] + bytes([data[at] ^ self._rng.randint(1, 255)]) + data[at + 1 :]
+        if kind == 1:
+            return data[:at]
+        if kind == 2:
+            return data[:at] + self._rng.randbytes(self._rng.randint(1, 9)) + data[at:]
+        return b""
+
+    def write(self, data: bytes) -> None:
+        if self._late and self._rng.random() < 0.3:
+            super().write(self._late.pop(self._rng.randrange(len(self._late))))
+        if self._fault():
+            kind = self._rng.randrange(4)
+            if kind == 0:
+                self._late.append(data)
+                return
+            if kind == 1:
+                self._late.append(data)
+            data = data + data if kind == 2 else self._damage(data)
+        super().write(data)
+
+    def read(self, timeout_s: float) -> bytes:
+        data = super().read(timeout_s)
+        return self._damage(data) if data and self._fault() else data
+
+    def deliver_late(self) -> None:
+        """The last stragglers, in any order."""
+        self._rng.shuffle(self._late)
+        for data in self._late:
+            super().write(data)
+            self.board.advance(2000)
+
+
+@pytest.mark.parametrize("rate", [0.02, 0.2, 0.5])
+def test_a_lossy_cable_leaves_the_old_or_the_new_maneuver(new_board: NewBoard, rate: float) -> None:
+    outcomes = {"old": 0, "new": 0, "verified": 0}
+    for seed in range(40):
+        board = new_board()
+        connect(board).upload(OLD)
+        cable = LossyCable(board, seed, rate)
+        verified = False
+        try:
+            SequencerClient.connect(cable).upload(NEW)
+            verified = True
+        except (BoardError, NoAnswer, VerifyError, ProtocolError):
+            pass
+        cable.deliver_late()
+        board.advance(1_000_000)
+        board.write(b"\0")
+        held = held_after_power_cycle(board).strokes
+        assert held in (rows(OLD), rows(NEW)), f"seed {seed}"
+        assert held == rows(NEW) or not verified, f"seed {seed}"
+        outcomes["new" if held == rows(NEW) else "old"] += 1
+        outcomes["verified"] += verified
+    assert outcomes["new"] >= outcomes["verified"]
+    if rate < 0.3:
+        assert outcomes["verified"] > 20  # repeats make up for what the cable loses
+    if rate > 0.3:
+        assert outcomes["old"] > 0
+
+
+def test_a_late_commit_of_an_older_upload_is_refused(board: Board) -> None:
+    sequencer = connect(board)
+    sequencer.upload(NEW)
+    crc = sequencer.read_back().crc
+    sequencer.upload(OLD)
+    board.ask(Frame(ManeuverCommitRequest.TYPE, 9, ManeuverCommitRequest(crc).encode()))
+    board.advance(500_000)
+    assert held_after_power_cycle(board).strokes == rows(OLD)
+
+
+# ------------------------------------------------------------------ the cable is pulled
+
+
+class CutCable(Cable):
+    """Pulled after so many bytes to the board, at once or when the board has served them."""
+
+    def __init__(self, board: Board, n_bytes: int, settle_us: int) -> None:
+        super().__init__(board)
+        self._left = n_bytes
+        self._settle_us = settle_us
+
+    def write(self, data: bytes) -> None:
+        super().write(data[: self._left])
+        self._left -= len(data)
+        if self._left < 0:
+            self.board.advance(self._settle_us)
+            self.board.cable(False)
+            raise PortError(PortProblem.OTHER, what="The cable was pulled.", next_step="Plug it in.")
+
+
+class CountingCable(Cable):
+    """Counts the bytes to the board up to and with the first commit."""
+
+    committed = 0
+    total = 0
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self.total += len(data)
+        if not self.committed and any(
+            f.type == ManeuverCommitRequest.TYPE for f in FrameReceiver().feed(data)
+        ):
+            self.committed = self.total
+
+
+@pytest.mark.parametrize("settle_us", [0, 60, 5000])
+def test_cable_pulled_at_every_byte_of_an_upload(new_board: NewBoard, settle_us: int) -> None:
+    whole = new_board()
+    connect(whole).upload(OLD)
+    image = whole.eeprom()
+    counter = CountingCable(new_board(image))
+    SequencerClient.connect(counter).upload(NEW)
+    assert counter.committed > 60
+    for n_bytes in range(counter.committed + 20):
+        board = new_board(image)
+        with pytest.raises(PortError):
+            SequencerClient.connect(CutCable(board, n_bytes, settle_us)).upload(NEW)
+        board.advance(700_000)
+        assert board.eeprom() == image or n_bytes >= counter.committed
+        board.cable(True)
+        held = held_after_power_cycle(board)
+        stored = n_bytes >= counter.committed and (settle_us > 0 or n_bytes > counter.committed)
+        if settle_us == 5000 or n_bytes != counter.committed:
+            assert held.strokes == rows(NEW if stored else OLD), n_bytes
+        assert held.strokes in (rows(OLD), rows(NEW))
+        if n_bytes % 10 == 0:
+            assert connect(board).upload(NEW).stored.strokes == rows(NEW)
+
+
+def test_half_a_frame_before_the_cable_was_pulled_does_not_spoil_the_next(board: Board) -> None:
+    frame = encode_frame(Frame(DisarmRequest.TYPE, 1, b""))
+    for cut in range(1, len(frame)):
+        board.write(frame[:cut])
+        board.advance(1000)
+        board.cable(False)
+        board.advance(1000)
+        board.cable(True)
+        board.write(encode_frame(Frame(DisarmRequest.TYPE, 2, b"")))
+        (answer,) = FrameReceiver().feed(board.read(10_000))
+        assert answer.sequence == 2
+
+
+# ------------------------------------------------------------------ the power is cut
+
+
+class PowerCut(Exception):
+    """The supply went."""
+
+
+class SteppingCable(Cable):
+    """Lets 50 us pass at a time and notes when an EEPROM byte has begun to change; stops at `stop_us`."""
+
+    def __init__(self, board: Board, stop_us: int = 2**63) -> None:
+        super().__init__(board)
+        self._stop_us = stop_us
+        self._image = board.eeprom()
+        self.writes_us: list[int] = []
+
+    def read(self, timeout_s: float) -> bytes:
+        deadline_us = self.board.now_us + round(timeout_s * 1e6)
+        due_us = self.board.now_us + 1000
+        while self.board.now_us < deadline_us:
+            if self.board.now_us >= self._stop_us:
+                raise PowerCut
+            self.board.advance(50)
+            image = self.board.eeprom()
+            if image != self._image:
+                self._image = image
+                self.writes_us.append(self.board.now_us)
+            if self.board.now_us >= due_us and (data := self.board.read()):
+                return data
+        return b""
+
+
+HISTORIES = {
+    "erased": [],
+    "one slot": [OLD],
+    "both slots": [OLDER, OLD],
+    "twice round": [NEW, OLDER, NEW, OLD],
+}
+
+
+def board_with(new_board: NewBoard, history: list[Schedule]) -> bytes:
+    board = new_board()
+    for schedule in history:
+        connect(board).upload(schedule)
+    return board.eeprom()
+
+
+@pytest.mark.parametrize("history", HISTORIES)
+def test_power_cut_at_every_eeprom_write(new_board: NewBoard, history: str) -> None:
+    """A byte under way is lost; whatever was written before stands."""
+    image = board_with(new_board, HISTORIES[history])
+    dry = SteppingCable(new_board(image))
+    SequencerClient.connect(dry).upload(NEW)
+    writes_us = dry.writes_us
+    assert len(writes_us) >= 5
+    cuts_us = [(number, t_us + delay) for number, t_us in enumerate(writes_us) for delay in (0, 1700, 3300)]
+    for number, cut_us in [*cuts_us, (len(writes_us), writes_us[-1] + 3500)]:
+        board = new_board(image)
+        with pytest.raises(PowerCut):
+            SequencerClient.connect(SteppingCable(board, cut_us)).upload(NEW)
+        board.power_cycle()
+        complete = number == len(writes_us)
+        assert held_after_power_cycle(board).strokes == rows(NEW if complete else OLD), (number, cut_us)
+        if number % 7 == 0:
+            assert connect(board).upload(NEW).stored.strokes == rows(NEW)
+            assert held_after_power_cycle(board).strokes == rows(NEW)
+
+
+@pytest.mark.parametrize("cause", list(Reset))
+def test_reset_at_every_eeprom_write(new_board: NewBoard, cause: Reset) -> None:
+    """The supply stays: the EEPROM completes the byte under way while the program starts again."""
+    image = board_with(new_board, HISTORIES["both slots"])
+    dry = SteppingCable(new_board(image))
+    SequencerClient.connect(dry).upload(NEW)
+    for number, t_us in enumerate(dry.writes_us):
+        board = new_board(image)
+        with pytest.raises(PowerCut):
+            SequencerClient.connect(SteppingCable(board, t_us + 1700)).upload(NEW)
+        board.reset(cause)
+        board.advance(20_000)
+        complete = number == len(dry.writes_us) - 1
+        assert held_after_power_cycle(board).strokes == rows(NEW if complete else OLD), number
