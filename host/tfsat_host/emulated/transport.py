@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from tfsat_host.devices.port_errors import PortError, PortProblem
@@ -47,7 +48,8 @@ class EmulatedTransport:
 
     def read(self, timeout_s: float) -> bytes:
         """What has arrived, at least a byte if one comes within `timeout_s` of virtual time."""
-        deadline_us = self._robot.now_us + round(timeout_s * US_PER_S)
+        # Rounded up: a caller that waits for a moment shorter than a tick must see time pass.
+        deadline_us = self._robot.now_us + math.ceil(timeout_s * US_PER_S)
         while True:
             data = self._robot.read(self._board)
             if data or self._robot.now_us >= deadline_us:
