@@ -209,3 +209,35 @@ def test_a_reader_that_has_gone_is_no_error_message() -> None:
     )
     os.close(writing)
     assert (done.returncode, done.stderr) == (1, b"")
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(
+    "args", ["--help", "ports", "ports --json", "ports --help", "upload-sequence 59 70 --emulated", "fly"]
+)
+def test_closed_streams_are_no_bug(args: str, closed: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        ["sh", "-c", f'exec "$0" -m tfsat_host {args} {closed}', sys.executable],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == (2 if args == "fly" else 0), done.stderr
+    assert "bug" not in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_help_takes_less_than_a_tenth_of_a_second() -> None:
+    """Best of five, in processor time of the child: what else the machine does is not counted."""
+    assert min(_processor_seconds("--help") for _ in range(5)) < 0.1
+
+
+def _processor_seconds(*args: str) -> float:
+    """User and system time of one `tfsat-host`, as the console script starts it."""
+    script = str(Path(sys.executable).with_name("tfsat-host"))
+    null = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
+    process = os.posix_spawn(script, [script, *args], os.environ, file_actions=null)
+    _, status, used = os.wait4(process, 0)
+    assert status == 0
+    return used.ru_utime + used.ru_stime

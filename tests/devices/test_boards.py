@@ -8,16 +8,34 @@ import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, live_sample, refusal, reply
 from tfsat_host.devices.client import BoardError, NoAnswer, WrongBoard
-from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
-from tfsat_host.devices.sequencer import STORE_TIMEOUT_S, SequencerClient, VerifyError, maneuver_crc
+from tfsat_host.devices.logger import POLL_S, START_TIMEOUT_S, STOP_TIMEOUT_S, LoggerClient
+from tfsat_host.devices.sequencer import (
+    STORE_TIMEOUT_S,
+    SequencerClient,
+    VerifyError,
+    arm_refusal,
+    maneuver_crc,
+)
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.protocol.enums import Board, ErrorCode, LoggerState, ManeuverOrigin
+from tfsat_host.protocol.enums import (
+    Board,
+    ErrorCode,
+    LoggerState,
+    ManeuverOrigin,
+    ResetCause,
+    SequencerState,
+)
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.messages import (
+    DisarmReply,
+    DisarmRequest,
+    HelloReply,
     HelloRequest,
     LiveReply,
     LiveRequest,
+    LoggerStatusReply,
+    LoggerStatusRequest,
     ManeuverBeginReply,
     ManeuverBeginRequest,
     ManeuverCommitReply,
@@ -32,6 +50,7 @@ from tfsat_host.protocol.messages import (
     RecordStartRequest,
     RecordStopReply,
     RecordStopRequest,
+    SequencerStatusReply,
 )
 from tfsat_host.protocol.record import Record
 
@@ -139,11 +158,73 @@ def test_the_loggers_port_given_to_the_sequencers_command() -> None:
     assert [frame.type for frame in transport.requests] == [HelloRequest.TYPE]
 
 
+def test_a_sequencer_of_another_protocol_is_disarmed() -> None:
+    """HELLO and DISARM are frozen: an armed robot can be made safe by any host."""
+
+    def board(frame: Frame) -> Iterator[Answer]:
+        if frame.type == HelloRequest.TYPE:
+            yield reply(frame, hello(protocol_hash=bytes(8)))
+        elif frame.type == DisarmRequest.TYPE:
+            yield reply(frame, DisarmReply(SequencerState.SAFE))
+
+    with pytest.raises(WrongBoard):
+        SequencerClient.connect(ScriptedTransport(board))
+    client = SequencerClient.connect_any_protocol(ScriptedTransport(board))
+    assert not client.identity.speaks_this_protocol
+    assert client.disarm() == SequencerState.SAFE
+
+
+def test_the_frozen_messages_are_what_they_were() -> None:
+    assert (HelloRequest.TYPE, HelloRequest.SIZE, HelloReply.TYPE, HelloReply.SIZE) == (0x01, 0, 0x81, 24)
+    assert (
+        ("board", Board, None),
+        ("firmware_version", "B", 3),
+        ("board_serial", "B", 8),
+        ("image_crc", "I", None),
+        ("protocol_hash", "B", 8),
+    ) == HelloReply.LAYOUT
+    assert (DisarmRequest.TYPE, DisarmRequest.SIZE, DisarmReply.TYPE, DisarmReply.SIZE) == (0x21, 0, 0xA1, 1)
+    assert (Board.SEQUENCER, Board.LOGGER, SequencerState.SAFE) == (1, 2, 0)
+
+
+def test_the_loggers_port_is_not_disarmed() -> None:
+    transport = ScriptedTransport(lambda frame: [reply(frame, hello(Board.LOGGER, bytes(8)))])
+    with pytest.raises(WrongBoard, match="is the logger"):
+        SequencerClient.connect_any_protocol(transport)
+    assert [frame.type for frame in transport.requests] == [HelloRequest.TYPE]
+
+
+@pytest.mark.parametrize(
+    ("state", "switches_open", "code"),
+    [
+        (SequencerState.SAFE, 0, None),
+        (SequencerState.DONE, 0, None),
+        (SequencerState.SAFE, 1, ErrorCode.SWITCH_OPEN),
+        (SequencerState.DONE, 2, ErrorCode.SWITCH_OPEN),
+        (SequencerState.ARMED, 0, ErrorCode.WRONG_STATE),
+        (SequencerState.RUNNING, 3, ErrorCode.WRONG_STATE),
+        (SequencerState.FAULT, 3, ErrorCode.FAULT_LATCHED),
+    ],
+)
+def test_what_stands_against_arming(
+    state: SequencerState, switches_open: int, code: ErrorCode | None
+) -> None:
+    none = ErrorCode.NONE
+    status = SequencerStatusReply(
+        state, none, none, switches_open, 1, ResetCause.POWER_ON, 0, 0, (0, 0, 0), 1
+    )
+    refusal = arm_refusal(status)
+    assert (refusal and refusal.code) == code
+    assert refusal is None or refusal.exit_code == 4
+
+
 class Logger:
     """A logger's answers."""
 
     def __init__(self, stops_until_stopped: int = 3) -> None:
         self.stops_until_stopped = stops_until_stopped
+        self.polls_until_written = 5
+        self.state = LoggerState.RECORDING
         self.live: list[int] = []
         self.numbers: list[bytes] = []
 
@@ -153,6 +234,16 @@ class Logger:
         elif frame.type == RecordStartRequest.TYPE:
             self.numbers.append(frame.payload)
             yield reply(frame, RecordStartReply(LoggerState.RECORDING, 0xABCD))
+        elif frame.type == LoggerStatusRequest.TYPE:
+            self.polls_until_written -= 1
+            written = int(self.polls_until_written <= 0)
+            error = ErrorCode.CARD_WRITE_FAILED if self.state == LoggerState.FAILED else ErrorCode.NONE
+            yield reply(
+                frame,
+                LoggerStatusReply(
+                    self.state, error, 15, 0, 0xABCD, 0, 0, written, 0, 0, 280, bytes([0x68] * 4), 1
+                ),
+            )
         elif frame.type == RecordStopRequest.TYPE:
             self.stops_until_stopped -= 1
             state = LoggerState.STOPPED if self.stops_until_stopped <= 0 else LoggerState.STOPPING
@@ -165,6 +256,36 @@ class Logger:
 def logger(board: Logger) -> tuple[LoggerClient, ScriptedTransport]:
     transport = ScriptedTransport(board)
     return LoggerClient.connect(transport), transport
+
+
+def test_starting_waits_until_the_card_takes_blocks() -> None:
+    client, transport = logger(Logger())
+    assert client.wait_for_card().blocks_written == 1
+    assert transport.now_s() - 1000 == pytest.approx(4 * POLL_S, abs=0.05)
+
+
+def test_a_card_that_takes_nothing_is_given_up() -> None:
+    board = Logger()
+    board.polls_until_written = 10**9
+    client, transport = logger(board)
+    with pytest.raises(TfsatError, match="took nothing for 15 s") as caught:
+        client.wait_for_card()
+    assert transport.now_s() - 1000 == pytest.approx(START_TIMEOUT_S, abs=0.3)
+    assert "Do not drop" in caught.value.meaning
+
+
+@pytest.mark.parametrize(
+    ("state", "said"),
+    [
+        (LoggerState.FAILED, "card refused a write"),
+        (LoggerState.IDLE, "does not record any more: it is idle"),
+    ],
+)
+def test_a_recording_that_ended_before_it_began(state: LoggerState, said: str) -> None:
+    board = Logger()
+    board.state = state
+    with pytest.raises(TfsatError, match=said):
+        logger(board)[0].wait_for_card()
 
 
 def test_stopping_waits_for_the_card() -> None:

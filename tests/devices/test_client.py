@@ -5,7 +5,9 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -23,6 +25,7 @@ from tfsat_host.devices.client import (
 )
 from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
+from tfsat_host.protocol.limits import FIRMWARE_VERSION
 from tfsat_host.protocol.messages import (
     ArmRequest,
     DisarmReply,
@@ -35,6 +38,7 @@ from tfsat_host.protocol.messages import (
 from tfsat_host.protocol.record import ProtocolError
 from tfsat_host.protocol.remedies import REMEDIES
 
+ROOT = Path(__file__).resolve().parents[2]
 SAFE = DisarmReply(SequencerState.SAFE)
 DONE = DisarmReply(SequencerState.DONE)
 INTERLOCKS = {
@@ -302,16 +306,38 @@ def test_the_other_board_is_told_apart(asked: Board, found: Board) -> None:
     assert {frame.type for frame in transport.requests} == {HelloRequest.TYPE}
 
 
-def test_another_protocol_says_which_side_to_update() -> None:
+@pytest.mark.parametrize(
+    ("version", "said", "unsaid"),
+    [
+        (bytes(FIRMWARE_VERSION), "Update the sequencer: flash the sketch", "install"),
+        (b"\0\0\x09", "The sequencer is the older side (0.0.9): flash the sketch", "install"),
+        (b"\x01\x02\x03", "This program is the older side (0.1.0): check out tfsat 1.2.3 and install", None),
+    ],
+    ids=["same", "board older", "host older"],
+)
+def test_another_protocol_says_which_side_to_update(version: bytes, said: str, unsaid: str | None) -> None:
     other = bytes(range(8))
-    link, transport = client(lambda frame: [reply(frame, hello(protocol_hash=other))])
+    answer = replace(hello(protocol_hash=other), firmware_version=version)
+    link, transport = client(lambda frame: [reply(frame, answer)])
     with pytest.raises(WrongBoard) as caught:
         link.hello(Board.SEQUENCER)
     assert other.hex() in caught.value.what
     assert hello().protocol_hash.hex() in caught.value.what
-    assert "Flash the sequencer" in caught.value.next_step
-    assert "1.2.3" in caught.value.next_step
+    step = caught.value.next_step
+    assert step.startswith(said)
+    assert "arduino-cli compile --upload --fqbn arduino:avr:micro --port scripted firmware/ard" in step
+    assert unsaid is None or unsaid not in step
+    assert caught.value.code == "other-protocol"
     assert {frame.type for frame in transport.requests} == {HelloRequest.TYPE}
+
+
+def test_the_sketches_that_errors_name_exist() -> None:
+    for board in Board:
+        link, _ = client(lambda frame, board=board: [reply(frame, hello(board, bytes(8)))])  # type: ignore[misc]
+        with pytest.raises(WrongBoard) as caught:
+            link.hello()
+        sketch = caught.value.next_step.rpartition(" ")[2]
+        assert (ROOT / sketch / f"{Path(sketch).name}.ino").is_file()
 
 
 def test_the_wrong_board_is_told_before_its_protocol() -> None:

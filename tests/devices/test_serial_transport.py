@@ -96,7 +96,9 @@ def test_a_board_that_vanished_is_a_lost_connection_when_reading(
     terminal.vanish()
     with pytest.raises(PortError, match=f"The connection on {port.name} was lost") as caught:
         port.read(1.0)
-    assert caught.value.code == PortProblem.OTHER
+    assert caught.value.code == PortProblem.LOST
+    assert "the cable was pulled" in caught.value.what
+    assert "readiness" not in caught.value.what
     assert "tfsat-host status" in caught.value.next_step
 
 
@@ -126,7 +128,7 @@ def test_a_board_that_takes_nothing_is_an_error_and_no_wait_for_ever(
 ) -> None:
     """A pseudo-terminal takes 4095 bytes without a reader; then the write runs out of time."""
     monkeypatch.setattr(port._port, "write_timeout", 0.05)
-    with pytest.raises(PortError, match="was lost"):
+    with pytest.raises(PortError, match="was lost: the board takes no bytes"):
         port.write(bytes(200_000))
 
 

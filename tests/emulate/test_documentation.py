@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -23,36 +24,48 @@ def _blocks(language: str) -> list[str]:
     return found
 
 
-def test_the_conversation(native: Served) -> None:
-    (text,) = _blocks("control")
-    lines = text.splitlines()
-    sent = [line.removeprefix("> ") for line in lines[0::2]]
-    replies = native.control(*sent)
-    for line, reply, shown in zip(sent, replies, lines[1::2], strict=True):
-        pattern = ".*".join(re.escape(part) for part in shown.split("..."))
-        assert re.fullmatch(pattern, reply), (line, reply)
-
-
-def test_the_shell_examples(native: Served, tmp_path: Path) -> None:
-    programs = tmp_path / "bin"
-    programs.mkdir()
+def _shell(block: str, folder: Path) -> str:
+    """What `block` prints in a shell that finds `tfsat-host`."""
+    programs = folder / "bin"
+    programs.mkdir(exist_ok=True)
     command = programs / "tfsat-host"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tfsat_host "$@"\n')
     command.chmod(0o755)
     environ = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+    done = subprocess.run(
+        ["sh", "-e"], input=block, env=environ, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
+    )
+    assert done.returncode == 0, (block, done.stderr)
+    return done.stdout
+
+
+def _converse(served: Served, lines: list[str]) -> None:
+    """Sends the lines marked `>`; each reply must be the line below, where `...` stands for anything."""
+    replies = served.control(*(line.removeprefix("> ") for line in lines[0::2]))
+    for line, reply, shown in zip(lines[0::2], replies, lines[1::2], strict=True):
+        pattern = ".*".join(re.escape(part) for part in shown.split("..."))
+        assert re.fullmatch(pattern, reply), (line, reply)
+
+
+def test_the_conversation(native: Served) -> None:
+    (text,) = _blocks("control")
+    _converse(native, text.splitlines())
+
+
+def test_the_drop_by_hand(native: Served, tmp_path: Path) -> None:
+    (text,) = _blocks("drop")
     said = ""
-    for block in _blocks("sh"):
-        done = subprocess.run(
-            ["sh", "-e"],
-            input=block,
-            env=environ,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT_S,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        said += done.stdout
+    for typed, group in groupby(text.splitlines(), key=lambda line: line.startswith("$ ")):
+        if typed:
+            said += _shell("\n".join(line.removeprefix("$ ") for line in group), tmp_path)
+        else:
+            _converse(native, list(group))
+    assert re.search(r"^  state +done$", said, re.MULTILINE)
+    assert "verdict" in said.lower() or "complete" in said
+
+
+def test_the_shell_examples(native: Served, tmp_path: Path) -> None:
+    said = "".join(_shell(block, tmp_path) for block in _blocks("sh"))
     swung = re.search(r"^ok (\S+) 0.00 0.00$", said, re.MULTILINE)
     assert swung and float(swung[1]) == pytest.approx(60.0, abs=1.0)
 

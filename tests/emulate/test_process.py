@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.port_errors import PortError
 from tfsat_host.devices.serial_port import open_serial
 from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.emulated.served_folder import served_by_dead_process
 
 PAPER = [(0.70, 1, 59.0), (1.05, 2, 70.0), (1.47, 1, -59.0), (1.82, 2, -70.0)]
 
@@ -104,6 +106,53 @@ def test_a_second_server_is_refused_and_the_first_goes_on(native: Served, tfsat_
     refused = tfsat_host("emulate", expect=1)
     assert f"process {native.process.pid}" in refused.stderr
     assert native.control("angles") == ["ok 0.00 0.00 0.00"]
+
+
+def test_an_upload_that_was_read_back_outlives_a_kill(served: Served, tfsat_host: RunCli) -> None:
+    assert tfsat_host.json("upload-sequence", 40, 50, "--port", served.sequencer)["verified"] is True
+    served.process.kill()
+    served.process.wait(timeout=TIMEOUT_S)
+    with Served("--sequencer", served.announced["image"]) as again:
+        maneuver = tfsat_host.json("status", "--port", again.sequencer)["sequencer"]["maneuver"]
+        again.end()
+    assert [stroke["angle_deg"] for stroke in maneuver["strokes"]] == [40.0, 50.0, -40.0, -50.0]
+
+
+def test_the_ports_of_a_killed_run_lead_nowhere(native: Served) -> None:
+    """The pseudo-terminal's number goes to the next program that asks for one."""
+    assert native.sequencer.is_char_device()
+    assert not served_by_dead_process(native.sequencer)
+    native.process.kill()
+    native.process.wait(timeout=TIMEOUT_S)
+    taken = [os.openpty() for _ in range(4)]
+    assert native.sequencer.is_symlink() and not native.sequencer.exists()
+    assert served_by_dead_process(native.sequencer) and served_by_dead_process(native.logger)
+    for pair in taken:
+        for descriptor in pair:
+            os.close(descriptor)
+
+
+def test_a_robot_file_that_is_not_there_leaves_no_folder(tfsat_host: RunCli) -> None:
+    assert "none.toml" in tfsat_host("emulate", "--robot", "none.toml", expect=1).stderr
+    assert list(tfsat_host.folder.iterdir()) == []
+
+
+def test_each_start_gives_other_sessions_unless_a_seed_is_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def session(*options: str) -> int:
+        with Served(*options) as process:
+            logger = LoggerClient.connect(SerialTransport(str(process.logger)))
+            started = logger.start_recording()
+            logger.close()
+            process.end()
+        Path("robot/SD.bin").unlink()
+        return started.session
+
+    assert session() != session()
+    assert session("--seed", "3") == session("--seed", "3")
 
 
 def test_a_killed_run_leaves_nothing_in_the_way(native: Served, tfsat_host: RunCli) -> None:

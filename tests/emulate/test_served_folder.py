@@ -11,7 +11,7 @@ import pytest
 from tfsat_host.cli.emulate import require_pseudo_terminals
 from tfsat_host.emulated.control_sources import ControlSocket
 from tfsat_host.emulated.serve import RobotServer
-from tfsat_host.emulated.served_folder import ServedFolder
+from tfsat_host.emulated.served_folder import ServedFolder, served_by_dead_process
 from tfsat_host.errors import TfsatError
 
 
@@ -35,6 +35,35 @@ def test_what_a_killed_run_left_is_cleared_away(tmp_path: Path, monkeypatch: pyt
     folder = ServedFolder(Path())
     assert sorted(path.name for path in Path().iterdir()) == ["emulate.pid", "sequencer.eeprom"]
     folder.release()
+
+
+def test_a_link_is_dead_when_nobody_holds_its_folder(tmp_path: Path) -> None:
+    folder = ServedFolder(tmp_path / "robot")
+    folder.sequencer.symlink_to("/dev/null")
+    assert not served_by_dead_process(folder.sequencer)
+    holder = (folder.path / "emulate.pid").read_text()
+    folder.release()
+    (folder.path / "emulate.pid").write_text(holder)  # as a kill leaves it: the process number lives
+    assert served_by_dead_process(folder.sequencer)
+    ServedFolder(folder.path).release()
+
+
+def test_other_ports_are_nobodys_dead_links(tmp_path: Path) -> None:
+    (tmp_path / "mine").symlink_to("/dev/null")
+    (tmp_path / "file").write_text("")
+    (tmp_path / "emulate.pid").mkdir()
+    for path in (Path("/dev/null"), tmp_path / "none", tmp_path / "file"):
+        assert not served_by_dead_process(path)
+    (tmp_path / "emulate.pid").rmdir()
+    assert not served_by_dead_process(tmp_path / "mine")
+
+
+def test_a_folder_that_was_made_for_nothing_goes(tmp_path: Path) -> None:
+    ServedFolder(tmp_path / "new" / "robot").release()
+    assert not (tmp_path / "new" / "robot").exists()
+    (tmp_path / "old").mkdir()
+    ServedFolder(tmp_path / "old").release()
+    assert (tmp_path / "old").is_dir()
 
 
 @pytest.mark.parametrize("name", ["sequencer", "logger", "control"])

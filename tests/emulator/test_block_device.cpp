@@ -73,6 +73,17 @@ TEST_CASE(a_power_cut_takes_what_was_not_synced) {
   CHECK(holds(card, 3, 0));
 }
 
+TEST_CASE(a_card_out_of_its_contacts_loses_what_was_not_synced) {
+  BlockDevice card(instant(2));
+  card.preallocate(2);
+  card.write(0, 0, Block(1).bytes);
+  card.sync(0);
+  card.write(0, 1, Block(2).bytes);
+  card.set_present(false);
+  card.set_present(true);
+  CHECK(holds(card, 0, 1) && holds(card, 1, 0));
+}
+
 TEST_CASE(a_power_cut_can_tear_a_block) {
   BlockDevice card(instant(2));
   card.preallocate(2);

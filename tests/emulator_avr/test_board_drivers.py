@@ -27,6 +27,10 @@ def widths_ns(board: AvrBoard) -> set[int]:
     return {pulse.width_ns for pin in range(3) for pulse in pulses(edges, pin)}
 
 
+def test_hello_says_that_the_chip_is_emulated(sequencer: AvrBoard) -> None:
+    assert bytes.fromhex(connect(sequencer).identity.serial) == b"emulated"
+
+
 def test_hello_names_the_flashed_image_and_the_chip(sequencer: AvrBoard, sequencer_hex: Path) -> None:
     report = json.loads(sequencer_hex.with_suffix(".json").read_text())
     sequencer.set_serial_number(b"\x01\x02\x03\x04\x05\x06\x07\x08\x10\x20")

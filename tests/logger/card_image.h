@@ -14,6 +14,9 @@ using tfsat::protocol::BlockHeader;
 using tfsat::protocol::BlockKind;
 using tfsat::protocol::ErrorCode;
 
+// Unlike a real one it is only gone when told: until `gone_until_us` it has no contact, which costs
+// what was written since the last sync, and then it must be started anew. Meanwhile it refuses, or
+// looks busy as SdFat has it for a card that does not answer.
 class FakeCard final : public tfsat::logger::BlockSink {
  public:
   ErrorCode open(uint32_t n_blocks) override {
@@ -26,35 +29,65 @@ class FakeCard final : public tfsat::logger::BlockSink {
     t_us = now_us;
     return poll_error;
   }
-  bool busy() override { return t_us < busy_until_us; }
+  bool busy() override {
+    notice_loss();
+    return t_us < busy_until_us || (lost_contact && busy_when_gone);
+  }
+  ErrorCode recover(uint64_t now_us) override {
+    t_us = now_us;
+    ++recoveries;
+    notice_loss();
+    if (t_us < gone_until_us) return ErrorCode::kNoCard;
+    lost_contact = false;
+    return ErrorCode::kNone;
+  }
   ErrorCode write(uint32_t index, const uint8_t* block) override {
     if (busy()) ++writes_while_busy;
+    if (lost_contact) return ErrorCode::kCardWriteFailed;
     if (failures_left > 0) {
       --failures_left;
       return ErrorCode::kCardWriteFailed;
     }
     std::memcpy(blocks.at(index).bytes, block, sizeof blocks[index].bytes);
     ++writes;
+    unsynced.push_back(index);
     return ErrorCode::kNone;
   }
   ErrorCode sync() override {
+    notice_loss();
+    if (lost_contact) return ErrorCode::kCardWriteFailed;
+    unsynced.clear();
     sync_times_us.push_back(t_us);
     return ErrorCode::kNone;
   }
   ErrorCode close(uint32_t n_blocks) override {
+    notice_loss();
+    if (lost_contact) return ErrorCode::kCardWriteFailed;
+    unsynced.clear();
     blocks.resize(n_blocks);
     ++closes;
     return ErrorCode::kNone;
   }
 
+  void notice_loss() {
+    if (t_us >= gone_until_us || lost_contact) return;
+    lost_contact = true;
+    for (const uint32_t index : unsynced) blocks.at(index) = Block();
+    unsynced.clear();
+  }
+
   std::vector<Block> blocks;
+  std::vector<uint32_t> unsynced;
   std::vector<uint64_t> sync_times_us;
   ErrorCode open_error = ErrorCode::kNone;
   ErrorCode poll_error = ErrorCode::kNone;
   uint64_t t_us = 0;
   uint64_t busy_until_us = 0;
+  uint64_t gone_until_us = 0;
+  bool busy_when_gone = false;
+  bool lost_contact = false;
   int failures_left = 0;
-  int opens = 0, closes = 0, writes = 0, writes_while_busy = 0;
+  int recoveries = 0, opens = 0, closes = 0, writes = 0, writes_while_busy = 0;
 };
 
 // What the first `n` blocks hold, read as a decoder would; it stops at the first block that is not

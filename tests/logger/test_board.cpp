@@ -94,7 +94,7 @@ struct Bench {
   std::array<emulator::I2cBus, 2> buses;
   std::vector<emulator::Mpu6050> imus;
   std::vector<emulator::AngleSensor> angles;
-  emulator::BlockDevice card;
+  emulator::BlockDevice card{emulator::CardParameters{250, 1000, 8}};
   LoggerBoard board;
   FrameReceiver<kMaxPayloadBytes> receiver;
   uint64_t t_us = 0;
@@ -253,6 +253,22 @@ TEST_CASE(the_same_seed_gives_the_same_card_and_each_start_another_session) {
   CHECK(cards[0] == cards[1] && cards[0] != cards[2]);
 }
 
+TEST_CASE(a_card_without_contact_during_the_fall_costs_no_sample) {
+  Bench bench;
+  bench.start(9);
+  bench.run_ms(1100);
+  bench.card.set_present(false);
+  bench.run_ms(300);
+  bench.card.set_present(true);
+  bench.run_ms(1000);
+  const RecordStopReply stopped = bench.stop();
+  const tfsat_test::Recording log = bench.log();
+  CHECK(stopped.samples_dropped == 0 && log.footers.size() == 1);
+  CHECK(log.samples.size() == stopped.samples);
+  CHECK(log.events.size() == 1 && log.events[0].code == EventCode::kCardStall);
+  CHECK(log.events[0].value >= 300 && log.events[0].value < 450);
+}
+
 TEST_CASE(a_power_cut_leaves_what_reached_the_card) {
   Bench bench;
   bench.start(8);
@@ -260,6 +276,7 @@ TEST_CASE(a_power_cut_leaves_what_reached_the_card) {
   bench.board.set_power(false);
   bench.card.power_cut(emulator::PowerCut::kLosesCache);
   const tfsat_test::Recording log = bench.log();
-  CHECK(log.footers.empty() && log.headers.size() == 1);
-  CHECK(log.samples.size() >= 270);  // 280 less what was still being gathered
+  CHECK(log.footers.empty() && log.headers.size() == 2);
+  // 280 less what was still being gathered and the eight blocks in the card's own RAM
+  CHECK(log.samples.size() >= 280 - 6 - 8 * 6);
 }

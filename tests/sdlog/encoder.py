@@ -164,7 +164,7 @@ def drop_with_release(closed: bool = True, **settings: int) -> tuple[Recorder, i
             event(release_us - 300, EventCode.SWITCH_EDGE, 1, 1),
             event(release_us, EventCode.SWITCH_EDGE, 0, 1),
         ],
-        flags=ALL_VALID,
+        flags=ALL_VALID | 0x0C00,
     )
     for number, after_us in enumerate((700_000, 1_050_000, 1_470_000, 1_820_000)):
         while recorder.time_us(recorder.samples + SAMPLES_PER_BLOCK) < release_us + after_us:

@@ -6,13 +6,19 @@ import json
 import os
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
 from tests.sdlog.test_values import write
+from tfsat_host.protocol.enums import BlockKind
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES, SAMPLE_BYTES
+from tfsat_host.sdlog import load
 
 
 def decode(*args: object, expect: int = 0) -> subprocess.CompletedProcess[str]:
@@ -135,3 +141,54 @@ def test_bad_input_is_told_plainly(tmp_path: Path, sd: Path) -> None:
 def test_usage(sd: Path, args: tuple[str, str]) -> None:
     decode(sd, *args, expect=2)
     assert {path.name for path in sd.parent.iterdir()} == {"SD.bin"}
+
+
+def test_files_of_an_older_recording_do_not_stay_beside_a_newer_one(sd: Path) -> None:
+    decode(sd, "--format", "csv,npz")
+    decode(sd, "--format", "csv")
+    npz = sd.with_suffix(".npz")
+    assert npz.exists(), "of the same recording: it stays"
+    foreign = sd.with_suffix(".mat")
+    foreign.write_bytes(b"mine")
+    write(sd, recording().image())
+    later_ns = npz.stat().st_mtime_ns + 1_000_000_000
+    os.utime(sd, ns=(later_ns, later_ns))
+    os.utime(foreign, ns=(1, 1))
+    shown = decode(sd, "--format", "csv")
+    assert not npz.exists()
+    assert "SD.npz was removed" in shown.stderr
+    assert foreign.read_bytes() == b"mine"
+
+
+def clipped_at(tmp_path: Path, t_s: float) -> dict[str, Any]:
+    """A drop with one clipped sample near `t_s` after the release."""
+    recorder, release_us = drop_with_release()
+    log = load(write(tmp_path / "clean.bin", recorder.image()))
+    row = int(np.argmin(np.abs(log.t_us - release_us - t_s * 1e6)))
+    image = bytearray(recorder.image())
+    clip_sample(image, row)
+    return decode_json(write(tmp_path / "SD.bin", bytes(image)), expect=3 if 0 <= t_s < 2.5 else 0)
+
+
+def test_clipping_says_when(tmp_path: Path, sd: Path) -> None:
+    assert decode_json(sd)["clipping"] is None
+    before = clipped_at(tmp_path, -0.02)
+    assert before["clipping"]["in_fall"] == 0
+    assert before["clipping"]["first_s"] == pytest.approx(-0.02, abs=0.005)
+    inside = clipped_at(tmp_path, 1.0)
+    assert inside["clipping"]["in_fall"] == 1
+    assert any("in the fall are clipped" in warning for warning in inside["warnings"])
+
+
+def clip_sample(image: bytearray, row: int) -> None:
+    """Sets IMU 1's clip flag of the sample in `row`, counted over the data blocks, and seals the block anew."""
+    for start in range(0, len(image), BLOCK_BYTES):
+        kind, count = image[start + 5], image[start + 6]
+        if kind != BlockKind.DATA:
+            continue
+        if row < count:
+            image[start + HEADER_BYTES + row * SAMPLE_BYTES + 5] |= 0x10
+            crc = zlib.crc32(image[start : start + CRC_OFFSET])
+            image[start + CRC_OFFSET : start + BLOCK_BYTES] = crc.to_bytes(4, "little")
+            return
+        row -= count

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from tfsat_host.sdlog.events import DropEvent, release_time_us
+from tests.sdlog.encoder import drop_with_release
+from tests.sdlog.test_values import write
+from tfsat_host.sdlog import load
+from tfsat_host.sdlog.events import DropEvent
+from tfsat_host.sdlog.release import find_release
 
 T_US = np.arange(0, 4_000_000, 4000, dtype=np.int64)
 
@@ -23,7 +29,15 @@ def levels(*opened_us: int) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
 
 
 NEVER = 1 << 60
-CLOSED = levels(NEVER, NEVER)
+
+
+def sampled(events: list[DropEvent]) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    """What the samples show of the edges."""
+    shown = levels(NEVER, NEVER)
+    for event in events:
+        if event.name == "switch_edge":
+            shown[event.t_us <= T_US, event.index] = bool(event.arg)
+    return shown
 
 
 @pytest.mark.parametrize(
@@ -74,13 +88,38 @@ CLOSED = levels(NEVER, NEVER)
     ],
 )
 def test_release(events: list[DropEvent], expected: int | None) -> None:
-    assert release_time_us(tuple(events), T_US, CLOSED) == expected
+    found = find_release(events, T_US, sampled(events))
+    assert (found.t_us if found else None) == expected
+    assert found is None or found.uncertainty_us == 0
 
 
-def test_lost_edges_are_replaced_by_the_samples() -> None:
-    assert release_time_us((), T_US, levels(1_000_000, 1_200_000)) == 1_200_000
-    assert release_time_us((edge(1_198_500, 1, True),), T_US, levels(1_000_000, 1_200_000)) == 1_200_000
+def test_lost_edges_are_replaced_by_the_samples_and_their_uncertainty() -> None:
+    shown = levels(1_000_000, 1_200_000)
+    found = find_release((), T_US, shown)
+    assert found is not None
+    assert (found.earliest_us, found.t_us, found.latest_us) == (1_196_000, 1_200_000, 1_200_000)
 
 
 def test_switches_that_were_open_from_the_start_are_no_release() -> None:
-    assert release_time_us((), T_US, levels(0, 0)) is None
+    assert find_release((), T_US, levels(0, 0)) is None
+
+
+@pytest.mark.parametrize("run", [1, 2, 3, 10, 40])
+def test_whatever_blocks_are_lost_the_release_is_right_or_its_uncertainty_covers_it(
+    run: int, tmp_path: Path
+) -> None:
+    recorder, release_us = drop_with_release()
+    flagged = 0
+    for first in range(1, len(recorder.blocks) - run):
+        left = recorder.blocks[:first] + recorder.blocks[first + run :]
+        log = load(write(tmp_path / "SD.bin", b"".join(left)))
+        if log.release is None:
+            assert log.verdict != "complete"
+            assert log.doubts, "strokes without a release are doubtful"
+            continue
+        assert log.release.earliest_us <= release_us <= log.release.latest_us, first
+        if log.release_us != release_us:
+            flagged += 1
+            assert log.t_s_origin == "release (doubtful)"
+            assert any("release switches are lost" in doubt for doubt in log.doubts)
+    assert flagged

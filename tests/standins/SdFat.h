@@ -11,8 +11,13 @@ class SdioConfig {
   explicit SdioConfig(uint8_t options);
 };
 
+typedef struct {
+  uint8_t bytes[16];
+} cid_t;
+
 class SdCard {
  public:
+  bool readCID(cid_t* cid);
   bool isBusy();
   bool writeSector(uint32_t sector, const uint8_t* data);
   bool syncDevice();
@@ -31,6 +36,7 @@ class FsFile {
   bool open(SdFs* volume, const char* path, int flags);
   bool isOpen() const;
   bool preAllocate(uint64_t length);
+  bool seekSet(uint64_t position);
   size_t write(const void* data, size_t size);
   bool sync();
   bool contiguousRange(uint32_t* first_sector, uint32_t* last_sector);

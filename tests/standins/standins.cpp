@@ -31,6 +31,7 @@ void TwoWire::begin() {}
 void TwoWire::setClock(uint32_t) {}
 
 SdioConfig::SdioConfig(uint8_t) {}
+bool SdCard::readCID(cid_t*) { return false; }
 bool SdCard::isBusy() { return false; }
 bool SdCard::writeSector(uint32_t, const uint8_t*) { return false; }
 bool SdCard::syncDevice() { return false; }
@@ -41,6 +42,7 @@ SdCard* SdFs::card() { return nullptr; }
 bool FsFile::open(SdFs*, const char*, int) { return false; }
 bool FsFile::isOpen() const { return false; }
 bool FsFile::preAllocate(uint64_t) { return false; }
+bool FsFile::seekSet(uint64_t) { return false; }
 size_t FsFile::write(const void*, size_t) { return 0; }
 bool FsFile::sync() { return false; }
 bool FsFile::contiguousRange(uint32_t*, uint32_t*) { return false; }

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli.advice import explained, interruptible
 from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port
 
 if TYPE_CHECKING:
     from tfsat_host.cli.output import Output
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
-    from tfsat_host.devices.transport import SerialTransport
+    from tfsat_host.devices.transport import SerialTransport, Transport
     from tfsat_host.emulated.robot import EmulatedRobot
 
 APPEARANCE_S = 4.0
@@ -26,18 +29,36 @@ def open_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerC
     """The sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.sequencer import SequencerClient
 
+    with _sequencer(args, out, SequencerClient.connect) as sequencer:
+        yield sequencer
+
+
+@contextmanager
+def open_any_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerClient]:
+    """Likewise, of whatever protocol: for DISARM, which is the same in all. Raises the same."""
+    from tfsat_host.devices.sequencer import SequencerClient
+
+    with _sequencer(args, out, SequencerClient.connect_any_protocol) as sequencer:
+        yield sequencer
+
+
+@contextmanager
+def _sequencer(
+    args: argparse.Namespace, out: Output, connect: Callable[[Transport], SequencerClient]
+) -> Iterator[SequencerClient]:
     if args.emulated:
         from tfsat_host.emulated.robot import BoardIndex
         from tfsat_host.emulated.transport import EmulatedTransport
 
         with emulated_robot(out) as robot:
-            yield SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+            sequencer = connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+            with explained(sequencer, args):
+                yield sequencer
         return
-    transport = open_port("sequencer", args.port, out)
-    try:
-        yield SequencerClient.connect(transport)
-    finally:
-        transport.close()
+    with closing(open_port("sequencer", args.port, out)) as transport, interruptible(transport.name):
+        sequencer = connect(transport)
+        with explained(sequencer, args):
+            yield sequencer
 
 
 @contextmanager
@@ -45,11 +66,10 @@ def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]
     """The logger at the port that the options name. Raises PortError, NoAnswer, WrongBoard."""
     from tfsat_host.devices.logger import LoggerClient
 
-    transport = open_port("logger", args.port, out)
-    try:
-        yield LoggerClient.connect(transport)
-    finally:
-        transport.close()
+    with closing(open_port("logger", args.port, out)) as transport, interruptible(transport.name):
+        logger = LoggerClient.connect(transport)
+        with explained(logger, args):
+            yield logger
 
 
 def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:
@@ -62,6 +82,7 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
     from tfsat_host.devices.transport import SerialTransport
 
     path = find_port(board, explicit)
+    _refuse_a_dead_link(path)
     deadline_s = time.monotonic() + APPEARANCE_S
     told = False
     while True:
@@ -74,6 +95,20 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
             out.note(f"waiting for {path} to appear …")
             told = True
         time.sleep(0.1)
+
+
+def _refuse_a_dead_link(path: str) -> None:
+    """A killed emulator's link may lead to another program's terminal by now."""
+    if sys.platform == "win32" or not Path(path).is_symlink():
+        return
+    from tfsat_host.emulated.served_folder import served_by_dead_process
+
+    if served_by_dead_process(Path(path)):
+        raise PortError(
+            PortProblem.MISSING,
+            what=f"{path} was left behind by an emulated robot that was killed.",
+            next_step=f"Start it again: tfsat-host emulate --dir {Path(path).parent}",
+        )
 
 
 @contextmanager

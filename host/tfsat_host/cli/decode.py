@@ -6,15 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.decoded_files import FORMATS
 from tfsat_host.cli.options import add_output_options
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.outputs import OutputFile
-    from tfsat_host.sdlog import DropLog
+    pass
 
-FORMATS = ("csv", "npz", "mat")
 _VERDICTS = {
     "complete": "complete: nothing is missing",
     "truncated": "truncated: nothing is missing up to the last sample; the end is",
@@ -25,10 +24,13 @@ _VERDICTS = {
 def configure(parser: argparse.ArgumentParser) -> None:
     """The file, the formats, where to write."""
     parser.description = (
-        "Decode a recording (SD.bin, or an image of the whole card) to engineering units, say what was "
-        "recorded and what is missing. Ends with 3 if anything was lost or is doubtful."
+        "Decode a recording (DROP0001.BIN off the card, a copy such as SD.bin, or an image of the whole "
+        "card) to engineering units, say what was recorded and what is missing. "
+        "Ends with 3 if anything was lost or is doubtful."
     )
-    parser.add_argument("file", metavar="FILE", type=Path, help="the log off the card, such as SD.bin")
+    parser.add_argument(
+        "file", metavar="FILE", type=Path, help="the recording off the card, such as DROP0001.BIN"
+    )
     parser.add_argument(
         "--format",
         metavar="LIST",
@@ -46,50 +48,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
-    from tfsat_host.cli.outputs import write_all
+    from tfsat_host.cli.decoded_files import write_decoded
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.summary import summary
 
     log = load(args.file, session=args.session)
-    files = _files(log, args.file, args.out or args.file.parent, args.format)
-    with out.progress(f"Writing {', '.join(file.path.name for file in files.values())}"):
-        write_all(list(files.values()), force=args.force)
-    facts = summary(log) | {"files": {name: str(file.path) for name, file in files.items()}}
+    folder = args.out or args.file.parent
+    with out.progress(f"Writing {', '.join(args.format)}"):
+        written = write_decoded(log, folder / args.file.stem, args.format, force=args.force)
+    for path in written.removed:
+        out.note(f"{path} was removed: it is older than the recording of this name.")
+    facts = summary(log) | {"files": {name: str(path) for name, path in written.files.items()}}
     for warning in facts["warnings"]:
         out.warn(warning) if not warning.startswith(" ") else out.note(warning)
     out.result(facts, lambda: _show(facts, out))
     return DataLossError.exit_code if facts["warnings"] else 0
-
-
-def _files(log: DropLog, source: Path, folder: Path, formats: tuple[str, ...]) -> dict[str, OutputFile]:
-    """What to write, by the name it has in the JSON result."""
-    from tfsat_host.cli.outputs import OutputFile
-
-    files = {}
-    if "csv" in formats:
-        from tfsat_host.sdlog import export_csv as to_csv
-
-        files["csv"] = OutputFile(
-            folder / f"{source.stem}.csv", to_csv.header_line(log), lambda path: to_csv.write_csv(log, path)
-        )
-        files["events_csv"] = OutputFile(
-            folder / f"{source.stem}.events.csv",
-            to_csv.events_header_line(),
-            lambda path: to_csv.write_events_csv(log, path),
-        )
-    if "npz" in formats:
-        from tfsat_host.sdlog.export_npz import NPZ_MARKER, write_npz
-
-        files["npz"] = OutputFile(
-            folder / f"{source.stem}.npz", NPZ_MARKER, lambda path: write_npz(log, path)
-        )
-    if "mat" in formats:
-        from tfsat_host.sdlog.export_mat import MAT_MARKER, write_mat
-
-        files["mat"] = OutputFile(
-            folder / f"{source.stem}.mat", MAT_MARKER, lambda path: write_mat(log, path)
-        )
-    return files
 
 
 def _show(facts: dict[str, Any], out: Output) -> None:
@@ -108,16 +81,32 @@ def _show(facts: dict[str, Any], out: Output) -> None:
     out.line()
     columns = ("sensor", "valid", "invalid", "clipped")
     out.table(columns, [[row[name] for name in columns] for row in facts["sensors"]])
+    _show_clipping(facts, out)
     _show_events(facts, out)
     for path in facts["files"].values():
         out.line(f"Written    {path}")
+
+
+def _show_clipping(facts: dict[str, Any], out: Output) -> None:
+    clipping = facts["clipping"]
+    if clipping is None:
+        return
+    when = f"{clipping['first_s']:.3f} to {clipping['last_s']:.3f} s"
+    if clipping["in_fall"]:
+        out.line(
+            f"Clipped     {when}: {clipping['in_fall']} samples of them IN THE FALL; they are lower bounds."
+        )
+    else:
+        out.line(f"Clipped     {when}: none within {clipping['fall_s']:g} s after the release.")
+    out.line()
 
 
 def _show_events(facts: dict[str, Any], out: Output) -> None:
     if facts["release_us"] is None:
         out.line("No release was recorded: times count from the first sample.")
     else:
-        out.line("Times count from the release.")
+        doubtful = "" if facts["t_s_origin"] == "release" else ", which is doubtful"
+        out.line(f"Times count from the release{doubtful}.")
     rows = [
         (f"{event['t_s']:.6f}", _EVENT_TEXTS.get(event["name"], event["name"]).format(**_counted(event)))
         for event in facts["events"][:_EVENTS_SHOWN]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tfsat_host.emulated.robot import EmulatedRobot
     from tfsat_host.emulated.serve import RobotServer
     from tfsat_host.emulated.served_folder import ServedFolder
+    from tfsat_host.robot import RobotModel
 
 _SEED_LIMIT = 2**63
 
@@ -41,7 +42,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "in an emulated ATmega32U4 (needs the toolchain)",
     )
     parser.add_argument(
-        "--seed", metavar="N", type=_seed, default=1, help="draws the sensors' hidden errors (default: 1)"
+        "--seed",
+        metavar="N",
+        type=_seed,
+        help="draws the sensors' hidden errors and the recordings' session ids "
+        "(default: errors as with 1, other ids at each start)",
     )
     parser.add_argument(
         "--robot", metavar="FILE", type=Path, help="robot file (default: the drop tower robot)"
@@ -63,10 +68,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.emulated.serve import RobotServer, serve
     from tfsat_host.emulated.served_folder import ServedFolder
 
+    parts = _parts(args, out)
     folder = ServedFolder(args.dir)
     with contextlib.ExitStack() as stack:
         stack.callback(folder.release)
-        robot = stack.enter_context(_robot(args, folder, out))
+        robot = stack.enter_context(_robot(args, parts, folder))
         server = RobotServer(robot, folder)
         stack.callback(server.close)
         control = ControlSocket(folder.control, server)
@@ -97,19 +103,27 @@ def require_pseudo_terminals(platform: str) -> None:
         )
 
 
-def _robot(args: argparse.Namespace, folder: ServedFolder, out: Output) -> EmulatedRobot:
+def _parts(args: argparse.Namespace, out: Output) -> tuple[RobotModel, Path | None]:
+    """The robot's model and the sequencer's image, as the options name them; makes nothing in the folder."""
     from tfsat_host.emulated.build import Variant, ensure_built
-    from tfsat_host.emulated.robot import EmulatedRobot
     from tfsat_host.emulated.sequencer_image import sequencer_hex
-    from tfsat_host.emulated.state import load_eeprom
     from tfsat_host.robot import load_robot
 
     model = load_robot(args.robot)
-    eeprom = load_eeprom(folder.eeprom)
     avr = args.sequencer == "avr"
     hex_path = sequencer_hex(out.note) if avr else None
     ensure_built(Variant(avr=avr), out.note)
-    return EmulatedRobot(model, seed=args.seed, hex_path=hex_path, eeprom=eeprom)
+    return model, hex_path
+
+
+def _robot(
+    args: argparse.Namespace, parts: tuple[RobotModel, Path | None], folder: ServedFolder
+) -> EmulatedRobot:
+    from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.emulated.state import load_eeprom
+
+    model, hex_path = parts
+    return EmulatedRobot(model, seed=args.seed, hex_path=hex_path, eeprom=load_eeprom(folder.eeprom))
 
 
 def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> None:

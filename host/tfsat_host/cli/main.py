@@ -41,6 +41,7 @@ COMMANDS = (
     Command(
         "decode", "tfsat_host.cli.decode", "turn a card's recording into engineering units, with a verdict"
     ),
+    Command("record", "tfsat_host.cli.record", "start or stop the recording of a drop on the logger's card"),
     Command("status", "tfsat_host.cli.status", "what both boards are doing, and what stands against a drop"),
     Command("arm", "tfsat_host.cli.arming", "let the next release start the maneuver"),
     Command("disarm", "tfsat_host.cli.arming", "back to safe: nothing moves, faults are cleared"),
@@ -80,6 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         4 refused by an interlock, 130 interrupted.
     """
     argv = sys.argv[1:] if argv is None else argv
+    _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "°" must not end a command
@@ -92,6 +94,20 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return TfsatError.exit_code
     return code
+
+
+def _replace_closed_streams() -> None:
+    """A standard stream that the caller had closed (`>&-`) becomes the null device.
+
+    Python gives None for it, and the system would give its number to the next file that is opened.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            setattr(sys, name, os.fdopen(number, "r" if name == "stdin" else "w"))
 
 
 def _dispatch(argv: Sequence[str], out: Output) -> int:
@@ -111,7 +127,7 @@ def _dispatch(argv: Sequence[str], out: Output) -> int:
             TfsatError(
                 what="Interrupted.",
                 meaning="The command stopped before it was done.",
-                next_step="tfsat-host status shows what state the boards are in.",
+                next_step="No board was connected: run the same command again when ready.",
             )
         )
         return EXIT_INTERRUPTED

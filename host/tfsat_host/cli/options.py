@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from pathlib import Path
 
 from tfsat_host.devices.discovery import BoardName, port_variable
 
@@ -24,6 +25,7 @@ def add_device_options(parser: argparse.ArgumentParser, board: BoardName) -> Non
     group.add_argument(
         "--port",
         metavar="PORT",
+        type=port_name,
         help=f"serial port of the {board}, such as /dev/ttyACM0 or COM3; without it the environment's "
         f"{port_variable(board)}, else the one port that looks like this board",
     )
@@ -31,6 +33,22 @@ def add_device_options(parser: argparse.ArgumentParser, board: BoardName) -> Non
         "--emulated", action="store_true", help="use the emulated robot in this process: no cable needed"
     )
     add_output_options(parser)
+
+
+def port_name(text: str) -> str:
+    """An argparse type: a serial port. Raises ArgumentTypeError for nothing, such as an unset variable."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError(
+            "the name of the port is empty (an unset variable?): leave --port out to search for the board"
+        )
+    return text
+
+
+def file_name(text: str) -> Path:
+    """An argparse type: a file. Raises ArgumentTypeError for nothing, which would mean the current folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the file is empty (an unset variable?)")
+    return Path(text)
 
 
 def number(text: str) -> float:

@@ -10,6 +10,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any, TextIO
 
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
@@ -98,11 +99,7 @@ class Output:
         """Shows an error (with `--json`, as the one JSON object) and gives its exit code."""
         if self.json_mode and not self._result_given:
             self._result_given = True
-            shown = {"what": error.what, "meaning": error.meaning, "next_step": error.next_step}
-            code = getattr(error, "code", None)
-            if code is not None:
-                shown["code"] = str(code)
-            self._print_json({"error": shown})
+            self._print_json({"error": error_as_dict(error)})
             return error.exit_code
         print(f"{self._paint('Error:', '1;31')} {error.what}", file=self._stderr)
         for text in (error.meaning, error.next_step):
@@ -168,6 +165,15 @@ class Output:
 
     def _paint(self, text: str, sgr: str) -> str:
         return f"\x1b[{sgr}m{text}\x1b[0m" if _coloured(self._stderr) else text
+
+
+def error_as_dict(error: TfsatError) -> dict[str, str]:
+    """For `--json`; `code` is a stable name where the error has one."""
+    shown = {"what": error.what, "meaning": error.meaning, "next_step": error.next_step}
+    code = getattr(error, "code", None)
+    if code is not None:
+        shown["code"] = code.name.lower() if isinstance(code, IntEnum) else str(code)
+    return shown
 
 
 def _coloured(stream: TextIO) -> bool:

@@ -66,7 +66,7 @@ def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
             meaning="Nothing was written.",
             next_step="Name a folder with --out.",
         )
-    if path.exists() and not force and not _was_made_with(path, marker):
+    if path.exists() and not force and not was_made_with(path, marker):
         raise TfsatError(
             what=f"{path} exists and was not made by this command.",
             meaning="Nothing was overwritten.",
@@ -88,7 +88,8 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _was_made_with(path: Path, marker: bytes) -> bool:
+def was_made_with(path: Path, marker: bytes) -> bool:
+    """Whether the file bears the marker near its start or its end."""
     with path.open("rb") as file:
         start = file.read(_LOOK_BYTES)
         file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))

@@ -35,10 +35,10 @@ class RunFolder:
 
     def write(self, maneuver: Maneuver, flight: Rehearsal) -> DropLog:
         """Writes what the drop left, decodes the card from its file and exports it; gives the log."""
+        from tfsat_host.cli.decoded_files import write_decoded
         from tfsat_host.emulated.truth import format_truth
         from tfsat_host.maneuver import format_maneuver
         from tfsat_host.sdlog import load
-        from tfsat_host.sdlog.export_csv import write_csv
 
         self.path.mkdir(parents=True, exist_ok=True)
         (self.path / MARK_FILE).write_text("made by tfsat-host rehearse\n", encoding="utf-8")
@@ -47,7 +47,8 @@ class RunFolder:
         self._file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
         self._file("truth.csv").write_text(format_truth(flight.truth, flight.released_s), encoding="utf-8")
         log = load(card)
-        write_csv(log, self._file("SD.csv"))
+        written = write_decoded(log, self.path / "SD", ("csv",), force=True)
+        self.files += written.files.values()
         return log
 
     def write_summary(self, result: Mapping[str, Any]) -> None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_output_options, number
+from tfsat_host.cli.options import add_output_options, file_name, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError, UsageError
 
@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg")
     parser.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg")
     parser.add_argument(
-        "--file", metavar="FILE", type=Path, help="take the strokes from a maneuver file (TOML)"
+        "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
     )
     parser.add_argument(
         "--sequencer",

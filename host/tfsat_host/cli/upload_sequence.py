@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_device_options, number
+from tfsat_host.cli.options import add_device_options, file_name, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
 
@@ -27,12 +27,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     maneuver.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg, to 0.01")
     maneuver.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg, to 0.01")
     maneuver.add_argument(
-        "--file", metavar="FILE", type=Path, help="take the strokes from a maneuver file (TOML)"
+        "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
     )
     maneuver.add_argument(
         "--speed", metavar="DEG_S", type=number, help="average joint speed of A B, deg/s (default 170)"
     )
-    maneuver.add_argument("--out", metavar="FILE", type=Path, help="also write the maneuver to a file")
+    maneuver.add_argument("--out", metavar="FILE", type=file_name, help="also write the maneuver to a file")
     maneuver.add_argument("--force", action="store_true", help="let --out overwrite a file")
     maneuver.add_argument(
         "--dry-run", action="store_true", help="check and show the schedule; touch no board"

@@ -26,6 +26,9 @@ from tfsat_host.protocol.messages import (
 
 STOP_TIMEOUT_S = 10.0
 """Three seconds of samples may wait for a card that stalls for half a second at a time."""
+START_TIMEOUT_S = 15.0
+"""A card fills its new file with zeros first, which takes 2 to 4 s."""
+POLL_S = 0.1
 LIVE_TIMEOUT_S = 1.0
 
 
@@ -59,6 +62,34 @@ class LoggerClient:
         """Starts a recording. `number` tells this start from others; drawn at random by default."""
         chosen = secrets.randbits(32) if number is None else number
         return self._client.request(RecordStartRequest(chosen), RecordStartReply)
+
+    def wait_for_card(self) -> LoggerStatusReply:
+        """Waits until the card takes the blocks of the recording that was started; the status then.
+
+        Raises:
+            BoardError: the card failed.
+            TfsatError: somebody ended the recording, or the card took nothing for START_TIMEOUT_S.
+        """
+        deadline = self._client.transport.now_s() + START_TIMEOUT_S
+        while True:
+            status = self.status()
+            if status.state == LoggerState.FAILED:
+                raise BoardError(ErrorReply(RecordStartRequest.TYPE, status.error, -1))
+            if status.state != LoggerState.RECORDING:
+                raise TfsatError(
+                    what=f"The logger does not record any more: it is {status.state.name.lower()}.",
+                    meaning="Its power was cut, or somebody stopped the recording. A drop now would not be recorded.",
+                    next_step="Check the logger's supply, then run the same command again.",
+                )
+            if status.blocks_written > 0:
+                return status
+            if self._client.transport.now_s() > deadline:
+                raise TfsatError(
+                    what=f"The card took nothing for {START_TIMEOUT_S:g} s after the recording was started.",
+                    meaning="The recording waits in the logger's memory and will be lost. Do not drop.",
+                    next_step="Put another card into the logger, restart it, and run the same command again.",
+                )
+            self._client.wait(POLL_S)
 
     def stop_recording(self) -> RecordStopReply:
         """Ends the recording and waits until the card has all of it.

@@ -26,6 +26,7 @@ class PortProblem(StrEnum):
     BUSY = "busy"
     NOT_PERMITTED = "not-permitted"
     NO_SERIAL_PORT = "no-serial-port"
+    LOST = "lost"
     OTHER = "other"
 
 

@@ -6,17 +6,18 @@ import struct
 from dataclasses import dataclass
 from typing import Self
 
-from tfsat_host.devices.client import BoardIdentity, Client
+from tfsat_host.devices.client import BoardError, BoardIdentity, Client, board_error
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule, TimedStroke
-from tfsat_host.protocol.enums import Board, ManeuverOrigin, SequencerState
+from tfsat_host.protocol.enums import Board, ErrorCode, ManeuverOrigin, SequencerState
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.messages import (
     ArmReply,
     ArmRequest,
     DisarmReply,
     DisarmRequest,
+    ErrorReply,
     ManeuverBeginReply,
     ManeuverBeginRequest,
     ManeuverCommitReply,
@@ -38,6 +39,8 @@ STORE_TIMEOUT_S = 3.0
 
 class VerifyError(TfsatError):
     """What was read back is not what was sent."""
+
+    code = "verify-failed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,15 @@ class SequencerClient:
         """Asks who answers. Raises WrongBoard, NoAnswer, PortError."""
         client = Client(transport)
         return cls(client, client.hello(Board.SEQUENCER))
+
+    @classmethod
+    def connect_any_protocol(cls, transport: Transport) -> Self:
+        """Asks who answers and takes a sequencer of any revision; of the requests, only DISARM is frozen.
+
+        Raises WrongBoard (another kind of board), NoAnswer, PortError.
+        """
+        client = Client(transport)
+        return cls(client, client.identify(Board.SEQUENCER))
 
     @property
     def port(self) -> str:
@@ -163,8 +175,21 @@ class SequencerClient:
         return self._client.request(ArmRequest(token), ArmReply).state
 
     def disarm(self) -> SequencerState:
-        """Back to safe, from any state."""
+        """Back to safe, from any state. Frozen: DISARM has this number and layout in every protocol."""
         return self._client.request(DisarmRequest(), DisarmReply).state
+
+
+def arm_refusal(status: SequencerStatusReply) -> BoardError | None:
+    """What the board would answer to ARM in this state, as far as its status tells; None: nothing against it."""
+    if status.state == SequencerState.FAULT:
+        code = ErrorCode.FAULT_LATCHED
+    elif status.state not in (SequencerState.SAFE, SequencerState.DONE):
+        code = ErrorCode.WRONG_STATE
+    elif status.switches_open:
+        code = ErrorCode.SWITCH_OPEN
+    else:
+        return None
+    return board_error(ErrorReply(ArmRequest.TYPE, code, -1))
 
 
 def maneuver_crc(schedule: Schedule) -> int:

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     import serial
 
 
+_GONE = "the cable was pulled, or the board lost its power or was reset"
+
+
 class Transport(Protocol):
     """One end of a cable. Time is the transport's own, so that an emulated board never waits for real."""
 
@@ -57,7 +60,10 @@ class SerialTransport:
             # No flush(): it would wait without limit for a board that hangs, and fail in its own way.
             self._port.write(data)
         except OSError as error:
-            raise self._lost(error) from error
+            import serial
+
+            silent = isinstance(error, serial.SerialTimeoutException)
+            raise self._lost("the board takes no bytes" if silent else _GONE) from error
 
     def read(self, timeout_s: float) -> bytes:
         """What has arrived, at least a byte if one comes within `timeout_s`."""
@@ -68,16 +74,16 @@ class SerialTransport:
                 if data or time.monotonic() >= deadline:
                     return data
         except (OSError, TypeError) as error:  # pyserial raises TypeError when a port vanishes mid-read
-            raise self._lost(error) from error
+            raise self._lost(_GONE) from error
 
     def close(self) -> None:
         """Closes the port."""
         self._port.close()
 
-    def _lost(self, error: Exception) -> PortError:
+    def _lost(self, how: str) -> PortError:
         return PortError(
-            PortProblem.OTHER,
-            what=f"The connection on {self._path} was lost: {error}.",
+            PortProblem.LOST,
+            what=f"The connection on {self._path} was lost: {how}.",
             meaning="The last command may or may not have reached the board; nothing is half done there.",
             next_step="Check the cable, then run tfsat-host status and the same command again.",
         )

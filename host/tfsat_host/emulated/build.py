@@ -3,7 +3,8 @@
     python -m tfsat_host.emulated.build [--avr]
 
 The library is kept in the user's cache under a name made from the sources' hash, so that it is never
-older than what it was built from.
+older than what it was built from. Beside it lies a stamp with its hash: a library that was cut short (a
+full disk, a copied cache) would end the process without a message when it is loaded, so it is built anew.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -72,10 +74,37 @@ def ensure_built(variant: Variant | None = None, progress: Progress = lambda _: 
     sources = _sources(root, chosen)
     compiler = _compiler()
     library = _cache() / f"libtfsat-emulator-{_digest(root, chosen, compiler)}{_suffix()}"
-    if not library.exists():
+    if not _is_whole(library):
         progress(f"building the emulated robot ({len(sources)} files, once)")
-        _build(compiler, chosen, sources, library)
+        try:
+            _build(compiler, chosen, sources, library)
+        except OSError as error:
+            raise _unwritable(library.parent, error) from None
     return library
+
+
+def _stamp(library: Path) -> Path:
+    return library.with_name(f"{library.name}.sha256")
+
+
+def _is_whole(library: Path) -> bool:
+    """Whether the library is what was built, to the byte."""
+    try:
+        return _stamp(library).read_text(encoding="ascii") == _hash_of(library)
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _hash_of(library: Path) -> str:
+    return hashlib.sha256(library.read_bytes()).hexdigest() + "\n"
+
+
+def _unwritable(folder: Path, error: OSError) -> BuildError:
+    return BuildError(
+        what=f"The emulated robot cannot be kept in {folder}: {error.strerror or error}.",
+        meaning="It was not built; nothing was run. Commands for real boards work without it.",
+        next_step="Make that folder writable, or set XDG_CACHE_HOME to a folder that is.",
+    )
 
 
 def _sources(root: Path, variant: Variant) -> list[Path]:
@@ -100,9 +129,8 @@ def _digest(root: Path, variant: Variant, compiler: str) -> str:
 def _cache() -> Path:
     import platformdirs
 
-    path = Path(platformdirs.user_cache_dir("tfsat"))
-    path.mkdir(parents=True, exist_ok=True)
-    return path
+    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))  # on every system, so that it can be said in errors
+    return chosen / "tfsat" if chosen.is_absolute() else Path(platformdirs.user_cache_dir("tfsat"))
 
 
 def _suffix() -> str:
@@ -121,7 +149,8 @@ def _compiler() -> str:
 
 
 def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Path) -> None:
-    """Compiles and links in a scratch folder, then moves the library into place at once."""
+    """Compiles and links in a scratch folder, then moves the library into place, its stamp last."""
+    library.parent.mkdir(parents=True, exist_ok=True)
     defines = ("-DTFSAT_WITH_SIMAVR",) if variant.avr else ()
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
 
@@ -138,7 +167,10 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
         _run(
             [compiler, "-shared", *variant.flags, *map(str, objects), "-o", str(linked), *libraries], variant
         )
+        stamp = Path(scratch) / _stamp(library).name
+        stamp.write_text(_hash_of(linked), encoding="ascii")
         linked.replace(library)
+        stamp.replace(_stamp(library))
 
 
 def _run(command: list[str], variant: Variant) -> None:
@@ -152,9 +184,10 @@ def _run(command: list[str], variant: Variant) -> None:
             next_step="tools/install-toolchain.sh, or leave out --sequencer avr.",
         )
     raise BuildError(
-        what=f"The compiler refused: {' '.join(command[-4:])}\n{done.stderr.strip()[-2000:]}",
-        meaning="The emulated robot cannot run.",
-        next_step="Try another compiler (CXX=clang++), or report this text.",
+        what=f"The compiler failed with exit code {done.returncode}: {shlex.join(command)}\n"
+        + (done.stderr.strip()[-2000:] or "It said nothing."),
+        meaning="The emulated robot cannot run; commands for real boards can.",
+        next_step=f"Set CXX to a working C++17 compiler (now {command[0]}), or report this text.",
     )
 
 

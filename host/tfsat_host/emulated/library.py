@@ -28,6 +28,7 @@ class RobotConfig(ctypes.Structure):
 
     _fields_: ClassVar[list[tuple[str, Any]]] = [
         ("seed", c_uint64),
+        ("session_seed", c_uint64),
         ("base_body", c_int32),
         ("joint_inner", c_int32 * 3),
         ("joint_outer", c_int32 * 3),
@@ -71,6 +72,7 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
     "tfsat_set_cable": (None, [c_void_p, c_int, c_int]),
     "tfsat_eeprom_get": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
     "tfsat_eeprom_set": (None, [c_void_p, c_char_p, c_size_t]),
+    "tfsat_eeprom_writes": (c_uint32, [c_void_p]),
     "tfsat_card_size": (c_size_t, [c_void_p]),
     "tfsat_card_read": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
     "tfsat_seat": (None, [c_void_p]),

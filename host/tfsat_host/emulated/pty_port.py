@@ -25,13 +25,14 @@ class PtyPort:
     def __init__(self, link: Path) -> None:
         self.link = link
         self._master: int | None = None
+        self._device = ""
         self._client = False
         self._unsent = b""
 
     @property
     def device(self) -> str:
-        """The path behind the link; empty while pulled."""
-        return "" if self._master is None else str(self.link.readlink())
+        """The pseudo-terminal's own path; empty while pulled."""
+        return self._device
 
     @property
     def has_room(self) -> bool:
@@ -46,7 +47,8 @@ class PtyPort:
         try:
             tty.setraw(slave)
             os.set_blocking(self._master, False)
-            self._replace_link(os.ttyname(slave))
+            self._device = os.ttyname(slave)
+            self._replace_link(_while_this_process_lives(self._device))
         finally:
             os.close(slave)
 
@@ -57,6 +59,7 @@ class PtyPort:
         self.link.unlink(missing_ok=True)
         os.close(self._master)
         self._master = None
+        self._device = ""
         self._client = False
         self._unsent = b""
 
@@ -122,3 +125,12 @@ class PtyPort:
         new.unlink(missing_ok=True)
         new.symlink_to(device)
         new.replace(self.link)
+
+
+def _while_this_process_lives(device: str) -> str:
+    """The same device under a path that ends with this process, where the system has one (Linux).
+
+    A killed process leaves its links behind, and the system soon gives their pseudo-terminals to others.
+    """
+    bound = f"/proc/{os.getpid()}/root{device}"
+    return bound if Path(bound).exists() else device

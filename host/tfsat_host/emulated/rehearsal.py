@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,7 +72,8 @@ def rehearse(
     Raises:
         TfsatError: whatever a board refuses, as on the day of the drop.
     """
-    with EmulatedRobot(seed=seed, hex_path=hex_path) as robot:
+    session_seed = _session_seed(schedule, seed, hex_path, residual_rate_rad_s)
+    with EmulatedRobot(seed=seed, session_seed=session_seed, hex_path=hex_path) as robot:
         robot.advance(SETTLE_US)
         sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
@@ -107,3 +109,10 @@ def rehearse(
             released_s=robot.released_us / US_PER_S,
             landed_s=landed_us / US_PER_S,
         )
+
+
+def _session_seed(schedule: Schedule, seed: int, hex_path: Path | None, rate_rad_s: Sequence[float]) -> int:
+    """Another one for everything that makes another drop, the same for the same drop."""
+    image = b"" if hex_path is None else hex_path.read_bytes()
+    drop = repr((seed, schedule.strokes, schedule.speed_cdeg_s, tuple(map(float, rate_rad_s)))).encode()
+    return int.from_bytes(hashlib.sha256(drop + b"\0" + image).digest()[:8], "little")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import secrets
 from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
@@ -49,7 +50,9 @@ class EmulatedRobot:
     Args:
         model: The bodies; the drop tower robot by default.
         imperfections: The sensors' hidden errors; drawn from `seed` by default.
-        seed: For noise, contact bounce and the logger's session id.
+        seed: For noise and contact bounce; None is DEFAULT_SEED.
+        session_seed: For the logger's session ids, which tell recordings apart. By default a number of
+            the operating system's, unless a `seed` asks for what can be repeated.
         hex_path: The sequencer's image to run in an emulated ATmega32U4; None runs its core natively.
         eeprom: The sequencer's EEPROM; erased by default.
         variant: Which build of the library to use.
@@ -64,7 +67,8 @@ class EmulatedRobot:
         model: RobotModel | None = None,
         *,
         imperfections: Imperfections | None = None,
-        seed: int = DEFAULT_SEED,
+        seed: int | None = None,
+        session_seed: int | None = None,
         hex_path: Path | None = None,
         eeprom: bytes | None = None,
         variant: Variant | None = None,
@@ -72,8 +76,12 @@ class EmulatedRobot:
         chosen = variant or Variant(avr=hex_path is not None)
         self._library = load_library(ensure_built(chosen))
         self.model = model or load_robot()
-        self.imperfections = imperfections or draw(seed)
-        config = _config(self.model, self.imperfections, seed)
+        if session_seed is None:
+            session_seed = secrets.randbits(64) if seed is None else seed
+        drawn_from = DEFAULT_SEED if seed is None else seed
+        self.imperfections = imperfections or draw(drawn_from)
+        config = _config(self.model, self.imperfections, drawn_from)
+        config.session_seed = session_seed
         error = ctypes.create_string_buffer(512)
         path = None if hex_path is None else str(hex_path).encode()
         self._robot = self._library.tfsat_robot_new(ctypes.byref(config), path, error, len(error))
@@ -140,6 +148,11 @@ class EmulatedRobot:
         image = (ctypes.c_uint8 * EEPROM_BYTES)()
         self._library.tfsat_eeprom_get(self._robot, image, EEPROM_BYTES)
         return bytes(image)
+
+    @property
+    def eeprom_writes(self) -> int:
+        """Changes of the EEPROM by the board since the robot was made."""
+        return int(self._library.tfsat_eeprom_writes(self._robot))
 
     def card(self) -> bytes:
         """The recording file on the card, as a reader would find it now."""

@@ -15,6 +15,9 @@ from tfsat_host.emulated.served_folder import ServedFolder
 from tfsat_host.emulated.state import save_eeprom
 from tfsat_host.errors import TfsatError
 
+_QUIET_US = 20_000
+"""An EEPROM that was not written to for so long has all of an upload; a byte takes 3.4 ms."""
+
 
 class RobotServer:
     """A robot and the ports of its boards. Virtual time passes in `step` and nowhere else.
@@ -35,6 +38,8 @@ class RobotServer:
         self._powered = dict.fromkeys(BoardIndex, True)
         self._cabled = dict.fromkeys(BoardIndex, True)
         self._copies = {folder.card.resolve()}
+        self._seen_writes = self._kept_writes = robot.eeprom_writes
+        self._eeprom_look_us = robot.now_us
         self._end_us: int | None = None
         self._stopped = False
         for port in self._ports.values():
@@ -54,6 +59,8 @@ class RobotServer:
         self._robot.advance(STEP_US)
         for board, port in self._ports.items():
             port.write(self._robot.read(board) if port.has_room else b"")
+        if self._robot.now_us - self._eeprom_look_us >= _QUIET_US:
+            self._keep_eeprom_when_quiet()
 
     def set_power(self, board: BoardIndex, on: bool) -> None:
         """Switches a board's supply; without it its port goes."""
@@ -112,6 +119,15 @@ class RobotServer:
         save_eeprom(self._folder.eeprom, self._robot.eeprom())
         if self._robot.card():
             self.save_card()
+
+    def _keep_eeprom_when_quiet(self) -> None:
+        """What a host has read back outlives even a kill -9 of this process."""
+        self._eeprom_look_us = self._robot.now_us
+        writes = self._robot.eeprom_writes
+        if writes == self._seen_writes != self._kept_writes:
+            save_eeprom(self._folder.eeprom, self._robot.eeprom())
+            self._kept_writes = writes
+        self._seen_writes = writes
 
     def _update_port(self, board: BoardIndex) -> None:
         if self._powered[board] and self._cabled[board]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import stat
+import time
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
 
 _HOLDER = "emulate.pid"
+_LOCK_ATTEMPTS = 3
+_LOCK_RETRY_S = 0.01
 
 
 class ServedFolder:
@@ -32,6 +36,7 @@ class ServedFolder:
         self.control = path / "control"
         self.eeprom = path / "sequencer.eeprom"
         self.card = path / "SD.bin"
+        self._made = not path.exists()
         path.mkdir(parents=True, exist_ok=True)
         self._holder = _claim(path / _HOLDER, path)
         try:
@@ -41,9 +46,12 @@ class ServedFolder:
             raise
 
     def release(self) -> None:
-        """Lets the next process have the folder."""
+        """Lets the next process have the folder. One that was made for nothing goes."""
         (self.path / _HOLDER).unlink(missing_ok=True)
         os.close(self._holder)
+        if self._made:
+            with contextlib.suppress(OSError):  # not empty: it was for something
+                self.path.rmdir()
 
     def _remove_stale(self) -> None:
         """Removes what a run that was killed has left; nothing else."""
@@ -62,25 +70,55 @@ class ServedFolder:
             path.unlink()
 
 
+def served_by_dead_process(port: Path) -> bool:
+    """Whether `port` is a link that an emulated robot has left behind: its process was killed.
+
+    Such a link may lead nowhere, or to a pseudo-terminal that belongs to another program by now. False
+    for anything else, a real board's port included.
+    """
+    try:
+        if not stat.S_ISLNK(port.lstat().st_mode):
+            return False
+        holder = os.open(port.parent / _HOLDER, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(holder, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    finally:
+        os.close(holder)
+    return True
+
+
 def _claim(holder: Path, folder: Path) -> int:
     """Locks the folder's holder file, which names this process. The lock ends with the process."""
     while True:
         descriptor = os.open(holder, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not _lock(descriptor):
             pid = os.read(descriptor, 32).decode(errors="replace").strip() or "unknown"
             os.close(descriptor)
             raise TfsatError(
                 what=f"{folder} is served already, by process {pid}.",
                 meaning="The emulated robot that runs there goes on; no second one was started.",
                 next_step=f"Use it, end it (kill {pid}), or name another folder with --dir.",
-            ) from None
+            )
         if _is_still(descriptor, holder):
             os.truncate(descriptor, 0)
             os.write(descriptor, f"{os.getpid()}\n".encode())
             return descriptor
         os.close(descriptor)
+
+
+def _lock(descriptor: int) -> bool:
+    """Tries more than once: `served_by_dead_process` elsewhere may be looking at this instant."""
+    for attempt in range(_LOCK_ATTEMPTS):
+        if attempt:
+            time.sleep(_LOCK_RETRY_S)
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+    return False
 
 
 def _is_still(descriptor: int, path: Path) -> bool:

@@ -38,6 +38,6 @@ def load_eeprom(path: Path) -> bytes | None:
 def save_eeprom(path: Path, image: bytes) -> None:
     """Replaces the stored image at once: a reader finds the old one or the new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
         file.write(image)
     Path(file.name).replace(path)

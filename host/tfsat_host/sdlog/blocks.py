@@ -24,6 +24,7 @@ from .source import LogSource
 LATEST_TIME_US = 1 << 62
 """A logger's clock cannot show more; a block that says so is not believed."""
 
+_MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
 _BODY_AND_CRC = Struct(f"<{CRC_OFFSET}sI")
 _BLOCK = np.dtype(
     [("head", np.dtype(BLOCK_HEADER_DTYPE)), ("body", f"V{CRC_OFFSET - HEADER_BYTES}"), ("crc", "<u4")]
@@ -83,8 +84,10 @@ def scan(source: LogSource) -> BlockIndex:
         malformed += int(np.count_nonzero(known & ~usable))
         found.append(_entries(head, blocks["crc"], usable, first))
     tail = source.tail()
-    if any(tail):
+    if tail.startswith(_MAGIC):
         torn += 1
+    elif any(tail):
+        foreign += 1
     entries = np.concatenate(found) if found else np.empty(0, _ENTRY)
     return BlockIndex(entries, never_written, torn, foreign, malformed, newer)
 

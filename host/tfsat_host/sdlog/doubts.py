@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.messages import LogFooter
 
 from .assembly import SetAside
+from .events import DropEvent
+from .gaps import Gap
 from .header import FoundHeader
 from .records import Records
+from .release import Release
 
 
 def find_doubts(
@@ -57,3 +60,24 @@ def _footer_doubts(
         yield f"the end of the recording counts {footer.samples} samples; there are {int(ends[-1])}"
     if footer.samples_dropped < int(records.block_samples_dropped[-1]):
         yield "the end of the recording counts fewer dropped samples than a block before it"
+
+
+def release_doubts(
+    release: Release | None,
+    events: Sequence[DropEvent],
+    gaps: Sequence[Gap],
+    switch_open: NDArray[np.bool_],
+) -> Iterator[str]:
+    """Yield a sentence if the release is not certain to the microsecond, or missing where one must be."""
+    if release is None:
+        if gaps and any(event.name == "stroke" for event in events):
+            yield "strokes were recorded and no release: times count from the first sample"
+        elif gaps and gaps[0].start_us is None and switch_open[:1].all():
+            yield "the start is lost and both switches are open after it: the release may lie in it"
+    elif release.uncertainty_us:
+        before_ms = (release.t_us - release.earliest_us) / 1e3
+        after_ms = (release.latest_us - release.t_us) / 1e3
+        yield (
+            "edges of the release switches are lost: the release may have been up to "
+            f"{before_ms:.3f} ms before t = 0 or {after_ms:.3f} ms after it"
+        )

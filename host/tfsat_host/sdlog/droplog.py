@@ -16,6 +16,7 @@ from tfsat_host.protocol.messages import LogFooter, LogHeader
 from .assembly import SetAside
 from .events import DropEvent
 from .gaps import Gap
+from .release import Release
 
 Verdict = Literal["complete", "truncated", "damaged"]
 
@@ -39,7 +40,7 @@ class DropLog:
         footer: Written at a clean stop; None without one.
         sample_index: (n,) int64, number of each sample in the recording, lost ones counted.
         t_us: (n,) int64, the logger's clock, µs since power-up; the raw times.
-        release_us: The logger's clock at release; None if no release was recorded.
+        release: When the robot was released, and how far that is certain; None if it was not recorded.
         imu_counts: (n, 4, 7) int16, per body accel x y z, temperature, gyro x y z; raw.
         angle_counts: (n, 6) uint16, angle sensors; raw.
         imu_valid: (n, 4) bool, the IMU answered in time.
@@ -64,7 +65,7 @@ class DropLog:
     footer: LogFooter | None
     sample_index: NDArray[np.int64]
     t_us: NDArray[np.int64]
-    release_us: int | None
+    release: Release | None
     imu_counts: NDArray[np.int16]
     angle_counts: NDArray[np.uint16]
     imu_valid: NDArray[np.bool_]
@@ -81,6 +82,24 @@ class DropLog:
 
     def __len__(self) -> int:
         return len(self.t_us)
+
+    @property
+    def release_us(self) -> int | None:
+        """The logger's clock at release; None if no release was recorded."""
+        return self.release.t_us if self.release else None
+
+    @property
+    def release_uncertainty_us(self) -> int | None:
+        """The most by which `release_us` can be wrong; 0 if its edges tell it, None without a release."""
+        return self.release.uncertainty_us if self.release else None
+
+    @property
+    def t_s_origin(self) -> str:
+        """What t_s = 0 is: `release`, `release (doubtful)` or `first sample`."""
+        if self.release is None:
+            return "first sample"
+        doubtful = self.release.touches_gap or self.release.uncertainty_us > 1e6 / self.header.rate_hz
+        return "release (doubtful)" if doubtful else "release"
 
     @property
     def origin_us(self) -> int:

@@ -6,7 +6,10 @@ from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
 
-LOOK_AGAIN = "Copy the file SD.bin off the card once more and decode the copy: tfsat-host decode SD.bin"
+LOOK_AGAIN = (
+    "Copy the recording (DROP0001.BIN and up) off the card once more and decode the copy: "
+    "tfsat-host decode SD.bin"
+)
 
 
 class LogError(TfsatError):
@@ -24,7 +27,7 @@ def not_a_file(path: Path, candidates: list[Path]) -> LogError:
     elif candidates:
         step = "It holds several logs, name one: " + ", ".join(str(c) for c in candidates)
     else:
-        step = "Name the file that came off the card: tfsat-host decode SD.bin"
+        step = "Name the file that came off the card: tfsat-host decode DROP0001.BIN"
     return LogError(what=f"{path} is a directory, not a log.", meaning="Nothing was decoded.", next_step=step)
 
 
@@ -33,7 +36,7 @@ def missing(path: Path) -> LogError:
     return LogError(
         what=f"There is no file {path}.",
         meaning="Nothing was decoded.",
-        next_step="Check the name; on the card the recording is called SD.bin.",
+        next_step="Check the name; on the card the recordings are called DROP0001.BIN and up.",
     )
 
 
@@ -72,7 +75,7 @@ def no_blocks(path: Path, detail: str) -> LogError:
     return LogError(
         what=f"{path} is not a tfsat log: {detail}.",
         meaning="Nothing was decoded.",
-        next_step="Give the file SD.bin off the logger's card (or an image of the card).",
+        next_step="Give a recording off the logger's card (DROP0001.BIN and up), a copy, or an image of the card.",
     )
 
 

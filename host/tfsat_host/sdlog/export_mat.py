@@ -89,5 +89,6 @@ _INFO_FIELDS = (
     "duration_s",
     "rate_hz",
     "release_us",
+    "release_uncertainty_us",
     "t_s_origin",
 )

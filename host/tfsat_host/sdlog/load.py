@@ -16,12 +16,13 @@ from tfsat_host.protocol.messages import LogFooter
 from . import errors
 from .assembly import assemble
 from .blocks import scan
-from .doubts import find_doubts
+from .doubts import find_doubts, release_doubts
 from .droplog import DropLog, Verdict, unpack_flags
-from .events import read_events, release_time_us
+from .events import read_events
 from .gaps import Gap, find_gaps
 from .header import find_header
 from .records import Records, read_records
+from .release import find_release
 from .source import LogSource
 
 
@@ -48,9 +49,13 @@ def load(path: str | PathLike[str], *, session: int | None = None) -> DropLog:
     sample_count = entries["sample_count"][data].astype(np.int64)
     footer = footers[-1][1] if footers else None
     gaps = find_gaps(numbers, data, sample_count, records, footer)
-    doubts = tuple(find_doubts(found, footers, numbers, sample_count, records, assembly.set_aside))
     imu_valid, angle_valid, switch_open, clipped = unpack_flags(records.flags)
     events = read_events(records.events)
+    release = find_release(events, records.t_us, switch_open, gaps)
+    doubts = (
+        *find_doubts(found, footers, numbers, sample_count, records, assembly.set_aside),
+        *release_doubts(release, events, gaps, switch_open),
+    )
     samples_lost = max(sum(gap.samples for gap in gaps), _samples_dropped(records, footer))
     blocks_lost = int(numbers[-1]) + 1 - len(numbers)
     return DropLog(
@@ -62,7 +67,7 @@ def load(path: str | PathLike[str], *, session: int | None = None) -> DropLog:
         footer=footer,
         sample_index=records.index,
         t_us=records.t_us,
-        release_us=release_time_us(events, records.t_us, switch_open),
+        release=release,
         imu_counts=records.imu,
         angle_counts=records.angle,
         imu_valid=imu_valid,

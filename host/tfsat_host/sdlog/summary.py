@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.protocol.limits import FALL_US
+
 from .droplog import DropLog
 from .metadata import metadata
 
@@ -15,7 +17,11 @@ Json = dict[str, Any]
 
 def summary(log: DropLog) -> Json:
     """The metadata, and per sensor how many samples were valid, invalid and clipped."""
-    return metadata(log) | {"sensors": sensor_rows(log), "warnings": warnings(log)}
+    return metadata(log) | {
+        "sensors": sensor_rows(log),
+        "clipping": clipping(log),
+        "warnings": warnings(log),
+    }
 
 
 def sensor_rows(log: DropLog) -> list[Json]:
@@ -29,6 +35,25 @@ def sensor_rows(log: DropLog) -> list[Json]:
         for i in range(log.angle_valid.shape[1])
     ]
     return rows
+
+
+def clipping(log: DropLog) -> Json | None:
+    """When IMUs were at their full scale, and how many such samples lie in the fall; None if never.
+
+    The landing clips: that is no fault. In the fall a clipped value is a lower bound of the truth.
+    """
+    clipped = (log.clipped & log.imu_valid).any(axis=1)
+    if not clipped.any():
+        return None
+    times = log.t_s[clipped]
+    fall_s = FALL_US / 1e6
+    released = log.release_us is not None
+    return {
+        "first_s": float(times[0]),
+        "last_s": float(times[-1]),
+        "fall_s": fall_s,
+        "in_fall": int(np.count_nonzero((times >= 0.0) & (times < fall_s))) if released else 0,
+    }
 
 
 def _row(name: str, valid: NDArray[np.bool_], clipped: int | None) -> Json:
@@ -55,6 +80,9 @@ def warnings(log: DropLog) -> list[str]:
             "The recording has no end: power was cut, the card failed, or the file is a partial copy. "
             "What came after the last sample is unknown."
         )
+    clipped = clipping(log)
+    if clipped is not None and clipped["in_fall"]:
+        lines.append(f"{clipped['in_fall']} samples in the fall are clipped: they are lower bounds.")
     lines += [
         f"The {row['sensor']} gave no value in {row['invalid']} of {len(log)} samples."
         for row in sensor_rows(log)

@@ -51,6 +51,7 @@ RobotParameters parameters(const TfsatRobotConfig& c) {
   RobotParameters out;
   out.tree = tree(c);
   out.seed = c.seed;
+  out.session_seed = c.session_seed;
   out.temperature_c = c.temperature_c;
   for (size_t i = 0; i < kServoJoints; ++i) {
     ServoParameters& servo = out.servos[i];
@@ -164,6 +165,10 @@ void tfsat_eeprom_get(TfsatRobot* robot, uint8_t* image, size_t n) {
 
 void tfsat_eeprom_set(TfsatRobot* robot, const uint8_t* image, size_t n) {
   robot->robot.sequencer().eeprom_set(image, n);
+}
+
+uint32_t tfsat_eeprom_writes(const TfsatRobot* robot) {
+  return robot->robot.sequencer().eeprom_writes();
 }
 
 size_t tfsat_card_size(TfsatRobot* robot) { return robot->robot.card().bytes().size(); }

@@ -12,7 +12,8 @@ typedef struct TfsatRobot TfsatRobot;
 
 // SI units; vectors and tensors in the frames of robots/*.toml; matrices row by row.
 typedef struct {
-  uint64_t seed;
+  uint64_t seed;          // of noise and contact bounce
+  uint64_t session_seed;  // of the logger's session ids
   int32_t base_body;
   int32_t joint_inner[3];
   int32_t joint_outer[3];
@@ -65,6 +66,8 @@ void tfsat_set_power(TfsatRobot* robot, int board, int on);
 void tfsat_set_cable(TfsatRobot* robot, int board, int plugged);
 void tfsat_eeprom_get(TfsatRobot* robot, uint8_t* image, size_t n);
 void tfsat_eeprom_set(TfsatRobot* robot, const uint8_t* image, size_t n);
+// Changes of the EEPROM by the board since it was made.
+uint32_t tfsat_eeprom_writes(const TfsatRobot* robot);
 
 // The card's file: its size, its bytes.
 size_t tfsat_card_size(TfsatRobot* robot);

@@ -32,7 +32,7 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
       sequencer_(std::move(sequencer)),
       card_(parameters.card),
       chain_(parameters.tree),
-      logger_(parameters.seed, logger_parameters()),
+      logger_(parameters.session_seed, logger_parameters()),
       bounce_(parameters.seed ^ 0xB0C4CEu) {
   for (const Mpu6050Parameters& imu : parameters.imus) imus_.emplace_back(imu);
   for (const AngleSensorParameters& sensor : parameters.angle_sensors) angle_sensors_.emplace_back(sensor);

@@ -32,9 +32,11 @@ struct RobotParameters {
   std::array<Mpu6050Parameters, kImus> imus;
   std::array<Vec3, kImus> imu_positions_m;  // body frame
   std::array<AngleSensorParameters, kAngleSensors> angle_sensors;
-  CardParameters card;
+  // A few blocks in the card's own RAM, as real cards have them: a power cut takes what was not synced.
+  CardParameters card{250, 1000, 8};
   double temperature_c = 25.0;
-  uint64_t seed = 1;
+  uint64_t seed = 1;          // of noise and contact bounce
+  uint64_t session_seed = 1;  // of the logger's session ids
 };
 
 // How one drop goes.
@@ -58,6 +60,7 @@ class Robot {
   Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> sequencer);
 
   SequencerBoard& sequencer() { return *sequencer_; }
+  const SequencerBoard& sequencer() const { return *sequencer_; }
   LoggerBoard& logger() { return logger_; }
   BlockDevice& card() { return card_; }
   uint64_t now_us() const { return now_us_; }

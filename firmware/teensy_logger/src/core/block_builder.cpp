@@ -28,7 +28,6 @@ void BlockBuilder::begin(uint32_t session, const protocol::LogHeader& header, ui
   session_ = session;
   header_ = header;
   max_blocks_ = max_blocks;
-  blocks_since_header_ = 0;
   block_ = nullptr;
   drops_to_note_ = 0;
   interval_min_us_ = 0;
@@ -133,10 +132,12 @@ void BlockBuilder::note_drops() {
   drops_to_note_ = 0;
 }
 
-// The first block and each kHeaderRepeatBlocks after it. False when it found no room: without a
-// header at its front, a recording could not be read, so nothing else is written before it.
+// Block 0, kEarlyHeaderBlock and each multiple of kHeaderRepeatBlocks. False when it found no room:
+// without a header at its front, a recording could not be read, so nothing else is written before
+// it. Every data block begins here, so no number is passed over.
 bool BlockBuilder::put_header_if_due(uint64_t t_us) {
-  if (blocks() > 0 && blocks_since_header_ < protocol::kHeaderRepeatBlocks) return true;
+  const bool due = blocks() == kEarlyHeaderBlock || blocks() % protocol::kHeaderRepeatBlocks == 0;
+  if (!due) return true;
   if (file_full()) return false;
   Block* block = ring_.acquire();
   if (block == nullptr) return false;
@@ -144,7 +145,6 @@ bool BlockBuilder::put_header_if_due(uint64_t t_us) {
   block_samples_ = 0;
   block_events_ = 0;
   put_whole(*block, BlockKind::kHeader, header_, t_us);
-  blocks_since_header_ = 1;
   return true;
 }
 
@@ -170,7 +170,6 @@ void BlockBuilder::close(Block& block, BlockKind kind, uint64_t t_us) {
   seal(block, head);
   ring_.commit();
   increment(blocks_);
-  ++blocks_since_header_;
 }
 
 }  // namespace logger

@@ -27,7 +27,8 @@ constexpr uint32_t ring_blocks_for(uint32_t seconds, uint32_t rate_hz) {
   return blocks;
 }
 
-// 3 s at 1 kHz: 512 blocks, 256 KiB; 10.9 s at 280 Hz.
+// 3 s at 1 kHz: 512 blocks, 256 KiB; 10.9 s at 280 Hz. Up to kCardSyncMs of them are with the card
+// already and wait to be safe there.
 constexpr uint32_t kRingBlocks = ring_blocks_for(3, 1000);
 
 // Single producer, single consumer, no lock. The memory is the caller's.
@@ -53,16 +54,18 @@ class BlockRing {
     }
   }
 
-  // Consumer. The oldest block, or nullptr.
-  const Block* front() const {
+  // Consumer. The block behind the `n` oldest, or nullptr.
+  const Block* peek(uint32_t n) const {
     const uint32_t tail = tail_.load(std::memory_order_relaxed);
-    if (tail == head_.load(std::memory_order_acquire)) return nullptr;
-    return &blocks_[tail % capacity_];
+    if (head_.load(std::memory_order_acquire) - tail <= n) return nullptr;
+    return &blocks_[(tail + n) % capacity_];
   }
+  // Consumer. The oldest block, or nullptr.
+  const Block* front() const { return peek(0); }
 
-  // Consumer. Frees the oldest block; there must be one.
-  void release() {
-    tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  // Consumer. Frees the `n` oldest blocks; there must be as many.
+  void release(uint32_t n = 1) {
+    tail_.store(tail_.load(std::memory_order_relaxed) + n, std::memory_order_release);
   }
 
   uint32_t waiting() const {

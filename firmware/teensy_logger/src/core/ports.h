@@ -72,17 +72,22 @@ class Inputs {
 };
 
 // The card, seen as one file of a fixed number of 512-byte blocks. Called from the main loop; an
-// error is a value of ErrorCode, kNone when all is well.
+// error is a value of ErrorCode, kNone when all is well. After an error the next call is recover()
+// or open().
 class BlockSink {
  public:
   // Creates the next file and allocates it in one piece. What is left to prepare (filling with
   // zeros) goes on in poll(), and busy() stays true until it is done. May take a second.
   virtual protocol::ErrorCode open(uint32_t n_blocks) = 0;
-  // Time goes on. An error here ends the recording.
+  // Time goes on.
   virtual protocol::ErrorCode poll(uint64_t t_us) = 0;
-  // The card takes nothing now.
+  // The card takes nothing now. A card that is gone may look busy for ever.
   virtual bool busy() = 0;
-  // Hands over one block while not busy. The same index may be written again after an error.
+  // Starts the card anew, as after a loss of contact, and goes on with the same file. What was
+  // written since the last sync() may be lost. kNone: it may be written to again. May take as long
+  // as open().
+  virtual protocol::ErrorCode recover(uint64_t t_us) = 0;
+  // Hands over one block while not busy. The same index may be written again.
   virtual protocol::ErrorCode write(uint32_t index, const uint8_t* block) = 0;
   // Tells the card to put its own buffers on the medium.
   virtual protocol::ErrorCode sync() = 0;

@@ -60,12 +60,12 @@ void Recorder::poll(uint64_t t_us) {
 void Recorder::finish(uint64_t t_us) {
   if (!footer_added_) footer_added_ = builder_.add_footer(t_us);
   if (!footer_added_ || !writer_.drained()) return;
-  const ErrorCode error = writer_.close();
+  const ErrorCode error = writer_.close(t_us);
   if (error != ErrorCode::kNone) {
     fail(error);
-    return;
+  } else if (writer_.closed()) {
+    state_ = LoggerState::kStopped;
   }
-  state_ = LoggerState::kStopped;
 }
 
 void Recorder::fail(ErrorCode error) {

@@ -1,8 +1,8 @@
 // One recording after another: capture in the interrupt, card in the main loop, states between
 // them.
 //
-// Whatever the card does, capture goes on: while it is busy the ring fills, when it has failed the
-// ring keeps what it holds, and samples that find no room are counted.
+// Whatever the card does, capture goes on: while it is busy or gone the ring fills, when it has
+// failed the ring keeps what it holds, and samples that find no room are counted.
 #pragma once
 
 #include "block_builder.h"

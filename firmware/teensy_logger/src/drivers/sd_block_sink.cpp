@@ -1,5 +1,7 @@
 #include "sd_block_sink.h"
 
+#include <string.h>
+
 namespace tfsat {
 namespace logger {
 
@@ -22,7 +24,9 @@ void put_number(char digits[4], uint16_t number) {
 ErrorCode SdBlockSink::open(uint32_t n_blocks) {
   ready_ = false;
   file_.close();
-  if (!card_.cardBegin(SdioConfig(FIFO_SDIO))) return ErrorCode::kNoCard;
+  if (!card_.cardBegin(SdioConfig(FIFO_SDIO)) || !card_.card()->readCID(&card_id_)) {
+    return ErrorCode::kNoCard;
+  }
   if (!card_.volumeBegin()) return ErrorCode::kCardWriteFailed;
   if (!create_next_file()) return ErrorCode::kCardWriteFailed;
   if (!file_.preAllocate(static_cast<uint64_t>(n_blocks) * kBlockBytes)) {
@@ -51,6 +55,10 @@ ErrorCode SdBlockSink::poll(uint64_t) {
   const uint32_t left = n_blocks_ - blocks_filled_;
   const uint32_t count = left < kFillBlocks ? left : kFillBlocks;
   const size_t bytes = count * kBlockBytes;
+  // A write that failed may have moved the position.
+  if (!file_.seekSet(static_cast<uint64_t>(blocks_filled_) * kBlockBytes)) {
+    return ErrorCode::kCardWriteFailed;
+  }
   if (file_.write(kZeros, bytes) != bytes) return ErrorCode::kCardWriteFailed;
   blocks_filled_ += count;
   return blocks_filled_ == n_blocks_ ? finish_preparation() : ErrorCode::kNone;
@@ -67,6 +75,15 @@ ErrorCode SdBlockSink::finish_preparation() {
 }
 
 bool SdBlockSink::busy() { return !ready_ || card_.card()->isBusy(); }
+
+// The volume and the file stay as they are: both refer to the same card object.
+ErrorCode SdBlockSink::recover(uint64_t) {
+  cid_t id = {};
+  if (!card_.cardBegin(SdioConfig(FIFO_SDIO)) || !card_.card()->readCID(&id)) {
+    return ErrorCode::kNoCard;
+  }
+  return memcmp(&id, &card_id_, sizeof id) == 0 ? ErrorCode::kNone : ErrorCode::kNoCard;
+}
 
 ErrorCode SdBlockSink::write(uint32_t index, const uint8_t* block) {
   if (index >= n_blocks_) return ErrorCode::kCardFull;

@@ -5,7 +5,8 @@
 // empty after a power cut, and an unfilled one of any kind holds blocks of old recordings.
 //
 // SdFat waits up to 1 s for a card that is busy, and without limit inside a sector's transfer: only
-// the main loop waits there, sampling goes on in its interrupt.
+// the main loop waits there, sampling goes on in its interrupt. A card that lost its contact answers
+// no CMD13, which SdFat's isBusy() takes for busy, until it is initialised again.
 #pragma once
 
 #include <Arduino.h>
@@ -21,6 +22,9 @@ class SdBlockSink final : public BlockSink {
   protocol::ErrorCode open(uint32_t n_blocks) override;
   protocol::ErrorCode poll(uint64_t t_us) override;
   bool busy() override;
+  // Gives up after SdFat's 1 s for a card that is there and does not get ready. Another card than
+  // at open() is refused: its sectors belong to somebody else's files.
+  protocol::ErrorCode recover(uint64_t t_us) override;
   protocol::ErrorCode write(uint32_t index, const uint8_t* block) override;
   protocol::ErrorCode sync() override;
   protocol::ErrorCode close(uint32_t n_blocks) override;
@@ -31,6 +35,7 @@ class SdBlockSink final : public BlockSink {
 
   SdFs card_;
   FsFile file_;
+  cid_t card_id_ = {};
   uint32_t n_blocks_ = 0;
   uint32_t blocks_filled_ = 0;
   uint32_t first_sector_ = 0;

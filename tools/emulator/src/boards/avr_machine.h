@@ -37,7 +37,7 @@ class AvrMachine {
   AvrUsbHost usb;
   bool powered = false;
   uint64_t now = 0;  // virtual time in cycles; the CPU may be an instruction ahead
-  std::array<uint8_t, 10> serial{};
+  std::array<uint8_t, 10> serial{{'e', 'm', 'u', 'l', 'a', 't', 'e', 'd', 0, 0}};
 
  private:
   static AvrMachine& of(avr_t* avr) { return *static_cast<AvrMachine*>(avr->custom.data); }

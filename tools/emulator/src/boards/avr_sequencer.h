@@ -37,14 +37,15 @@ class AvrSequencer : public SequencerBoard {
   bool take_edge(PinEdge& edge) override;
   void eeprom_get(uint8_t* image, size_t n) override;
   void eeprom_set(const uint8_t* image, size_t n) override;
+  // Byte writes begun: lets a test cut the power at each one.
+  uint32_t eeprom_writes() const override;
 
   // A program on the host opens or closes the serial port (DTR). Plugging in opens it at 115200.
   void set_port(bool open, uint32_t baud);
   // The device is enumerated and can carry bytes.
   bool link_ready() const;
-  // EEPROM byte writes begun since the board was made: lets a test cut the power at each one.
-  uint32_t eeprom_writes() const;
-  // The ten bytes of serial number in the signature row (0x0E to 0x17).
+  // The ten bytes of serial number in the signature row (0x0E to 0x17). "emulated" and two zeros at
+  // first, so that a host sees which board it is not.
   void set_serial_number(const std::array<uint8_t, 10>& serial);
   // One byte of RAM (data space address), as a debugger would read it.
   uint8_t peek(uint16_t address) const;

@@ -97,6 +97,10 @@ class CardPort final : public logger::BlockSink {
     return ErrorCode::kNone;
   }
   bool busy() override { return card_.busy(world_us()); }
+  ErrorCode recover(uint64_t t_us) override {
+    t_us_ = t_us;
+    return card_.present() ? ErrorCode::kNone : ErrorCode::kNoCard;
+  }
   ErrorCode write(uint32_t index, const uint8_t* block) override {
     return error_of(card_.write(world_us(), index, block));
   }

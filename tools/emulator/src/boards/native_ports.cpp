@@ -106,11 +106,15 @@ void NativeEeprom::write(uint16_t address, uint8_t value) {
   address_ = static_cast<uint16_t>(address % kBytes);
   old_value_ = image_[address_];
   image_[address_] = value;
+  ++writes_;
   busy_until_us_ = now_us_ + kWriteUs;
 }
 
 void NativeEeprom::power_cut() {
-  if (busy()) image_[address_] = old_value_;
+  if (busy()) {
+    image_[address_] = old_value_;
+    ++writes_;
+  }
   now_us_ = 0;
   busy_until_us_ = 0;
 }

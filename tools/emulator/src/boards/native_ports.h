@@ -77,6 +77,8 @@ class NativeEeprom : public sequencer::NonVolatile {
   // Power goes: a write under way is lost.
   void power_cut();
   std::array<uint8_t, kBytes>& image() { return image_; }
+  // Writes begun, and cuts that undid one.
+  uint32_t writes() const { return writes_; }
 
  private:
   static constexpr uint64_t kWriteUs = 3400;
@@ -84,6 +86,7 @@ class NativeEeprom : public sequencer::NonVolatile {
   std::array<uint8_t, kBytes> image_;
   uint64_t now_us_ = 0;
   uint64_t busy_until_us_ = 0;
+  uint32_t writes_ = 0;
   uint16_t address_ = 0;
   uint8_t old_value_ = 0;
 };

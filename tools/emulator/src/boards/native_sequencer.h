@@ -25,6 +25,7 @@ class NativeSequencer : public SequencerBoard {
   bool take_edge(PinEdge& edge) override;
   void eeprom_get(uint8_t* image, size_t n) override;
   void eeprom_set(const uint8_t* image, size_t n) override;
+  uint32_t eeprom_writes() const override { return eeprom_.writes(); }
 
  private:
   // Everything that dies with the power.

@@ -46,6 +46,8 @@ class SequencerBoard {
 
   virtual void eeprom_get(uint8_t* image, size_t n) = 0;
   virtual void eeprom_set(const uint8_t* image, size_t n) = 0;
+  // Changes of the EEPROM by the board since it was made: tells cheaply that there was one.
+  virtual uint32_t eeprom_writes() const = 0;
 };
 
 }  // namespace emulator

@@ -49,6 +49,11 @@ CardResult BlockDevice::truncate(uint32_t n_blocks_to_keep) {
 
 void BlockDevice::stall_until(uint64_t t_us) { busy_until_us_ = std::max(busy_until_us_, t_us); }
 
+void BlockDevice::set_present(bool present) {
+  if (!present) power_cut(PowerCut::kLosesCache);
+  present_ = present;
+}
+
 void BlockDevice::power_cut(PowerCut kind) {
   if (kind == PowerCut::kTearsOldestInCache && !cache_.empty())
     program(cache_.front(), kBlockBytes / 2, medium_);

@@ -40,7 +40,8 @@ class BlockDevice {
 
   // What a person or a bad card does.
   void stall_until(uint64_t t_us);     // the next transfers find the card busy until then
-  void set_present(bool present) { present_ = present; }
+  // Out of its contacts the card has no supply: what it had not programmed is lost.
+  void set_present(bool present);
   bool present() const { return present_; }
   void power_cut(PowerCut kind);
 

@@ -1,0 +1,96 @@
+"""Makes a board's refusal fit the command that met it: the state it is in, and commands that can be typed as shown."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.protocol.enums import ErrorCode
+
+if TYPE_CHECKING:
+    from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.devices.sequencer import SequencerClient
+
+_DEVICE_COMMAND = re.compile(r"tfsat-host (?:status|disarm|arm|upload-sequence 59 70|record (?:start|stop))")
+
+
+class Interrupted(TfsatError):
+    """Ctrl-C while a board was connected (exit code 130)."""
+
+    exit_code = 130
+
+
+def device_option(args: argparse.Namespace) -> str:
+    """The device option as the user gave it, with a space before; empty when there was none."""
+    if args.emulated:
+        return " --emulated"
+    return f" --port {shlex.quote(args.port)}" if args.port is not None else ""
+
+
+@contextmanager
+def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -> Iterator[None]:
+    """Adds to a board's error raised inside: the state where that is the reason, and the device option."""
+    from tfsat_host.devices.board_errors import BoardError
+
+    try:
+        yield
+    except BoardError as error:
+        if error.code == ErrorCode.WRONG_STATE:
+            error.what, error.next_step = _wrong_state(board)
+        error.next_step = _DEVICE_COMMAND.sub(lambda found: found[0] + device_option(args), error.next_step)
+        raise
+
+
+@contextmanager
+def interruptible(port: str) -> Iterator[None]:
+    """Ctrl-C inside becomes `Interrupted`: only here does a board go on that the user should look at."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(
+            what="Interrupted.",
+            meaning=f"The command stopped before it was done; the board at {port} goes on in its own state.",
+            next_step=f"tfsat-host status --port {shlex.quote(port)} shows what state that is.",
+        ) from None
+
+
+def refuse_emulated(args: argparse.Namespace, command: str, consequence: str) -> None:
+    """Raises RefusedError for `--emulated` with a command whose effect would end with the process."""
+    if not args.emulated:
+        return
+    board = "logger" if command.startswith("record") else "sequencer"
+    raise RefusedError(
+        what=f"{command} --emulated is refused: the emulated robot lives in this process only.",
+        meaning=f"{consequence} Nothing was done.",
+        next_step="Keep an emulated robot running in another terminal: tfsat-host emulate\n"
+        f"Then: tfsat-host {command} --port robot/{board}",
+    )
+
+
+def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
+    """What happened, and what to do: from the state that the board is in."""
+    name = board.identity.board.name.lower()
+    state = board.status().state.name.lower()
+    words, cure = _WRONG_STATES.get((name, state), (state, "Wait a second"))
+    return (
+        f"The {name} is {words}; it does not take this request now.",
+        f"{cure}, then the same command again.",
+    )
+
+
+_WRITING = "still writing its EEPROM"
+_WRONG_STATES = {
+    ("sequencer", "safe"): (f"safe, but {_WRITING}", "Wait a second"),
+    ("sequencer", "armed"): ("armed", "tfsat-host disarm"),
+    ("sequencer", "running"): ("running", "Wait until the maneuver is over, or tfsat-host disarm"),
+    ("sequencer", "done"): (f"done, but {_WRITING}", "Wait a second"),
+    ("sequencer", "fault"): ("in fault", "tfsat-host disarm"),
+    ("logger", "recording"): ("recording already", "tfsat-host record stop"),
+    ("logger", "stopping"): ("still closing its last recording", "Wait a second"),
+}
+"""By board and state: the state in words, and what ends it."""

@@ -1,0 +1,82 @@
+"""The files that a decoded recording becomes, beside each other under one name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tfsat_host.cli.outputs import OutputFile, was_made_with, write_all
+
+if TYPE_CHECKING:
+    from tfsat_host.sdlog import DropLog
+
+FORMATS = ("csv", "npz", "mat")
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was done.
+
+    Attributes:
+        files: Path of each file written, by its name in the JSON result.
+        removed: Files of the same name in other formats, decoded from what stood there before.
+    """
+
+    files: dict[str, Path]
+    removed: tuple[Path, ...]
+
+
+def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bool) -> Written:
+    """Writes `stem`.csv and so on, and removes what was decoded under this name from an older recording.
+
+    Two recordings under one name in two formats would be taken for one. A file is of an older one when it
+    is older than the recording itself.
+
+    Raises:
+        TfsatError: a file exists that is not ours; nothing was written.
+    """
+    wanted = _outputs(log, stem, formats)
+    write_all(list(wanted.values()), force=force)
+    others = _outputs(log, stem, [name for name in FORMATS if name not in formats])
+    stale = [file.path for file in others.values() if _is_stale(file, log.path)]
+    for path in stale:
+        path.unlink()
+    return Written({name: file.path for name, file in wanted.items()}, tuple(stale))
+
+
+def _is_stale(file: OutputFile, recording: Path) -> bool:
+    if not file.path.is_file() or not was_made_with(file.path, file.marker):
+        return False
+    return file.path.stat().st_mtime_ns < recording.stat().st_mtime_ns
+
+
+def _named(stem: Path, ending: str) -> Path:
+    return stem.with_name(stem.name + ending)
+
+
+def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, OutputFile]:
+    """What can be written, by the name it has in the JSON result."""
+
+    files = {}
+    if "csv" in formats:
+        from tfsat_host.sdlog import export_csv as to_csv
+
+        files["csv"] = OutputFile(
+            _named(stem, ".csv"), to_csv.header_line(log), lambda path: to_csv.write_csv(log, path)
+        )
+        files["events_csv"] = OutputFile(
+            _named(stem, ".events.csv"),
+            to_csv.events_header_line(),
+            lambda path: to_csv.write_events_csv(log, path),
+        )
+    if "npz" in formats:
+        from tfsat_host.sdlog.export_npz import NPZ_MARKER, write_npz
+
+        files["npz"] = OutputFile(_named(stem, ".npz"), NPZ_MARKER, lambda path: write_npz(log, path))
+    if "mat" in formats:
+        from tfsat_host.sdlog.export_mat import MAT_MARKER, write_mat
+
+        files["mat"] = OutputFile(_named(stem, ".mat"), MAT_MARKER, lambda path: write_mat(log, path))
+    return files

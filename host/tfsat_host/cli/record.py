@@ -1,0 +1,81 @@
+"""`tfsat-host record start` and `record stop`: the recording of a real drop."""
+
+from __future__ import annotations
+
+import argparse
+
+from tfsat_host.cli.advice import device_option, refuse_emulated
+from tfsat_host.cli.connection import open_logger
+from tfsat_host.cli.options import add_device_options
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import DataLossError
+from tfsat_host.protocol.limits import IMU_COUNT
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Start or stop; the device."""
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", dest="action", required=True)
+    helps = {
+        "start": "start a recording and wait until the card really takes it",
+        "stop": "end the recording and wait until the card holds all of it",
+    }
+    for name, text in helps.items():
+        action = actions.add_parser(
+            name,
+            help=text,
+            description=f"{text[:1].upper()}{text[1:]}.",
+            formatter_class=type(parser._get_formatter()),
+            allow_abbrev=False,
+        )
+        add_device_options(action, "logger")
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Starts or stops, whichever was typed."""
+    refuse_emulated(args, f"record {args.action}", "The recording would be gone with the command.")
+    return _start(args, out) if args.action == "start" else _stop(args, out)
+
+
+def _start(args: argparse.Namespace, out: Output) -> int:
+    with open_logger(args, out) as logger:
+        started = logger.start_recording()
+        with out.progress("waiting until the card takes blocks (a new card's file takes 2 to 4 s)"):
+            status = logger.wait_for_card()
+        present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
+        for body in (body for body, here in enumerate(present, 1) if not here):
+            out.warn(f"IMU {body} does not answer: the rates of body {body} are not recorded.")
+        session = f"{started.session:08x}"
+        out.result(
+            {
+                "state": status.state.name.lower(),
+                "session": session,
+                "blocks_written": status.blocks_written,
+                "imu_present": present,
+                "device": {"port": logger.port, **logger.identity.as_dict()},
+            },
+            f"Recording: session {session}, the card takes blocks. Pulling the cable does not stop it.\n"
+            f"After the drop: tfsat-host record stop{device_option(args)}",
+        )
+    return 0
+
+
+def _stop(args: argparse.Namespace, out: Output) -> int:
+    with open_logger(args, out) as logger:
+        with out.progress("waiting until the card holds the recording's end"):
+            stopped = logger.stop_recording()
+        session = f"{stopped.session:08x}"
+        lost = stopped.samples_dropped
+        out.result(
+            {
+                "state": stopped.state.name.lower(),
+                "session": session,
+                "samples": stopped.samples,
+                "samples_dropped": lost,
+                "device": {"port": logger.port, **logger.identity.as_dict()},
+            },
+            f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
+            "Take the card out and decode its newest file, such as: tfsat-host decode DROP0001.BIN",
+        )
+        if lost:
+            out.warn(f"{lost} samples were dropped because the card was too slow; decode says where.")
+    return DataLossError.exit_code if lost else 0

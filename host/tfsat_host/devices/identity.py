@@ -1,0 +1,62 @@
+"""Who answers on a link: what HELLO says of a board."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tfsat_host.protocol.enums import Board
+from tfsat_host.protocol.limits import PROTOCOL_HASH
+from tfsat_host.protocol.messages import HelloReply
+
+
+@dataclass(frozen=True, slots=True)
+class BoardIdentity:
+    """What HELLO says.
+
+    Attributes:
+        board: Kind of board.
+        serial: Serial number, hexadecimal; empty where the chip has none.
+        firmware: Version, such as 0.1.0.
+        image_crc: CRC-32/ISO-HDLC of the flashed image, 8 hexadecimal digits; zeros where a core runs natively.
+        protocol_hash: Of the specification that the firmware was built with, hexadecimal.
+    """
+
+    board: Board
+    serial: str
+    firmware: str
+    image_crc: str
+    protocol_hash: str
+
+    @classmethod
+    def from_reply(cls, reply: HelloReply) -> BoardIdentity:
+        """From the board's answer to HELLO."""
+        return cls(
+            board=reply.board,
+            serial=reply.board_serial.hex() if any(reply.board_serial) else "",
+            firmware=".".join(str(part) for part in reply.firmware_version),
+            image_crc=f"{reply.image_crc:08x}",
+            protocol_hash=reply.protocol_hash.hex(),
+        )
+
+    @property
+    def speaks_this_protocol(self) -> bool:
+        """Whether the firmware was built with this program's specification."""
+        return self.protocol_hash == PROTOCOL_HASH.hex()
+
+    def describe(self) -> str:
+        """For people: firmware, image and serial number, where there are any."""
+        parts = [f"{self.board.name.lower()} firmware {self.firmware}"]
+        parts.append(f"image {self.image_crc}" if int(self.image_crc, 16) else "core run natively, no image")
+        if self.serial:
+            parts.append(f"serial number {self.serial}")
+        return ", ".join(parts)
+
+    def as_dict(self) -> dict[str, str]:
+        """For `--json`."""
+        return {
+            "board": self.board.name.lower(),
+            "serial": self.serial,
+            "firmware": self.firmware,
+            "image_crc": self.image_crc,
+            "protocol_hash": self.protocol_hash,
+        }

@@ -1,0 +1,214 @@
+"""When the robot was released, by the sequencer's own rule, and how far that time can be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.protocol.limits import (
+    PAUSE_MIN_US,
+    RELEASE_CHATTER_US,
+    RELEASE_DEBOUNCE_US,
+    SAMPLES_PER_BLOCK,
+    SWITCH_COUNT,
+)
+
+from .events import DropEvent
+from .gaps import Gap
+
+ALL_OPEN = (1 << SWITCH_COUNT) - 1
+_BACKLOG_BLOCKS = 2
+"""Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
+
+SwitchEdge = tuple[int, int, bool]
+"""Time in µs, switch from 0, whether it opened."""
+Span = tuple[int, int]
+"""Times in µs between which edges may be missing."""
+
+
+@dataclass(frozen=True)
+class Release:
+    """A release; the true one lies from `earliest_us` to `latest_us` (both `t_us` if edges tell it).
+
+    Attributes:
+        t_us: The logger's clock.
+        earliest_us: It cannot have been before.
+        latest_us: It cannot have been after.
+        touches_gap: Blocks or samples that are lost may hold its edges.
+    """
+
+    t_us: int
+    earliest_us: int
+    latest_us: int
+    touches_gap: bool
+
+    @property
+    def uncertainty_us(self) -> int:
+        """The most by which `t_us` can be wrong."""
+        return max(self.t_us - self.earliest_us, self.latest_us - self.t_us)
+
+
+def find_release(
+    events: Sequence[DropEvent],
+    t_us: NDArray[np.int64],
+    switch_open: NDArray[np.bool_],
+    gaps: Sequence[Gap] = (),
+) -> Release | None:
+    """The last release before the first stroke, or without strokes the first; None without one.
+
+    Args:
+        events: By time.
+        t_us: (n,) sample times.
+        switch_open: (n, 2) the switches at the samples: they show edges that are not in the log.
+        gaps: Where blocks or samples are lost.
+    """
+    if not len(t_us):
+        return None
+    period_us = int(np.median(np.diff(t_us))) if len(t_us) > 1 else 0
+    recorded = [
+        (event.t_us, event.index, event.arg != 0)
+        for event in events
+        if event.name == "switch_edge" and event.index < SWITCH_COUNT
+    ]
+    edges, unseen = list(recorded), _lost_before_edges(events)
+    for switch in range(SWITCH_COUNT):
+        own = [edge for edge in recorded if edge[1] == switch]
+        for (before_us, after_us), is_open in _unrecorded(own, t_us, switch_open[:, switch], period_us):
+            edges.append((after_us, switch, is_open))
+            unseen.append((before_us, after_us))
+    edges.sort(key=lambda edge: edge[0])
+    backlog_us = _BACKLOG_BLOCKS * SAMPLES_PER_BLOCK * period_us
+    holes = [
+        (int(t_us[0]) if gap.start_us is None else gap.start_us - backlog_us, gap.end_us)
+        for gap in gaps
+        if gap.end_us is not None
+    ]
+    start = sum(1 << i for i, is_open in enumerate(switch_open[0].tolist()) if is_open)
+    releases = release_times(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
+    latest_us = next((event.t_us - PAUSE_MIN_US for event in events if event.name == "stroke"), None)
+    chosen = _choose(releases, latest_us, period_us)
+    if chosen is None:
+        return None
+    begin, end = _window(chosen, edges, start, unseen + holes)
+    if latest_us is not None:
+        end = max(end, latest_us)
+    near = [span for span in unseen + holes if span[1] >= begin and span[0] <= end]
+    near = [span for span in near if not _is_chatter(span, chosen)]
+    return Release(
+        chosen,
+        min([chosen, *(span[0] for span in near)]),
+        max([chosen, *(span[1] for span in near)]),
+        any(span in near for span in holes),
+    )
+
+
+def release_times(edges: Sequence[SwitchEdge], start: int, end_us: int) -> list[int]:
+    """All releases, by the rule of the firmware's `ReleaseDetector`, armed anew when both have closed.
+
+    Both switches open without interruption for RELEASE_DEBOUNCE_US; the time is the first edge at
+    which both were open, unless the contacts still chatter RELEASE_CHATTER_US after it.
+
+    Args:
+        edges: By time.
+        start: Bit i: switch i is open before them.
+        end_us: How long the switches are known to stay as the last edge left them.
+    """
+    releases: list[int] = []
+    state = start
+    watching = start == 0
+    since: int | None = None
+    last_us: int | None = None
+    for time_us, switch, is_open in [*edges, (end_us, -1, False)]:
+        if last_us is not None and time_us - last_us >= RELEASE_DEBOUNCE_US:
+            if state == ALL_OPEN and since is not None and watching:
+                releases.append(since)
+                watching = False
+            elif state == 0:
+                watching = True
+            since = None
+        if switch < 0:
+            break
+        changed = state | 1 << switch if is_open else state & ~(1 << switch)
+        if changed == state:
+            continue
+        state, last_us = changed, time_us
+        if since is not None and time_us - since > RELEASE_CHATTER_US:
+            since = None
+        if state == ALL_OPEN and since is None:
+            since = time_us
+    return releases
+
+
+def _choose(releases: list[int], latest_us: int | None, tolerance_us: int) -> int | None:
+    if latest_us is None:
+        return releases[0] if releases else None
+    # A release that only the samples show is dated late: allow for it, the first stroke is certain.
+    before = [release for release in releases if release <= latest_us + tolerance_us]
+    if not before:
+        before = [release for release in releases if release <= latest_us + PAUSE_MIN_US]
+    return before[-1] if before else None
+
+
+def _lost_before_edges(events: Sequence[DropEvent]) -> list[Span]:
+    """Where the logger says that edges came too fast to be kept."""
+    stamped = [event for event in events if event.name in ("switch_edge", "stroke")]
+    spans = []
+    for i, event in enumerate(stamped):
+        if event.value > 0:
+            spans.append((stamped[i - 1].t_us if i else event.t_us, event.t_us))
+    return spans
+
+
+def _unrecorded(
+    edges: list[SwitchEdge], t_us: NDArray[np.int64], is_open: NDArray[np.bool_], period_us: int
+) -> list[tuple[Span, bool]]:
+    """Changes of one switch that its samples show and its edges do not: between when, and to what."""
+    edge_us = np.array([edge[0] for edge in edges], np.int64)
+    after = np.searchsorted(edge_us, t_us, side="right")
+    padded = np.concatenate(([-(1 << 62)], edge_us, [1 << 62]))
+    # A sample within a period of an edge may have been read on either side of it.
+    clear = (t_us - padded[after] >= period_us) & (padded[after + 1] - t_us >= period_us)
+    rows = np.flatnonzero(clear)
+    if not len(rows):
+        return []
+    segment, level = after[rows], is_open[rows]
+    before = np.array([bool(is_open[0]), *(edge[2] for edge in edges)])[segment]
+    before_us = np.maximum(padded[segment], t_us[0])
+    same = np.flatnonzero(segment[1:] == segment[:-1]) + 1
+    before[same], before_us[same] = level[same - 1], t_us[rows[same - 1]]
+    return [
+        ((int(before_us[i]), int(t_us[rows[i]])), bool(level[i])) for i in np.flatnonzero(level != before)
+    ]
+
+
+def _window(release_us: int, edges: list[SwitchEdge], start: int, unseen: list[Span]) -> Span:
+    """From when to when unseen edges would change the release: up to a debounce of known quiet."""
+    marks = sorted({edge[0] for edge in edges} | {time_us for span in unseen for time_us in span})
+    begin = end = release_us
+    found_begin = False
+    state, next_edge = start, 0
+    previous: int | None = None
+    for mark in [*marks, 1 << 62]:
+        if previous is None or mark - previous >= RELEASE_DEBOUNCE_US:
+            known = previous is None or not any(a <= previous and mark <= b for a, b in unseen)
+            if known and mark <= release_us and state != ALL_OPEN:
+                begin, found_begin = mark, True
+            if known and previous is not None and previous >= release_us and state == ALL_OPEN:
+                end = previous
+                break
+        while next_edge < len(edges) and edges[next_edge][0] <= mark:
+            _, switch, is_open = edges[next_edge]
+            state = state | 1 << switch if is_open else state & ~(1 << switch)
+            next_edge += 1
+        previous = mark
+    return (begin if found_begin else marks[0]), end
+
+
+def _is_chatter(span: Span, release_us: int) -> bool:
+    """Too short to hide a closing, and after both were first seen open: it cannot move the release."""
+    first_us, last_us = span
+    short = last_us - first_us < RELEASE_DEBOUNCE_US
+    return short and first_us >= release_us and last_us - release_us <= RELEASE_CHATTER_US

@@ -1,0 +1,144 @@
+"""The commands of a drop by hand, as processes beside a served robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.cli.process import RunCli
+from tests.emulate.served import Served
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
+    monkeypatch.chdir(tmp_path)
+    with Served() as process:
+        yield process
+
+
+@pytest.fixture
+def both(robot: Served) -> dict[str, str]:
+    return {
+        "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
+        "TFSAT_LOGGER_PORT": robot.announced["logger"],
+    }
+
+
+def test_a_drop_is_recorded_by_hand(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
+    silent = tfsat_host("arm", "--yes", "--json", environ=both)
+    assert "is not recording" in silent.stderr
+    assert '"recording": false' in silent.stdout
+    tfsat_host("disarm", environ=both)
+
+    started = tfsat_host.json("record", "start", "--yes", environ=both)
+    assert started["state"] == "recording"
+    assert started["blocks_written"] > 0
+    assert started["device"]["port"] == both["TFSAT_LOGGER_PORT"]
+    armed = tfsat_host("arm", "--yes", "--json", environ=both)
+    assert "not recording" not in armed.stderr
+    assert '"recording": true' in armed.stdout
+    robot.control("drop", "wait still", "wait 500ms")
+    stopped = tfsat_host.json("record", "stop", environ=both)
+    assert (stopped["state"], stopped["session"]) == ("stopped", started["session"])
+    assert stopped["samples"] > 2.5 * 280
+    assert stopped["samples_dropped"] == 0
+    robot.control("card drop.bin")
+    decoded = tfsat_host.json("decode", "drop.bin")
+    assert (decoded["verdict"], decoded["samples"]) == ("complete", stopped["samples"])
+
+
+def test_recording_twice_and_stopping_nothing(robot: Served, tfsat_host: RunCli) -> None:
+    nothing = tfsat_host("record", "stop", "--port", robot.logger, expect=1)
+    assert "no recording to stop" in nothing.stderr
+    assert f"tfsat-host status --port {robot.logger}" in nothing.stderr
+    people = tfsat_host("record", "start", "--port", robot.logger)
+    assert f"tfsat-host record stop --port {robot.logger}" in people.stdout
+    error = tfsat_host.json("record", "start", "--port", robot.logger, expect=4)["error"]
+    assert error["code"] == "wrong_state"
+    assert "recording already" in error["what"]
+    assert error["next_step"].startswith(f"tfsat-host record stop --port {robot.logger}, then")
+
+
+def test_a_logger_that_is_not_named_is_not_asked(robot: Served, tfsat_host: RunCli) -> None:
+    armed = tfsat_host("arm", "--yes", "--json", "--port", robot.sequencer)
+    assert "The logger was not asked" in armed.stderr
+    assert '"recording": null' in armed.stdout
+    assert "Warning" not in armed.stderr
+
+
+def test_arming_is_refused_before_anybody_is_asked(robot: Served, tfsat_host: RunCli) -> None:
+    """Without --yes and without a terminal the question itself would be a usage error, exit code 2."""
+    port = ("--port", robot.sequencer)
+    assert tfsat_host("arm", *port, expect=2).stderr
+    robot.control("release 2")
+    error = tfsat_host.json("arm", *port, expect=4)["error"]
+    assert (error["code"], error["what"]) == ("switch_open", "A release switch is open.")
+    robot.control("seat")
+    device = tfsat_host.json("arm", "--yes", *port)["device"]
+    assert device["port"] == str(robot.sequencer)
+    error = tfsat_host.json("arm", *port, expect=4)["error"]
+    assert error["code"] == "wrong_state"
+    assert error["what"].startswith("The sequencer is armed;")
+    assert error["next_step"] == f"tfsat-host disarm --port {robot.sequencer}, then the same command again."
+    upload = tfsat_host("upload-sequence", 59, 70, *port, expect=4)
+    assert "The sequencer is armed;" in upload.stderr
+    disarmed = tfsat_host.json("disarm", *port)
+    assert disarmed["state"] == "safe"
+    assert disarmed["same_protocol"] is True
+    assert disarmed["device"]["port"] == str(robot.sequencer)
+
+
+@pytest.mark.parametrize(
+    ("command", "port"), [("arm", "sequencer"), ("record start", "logger"), ("record stop", "logger")]
+)
+def test_what_would_end_with_the_process_is_refused(tfsat_host: RunCli, command: str, port: str) -> None:
+    refused = tfsat_host(*command.split(), "--emulated", "--yes", expect=4)
+    assert refused.stdout == ""
+    assert "lives in this process only" in refused.stderr
+    assert f"tfsat-host {command} --port robot/{port}" in refused.stderr
+
+
+def test_status_goes_on_when_a_board_does_not_speak(
+    robot: Served, both: dict[str, str], tfsat_host: RunCli
+) -> None:
+    robot.control("power sequencer off")
+    shown = tfsat_host.json("status", environ=both)
+    assert shown["sequencer"]["error"]["code"] == "missing"
+    assert shown["logger"]["state"] == "idle"
+    robot.control("power logger off")
+    assert tfsat_host.json("status", environ=both, expect=1)["error"]["code"] == "missing"
+
+
+def test_status_of_swapped_and_of_equal_variables(
+    robot: Served, both: dict[str, str], tfsat_host: RunCli
+) -> None:
+    sequencer, logger = both.values()
+    swapped = {"TFSAT_SEQUENCER_PORT": logger, "TFSAT_LOGGER_PORT": sequencer}
+    said = tfsat_host("status", "--json", environ=swapped)
+    assert f"TFSAT_SEQUENCER_PORT={logger} is the logger's port, not the sequencer's" in said.stderr
+    assert f"TFSAT_LOGGER_PORT={sequencer} is the sequencer's port, not the logger's" in said.stderr
+    shown = tfsat_host.json("status", environ=swapped)
+    assert (shown["sequencer"]["state"], shown["logger"]["state"]) == ("safe", "idle")
+    equal = {"TFSAT_SEQUENCER_PORT": logger, "TFSAT_LOGGER_PORT": str(robot.logger)}
+    said = tfsat_host("status", "--json", environ=equal)
+    assert "name the same port" in said.stderr
+    assert '"sequencer": null' in said.stdout
+
+
+def test_status_and_upload_agree_when_the_maneuver_ends(tfsat_host: RunCli) -> None:
+    uploaded = tfsat_host.json("upload-sequence", 59, 70, "--emulated")
+    maneuver = tfsat_host.json("status", "--emulated")["sequencer"]["maneuver"]
+    assert maneuver["end_s"] == uploaded["end_s"] == 2.23
+    assert maneuver["end_us"] == 2_231_765
+
+
+@pytest.mark.parametrize("command", ["status", "arm", "disarm", "upload-sequence 59 70", "record start"])
+def test_an_empty_port_is_a_usage_error(tfsat_host: RunCli, command: str) -> None:
+    assert "port is empty" in tfsat_host(*command.split(), "--port", "", expect=2).stderr
+
+
+@pytest.mark.parametrize("command", ["upload-sequence", "rehearse"])
+def test_an_empty_file_name_is_a_usage_error(tfsat_host: RunCli, command: str) -> None:
+    assert "file is empty" in tfsat_host(command, "--file", "", expect=2).stderr

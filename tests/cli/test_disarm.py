@@ -1,0 +1,115 @@
+"""Whatever answers, or does not: disarm makes safe what it can, and says what is left to do by hand."""
+
+from __future__ import annotations
+
+import os
+import threading
+import tty
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from tests.cli.process import RunCli
+from tests.devices.scripted import hello, refusal, reply
+from tfsat_host.cli import ports
+from tfsat_host.cli.advice import Interrupted, interruptible
+from tfsat_host.cli.main import main
+from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
+from tfsat_host.protocol.framing import Frame, FrameReceiver
+from tfsat_host.protocol.messages import DisarmReply, DisarmRequest, HelloRequest
+
+CUT = "cut the sequencer's power."
+
+
+class PtyBoard:
+    """A board at a pseudo-terminal: answers HELLO as `identity` and DISARM, and takes no other request."""
+
+    def __init__(self) -> None:
+        self.master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        self.port = os.ttyname(self._slave)
+        self.identity = hello(protocol_hash=bytes(range(8)))
+        self.disarms = True
+        self.requests: list[int] = []
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def _serve(self) -> None:
+        receiver = FrameReceiver()
+        while data := os.read(self.master, 1000):
+            if data == b"\xffend":
+                return
+            for frame in receiver.feed(data):
+                self.requests.append(frame.type)
+                os.write(self.master, self._answer(frame))
+
+    def _answer(self, frame: Frame) -> bytes:
+        if frame.type == HelloRequest.TYPE:
+            return reply(frame, self.identity)
+        if frame.type == DisarmRequest.TYPE and self.disarms:
+            return reply(frame, DisarmReply(SequencerState.SAFE))
+        return refusal(frame, ErrorCode.UNKNOWN_MESSAGE)
+
+    def close(self) -> None:
+        os.write(self._slave, b"\xffend")
+        self._thread.join(10)
+        os.close(self._slave)
+        os.close(self.master)
+
+
+@pytest.fixture
+def board() -> Iterator[PtyBoard]:
+    made = PtyBoard()
+    yield made
+    made.close()
+
+
+def test_another_protocol_is_disarmed_all_the_same(board: PtyBoard, tfsat_host: RunCli) -> None:
+    done = tfsat_host("disarm", "--port", board.port)
+    assert "Disarmed" in done.stdout
+    assert "speaks another protocol" in done.stderr
+    assert board.requests == [HelloRequest.TYPE, DisarmRequest.TYPE]
+    shown = tfsat_host.json("disarm", "--port", board.port)
+    assert (shown["state"], shown["same_protocol"]) == ("safe", False)
+
+
+def test_every_other_command_refuses_another_protocol(board: PtyBoard, tfsat_host: RunCli) -> None:
+    error = tfsat_host.json("arm", "--yes", "--port", board.port, expect=1)["error"]
+    assert error["code"] == "other-protocol"
+    assert board.requests == [HelloRequest.TYPE]
+
+
+def test_a_board_that_does_not_disarm_loses_its_power(board: PtyBoard, tfsat_host: RunCli) -> None:
+    board.disarms = False
+    assert tfsat_host("disarm", "--port", board.port, expect=1).stderr.rstrip().endswith(CUT)
+
+
+def test_the_logger_is_not_disarmed(board: PtyBoard, tfsat_host: RunCli) -> None:
+    board.identity = replace(board.identity, board=Board.LOGGER)
+    error = tfsat_host.json("disarm", "--port", board.port, expect=1)["error"]
+    assert error["code"] == "other-board"
+    assert error["next_step"].endswith(CUT)
+    assert board.requests == [HelloRequest.TYPE]
+
+
+def test_a_board_that_cannot_be_reached_loses_its_power(tfsat_host: RunCli) -> None:
+    error = tfsat_host.json("disarm", expect=1, without_ports=True)["error"]
+    assert error["code"] == "none-found"
+    assert error["next_step"].endswith(CUT)
+
+
+def test_ctrl_c_recommends_status_only_where_a_board_was_connected(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(Interrupted) as caught, interruptible("/dev/x y"):
+        raise KeyboardInterrupt
+    assert caught.value.exit_code == 130
+    assert "tfsat-host status --port '/dev/x y'" in caught.value.next_step
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ports, "system_ports", interrupt)
+    assert main(["ports"]) == 130
+    assert "status" not in capsys.readouterr().err

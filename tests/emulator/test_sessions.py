@@ -1,0 +1,43 @@
+"""Session ids: another for each drop, the same for the same drop."""
+
+from __future__ import annotations
+
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.rehearsal import rehearse
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+
+
+def first_session(**seeds: int) -> int:
+    with EmulatedRobot(**seeds) as robot:  # type: ignore[arg-type]
+        robot.advance(SETTLE_US)
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        return logger.start_recording().session
+
+
+def rehearsed_session(first_deg: float, seed: int, rate_rad_s: tuple[float, float, float]) -> int:
+    schedule = schedule_maneuver(four_stroke(first_deg, 70))
+    return rehearse(schedule, seed=seed, residual_rate_rad_s=rate_rad_s).recording.session
+
+
+def test_without_a_seed_each_robot_has_its_own() -> None:
+    assert first_session() != first_session()
+
+
+def test_a_seed_repeats_it_and_a_session_seed_alone_decides() -> None:
+    assert first_session(seed=3) == first_session(seed=3)
+    assert first_session(seed=3) != first_session(seed=4)
+    assert first_session(seed=3, session_seed=9) == first_session(seed=4, session_seed=9)
+
+
+def test_two_rehearsals_share_one_only_if_they_are_the_same_drop() -> None:
+    still, turning = (0.0, 0.0, 0.0), (0.01, 0.0, 0.0)
+    base = rehearsed_session(59, 1, still)
+    assert rehearsed_session(59, 1, still) == base
+    others = [
+        rehearsed_session(58, 1, still),
+        rehearsed_session(59, 2, still),
+        rehearsed_session(59, 1, turning),
+    ]
+    assert len({base, *others}) == 4
