@@ -10,6 +10,10 @@ from hypothesis import HealthCheck, settings
 
 from tests.cli.process import RunCli, clean_environment
 
+# Under `make test` a make that a test runs would think itself a part of it, and print where it is.
+for variable in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL"):
+    os.environ.pop(variable, None)
+
 # Derandomised: a red test is red for everybody. Deadlines measure the machine, not the code.
 settings.register_profile(
     "tfsat", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
