@@ -15,16 +15,11 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 LOCKED = $$(cksum <requirements.lock) $(CURDIR)
 PACKAGED = $$(cksum <pyproject.toml)
 
-say = @printf '\033[1m%s\033[0m\n' "== $(1)"
-ifndef TERM
-say = @echo "== $(1)"
-endif
-ifdef NO_COLOR
-say = @echo "== $(1)"
-endif
-ifdef CI
-say = @echo "== $(1)"
-endif
+# Bold where a person reads it, plain in files and pipes.
+define say
+@if [ -t 1 ] && [ -n "$$TERM" ] && [ "$$TERM" != dumb ] && [ -z "$$NO_COLOR$$CI" ]; \
+  then printf '\033[1m== %s\033[0m\n' "$(1)"; else printf '== %s\n' "$(1)"; fi
+endef
 
 .PHONY: help
 help:  ## this list
@@ -36,7 +31,7 @@ help:  ## this list
 demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs Python and a C++ compiler)
 	$(call say,building the emulated robot)
 	@$(BIN)/python -m tfsat_host.emulated.build
-	$(call say,rehearsing the maneuver 59/70: upload - calibration - drop - card - decoding)
+	$(call say,rehearsing the maneuver 59/70: upload - recording - arming - lift - drop - decoding)
 	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
 	$(call say,results in build/demo)
 	@ls build/demo | sed 's/^/  /'

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.cli.process import RunCli
 from tfsat_host.calibration.misalignment import CalibrationError, estimate_axes, gyro_bias
 from tfsat_host.calibration.patterns import PATTERNS, MotionPattern, patterns_of_joint
 from tfsat_host.calibration.recording import Recording
@@ -18,7 +14,6 @@ from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.messages import LiveSampleStream
-from tfsat_host.robot import load_robot
 
 FloatArray = NDArray[np.float64]
 
@@ -113,48 +108,31 @@ def test_a_held_body_that_moves_is_refused(bench: Bench) -> None:
         )
 
 
-def test_invalid_samples_are_refused() -> None:
-    recording = Recording(
+def still_recording(samples_lost: int = 0) -> Recording:
+    return Recording(
         t_s=np.arange(100) / 280.0,
         rate_rad_s=np.zeros((100, 4, 3)),
         sensor_angle_rad=np.zeros((100, 6)),
-        imu_valid=np.arange(400).reshape(100, 4) != 17,
-        samples_lost=0,
+        imu_valid=np.ones((100, 4), dtype=bool),
+        samples_lost=samples_lost,
     )
-    with pytest.raises(CalibrationError, match="1 of 100 samples of the gyro on body 2"):
+
+
+def test_samples_that_never_arrived_are_refused_above_one_percent() -> None:
+    assert not gyro_bias(still_recording(samples_lost=1)).any()
+    with pytest.raises(CalibrationError, match="2 of 102 samples never reached"):
+        gyro_bias(still_recording(samples_lost=2))
+
+
+def test_a_logger_that_restarts_is_refused() -> None:
+    recording = still_recording()
+    recording.t_s[50:] -= recording.t_s[50]
+    with pytest.raises(CalibrationError, match="the logger restarted"):
         gyro_bias(recording)
 
 
-@pytest.mark.parametrize(("joint", "bodies"), [(1, [1, 2, 3]), (2, [1, 2, 3, 4]), (3, [4])])
-def test_command(tfsat_host: RunCli, joint: int, bodies: list[int]) -> None:
-    result = tfsat_host.json("calibrate", "misalignment", "--joint", str(joint), "--emulated")
-    assert [axis["body"] for axis in result["axes"]] == bodies
-    written = tomllib.loads((tfsat_host.folder / result["file"]).read_text())
-    nominal = load_robot().joint_axis[joint - 1]
-    for axis, row in zip(result["axes"], written["axis"], strict=True):
-        assert row["axis_sensor"] == pytest.approx(axis["axis_sensor"], abs=1e-7)
-        assert axis["nominal_sensor"] == pytest.approx(nominal)
-        assert 0.0 < axis["angle_deg"] < 6.0
-
-
-def test_command_does_not_overwrite_other_files(tfsat_host: RunCli, tmp_path: Path) -> None:
-    notes = tmp_path / "notes.toml"
-    notes.write_text("mine = true\n")
-    arguments = ("calibrate", "misalignment", "--joint", "3", "--emulated", "--out", str(notes))
-    result = tfsat_host(*arguments, expect=1)
-    assert "was not made by this command" in result.stderr
-    assert notes.read_text() == "mine = true\n"
-    tfsat_host(*arguments, "--force")
-    tfsat_host(*arguments)  # its own file it may replace
-
-
-def test_without_a_joint_or_with_one_too_many(tfsat_host: RunCli) -> None:
-    assert "--joint" in tfsat_host("calibrate", "misalignment", "--emulated", expect=2).stderr
-    assert "4" in tfsat_host("calibrate", "misalignment", "--joint", "4", "--emulated", expect=2).stderr
-    assert tfsat_host("calibrate", expect=2).stderr
-
-
-def test_without_a_logger(tfsat_host: RunCli) -> None:
-    result = tfsat_host("calibrate", "misalignment", "--joint", "1", expect=1, without_ports=True)
-    assert "Plug in the Teensy 4.1" in result.stderr
-    assert "--emulated" in result.stderr
+def test_invalid_samples_are_refused() -> None:
+    recording = still_recording()
+    recording.imu_valid[4, 1] = False
+    with pytest.raises(CalibrationError, match="1 of 100 samples of the gyro on body 2"):
+        gyro_bias(recording)

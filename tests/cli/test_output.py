@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import math
+import os
+import subprocess
 from enum import IntEnum, StrEnum
 from pathlib import Path
 
@@ -128,3 +130,38 @@ def test_progress_on_a_terminal_ends_with_the_work() -> None:
     with Output(stderr=terminal).progress("Writing", 3) as advance:
         advance(3)
     assert "Writing" in terminal.getvalue()
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def announced_by_make(environ: dict[str, str], stdout: int) -> None:
+    """Has the Makefile announce "a step (of it)"."""
+    rule = "include Makefile\nannounce:\n\t$(call say,a step (of it))\n"
+    environ = {"PATH": os.environ["PATH"], "TERM": "xterm", **environ}
+    command = ["make", "--no-print-directory", "-f", "-", "announce"]
+    subprocess.run(command, input=rule.encode(), cwd=ROOT, env=environ, stdout=stdout, check=True)
+
+
+def test_make_is_bold_only_on_a_terminal(tmp_path: Path) -> None:
+    with (tmp_path / "x").open("wb") as file:
+        announced_by_make({}, file.fileno())
+    assert (tmp_path / "x").read_bytes() == b"== a step (of it)\n"
+    for environ, bold in (({}, True), ({"NO_COLOR": "1"}, False), ({"CI": "1"}, False)):
+        ours, terminal = os.openpty()
+        announced_by_make(environ, terminal)
+        shown = os.read(ours, 1000)
+        os.close(terminal)
+        os.close(ours)
+        assert b"== a step (of it)" in shown
+        assert (b"\x1b[1m" in shown) is bold
+
+
+def test_what_a_campaign_leaves_is_not_committed(tmp_path: Path) -> None:
+    (tmp_path / ".gitignore").write_text((ROOT / ".gitignore").read_text())
+    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    left = ["misalignment-joint-1.toml", "misalignment-joint-2-emulated.toml", "robot/SD.bin", "run/SD.csv"]
+    ours = ["host/tfsat_host/robot/model.py", "robots/drop_tower.toml"]
+    command = ["git", "check-ignore", *left, *ours]
+    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert told.stdout.split() == left

@@ -84,3 +84,38 @@ def test_what_python_itself_gives_up_on(value: str) -> None:
 def test_a_pause_beside_explicit_times_is_refused_because_it_would_do_nothing() -> None:
     with pytest.raises(ManeuverError, match="pause_s has no effect"):
         parse_maneuver("schema = 1\npause_s = 0.8\n[[strokes]]\njoint = 1\nangle_deg = 10\nt_s = 0.7\n")
+
+
+HUGE = "1" + "0" * 300
+STROKE = "schema = 1\n[[strokes]]\njoint = 1\nangle_deg = 10\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (STROKE + 't_s = "0.7"', 't_s is "0.7"'),
+        (STROKE + "t_s = 1e300", "1e+300 s"),
+        (STROKE + f"t_s = {HUGE}", "1e+300 s"),
+        (STROKE.replace("10", "1e300"), "1e+300 deg"),
+        (STROKE.replace("joint = 1", f"joint = {HUGE}"), "moves joint 1000"),
+        (f"schema = {HUGE}\n", "schema is 1000"),
+    ],
+)
+def test_odd_values_are_shown_as_written_and_short(text: str, words: str) -> None:
+    with pytest.raises(ManeuverError) as caught:
+        schedule_maneuver(parse_maneuver(text))
+    assert words in caught.value.what
+    assert len(caught.value.what) < 200
+
+
+@pytest.mark.parametrize("command", ["upload-sequence", "rehearse"])
+@pytest.mark.parametrize(
+    ("a_deg", "code"), [("-inf", "angle-not-finite"), ("-1e3", "joint-range"), ("-.5", "joint-range")]
+)
+def test_a_negative_angle_is_no_option(tfsat_host: RunCli, command: str, a_deg: str, code: str) -> None:
+    assert tfsat_host.json(command, a_deg, "70", expect=1)["error"]["code"] == code
+
+
+def test_a_negative_speed_is_no_option(tfsat_host: RunCli) -> None:
+    arguments = ("upload-sequence", "59", "70", "--speed", "-1e3", "--dry-run")
+    assert tfsat_host.json(*arguments, expect=1)["error"]["code"] == Defect.SPEED_RANGE

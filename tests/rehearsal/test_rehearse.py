@@ -13,6 +13,7 @@ from tests.cli.process import RunCli
 from tfsat_host.emulated.rehearsal import rehearse
 from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.evaluation.quick_look import EvaluationError, quick_look
+from tfsat_host.evaluation.strokes import disagreements
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.robot import load_robot
@@ -32,6 +33,8 @@ def test_59_70_comes_back_from_the_card(tfsat_host: RunCli, sequencer: str) -> N
     # The logger's clock counts whole microseconds, and so do the release and the strokes.
     assert flown["strokes_s"] == pytest.approx(SCHEDULE_S, abs=60e-6)
     assert flown["joint_change_deg"] == pytest.approx([59.0, 70.0, 0.0], abs=0.3)
+    assert flown["reached_deg"] == pytest.approx([59.0, 70.0, -59.0, -70.0], abs=0.3)
+    assert flown["warnings"] == []
     assert flown["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.1)
 
     decoded = tfsat_host.json("decode", "run/SD.bin")
@@ -49,7 +52,10 @@ def test_folder_of_results(tfsat_host: RunCli) -> None:
     for name in ("SD.bin", "SD.csv", "maneuver.toml", "truth.csv", "summary.json"):
         assert (folder / name).stat().st_size > 0
     assert "27." in shown.stdout
+    assert "it ignored 1 knock (during the lift a blow is simulated" in shown.stdout
     summary = json.loads((folder / "summary.json").read_text())
+    left = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
+    assert {Path(path).name for path in summary["files"]} == left
     assert summary["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
     # The same seed gives the same card, byte for byte; its own folder may be made again.
     card = (folder / "SD.bin").read_bytes()
@@ -59,6 +65,37 @@ def test_folder_of_results(tfsat_host: RunCli) -> None:
     assert (folder / "SD.bin").read_bytes() != card
 
 
+def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -> None:
+    """At 400 deg/s each stroke is over before the servos, 200 deg/s at most, have done it."""
+    tfsat_host("upload-sequence", "59", "70", "--speed", "400", "--dry-run", "--out", "fast.toml")
+    shown = tfsat_host("rehearse", "--file", "fast.toml", expect=3)
+    assert "above the greatest rate of the servos, 200 deg/s" in shown.stderr
+    for words in ("Warning: Stroke 1 moved its joint by +57.7 deg instead of +59", "Warning: Stroke 2 moved"):
+        assert words in shown.stderr
+    for words in ("commanded / deg", "reached / deg", "+57.7"):
+        assert words in shown.stdout
+    summary = json.loads((tfsat_host.folder / "run" / "summary.json").read_text())
+    assert len(summary["warnings"]) == 4
+    assert summary["notices"]
+
+
+def test_strokes_that_are_not_as_planned_are_said() -> None:
+    scheduled, commanded = [0.70, 1.05], [59.0, -59.0]
+    assert disagreements(scheduled, [0.70005, 1.04995], commanded, [58.1, -59.9]) == []
+    late, short = disagreements(scheduled, [0.7, 1.0502], commanded, [59.0, -57.9])
+    assert "Stroke 2 began at 1.0502 s instead of 1.0500 s" in late
+    assert "Stroke 2 moved its joint by -57.9 deg instead of -59 deg" in short
+    assert disagreements(scheduled, [0.7], commanded, commanded) == [
+        "The log holds 1 strokes, 2 were scheduled."
+    ]
+    assert "lacks the joint's angles" in disagreements(scheduled, scheduled, commanded, [59.0, np.nan])[0]
+
+
+@pytest.mark.parametrize("seed", ["-1", "1.5", str(2**63), "x"])
+def test_a_seed_that_is_none(tfsat_host: RunCli, seed: str) -> None:
+    assert "is no seed" in tfsat_host("rehearse", "59", "70", "--seed", seed, expect=2).stderr
+
+
 def test_somebody_elses_folder_is_left_alone(tfsat_host: RunCli) -> None:
     (tfsat_host.folder / "precious").mkdir()
     note = tfsat_host.folder / "precious" / "note.txt"
@@ -66,6 +103,13 @@ def test_somebody_elses_folder_is_left_alone(tfsat_host: RunCli) -> None:
     result = tfsat_host("rehearse", "59", "70", "--out", "precious", expect=2)
     assert "holds files that no rehearsal made" in result.stderr
     assert [path.name for path in (tfsat_host.folder / "precious").iterdir()] == ["note.txt"]
+
+
+def test_a_file_in_place_of_the_folder_is_not_cured_by_force(tfsat_host: RunCli) -> None:
+    (tfsat_host.folder / "ok.toml").write_text("mine")
+    result = tfsat_host("rehearse", "59", "70", "--out", "ok.toml", "--force", expect=2)
+    assert "Give the name of a folder" in result.stderr
+    assert "--force" not in result.stderr
 
 
 def test_bad_maneuvers_are_not_flown(tfsat_host: RunCli) -> None:

@@ -20,6 +20,8 @@ LEAST_RMS_RATE_RAD_S = np.deg2rad(5.0)
 """A moved body must turn at least this fast, rms."""
 MOST_HELD_FRACTION = 0.05
 """A held body may turn at most this fraction of the moved one's rms rate."""
+MOST_LOST_FRACTION = 0.01
+"""More lost samples than this, and the rest may not stand for the motion."""
 
 
 class CalibrationError(TfsatError):
@@ -62,7 +64,7 @@ def gyro_bias(still: Recording) -> FloatArray:
     """(4, 3) mean rates in rad/s of a recording in which nothing moved.
 
     Raises:
-        CalibrationError: a gyro is missing, or something moved.
+        CalibrationError: samples or a gyro are missing, or something moved.
     """
     _check_complete(still, range(1, 5))
     scatter = still.rate_rad_s.std(axis=0).max(axis=1)
@@ -144,6 +146,19 @@ def _joint_direction(motion: Recording, joint: int, model: RobotModel) -> FloatA
 
 
 def _check_complete(recording: Recording, bodies: range | tuple[int, ...]) -> None:
+    if np.any(np.diff(recording.t_s) <= 0):
+        raise CalibrationError(
+            what="The logger's clock went backwards during the measurement: the logger restarted.",
+            meaning="The samples do not belong together; nothing was kept.",
+            next_step="Check the logger's supply and cable with tfsat-host status, and run this command again.",
+        )
+    if recording.samples_lost > MOST_LOST_FRACTION * (len(recording.t_s) + recording.samples_lost):
+        raise CalibrationError(
+            what=f"{recording.samples_lost} of {len(recording.t_s) + recording.samples_lost} samples "
+            "never reached this computer.",
+            meaning=f"More than {100 * MOST_LOST_FRACTION:g} % is missing: bias and axis would be doubtful.",
+            next_step="Plug the logger in without a hub, close other programs, and run this command again.",
+        )
     for body in bodies:
         missing = int((~recording.imu_valid[:, body - 1]).sum())
         if missing:

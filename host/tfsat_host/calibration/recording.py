@@ -22,7 +22,7 @@ class Recording:
         rate_rad_s: (n, 4, 3) angular rates in sensor axes, as read, bias included.
         sensor_angle_rad: (n, 6) absolute angle sensors, 0 to 2 pi.
         imu_valid: (n, 4) the IMU answered and did not clip.
-        samples_lost: Samples that never arrived.
+        samples_lost: Samples that the logger took and that never arrived.
     """
 
     t_s: FloatArray

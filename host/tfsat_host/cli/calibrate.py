@@ -5,23 +5,29 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from tfsat_host.cli.options import add_device_options
+from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output
+from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import JOINT_COUNT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from tfsat_host.calibration.file import Subject
     from tfsat_host.calibration.misalignment import AxisEstimate
     from tfsat_host.calibration.patterns import MotionPattern
     from tfsat_host.calibration.recording import Recording
     from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.protocol.messages import LiveSampleStream
 
 STILL_S = 3.0
 SWING_S = 10.0
+LEAD_S = 3.0
+"""With `--yes` nobody says that the robot is held and moves: so long after the task the measurement starts."""
 
 
 class Operator(Protocol):
@@ -35,7 +41,7 @@ class Operator(Protocol):
 
 
 class PersonAtPrompt:
-    """Tells a person what to do and waits for Enter; with `--yes` it does not wait."""
+    """Tells a person what to do and waits for Enter; with `--yes` the measurement starts after `LEAD_S`."""
 
     def __init__(self, out: Output) -> None:
         self._out = out
@@ -56,7 +62,9 @@ class PersonAtPrompt:
 
     def _ask(self, task: str, then: str) -> None:
         self._out.note(task)
-        if not self._out.yes:
+        if self._out.yes:
+            self._out.note(f"{then}, starting {LEAD_S:g} s from now.")
+        else:
             self._out.ask(f"{then} after Enter: ", meaning="Nothing was measured.", accept=("",))
 
 
@@ -75,9 +83,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--joint", type=int, required=True, choices=range(1, JOINT_COUNT + 1), help="joint to swing about"
     )
     misalignment.add_argument(
-        "--out", metavar="FILE", type=Path, help="write the axes here (default misalignment-joint-N.toml)"
+        "--out",
+        metavar="FILE",
+        type=file_name,
+        help="write the axes here (default misalignment-joint-N.toml, or misalignment-joint-N-emulated.toml)",
     )
-    misalignment.add_argument("--force", action="store_true", help="overwrite a file that is something else")
+    misalignment.add_argument(
+        "--force",
+        action="store_true",
+        help="overwrite a file of something else, another joint or another logger",
+    )
     add_device_options(misalignment, "logger")
 
 
@@ -85,29 +100,73 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Measures and writes; nothing is written when a step is refused."""
     from datetime import UTC, datetime
 
-    from tfsat_host.calibration.file import MARK, format_axes
-    from tfsat_host.cli.outputs import check_may_write, write_atomically
+    from tfsat_host.calibration.file import Subject, format_axes
+    from tfsat_host.cli.outputs import write_atomically
 
-    target = args.out or Path(f"misalignment-joint-{args.joint}.toml")
-    check_may_write(target, marker=MARK.encode(), force=args.force)
-    with _bench(args, out) as (logger, operator):
-        axes = _measure(args.joint, logger, operator, out)
-        text = format_axes(axes, logger.identity.serial, datetime.now(UTC))
+    with _bench(args, out) as bench:
+        identity = bench.logger.identity
+        subject = Subject(args.joint, identity.serial, emulated=args.emulated or identity.runs_natively)
+        target = args.out or Path(subject.default_name())
+        _check_target(target, subject, force=args.force)
+        axes = _measure(args.joint, bench, out)
+    text = format_axes(axes, subject, datetime.now(UTC))
     write_atomically(target, lambda path: path.write_text(text, encoding="utf-8"))
-    result = {"joint": args.joint, "axes": [_as_json(axis) for axis in axes], "file": str(target)}
-    out.result(result, lambda: _show(axes, target, out))
+    result = {
+        "joint": args.joint,
+        "emulated": subject.emulated,
+        "axes": [_as_json(axis) for axis in axes],
+        "file": str(target),
+    }
+    out.result(result, lambda: _show(axes, subject, target, out))
     return 0
 
 
+def _check_target(target: Path, subject: Subject, *, force: bool) -> None:
+    """Refuses to put one calibration in place of another.
+
+    Raises:
+        TfsatError: the file is none of this command's, or of another joint, logger or world.
+    """
+    from tfsat_host.calibration.file import MARK, read_subject
+    from tfsat_host.cli.outputs import check_may_write
+
+    check_may_write(target, marker=MARK.encode(), force=force)
+    if force or not target.exists():
+        return
+    there = read_subject(target)
+    if there != subject:
+        held = "does not say what it is of" if there is None else f"is of {there.describe()}"
+        raise TfsatError(
+            what=f"{target} holds another calibration: it {held}; this would be of {subject.describe()}.",
+            meaning="Nothing was measured, nothing was overwritten.",
+            next_step="Name another file with --out, or add --force to overwrite it.",
+        )
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Where a calibration happens.
+
+    Attributes:
+        logger: Reads the sensors.
+        operator: Moves the robot.
+        lead_s: From the operator's task to the measurement.
+    """
+
+    logger: LoggerClient
+    operator: Operator
+    lead_s: float
+
+
 @contextmanager
-def _bench(args: argparse.Namespace, out: Output) -> Iterator[tuple[LoggerClient, Operator]]:
+def _bench(args: argparse.Namespace, out: Output) -> Iterator[Bench]:
     """The logger and whoever moves the robot."""
     from tfsat_host.cli.connection import emulated_robot, open_logger
     from tfsat_host.devices.logger import LoggerClient
 
     if not args.emulated:
         with open_logger(args, out) as logger:
-            yield logger, PersonAtPrompt(out)
+            yield Bench(logger, PersonAtPrompt(out), LEAD_S if out.yes else 0.0)
         return
     from tfsat_host.emulated.bench import EmulatedOperator
     from tfsat_host.emulated.robot import BoardIndex
@@ -115,32 +174,46 @@ def _bench(args: argparse.Namespace, out: Output) -> Iterator[tuple[LoggerClient
 
     with emulated_robot(out) as robot:
         transport = EmulatedTransport(robot, BoardIndex.LOGGER)
-        yield LoggerClient.connect(transport), EmulatedOperator(robot)
+        yield Bench(LoggerClient.connect(transport), EmulatedOperator(robot), 0.0)
 
 
-def _measure(joint: int, logger: LoggerClient, operator: Operator, out: Output) -> Sequence[AxisEstimate]:
+def _measure(joint: int, bench: Bench, out: Output) -> Sequence[AxisEstimate]:
     from tfsat_host.calibration.misalignment import estimate_axes, gyro_bias
     from tfsat_host.calibration.patterns import patterns_of_joint
     from tfsat_host.robot import load_robot
 
     model = load_robot()
-    operator.rest()
-    bias = gyro_bias(_record(logger, STILL_S, "reading the gyros at rest", out))
+    bench.operator.rest()
+    bias = gyro_bias(record(bench, STILL_S, "reading the gyros at rest", out))
     axes: list[AxisEstimate] = []
     for pattern in patterns_of_joint(joint):
-        operator.swing(pattern)
+        bench.operator.swing(pattern)
         moved = " and ".join(map(str, pattern.moved))
-        motion = _record(logger, SWING_S, f"swinging body {moved} about joint {joint}", out)
+        motion = record(bench, SWING_S, f"swinging body {moved} about joint {joint}", out)
         axes += estimate_axes(pattern, motion, bias, model)
     return axes
 
 
-def _record(logger: LoggerClient, duration_s: float, what: str, out: Output) -> Recording:
-    """Live samples of `duration_s` on the logger's own clock."""
+def record(bench: Bench, duration_s: float, what: str, out: Output) -> Recording:
+    """Live samples of `duration_s` on the logger's own clock, after the bench's lead."""
     from tfsat_host.calibration.recording import Recording
 
-    samples: list[Any] = []
-    with logger.live() as scales, out.progress(what, total=duration_s) as advance:
+    with bench.logger.live() as scales:
+        if bench.lead_s > 0:
+            _take(bench.logger, bench.lead_s, f"starting in {bench.lead_s:g} s", out)
+        samples = _take(bench.logger, duration_s, what, out)
+    recording = Recording.from_live(samples, scales)
+    if recording.samples_lost:
+        out.warn(
+            f"{recording.samples_lost} of {len(samples) + recording.samples_lost} samples never arrived "
+            f"({what})."
+        )
+    return recording
+
+
+def _take(logger: LoggerClient, duration_s: float, what: str, out: Output) -> Sequence[LiveSampleStream]:
+    samples: list[LiveSampleStream] = []
+    with out.progress(what, total=duration_s) as advance:
         end_us = None
         while end_us is None or samples[-1].time_us < end_us:
             fresh = logger.live_samples()
@@ -148,7 +221,7 @@ def _record(logger: LoggerClient, duration_s: float, what: str, out: Output) -> 
             samples += fresh
             end_us = samples[0].time_us + round(duration_s * 1e6)
             advance((samples[-1].time_us - before_us) * 1e-6)
-    return Recording.from_live(samples, scales)
+    return samples
 
 
 def _as_json(axis: AxisEstimate) -> dict[str, object]:
@@ -164,7 +237,7 @@ def _as_json(axis: AxisEstimate) -> dict[str, object]:
     }
 
 
-def _show(axes: Sequence[AxisEstimate], target: Path, out: Output) -> None:
+def _show(axes: Sequence[AxisEstimate], subject: Subject, target: Path, out: Output) -> None:
     rows = [
         (
             f"body {axis.body}",
@@ -180,4 +253,6 @@ def _show(axes: Sequence[AxisEstimate], target: Path, out: Output) -> None:
         rows,
         title=f"Joint {axes[0].joint}",
     )
+    if subject.emulated:
+        out.line("These are the errors of an emulated robot: of no use for a real one.")
     out.line(f"Written to {target}.")

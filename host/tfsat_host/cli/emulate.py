@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_output_options, number
+from tfsat_host.cli.options import add_output_options, number, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from tfsat_host.emulated.serve import RobotServer
     from tfsat_host.emulated.served_folder import ServedFolder
     from tfsat_host.robot import RobotModel
-
-_SEED_LIMIT = 2**63
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed",
         metavar="N",
-        type=_seed,
+        type=seed,
         help="draws the sensors' hidden errors and the recordings' session ids "
         "(default: errors as with 1, other ids at each start)",
     )
@@ -172,12 +170,6 @@ def _lag(out: Output, lag_s: float) -> None:
         f"This computer does not keep up: the robot's clock is {lag_s:.1f} s behind. "
         "Commands work, but answers take longer than a real board's."
     )
-
-
-def _seed(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text) < _SEED_LIMIT):
-        raise argparse.ArgumentTypeError(f"{text!r} is no seed: write a whole number")
-    return int(text)
 
 
 def _seconds(text: str) -> float:

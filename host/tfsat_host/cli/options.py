@@ -10,6 +10,8 @@ from pathlib import Path
 from tfsat_host.devices.discovery import BoardName, port_variable
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_NEGATIVE = re.compile(r"-(\.?\d|inf|nan).*", re.ASCII | re.IGNORECASE)
+_SEED_LIMIT = 2**63
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +35,11 @@ def add_device_options(parser: argparse.ArgumentParser, board: BoardName) -> Non
         "--emulated", action="store_true", help="use the emulated robot in this process: no cable needed"
     )
     add_output_options(parser)
+
+
+def accept_negative_numbers(parser: argparse.ArgumentParser) -> None:
+    """Takes every word that begins like a negative number for a value: argparse knows -59, but not -1e3."""
+    parser._negative_number_matcher = _NEGATIVE
 
 
 def port_name(text: str) -> str:
@@ -63,3 +70,10 @@ def number(text: str) -> float:
         return math.nan if "nan" in text.lower() else float(text)
     hint = " (write the decimals after a point)" if "," in text else ""
     raise argparse.ArgumentTypeError(f"{text!r} is not a number{hint}")
+
+
+def seed(text: str) -> int:
+    """An argparse type: the seed of an emulated robot. Raises ArgumentTypeError unless a whole number from 0."""
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and int(text) < _SEED_LIMIT):
+        raise argparse.ArgumentTypeError(f"{text!r} is no seed: write a whole number from 0")
+    return int(text)

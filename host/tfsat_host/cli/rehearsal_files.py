@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 MARK_FILE = ".tfsat-rehearsal"
 """A folder with this file was made by a rehearsal and may be made again by another."""
 
+SUMMARY = "summary.json"
+
 
 class RunFolder:
     """A folder for one rehearsal's files.
@@ -29,9 +31,14 @@ class RunFolder:
         self.path = path
         self.files: list[Path] = []
         if path.exists() and not path.is_dir():
-            raise _refused(f"{path} is a file.")
+            raise _refused(
+                f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
+            )
         if path.is_dir() and any(path.iterdir()) and not (path / MARK_FILE).exists() and not force:
-            raise _refused(f"{path} holds files that no rehearsal made.")
+            raise _refused(
+                f"{path} holds files that no rehearsal made.",
+                "Give another folder with --out, or add --force.",
+            )
 
     def write(self, maneuver: Maneuver, flight: Rehearsal) -> DropLog:
         """Writes what the drop left, decodes the card from its file and exports it; gives the log."""
@@ -48,13 +55,13 @@ class RunFolder:
         self._file("truth.csv").write_text(format_truth(flight.truth, flight.released_s), encoding="utf-8")
         log = load(card)
         written = write_decoded(log, self.path / "SD", ("csv",), force=True)
-        self.files += written.files.values()
+        self.files += (*written.files.values(), self.path / SUMMARY)
         return log
 
     def write_summary(self, result: Mapping[str, Any]) -> None:
         """Writes `summary.json`, the command's result."""
         text = json.dumps(result, indent=1, default=_plain)
-        (self.path / "summary.json").write_text(text + "\n", encoding="utf-8")
+        (self.path / SUMMARY).write_text(text + "\n", encoding="utf-8")
 
     def _file(self, name: str) -> Path:
         path = self.path / name
@@ -66,9 +73,9 @@ def _plain(value: Any) -> Any:
     return value.tolist()
 
 
-def _refused(what: str) -> UsageError:
+def _refused(what: str, next_step: str) -> UsageError:
     return UsageError(
         what=what,
         meaning="Nothing was flown, nothing was overwritten.",
-        next_step="Give another folder with --out, or add --force.",
+        next_step=next_step,
     )

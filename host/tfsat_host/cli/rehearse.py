@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_output_options, file_name, number
+from tfsat_host.cli.options import accept_negative_numbers, add_output_options, file_name, number, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError, UsageError
 
@@ -27,6 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "bounce, strokes, fall, landing; then decode the card and compare with the truth. "
         "The firmware is the one that is flashed."
     )
+    accept_negative_numbers(parser)
     parser.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg")
     parser.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg")
     parser.add_argument(
@@ -38,9 +40,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="native",
         help="the firmware's core on this computer, or the HEX that is flashed in an emulated ATmega32U4",
     )
-    parser.add_argument("--seed", type=int, default=1, help="for sensor errors, noise and bounce (default 1)")
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, default=Path("run"), help="folder of results (run)"
+        "--seed",
+        metavar="N",
+        type=seed,
+        default=1,
+        help="for sensor errors, noise and bounce (default 1)",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", type=file_name, default=Path("run"), help="folder of results (run)"
     )
     parser.add_argument("--force", action="store_true", help="overwrite files that are something else")
     add_output_options(parser)
@@ -49,19 +57,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Flies, writes the card, decodes it and compares."""
     from tfsat_host.cli.rehearsal_files import RunFolder
+    from tfsat_host.maneuver.servo_speed import servo_speed_notices
 
     maneuver = _maneuver(args)
     schedule = _schedule(maneuver)
-    for notice in schedule.notices:
+    notices = (*schedule.notices, *servo_speed_notices(schedule))
+    for notice in notices:
         out.warn(notice)
     folder = RunFolder(args.out, force=args.force)
     flight = _fly(args, schedule, out)
     log = folder.write(maneuver, flight)
     look = _look(log, flight)
-    result = _result(args, schedule, flight, log, look, folder)
+    result = _result(args, schedule, flight, log, look, folder) | {"notices": notices}
     folder.write_summary(result)
     out.result(result, lambda: _show(schedule, flight, log, look, result, out))
-    return 0 if log.verdict == "complete" else DataLossError.exit_code
+    for warning in result["warnings"]:
+        out.warn(warning)
+    as_planned = log.verdict == "complete" and not result["warnings"]
+    return 0 if as_planned else DataLossError.exit_code
 
 
 def _maneuver(args: argparse.Namespace) -> Maneuver:
@@ -117,7 +130,13 @@ def _result(
     folder: Any,
 ) -> dict[str, Any]:
     from tfsat_host.emulated.truth import true_reorientation_deg
+    from tfsat_host.evaluation.strokes import disagreements, reached_deg
+    from tfsat_host.robot import load_robot
 
+    commanded_deg = [stroke.angle_deg for stroke in schedule.strokes]
+    starts_s = [stroke.t_s for stroke in schedule.strokes]
+    joints = [stroke.joint for stroke in schedule.strokes]
+    reached = reached_deg(log, load_robot(), joints, starts_s, flight.landed_s - flight.released_s)
     truth_deg = true_reorientation_deg(flight.truth, flight.released_s, look.until_s)
     return {
         "schedule": schedule.as_rows(),
@@ -128,6 +147,7 @@ def _result(
         "sequencer_state": flight.sequencer.state.name.lower(),
         "knocks": flight.sequencer.knocks,
         "strokes_s": look.stroke_s,
+        "reached_deg": [None if isnan(angle) else float(angle) for angle in reached],
         "joint_change_deg": look.joint_change_deg,
         "reorientation_deg": look.reorientation_deg,
         "reorientation_true_deg": truth_deg,
@@ -135,6 +155,7 @@ def _result(
         "samples": len(log),
         "samples_lost": log.samples_lost,
         "rate_hz": log.rate_hz,
+        "warnings": disagreements(starts_s, look.stroke_s, commanded_deg, reached),
         "files": [str(path) for path in folder.files],
     }
 
@@ -148,11 +169,13 @@ def _show(
             f"{stroke.t_s:.2f}",
             seen[i] if i < len(seen) else "MISSING",
             f"joint {stroke.joint}",
-            f"{stroke.angle_deg:+g}",
+            f"{stroke.angle_deg:+.2f}",
+            "unknown" if result["reached_deg"][i] is None else f"{result['reached_deg'][i]:+.1f}",
         )
         for i, stroke in enumerate(schedule.strokes)
     ]
-    out.table(("scheduled / s", "in the log / s", "moves", "by / deg"), rows, title="Strokes after release")
+    columns = ("scheduled / s", "in the log / s", "moves", "commanded / deg", "reached / deg")
+    out.table(columns, rows, title="Strokes after release")
     changes = ", ".join(f"joint {i} {change:+.1f}" for i, change in enumerate(look.joint_change_deg, 1))
     out.line(f"Joints went to:       {changes} deg, by the angle sensors.")
     out.line(
@@ -162,7 +185,9 @@ def _show(
     out.line(
         f"The card:             {log.verdict}, {len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost."
     )
+    knocks = flight.sequencer.knocks
     out.line(
-        f"The sequencer:        {flight.sequencer.state.name.lower()}, {flight.sequencer.knocks} knock ignored."
+        f"The sequencer:        {flight.sequencer.state.name.lower()}; it ignored {knocks} "
+        f"knock{'' if knocks == 1 else 's'} (during the lift a blow is simulated that opens one switch)."
     )
     out.line(f"Results:              {Path(result['files'][0]).parent}")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_device_options, file_name, number
+from tfsat_host.cli.options import accept_negative_numbers, add_device_options, file_name, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
 
@@ -23,6 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Put a maneuver on the sequencer: checked whole, sent, read back and compared. "
         "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
     )
+    accept_negative_numbers(parser)
     maneuver = parser.add_argument_group("maneuver")
     maneuver.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg, to 0.01")
     maneuver.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg, to 0.01")
@@ -42,9 +43,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, shows and uploads; everything is checked before a port is opened."""
+    from tfsat_host.maneuver.servo_speed import servo_speed_notices
+
     maneuver = _maneuver(args)
     schedule = _schedule(args, maneuver)
-    for notice in schedule.notices:
+    too_fast = servo_speed_notices(schedule)
+    notices = (*schedule.notices, *too_fast)
+    for notice in notices:
         out.warn(notice)
     if args.out is not None:
         _write(maneuver, args.out, force=args.force)
@@ -56,8 +61,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         from tfsat_host.cli.upload_device import upload
 
         result |= upload(schedule, args, out)
-    result["notices"] = list(schedule.notices)
-    out.result(result, lambda: _show(schedule, result, out))
+    result["notices"] = list(notices)
+    out.result(result, lambda: _show(schedule, result, out, doubtful=bool(too_fast)))
     return 0
 
 
@@ -109,12 +114,13 @@ def _write(maneuver: Maneuver, path: Path, *, force: bool) -> None:
     write_maneuver(maneuver, path)
 
 
-def _show(schedule: Schedule, result: Mapping[str, object], out: Output) -> None:
+def _show(schedule: Schedule, result: Mapping[str, object], out: Output, *, doubtful: bool) -> None:
     rows = [(f"{s.t_s:.2f}", f"joint {s.joint}", f"{s.angle_deg:+.2f}") for s in schedule.strokes]
     out.table(("t / s", "moves", "by / deg"), rows)
     out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s.")
     if result.get("dry_run"):
-        out.line("Dry run: the maneuver may fly; nothing was sent.")
+        verdict = "no check refuses the maneuver, but see the warning" if doubtful else "the maneuver may fly"
+        out.line(f"Dry run: {verdict}; nothing was sent.")
     elif result.get("verified"):
         already = " (it was there already)" if result.get("written") is False else ""
         out.line(f"Uploaded, read back and identical{already}: {result['identity']}.")

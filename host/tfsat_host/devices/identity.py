@@ -43,10 +43,15 @@ class BoardIdentity:
         """Whether the firmware was built with this program's specification."""
         return self.protocol_hash == PROTOCOL_HASH.hex()
 
+    @property
+    def runs_natively(self) -> bool:
+        """Whether this is no board but the firmware's core on a computer, as emulated robots have."""
+        return int(self.image_crc, 16) == 0
+
     def describe(self) -> str:
         """For people: firmware, image and serial number, where there are any."""
         parts = [f"{self.board.name.lower()} firmware {self.firmware}"]
-        parts.append(f"image {self.image_crc}" if int(self.image_crc, 16) else "core run natively, no image")
+        parts.append("core run natively, no image" if self.runs_natively else f"image {self.image_crc}")
         if self.serial:
             parts.append(f"serial number {self.serial}")
         return ", ".join(parts)

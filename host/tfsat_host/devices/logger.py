@@ -115,6 +115,7 @@ class LoggerClient:
     @contextmanager
     def live(self) -> Iterator[LiveReply]:
         """Live sampling while the block runs; gives rate and scales."""
+        self._client.live_samples(0.0)  # what a former block left unread is of another time
         reply = self._client.request(LiveRequest(1), LiveReply)
         try:
             yield reply

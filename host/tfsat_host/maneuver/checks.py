@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tfsat_host.maneuver.errors import Defect, ManeuverError
+from tfsat_host.maneuver.errors import Defect, ManeuverError, shortened
 from tfsat_host.maneuver.maneuver import Maneuver
 from tfsat_host.protocol.limits import (
     FALL_US,
@@ -60,9 +60,10 @@ def check_strokes(maneuver: Maneuver) -> CheckedStrokes:
     speed_cdeg_s = _speed_cdeg_s(maneuver.speed_deg_s, notices)
     for number, stroke in enumerate(maneuver.strokes, 1):
         if not 1 <= stroke.joint <= JOINT_COUNT:
+            joint = shortened(str(stroke.joint))
             raise ManeuverError(
                 Defect.UNKNOWN_JOINT,
-                what=f"Stroke {number} moves joint {stroke.joint}; the robot has joints 1 to {JOINT_COUNT}.",
+                what=f"Stroke {number} moves joint {joint}; the robot has joints 1 to {JOINT_COUNT}.",
                 next_step="Correct the joint's number; joint i joins body i and body i+1.",
                 stroke=number,
             )
@@ -125,7 +126,7 @@ def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int]) -> lis
             raise ManeuverError(
                 Defect.JOINT_RANGE,
                 what=f"Stroke {number} would take joint {joint} to "
-                f"{pose_cdeg[joint] / CDEG_PER_DEG:.2f} deg; it moves from {low:g} to {high:g} deg.",
+                f"{_deg(pose_cdeg[joint])} deg; it moves from {low:g} to {high:g} deg.",
                 meaning="The body would hit the frame. Nothing was sent to the robot.",
                 next_step="Choose smaller angles: every maneuver starts with all joints at 0 deg.",
                 stroke=number,
@@ -174,7 +175,20 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction]) -> None:
         )
 
 
+_READABLE = 1_000_000
+"""Numbers beyond this are shown as powers of ten."""
+
+
+def _deg(angle_cdeg: int) -> str:
+    """Degrees with two decimals."""
+    angle_deg = angle_cdeg / CDEG_PER_DEG
+    return f"{angle_deg:.2f}" if abs(angle_deg) < _READABLE else f"{angle_deg:g}"
+
+
 def _s(t_us: Fraction | int) -> str:
     """Seconds with at least two decimals, rounded up to a microsecond."""
-    whole, decimals = divmod(math.ceil(t_us), US_PER_S)
+    rounded_us = math.ceil(t_us)
+    if abs(rounded_us) >= _READABLE * US_PER_S:
+        return f"{rounded_us / US_PER_S:g}"
+    whole, decimals = divmod(rounded_us, US_PER_S)
     return f"{whole}.{f'{decimals:06}'.rstrip('0'):0<2}"

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from tfsat_host.errors import TfsatError
 
+_SHOWN_CHARACTERS = 40
 NOTHING_CHANGED = "The maneuver was not scheduled and nothing was sent to the robot."
 
 
@@ -62,3 +63,8 @@ class ManeuverError(TfsatError):
             next_step=self.next_step,
             stroke=self.stroke,
         )
+
+
+def shortened(text: str) -> str:
+    """What somebody wrote, for a message: its beginning, if it is long."""
+    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"

@@ -21,7 +21,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.maneuver.errors import Defect, ManeuverError
+from tfsat_host.maneuver.errors import Defect, ManeuverError, shortened
 from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S, DEFAULT_SPEED_DEG_S, Maneuver
 from tfsat_host.maneuver.stroke import Stroke
 
@@ -69,7 +69,7 @@ def parse_maneuver(text: str, *, source: str = "maneuver") -> Maneuver:
         raise _error(
             source,
             Defect.FILE_SCHEMA,
-            f"schema is {table['schema']!r}; this version of tfsat-host reads schema {SCHEMA}.",
+            f"schema is {shortened(repr(table['schema']))}; this version of tfsat-host reads schema {SCHEMA}.",
             f"Write schema = {SCHEMA}, or use the tfsat-host that made the file.",
         )
     entries.allow(_MANEUVER_KEYS)
@@ -175,9 +175,9 @@ class _Entries:
         return value
 
     def wrong_type(self, key: str, wanted: str) -> ManeuverError:
-        value = str(self._table[key])
-        shown = value if len(value) <= 40 else value[:40] + "…"
-        return self._fail(Defect.FILE_WRONG_TYPE, f"{key} is {shown}.", f"Give {wanted}.")
+        value = self._table[key]
+        shown = _toml_string(value) if isinstance(value, str) else str(value)
+        return self._fail(Defect.FILE_WRONG_TYPE, f"{key} is {shortened(shown)}.", f"Give {wanted}.")
 
     def _fail(self, code: Defect, what: str, next_step: str) -> ManeuverError:
         return _error(self._source, code, self._place + what, next_step, self._stroke)

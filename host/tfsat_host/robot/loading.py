@@ -15,16 +15,9 @@ from tfsat_host.robot.checks import check_inertia, check_tree, index_of, unique_
 from tfsat_host.robot.entries import Entry, unit_vector
 from tfsat_host.robot.errors import RobotFileError
 from tfsat_host.robot.model import AngleSensor, FloatArray, Imu, IntArray, RobotModel, Servo
+from tfsat_host.robot.path import default_robot_path
 
-_FILE_NAME = "drop_tower.toml"
 _AXES = ("x", "y", "z")
-
-
-def default_robot_path() -> Path:
-    """`robots/drop_tower.toml` of the installed package, or of the checkout it runs from."""
-    package = Path(__file__).resolve().parents[1]
-    packaged = package / "data" / "robots" / _FILE_NAME
-    return packaged if packaged.is_file() else package.parents[1] / "robots" / _FILE_NAME
 
 
 def load_robot(path: Path | str | None = None) -> RobotModel:
