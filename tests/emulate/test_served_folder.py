@@ -11,7 +11,7 @@ import pytest
 from tfsat_host.cli.emulate import require_pseudo_terminals
 from tfsat_host.emulated.control_sources import ControlSocket
 from tfsat_host.emulated.serve import RobotServer
-from tfsat_host.emulated.served_folder import ServedFolder, served_by_dead_process
+from tfsat_host.emulated.served_folder import ServedFolder, being_started, served_by_dead_process
 from tfsat_host.errors import TfsatError
 
 
@@ -86,3 +86,15 @@ def test_windows_is_told_what_to_use_instead() -> None:
         require_pseudo_terminals("win32")
     assert "--emulated" in caught.value.next_step
     require_pseudo_terminals("linux")
+
+
+def test_a_folder_is_being_started_until_its_control_socket_is_there(tmp_path: Path) -> None:
+    port = tmp_path / "robot" / "sequencer"
+    assert not being_started(port)
+    folder = ServedFolder(tmp_path / "robot")
+    assert being_started(port)
+    folder.control.touch()
+    assert not being_started(port), "a missing port has its cable pulled now"
+    folder.control.unlink()
+    folder.release()
+    assert not being_started(port)

@@ -89,12 +89,23 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
         try:
             return SerialTransport(path)
         except PortError as error:
-            if error.code != PortProblem.MISSING or time.monotonic() > deadline_s:
+            if error.code != PortProblem.MISSING or (
+                time.monotonic() > deadline_s and not _is_being_started(path)
+            ):
                 raise
         if not told:
             out.note(f"waiting for {path} to appear …")
             told = True
         time.sleep(0.1)
+
+
+def _is_being_started(path: str) -> bool:
+    """An emulated robot holds the port's folder and is still being built; it ends or serves."""
+    if sys.platform == "win32":
+        return False
+    from tfsat_host.emulated.served_folder import being_started
+
+    return being_started(Path(path))
 
 
 def _refuse_a_dead_link(path: str) -> None:

@@ -65,12 +65,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.emulated.control_sources import ControlSocket, TypedLines, standard_input
     from tfsat_host.emulated.serve import RobotServer, serve
     from tfsat_host.emulated.served_folder import ServedFolder
+    from tfsat_host.robot import load_robot
 
-    parts = _parts(args, out)
+    model = load_robot(args.robot)
     folder = ServedFolder(args.dir)
     with contextlib.ExitStack() as stack:
         stack.callback(folder.release)
-        robot = stack.enter_context(_robot(args, parts, folder))
+        # Built while the folder is held: a command that is after its ports sees that they will come.
+        robot = stack.enter_context(_robot(args, model, folder, out))
         server = RobotServer(robot, folder)
         stack.callback(server.close)
         control = ControlSocket(folder.control, server)
@@ -101,26 +103,15 @@ def require_pseudo_terminals(platform: str) -> None:
         )
 
 
-def _parts(args: argparse.Namespace, out: Output) -> tuple[RobotModel, Path | None]:
-    """The robot's model and the sequencer's image, as the options name them; makes nothing in the folder."""
+def _robot(args: argparse.Namespace, model: RobotModel, folder: ServedFolder, out: Output) -> EmulatedRobot:
     from tfsat_host.emulated.build import Variant, ensure_built
+    from tfsat_host.emulated.robot import EmulatedRobot
     from tfsat_host.emulated.sequencer_image import sequencer_hex
-    from tfsat_host.robot import load_robot
+    from tfsat_host.emulated.state import load_eeprom
 
-    model = load_robot(args.robot)
     avr = args.sequencer == "avr"
     hex_path = sequencer_hex(out.note) if avr else None
     ensure_built(Variant(avr=avr), out.note)
-    return model, hex_path
-
-
-def _robot(
-    args: argparse.Namespace, parts: tuple[RobotModel, Path | None], folder: ServedFolder
-) -> EmulatedRobot:
-    from tfsat_host.emulated.robot import EmulatedRobot
-    from tfsat_host.emulated.state import load_eeprom
-
-    model, hex_path = parts
     return EmulatedRobot(model, seed=args.seed, hex_path=hex_path, eeprom=load_eeprom(folder.eeprom))
 
 

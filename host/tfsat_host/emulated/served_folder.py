@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tfsat_host.errors import TfsatError
 
+_CONTROL = "control"
 _HOLDER = "emulate.pid"
 _LOCK_ATTEMPTS = 3
 _LOCK_RETRY_S = 0.01
@@ -33,7 +34,7 @@ class ServedFolder:
         self.path = path
         self.sequencer = path / "sequencer"
         self.logger = path / "logger"
-        self.control = path / "control"
+        self.control = path / _CONTROL
         self.eeprom = path / "sequencer.eeprom"
         self.card = path / "SD.bin"
         self._made = not path.exists()
@@ -70,6 +71,14 @@ class ServedFolder:
             path.unlink()
 
 
+def being_started(port: Path) -> bool:
+    """Whether `port` is missing because the emulated robot that will serve it is still being built.
+
+    Once it serves, there is its control socket; a port that is missing then has its cable pulled.
+    """
+    return not (port.parent / _CONTROL).exists() and _is_held(port.parent)
+
+
 def served_by_dead_process(port: Path) -> bool:
     """Whether `port` is a link that an emulated robot has left behind: its process was killed.
 
@@ -77,18 +86,25 @@ def served_by_dead_process(port: Path) -> bool:
     for anything else, a real board's port included.
     """
     try:
-        if not stat.S_ISLNK(port.lstat().st_mode):
-            return False
-        holder = os.open(port.parent / _HOLDER, os.O_RDONLY | os.O_CLOEXEC)
+        ours = stat.S_ISLNK(port.lstat().st_mode) and (port.parent / _HOLDER).exists()
+    except OSError:
+        return False
+    return ours and not _is_held(port.parent)
+
+
+def _is_held(folder: Path) -> bool:
+    """A live process serves the folder."""
+    try:
+        holder = os.open(folder / _HOLDER, os.O_RDONLY | os.O_CLOEXEC)
     except OSError:
         return False
     try:
         fcntl.flock(holder, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
-        return False
+        return True
     finally:
         os.close(holder)
-    return True
+    return False
 
 
 def _claim(holder: Path, folder: Path) -> int:
