@@ -6,10 +6,10 @@ from pathlib import Path
 
 from tests.emulate.test_control import Person
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.serve import RobotServer
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.protocol.limits import CARD_SYNC_MS, SAMPLE_RATE_HZ
+from tfsat_host.protocol.limits import BLOCK_BYTES, CARD_SYNC_MS, SAMPLE_RATE_HZ
 from tfsat_host.sdlog import load
 
 
@@ -48,3 +48,23 @@ def test_a_recording_after_the_power_cut_is_another_and_whole(server: RobotServe
     log = load(tmp_path / "second.bin")
     assert (log.session, log.verdict) == (second.session, "complete")
     assert second.session != first.session
+
+
+def test_what_the_card_had_not_programmed_goes_with_its_power() -> None:
+    """The card is told to sync each 250 ms; between two syncs its last blocks are in its own RAM."""
+    lost = []
+    for delay_us in range(1_000_000, 1_250_000, 50_000):
+        with EmulatedRobot(seed=3) as robot:
+            robot.advance(SETTLE_US)
+            LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER)).start_recording()
+            robot.advance(delay_us)
+            before = written_blocks(robot.card())
+            robot.set_power(BoardIndex.LOGGER, False)
+            lost.append(before - written_blocks(robot.card()))
+    assert min(lost) >= 0
+    assert 0 < max(lost) <= 8
+
+
+def written_blocks(card: bytes) -> int:
+    blocks = (card[start : start + BLOCK_BYTES] for start in range(0, len(card), BLOCK_BYTES))
+    return sum(any(block) for block in blocks)
