@@ -19,7 +19,7 @@ from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.framing import Frame, FrameReceiver, crc16, encode_frame
 from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC, BLOCK_VERSION, PROTOCOL_HASH
 from tfsat_host.protocol.log_layout import CRC_OFFSET, EVENTS_OFFSET, HEADER_BYTES
-from tfsat_host.protocol.record import ProtocolError, Record
+from tfsat_host.protocol.record import Payload, ProtocolError, Record
 
 HERE = Path(__file__).parent
 STANDARDS = ("c++11", "c++17")
@@ -28,8 +28,8 @@ FRAMES: list[dict[str, Any]] = GOLDEN["frames"]
 BLOCKS: list[dict[str, Any]] = GOLDEN["blocks"]
 
 
-def payload_class(name: str) -> type[Record]:
-    found: type[Record] = getattr(messages, name)
+def payload_class(name: str) -> type[Payload]:
+    found: type[Payload] = getattr(messages, name)
     return found
 
 
@@ -61,7 +61,7 @@ def test_payload_and_frame(vector: dict[str, Any]) -> None:
     kind = payload_class(vector["payload_name"])
     payload, frame = bytes.fromhex(vector["payload"]), bytes.fromhex(vector["frame"])
     record = from_plain(kind, vector["values"])
-    assert vector["type"] == kind.TYPE  # type: ignore[attr-defined]
+    assert vector["type"] == kind.TYPE
     assert len(payload) == kind.SIZE
     assert record.encode() == payload
     assert kind.decode(payload) == record
@@ -79,7 +79,7 @@ def test_a_payload_of_another_length_is_refused(vector: dict[str, Any]) -> None:
             kind.decode(wrong)
 
 
-def enum_fields() -> list[tuple[type[Record], int]]:
+def enum_fields() -> list[tuple[type[Payload], int]]:
     """Payloads with an enumeration, and where in them its byte stands."""
     found = []
     for vector in FRAMES:

@@ -14,7 +14,7 @@ from tfsat_host.protocol.messages import (
     ManeuverCommitRequest,
     ManeuverStrokeRequest,
 )
-from tfsat_host.protocol.record import Record
+from tfsat_host.protocol.record import Payload
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class RawManeuver:
             text += start_us.to_bytes(4, "little")
         return text
 
-    def requests(self) -> list[Record]:
+    def requests(self) -> list[Payload]:
         """Begin, strokes, commit."""
         strokes = [ManeuverStrokeRequest(i, *stroke) for i, stroke in enumerate(self.strokes)]
         begin = ManeuverBeginRequest(len(self.strokes), self.speed_cdeg_s)

@@ -28,7 +28,7 @@ from tfsat_host.protocol.messages import (
     ManeuverStrokeReply,
     ManeuverStrokeRequest,
 )
-from tfsat_host.protocol.record import Record
+from tfsat_host.protocol.record import Payload
 
 SAFE, ARMED, RUNNING, DONE = list(SequencerState)[:4]
 FACTORY = RawManeuver.of(OLD)
@@ -66,10 +66,10 @@ class Model:
         fresh = Model(self.stored, self.origin, self.generation)
         self.__dict__.update(fresh.__dict__)
 
-    def error(self, request: Record, code: ErrorCode, detail: int = -1) -> ErrorReply:
-        return ErrorReply(type(request).TYPE, code, detail)  # type: ignore[attr-defined]
+    def error(self, request: Payload, code: ErrorCode, detail: int = -1) -> ErrorReply:
+        return ErrorReply(request.TYPE, code, detail)
 
-    def answer(self, request: Record, opened: int) -> Record:
+    def answer(self, request: Payload, opened: int) -> Payload:
         """The reply that `request` must get, and what it changes."""
         if isinstance(request, ArmRequest):
             return self.arm(request, opened)
@@ -90,7 +90,7 @@ class Model:
         assert isinstance(request, ManeuverCommitRequest)
         return self.commit(request, self.staged)
 
-    def arm(self, request: ArmRequest, opened: int) -> Record:
+    def arm(self, request: ArmRequest, opened: int) -> Payload:
         if self.state == ARMED and request.arm_token == self.accepted_token:
             return ArmReply(ARMED)
         self.refusal = ErrorCode.NONE
@@ -106,13 +106,13 @@ class Model:
         self.knocks, self.touched = 0, False
         return ArmReply(ARMED)
 
-    def begin(self, request: ManeuverBeginRequest) -> Record:
+    def begin(self, request: ManeuverBeginRequest) -> Payload:
         if not 1 <= request.stroke_count <= 16:
             return self.error(request, ErrorCode.TOO_MANY_STROKES, request.stroke_count)
         self.staged, self.strokes, self.written = (request.stroke_count, request.speed_cdeg_s), {}, False
         return ManeuverBeginReply(request.stroke_count)
 
-    def commit(self, request: ManeuverCommitRequest, staged: tuple[int, int]) -> Record:
+    def commit(self, request: ManeuverCommitRequest, staged: tuple[int, int]) -> Payload:
         missing = [index for index in range(staged[0]) if index not in self.strokes]
         if missing:
             return self.error(request, ErrorCode.STEP_MISSING, missing[0])
@@ -138,7 +138,7 @@ class AnyOrder(RuleBasedStateMachine):
         super().__init__()
         self.board = Board(self.library)
         self.model = Model()
-        self.sent: list[Record] = []
+        self.sent: list[Payload] = []
         self.tokens: dict[int, SequencerState] = {}
         self.sequence = 0
 
@@ -151,19 +151,18 @@ class AnyOrder(RuleBasedStateMachine):
     def opened(self) -> int:
         return sum(1 << index for index, opened in self.board.opened.items() if opened)
 
-    def send(self, request: Record) -> None:
+    def send(self, request: Payload) -> None:
         self.let_the_run_end()
         self.sequence = (self.sequence + 1) & 0xFF
         expected = self.model.answer(request, self.opened)
-        number: int = type(request).TYPE  # type: ignore[attr-defined]
-        (answer,) = self.board.ask(Frame(number, self.sequence, request.encode()))
+        (answer,) = self.board.ask(Frame(request.TYPE, self.sequence, request.encode()))
         assert answer.sequence == self.sequence
-        assert answer.type == type(expected).TYPE, (request, answer, expected)  # type: ignore[attr-defined]
+        assert answer.type == expected.TYPE, (request, answer, expected)
         assert type(expected).decode(answer.payload) == expected, (request, answer, expected)
         if isinstance(request, ManeuverCommitRequest):
             self.board.advance(STORE_US)
 
-    def request(self, request: Record) -> None:
+    def request(self, request: Payload) -> None:
         self.send(request)
         self.sent.append(request)
 
@@ -340,8 +339,7 @@ def test_the_model_flies(board: Board) -> None:
     """The shortest strokes that the model knows: 0.01 deg, 10 ms apart on one joint."""
     sequencer = connect(board)
     for request in MANEUVERS[3].requests():
-        number: int = type(request).TYPE  # type: ignore[attr-defined]
-        board.ask(Frame(number, 1, request.encode()))
+        board.ask(Frame(request.TYPE, 1, request.encode()))
     board.advance(STORE_US)
     sequencer.arm()
     board.switch(0, opened=True)

@@ -38,9 +38,9 @@ from tfsat_host.protocol.messages import (
     ManeuverStrokeReply,
     ManeuverStrokeRequest,
 )
-from tfsat_host.protocol.record import Record
+from tfsat_host.protocol.record import Payload
 
-REPLIES: dict[type[Record], type[Record]] = {
+REPLIES: dict[type[Payload], type[Payload]] = {
     ManeuverBeginRequest: ManeuverBeginReply,
     ManeuverStrokeRequest: ManeuverStrokeReply,
     ManeuverCommitRequest: ManeuverCommitReply,
@@ -48,7 +48,7 @@ REPLIES: dict[type[Record], type[Record]] = {
 }
 
 
-def send(board: Board, requests: list[Record]) -> tuple[ErrorCode, int]:
+def send(board: Board, requests: list[Payload]) -> tuple[ErrorCode, int]:
     """Sends raw requests up to the first refusal; its code and detail."""
     link = client(board)
     for request in requests:
@@ -73,12 +73,12 @@ def with_stroke(index: int, **fields: int) -> RawManeuver:
     return RawManeuver(FLOWN.speed_cdeg_s, tuple((s["joint"], s["angle"], s["start"]) for s in strokes))
 
 
-def wire(*requests: Record) -> list[Record]:
+def wire(*requests: Payload) -> list[Payload]:
     return list(requests)
 
 
 STROKE = ManeuverStrokeRequest(0, 1, 1000, 700_000)
-REFUSED: dict[str, tuple[list[Record], ErrorCode, int]] = {
+REFUSED: dict[str, tuple[list[Payload], ErrorCode, int]] = {
     "no stroke": (wire(ManeuverBeginRequest(0, 17000)), ErrorCode.TOO_MANY_STROKES, 0),
     "17 strokes": (wire(ManeuverBeginRequest(17, 17000)), ErrorCode.TOO_MANY_STROKES, 17),
     "255 strokes": (wire(ManeuverBeginRequest(255, 17000)), ErrorCode.TOO_MANY_STROKES, 255),

@@ -84,7 +84,12 @@ def _layout(field: Field) -> str:
 
 
 def _record(spec: Spec, struct: Struct) -> list[str]:
-    lines = ["", "", "@dataclass(frozen=True, slots=True)", f"class {struct.name}(Record):"]
+    lines = [
+        "",
+        "",
+        "@dataclass(frozen=True, slots=True)",
+        f"class {struct.name}({'Record' if struct.type_id is None else 'Payload'}):",
+    ]
     doc = " ".join(struct.doc.split())
     if struct.fields:
         lines += [f'    """{doc}', "", "    Attributes:"]
@@ -114,7 +119,7 @@ def _messages(spec: Spec) -> str:
         "from typing import ClassVar",
         "",
         f"from .enums import {used}",
-        "from .record import Layout, Record",
+        "from .record import Layout, Payload, Record",
     ]
     for struct in _all_structs(spec):
         lines += _record(spec, struct)

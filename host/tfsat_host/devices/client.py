@@ -20,11 +20,11 @@ from tfsat_host.protocol.enums import Board
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import REPLY_BIT
 from tfsat_host.protocol.messages import ErrorReply, HelloReply, HelloRequest, LiveSampleStream
-from tfsat_host.protocol.record import Record
+from tfsat_host.protocol.record import Payload
 
 __all__ = ["BoardError", "BoardIdentity", "BoardRefusal", "Client", "NoAnswer", "WrongBoard", "board_error"]
 
-Reply = TypeVar("Reply", bound=Record)
+Reply = TypeVar("Reply", bound=Payload)
 
 ATTEMPT_TIMEOUT_S = 0.25
 """A board answers within a few milliseconds; a USB hub may add tens."""
@@ -46,7 +46,7 @@ class Client:
         self._sequence = 0
         self._live: deque[LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
 
-    def request(self, message: Record, reply_type: type[Reply]) -> Reply:
+    def request(self, message: Payload, reply_type: type[Reply]) -> Reply:
         """Sends `message` and returns the board's reply.
 
         Raises:
@@ -55,7 +55,7 @@ class Client:
             PortError: the connection broke.
             ProtocolError: the reply has an unknown value or a wrong length.
         """
-        request_type = _type_of(message)
+        request_type = message.TYPE
         self._sequence = (self._sequence + 1) & 0xFF
         frame = encode_frame(Frame(request_type, self._sequence, message.encode()))
         for _ in range(ATTEMPTS):
@@ -134,8 +134,3 @@ class Client:
     def close(self) -> None:
         """Lets go of the port."""
         self.transport.close()
-
-
-def _type_of(message: Record) -> int:
-    number: int = type(message).TYPE  # type: ignore[attr-defined]
-    return number

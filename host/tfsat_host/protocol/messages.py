@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .enums import BlockKind, Board, ErrorCode, EventCode, LoggerState, ManeuverOrigin, ResetCause, SequencerState
-from .record import Layout, Record
+from .record import Layout, Payload, Record
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +223,7 @@ class LogFooter(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class HelloRequest(Record):
+class HelloRequest(Payload):
     """Who are you? Its number and layout never change, so that any two revisions understand it."""
 
     TYPE: ClassVar[int] = 0x01
@@ -232,7 +232,7 @@ class HelloRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class HelloReply(Record):
+class HelloReply(Payload):
     """Who are you? Its number and layout never change, so that any two revisions understand it.
 
     Attributes:
@@ -261,7 +261,7 @@ class HelloReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class SequencerStatusRequest(Record):
+class SequencerStatusRequest(Payload):
     """What the sequencer is doing."""
 
     TYPE: ClassVar[int] = 0x02
@@ -270,7 +270,7 @@ class SequencerStatusRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class SequencerStatusReply(Record):
+class SequencerStatusReply(Payload):
     """What the sequencer is doing.
 
     Attributes:
@@ -314,7 +314,7 @@ class SequencerStatusReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class LoggerStatusRequest(Record):
+class LoggerStatusRequest(Payload):
     """What the logger is doing."""
 
     TYPE: ClassVar[int] = 0x03
@@ -323,7 +323,7 @@ class LoggerStatusRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class LoggerStatusReply(Record):
+class LoggerStatusReply(Payload):
     """What the logger is doing.
 
     Attributes:
@@ -376,7 +376,7 @@ class LoggerStatusReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverBeginRequest(Record):
+class ManeuverBeginRequest(Payload):
     """Starts an upload. The stored maneuver stays until commit.
 
     Attributes:
@@ -396,7 +396,7 @@ class ManeuverBeginRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverBeginReply(Record):
+class ManeuverBeginReply(Payload):
     """Starts an upload. The stored maneuver stays until commit.
 
     Attributes:
@@ -413,7 +413,7 @@ class ManeuverBeginReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverStrokeRequest(Record):
+class ManeuverStrokeRequest(Payload):
     """One stroke of the upload.
 
     Attributes:
@@ -439,7 +439,7 @@ class ManeuverStrokeRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverStrokeReply(Record):
+class ManeuverStrokeReply(Payload):
     """One stroke of the upload.
 
     Attributes:
@@ -456,7 +456,7 @@ class ManeuverStrokeReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverCommitRequest(Record):
+class ManeuverCommitRequest(Payload):
     """Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
 
     Attributes:
@@ -473,7 +473,7 @@ class ManeuverCommitRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverCommitReply(Record):
+class ManeuverCommitReply(Payload):
     """Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
 
     Attributes:
@@ -493,7 +493,7 @@ class ManeuverCommitReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverInfoRequest(Record):
+class ManeuverInfoRequest(Payload):
     """Which maneuver would fly."""
 
     TYPE: ClassVar[int] = 0x13
@@ -502,7 +502,7 @@ class ManeuverInfoRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverInfoReply(Record):
+class ManeuverInfoReply(Payload):
     """Which maneuver would fly.
 
     Attributes:
@@ -534,7 +534,7 @@ class ManeuverInfoReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverReadRequest(Record):
+class ManeuverReadRequest(Payload):
     """Reads one stroke back from what would fly.
 
     Attributes:
@@ -551,7 +551,7 @@ class ManeuverReadRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverReadReply(Record):
+class ManeuverReadReply(Payload):
     """Reads one stroke back from what would fly.
 
     Attributes:
@@ -577,7 +577,7 @@ class ManeuverReadReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ArmRequest(Record):
+class ArmRequest(Payload):
     """From now on the release starts the maneuver.
 
     Attributes:
@@ -594,7 +594,7 @@ class ArmRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ArmReply(Record):
+class ArmReply(Payload):
     """From now on the release starts the maneuver.
 
     Attributes:
@@ -611,7 +611,7 @@ class ArmReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class DisarmRequest(Record):
+class DisarmRequest(Payload):
     """Back to safe, from any state; stops the servo pulses and clears a latched fault."""
 
     TYPE: ClassVar[int] = 0x21
@@ -620,7 +620,7 @@ class DisarmRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class DisarmReply(Record):
+class DisarmReply(Payload):
     """Back to safe, from any state; stops the servo pulses and clears a latched fault.
 
     Attributes:
@@ -637,7 +637,7 @@ class DisarmReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class RecordStartRequest(Record):
+class RecordStartRequest(Payload):
     """Starts a recording.
 
     Attributes:
@@ -654,7 +654,7 @@ class RecordStartRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class RecordStartReply(Record):
+class RecordStartReply(Payload):
     """Starts a recording.
 
     Attributes:
@@ -674,7 +674,7 @@ class RecordStartReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class RecordStopRequest(Record):
+class RecordStopRequest(Payload):
     """Ends the recording with a footer. The host repeats it until the state is stopped."""
 
     TYPE: ClassVar[int] = 0x41
@@ -683,7 +683,7 @@ class RecordStopRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class RecordStopReply(Record):
+class RecordStopReply(Payload):
     """Ends the recording with a footer. The host repeats it until the state is stopped.
 
     Attributes:
@@ -709,7 +709,7 @@ class RecordStopReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class LiveRequest(Record):
+class LiveRequest(Payload):
     """Switches live sampling on or off. It also ends when the cable is pulled.
 
     Attributes:
@@ -726,7 +726,7 @@ class LiveRequest(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class LiveReply(Record):
+class LiveReply(Payload):
     """Switches live sampling on or off. It also ends when the cable is pulled.
 
     Attributes:
@@ -755,7 +755,7 @@ class LiveReply(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class LiveSampleStream(Record):
+class LiveSampleStream(Payload):
     """One sample as it is taken; sent unasked while live sampling is on. What the host does not read in time is skipped and shows as a gap in the index.
 
     Attributes:
@@ -778,7 +778,7 @@ class LiveSampleStream(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class ErrorReply(Record):
+class ErrorReply(Payload):
     """Answer to a request that was not served.
 
     Attributes:

@@ -38,6 +38,13 @@ class Record:
         return _build(cls, iter(_codec(cls).unpack(data)))
 
 
+@dataclass(frozen=True, slots=True)
+class Payload(Record):
+    """A record that is a frame's payload; `TYPE` is the frame's type."""
+
+    TYPE: ClassVar[int]
+
+
 Kind = str | type[IntEnum] | type[Record]
 Layout = tuple[tuple[str, Kind, int | None], ...]
 AnyRecord = TypeVar("AnyRecord", bound=Record)
