@@ -91,6 +91,24 @@ types:
       - id: value
         type: s4
         doc: 'See EventCode.'
+  servo_setting:
+    doc: 'How a joint''s servo turns pulses into angles, and how far it may go.'
+    seq:
+      - id: zero_us
+        type: u2
+        doc: 'Pulse width that holds 0 deg.'
+      - id: ns_per_deg
+        type: u2
+        doc: 'Change of pulse width for each degree.'
+      - id: reversed
+        type: u1
+        doc: '1: shorter pulses open the joint.'
+      - id: min_cdeg
+        type: s2
+        doc: 'Least angle that may be commanded.'
+      - id: max_cdeg
+        type: s2
+        doc: 'Greatest angle that may be commanded.'
   block_header:
     doc: 'The first 32 bytes of every block.'
     seq:

@@ -10,7 +10,9 @@
 #include "src/core/status_led.h"
 #include "src/drivers/eeprom_memory.h"
 #include "src/drivers/identity.h"
+#include "src/drivers/ram_paint.h"
 #include "src/drivers/release_capture.h"
+#include "src/drivers/reset_cause.h"
 #include "src/drivers/status_pin.h"
 #include "src/drivers/tick_clock.h"
 #include "src/drivers/timer1_servos.h"
@@ -20,25 +22,30 @@
 
 using namespace tfsat::sequencer;
 
-static Timer1Servos servos;
+static RetainedState retained __attribute__((section(".noinit")));
+static Timer1Servos servos(retained.begun);
 static ReleaseCapture switches;
 static EepromMemory memory;
 static UsbStream usb;
 static StatusPin led;
+static RamPaint ram;
 static Identity identity;
-static Sequencer sequencer(switches, servos, memory);
-static RequestServer server(sequencer, identity);
+static Sequencer sequencer(switches, servos, memory, retained);
+static RequestServer server(sequencer, identity, ram);
 static tfsat::protocol::Link host_link(usb, server);
 
 void setup() {
-  Watchdog::begin();
   TickClock::begin();
   servos.begin();
   switches.begin();
   memory.begin();
   led.begin();
-  identity = read_identity();
-  sequencer.start(TickClock::now());
+  const tfsat::protocol::ResetCause cause = take_reset_cause();
+  if (!RamPaint::survived()) retained.clear();
+  sequencer.start(TickClock::now(), cause);
+  // Takes a while. Servos that were held are held again by now, and a host that enumerates the board
+  // must not be served by an interrupt that waits for it.
+  identity = read_identity(cause, [] { usb.serve_control(); });
   set_sleep_mode(SLEEP_MODE_IDLE);
 }
 
@@ -48,7 +55,8 @@ void loop() {
   const tick_t now = TickClock::now();
   sequencer.poll(now);
   usb.serve_control();
-  server.set_now(now);
+  server.update(now, host_link.rejected_frames());
+  if (!usb.connected()) sequencer.host_gone();
   host_link.poll();
   led.set(led_on(sequencer.state(), sequencer.uptime_ms()));
   Watchdog::feed(sequencer.may_upload());

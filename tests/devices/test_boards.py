@@ -9,21 +9,16 @@ import pytest
 from tests.devices.scripted import Answer, ScriptedTransport, hello, live_sample, refusal, reply
 from tfsat_host.devices.client import BoardError, NoAnswer, WrongBoard
 from tfsat_host.devices.logger import POLL_S, START_TIMEOUT_S, STOP_TIMEOUT_S, LoggerClient
-from tfsat_host.devices.sequencer import (
-    STORE_TIMEOUT_S,
-    SequencerClient,
-    VerifyError,
-    arm_refusal,
-    maneuver_crc,
-)
+from tfsat_host.devices.maneuver_transfer import maneuver_crc
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.stored_record import STORE_TIMEOUT_S, VerifyError
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import (
     Board,
     ErrorCode,
     LoggerState,
-    ManeuverOrigin,
-    ResetCause,
+    Origin,
     SequencerState,
 )
 from tfsat_host.protocol.framing import Frame
@@ -50,7 +45,6 @@ from tfsat_host.protocol.messages import (
     RecordStartRequest,
     RecordStopReply,
     RecordStopRequest,
-    SequencerStatusReply,
 )
 from tfsat_host.protocol.record import Record
 
@@ -83,9 +77,7 @@ class Sequencer:
                 return ManeuverCommitReply(int(self.commits_until_stored <= 0), 1)
             case ManeuverInfoRequest.TYPE:
                 count = len(SCHEDULE.strokes)
-                return ManeuverInfoReply(
-                    ManeuverOrigin.UPLOADED, count, self.speed_cdeg_s, self.crc, 2_231_765, 1
-                )
+                return ManeuverInfoReply(Origin.UPLOADED, count, self.speed_cdeg_s, self.crc, 2_231_765, 1)
             case ManeuverReadRequest.TYPE:
                 stroke = SCHEDULE.strokes[frame.payload[0]]
                 angle_cdeg = stroke.angle_cdeg + self.angle_offset_cdeg
@@ -192,30 +184,6 @@ def test_the_loggers_port_is_not_disarmed() -> None:
     with pytest.raises(WrongBoard, match="is the logger"):
         SequencerClient.connect_any_protocol(transport)
     assert [frame.type for frame in transport.requests] == [HelloRequest.TYPE]
-
-
-@pytest.mark.parametrize(
-    ("state", "switches_open", "code"),
-    [
-        (SequencerState.SAFE, 0, None),
-        (SequencerState.DONE, 0, None),
-        (SequencerState.SAFE, 1, ErrorCode.SWITCH_OPEN),
-        (SequencerState.DONE, 2, ErrorCode.SWITCH_OPEN),
-        (SequencerState.ARMED, 0, ErrorCode.WRONG_STATE),
-        (SequencerState.RUNNING, 3, ErrorCode.WRONG_STATE),
-        (SequencerState.FAULT, 3, ErrorCode.FAULT_LATCHED),
-    ],
-)
-def test_what_stands_against_arming(
-    state: SequencerState, switches_open: int, code: ErrorCode | None
-) -> None:
-    none = ErrorCode.NONE
-    status = SequencerStatusReply(
-        state, none, none, switches_open, 1, ResetCause.POWER_ON, 0, 0, (0, 0, 0), 1
-    )
-    refusal = arm_refusal(status)
-    assert (refusal and refusal.code) == code
-    assert refusal is None or refusal.exit_code == 4
 
 
 class Logger:

@@ -22,6 +22,7 @@ from tfsat_host.devices.client import (
     BoardRefusal,
     NoAnswer,
     WrongBoard,
+    board_error,
 )
 from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
@@ -30,10 +31,13 @@ from tfsat_host.protocol.messages import (
     ArmRequest,
     DisarmReply,
     DisarmRequest,
+    ErrorReply,
     HelloReply,
     HelloRequest,
+    JogRequest,
     ManeuverReadReply,
     ManeuverReadRequest,
+    SettingsWriteRequest,
 )
 from tfsat_host.protocol.record import ProtocolError
 from tfsat_host.protocol.remedies import REMEDIES
@@ -47,6 +51,9 @@ INTERLOCKS = {
     ErrorCode.NO_MANEUVER,
     ErrorCode.STALE_TOKEN,
     ErrorCode.FAULT_LATCHED,
+    ErrorCode.NOT_AT_START_POSE,
+    ErrorCode.JOG_NOT_CONFIRMED,
+    ErrorCode.SETTINGS_DO_NOT_FIT,
 }
 
 
@@ -221,6 +228,18 @@ def test_a_refusal_names_the_stroke_counted_from_one(code: ErrorCode, detail: in
     assert named is None or named in caught.value.what
 
 
+@pytest.mark.parametrize(
+    ("about", "code", "detail", "named"),
+    [
+        (SettingsWriteRequest.TYPE, ErrorCode.SETTING_OUT_OF_RANGE, 1, "(joint 2)"),
+        (SettingsWriteRequest.TYPE, ErrorCode.SETTING_OUT_OF_RANGE, 3, "(the frame)"),
+        (JogRequest.TYPE, ErrorCode.ANGLE_OUT_OF_RANGE, 3, "(joint 3)"),
+    ],
+)
+def test_a_refusal_names_the_joint(about: int, code: ErrorCode, detail: int, named: str) -> None:
+    assert named in board_error(ErrorReply(about, code, detail)).what
+
+
 def test_a_refusal_of_another_request_is_not_ours() -> None:
     def script(frame: Frame) -> Iterator[Answer]:
         yield refusal(frame, ErrorCode.WRONG_STATE, about=ArmRequest.TYPE)
@@ -309,8 +328,8 @@ def test_the_other_board_is_told_apart(asked: Board, found: Board) -> None:
 @pytest.mark.parametrize(
     ("version", "said", "unsaid"),
     [
-        (bytes(FIRMWARE_VERSION), "Update the sequencer: flash the sketch", "install"),
-        (b"\0\0\x09", "The sequencer is the older side (0.0.9): flash the sketch", "install"),
+        (bytes(FIRMWARE_VERSION), "Update the sequencer: flash this checkout", "install"),
+        (b"\0\0\x09", "The sequencer is the older side (0.0.9): flash this checkout", "install"),
         (b"\x01\x02\x03", "This program is the older side (0.1.0): check out tfsat 1.2.3 and install", None),
     ],
     ids=["same", "board older", "host older"],
@@ -325,19 +344,18 @@ def test_another_protocol_says_which_side_to_update(version: bytes, said: str, u
     assert hello().protocol_hash.hex() in caught.value.what
     step = caught.value.next_step
     assert step.startswith(said)
-    assert "arduino-cli compile --upload --fqbn arduino:avr:micro --port scripted firmware/ard" in step
+    assert step.endswith("make firmware && tfsat-host flash sequencer --port scripted")
     assert unsaid is None or unsaid not in step
     assert caught.value.code == "other-protocol"
     assert {frame.type for frame in transport.requests} == {HelloRequest.TYPE}
 
 
-def test_the_sketches_that_errors_name_exist() -> None:
-    for board in Board:
-        link, _ = client(lambda frame, board=board: [reply(frame, hello(board, bytes(8)))])  # type: ignore[misc]
-        with pytest.raises(WrongBoard) as caught:
-            link.hello()
-        sketch = caught.value.next_step.rpartition(" ")[2]
-        assert (ROOT / sketch / f"{Path(sketch).name}.ino").is_file()
+def test_the_sketch_that_errors_name_exists() -> None:
+    link, _ = client(lambda frame: [reply(frame, hello(Board.LOGGER, bytes(8)))])
+    with pytest.raises(WrongBoard) as caught:
+        link.hello()
+    sketch = caught.value.next_step.rpartition(" ")[2]
+    assert (ROOT / sketch / f"{Path(sketch).name}.ino").is_file()
 
 
 def test_the_wrong_board_is_told_before_its_protocol() -> None:

@@ -3,28 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard, load_library
-
-REPOSITORY = Path(__file__).resolve().parents[2]
-HERE = Path(__file__).resolve().parent
-BOARDS = REPOSITORY / "tools" / "emulator" / "src" / "boards"
-
-
-def run(*command: str) -> None:
-    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
-    if result.returncode != 0:
-        pytest.fail(f"{' '.join(command)}\n{result.stdout}{result.stderr}", pytrace=False)
-
-
-def build_sketch(sketch: str, build: Path) -> Path:
-    run("make", "-f", "tools/firmware/sequencer.mk", f"SKETCH={sketch}", f"BUILD={build}")
-    return build / f"{Path(sketch).name}.hex"
+from tests.emulator_avr.building import SEQUENCER, build_board_library, build_sketch
 
 
 @pytest.fixture(scope="session")
@@ -39,18 +24,12 @@ def probe_hex(build_folder: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def sequencer_hex(build_folder: Path) -> Path:
-    return build_sketch("firmware/arduino_sequencer", build_folder / "sequencer")
+    return build_sketch(SEQUENCER, build_folder / "sequencer")
 
 
 @pytest.fixture(scope="session")
 def library(build_folder: Path) -> ctypes.CDLL:
-    output = build_folder / "libavr_board.so"
-    sources = [str(HERE / "harness.cpp"), *sorted(str(path) for path in BOARDS.glob("avr_*.cpp"))]
-    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    include = str(BOARDS.parent)
-    run("g++", "-std=c++17", "-O2", *warnings, "-shared", "-fPIC", "-I", include, *sources,
-        "-o", str(output), "-lsimavr", "-lelf")  # fmt: skip
-    return load_library(output)
+    return load_library(build_board_library(build_folder))
 
 
 @pytest.fixture

@@ -32,9 +32,9 @@ void board_set_power(AvrSequencer* board, bool on) { board->set_power(on); }
 void board_reset(AvrSequencer* board, uint8_t cause) {
   board->reset(static_cast<ResetCause>(cause));
 }
-const char* board_advance_to(AvrSequencer* board, uint64_t t_us) {
+const char* board_advance_to_cycle(AvrSequencer* board, uint64_t cycle) {
   try {
-    board->advance_to(t_us);
+    board->advance_to_cycle(cycle);
     return nullptr;
   } catch (const std::exception& error) {
     last_error = error.what();
@@ -46,6 +46,9 @@ void board_set_switch(AvrSequencer* board, int index, bool closed) {
 }
 void board_set_cable(AvrSequencer* board, bool plugged) { board->set_cable(plugged); }
 void board_set_port(AvrSequencer* board, bool open, uint32_t baud) { board->set_port(open, baud); }
+void board_set_usb_stage_pause(AvrSequencer* board, uint32_t polls) {
+  board->set_usb_stage_pause(polls);
+}
 bool board_link_ready(AvrSequencer* board) { return board->link_ready(); }
 size_t board_write(AvrSequencer* board, const uint8_t* data, size_t n) {
   return board->write(data, n);

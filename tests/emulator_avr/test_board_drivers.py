@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
-from tests.emulator_avr.flight import BoardTransport, connect, pulses
-from tfsat_host.devices.port_errors import PortError, PortProblem
-from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tests.emulator_avr.flight import connect, pulses
 from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000
 WDTCSR, WATCHDOG_TIMEOUT_BITS, ONE_SECOND = 0x60, 0x27, 0x06
 BOOTLOADER_KEY = 0x77  # both bytes of the Arduino core's MAGIC_KEY
-OLD = schedule_maneuver(four_stroke(40, 50))
-NEW = schedule_maneuver(four_stroke(61, 68.5))
 
 
 def widths_ns(board: AvrBoard) -> set[int]:
@@ -117,63 +111,3 @@ def test_a_sketch_upload_may_begin_only_while_safe(sequencer: AvrBoard) -> None:
 def test_it_tells_why_it_restarted(sequencer: AvrBoard, cause: ResetCause) -> None:
     sequencer.reset(cause)
     assert connect(sequencer).status().reset_cause.name == cause.name
-
-
-LOOK_S = 0.001
-
-
-class CutTransport(BoardTransport):
-    """Cuts the power in the middle of the n-th EEPROM write."""
-
-    def __init__(self, board: AvrBoard, last_write: int) -> None:
-        super().__init__(board)
-        self._cut_board = board
-        self._last_write = last_write
-
-    def read(self, timeout_s: float) -> bytes:
-        data = super().read(min(timeout_s, LOOK_S))  # a write takes 3.4 ms: look more often than that
-        if self._cut_board.eeprom_writes >= self._last_write:
-            self._cut_board.power(False)
-            raise PortError(PortProblem.OTHER, what="The power was cut.", next_step="None.")
-        return data
-
-
-def stored_after_restart(board: AvrBoard) -> StoredManeuver:
-    board.power(False)
-    board.power(True)
-    board.run(200_000)
-    return connect(board).read_back()
-
-
-def test_a_power_cut_at_any_byte_of_an_upload_leaves_the_old_or_the_new_maneuver(
-    sequencer: AvrBoard, sequencer_hex: Path, make_board: Callable[[Path], AvrBoard]
-) -> None:
-    connect(sequencer).upload(OLD)
-    old = stored_after_restart(sequencer)
-    image, before = sequencer.eeprom(), sequencer.eeprom_writes
-    connect(sequencer).upload(NEW)
-    new = stored_after_restart(sequencer)
-    writes = sequencer.eeprom_writes - before
-    assert writes > 30
-
-    outcomes = []
-    for cut in range(1, writes + 1):
-        board = make_board(sequencer_hex)
-        board.set_eeprom(image)
-        board.power(True)
-        board.run(200_000)
-        board.connect()
-        with pytest.raises(PortError):
-            SequencerClient.connect(CutTransport(board, cut)).upload(NEW)
-        outcomes.append(stored_after_restart(board))
-        board.close()
-    assert set(outcomes) <= {old, new}
-    assert outcomes.count(old) == writes  # the byte under way is torn, and the last one commits
-
-
-def test_an_identical_upload_writes_nothing(sequencer: AvrBoard) -> None:
-    client = connect(sequencer)
-    assert client.upload(NEW).written
-    writes = sequencer.eeprom_writes
-    assert not client.upload(NEW).written
-    assert sequencer.eeprom_writes == writes

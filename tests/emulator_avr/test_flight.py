@@ -3,39 +3,14 @@
 from __future__ import annotations
 
 import random
-from itertools import pairwise
 
 import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard
-from tests.emulator_avr.flight import STROKE_LINE, connect, onsets_ns, pulses, release
+from tests.emulator_avr.flight import assert_factory_maneuver_flown, connect, onsets_ns, release
 from tfsat_host.protocol.enums import ResetCause, SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
 from tfsat_host.protocol.messages import SequencerStatusRequest
-
-FACTORY_STROKES = [(1, 700_000), (2, 1_050_000), (1, 1_470_000), (2, 1_820_000)]
-TICK_NS = 500
-NOISE_CANCELER_NS = 250
-
-
-def assert_factory_maneuver_flown(board: AvrBoard, released_ns: int) -> None:
-    edges = board.edges()
-    onsets = onsets_ns(edges)
-    assert [joint for joint, _ in onsets] == [joint for joint, _ in FACTORY_STROKES]
-    for (_, onset_ns), (_, start_us) in zip(onsets, FACTORY_STROKES, strict=True):
-        assert -TICK_NS <= onset_ns - released_ns - start_us * 1000 <= NOISE_CANCELER_NS
-
-    widths_us = [sorted({pulse.width_ns / 1000 for pulse in pulses(edges, pin)}) for pin in range(3)]
-    assert widths_us == [[1000, 1655.5], [1000, 1778], [1000]]
-    for pin in range(3):
-        gaps_ms = [(after.rise_ns - before.rise_ns) / 1e6 for before, after in pairwise(pulses(edges, pin))]
-        assert 19.5 <= min(gaps_ms) <= max(gaps_ms) <= 20.5
-
-    marks = pulses(edges, STROKE_LINE)
-    assert len(marks) == len(onsets)
-    for mark, (_, onset_ns) in zip(marks, onsets, strict=True):
-        assert 0 < mark.rise_ns - onset_ns < 60_000
-        assert 990_000 < mark.width_ns < 1_050_000
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -178,7 +178,7 @@ def test_the_hash_ignores_prose(tmp_path: Path, old: str, new: str) -> None:
     ("old", "new"),
     [
         ("fall_us = { value = 2500000", "fall_us = { value = 2500001"),
-        ("id = 0x21", "id = 0x22"),
+        ("id = 0x21", "id = 0x2F"),
         ('name = "arm_token", type = "u16"', 'name = "arm_token", type = "u32"'),
         ('name = "arm_token"', 'name = "token"'),
         ("watchdog = { value = 3", "watchdog = { value = 9"),

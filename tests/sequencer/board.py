@@ -15,7 +15,7 @@ from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
-from tfsat_host.protocol.limits import SERVO_PULSE_AT_0_DEG_US, SERVO_PULSE_AT_90_DEG_US
+from tfsat_host.protocol.limits import SERVO_FACTORY_NS_PER_DEG, SERVO_FACTORY_ZERO_US
 
 EEPROM_BYTES = 1024
 STROKE_LINE = 3
@@ -43,10 +43,20 @@ class Pulse:
 
 def build_board(folder: Path) -> ctypes.CDLL:
     """The library with the board, compiled from the firmware's core and the emulator's ports."""
+    return load_board(build_board_library(folder))
+
+
+def build_board_library(folder: Path) -> Path:
+    """As `build_board`, for other processes to load."""
     emulator = REPOSITORY / "tools" / "emulator" / "src"
     sources = [Path(__file__).with_name("board_bridge.cpp"), *(emulator / "boards").glob("native_*.cpp")]
     sources += (REPOSITORY / "firmware" / "arduino_sequencer" / "src" / "core").glob("*.cpp")
-    library = ctypes.CDLL(str(build_shared(sources, folder / "board.so", [emulator])))
+    return build_shared(sources, folder / "board.so", [emulator])
+
+
+def load_board(path: Path) -> ctypes.CDLL:
+    """The functions of a library that `build_board_library` made."""
+    library = ctypes.CDLL(str(path))
     board, u64, size, text = ctypes.c_void_p, ctypes.c_uint64, ctypes.c_size_t, ctypes.c_char_p
     signatures: dict[str, tuple[object, list[object]]] = {
         "board_new": (board, []),
@@ -225,5 +235,4 @@ def assert_servo_signal(train: list[Pulse]) -> None:
 
 def width_ns(angle_cdeg: int) -> float:
     """Pulse width that holds an angle, by the specification: linear between 0 and 90 deg."""
-    span_us = SERVO_PULSE_AT_90_DEG_US - SERVO_PULSE_AT_0_DEG_US
-    return 1000 * (SERVO_PULSE_AT_0_DEG_US + span_us * angle_cdeg / 9000)
+    return 1000 * SERVO_FACTORY_ZERO_US + SERVO_FACTORY_NS_PER_DEG * angle_cdeg / 100

@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <vector>
 
+#include "../../firmware/arduino_sequencer/src/core/maneuver.h"
 #include "../../firmware/arduino_sequencer/src/core/ports.h"
 #include "../../firmware/arduino_sequencer/src/protocol/link.h"
 #include "check.h"
@@ -14,6 +16,10 @@ namespace tfsat_test {
 
 using tfsat::sequencer::SwitchEdge;
 using tfsat::sequencer::tick_t;
+
+inline bool same(const tfsat::sequencer::Maneuver& a, const tfsat::sequencer::Maneuver& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 class FakeSwitches : public tfsat::sequencer::ReleaseSwitches {
  public:
@@ -45,8 +51,11 @@ class FakeServos : public tfsat::sequencer::ServoOutput {
     uint16_t width_ticks;
   };
 
-  void hold(uint8_t joint, uint16_t width_ticks) override {
+  void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override {
     CHECK(joint < 3 && width_ticks >= 1000 && width_ticks <= 5000);
+    CHECK(frame_ticks >= 10000 && frame_ticks <= 40000);
+    widths[joint] = width_ticks;
+    frames[joint] = frame_ticks;
     held = true;
     changes.clear();
     begun = 0;
@@ -60,10 +69,19 @@ class FakeServos : public tfsat::sequencer::ServoOutput {
     begun = 0;
   }
   uint8_t changes_begun() override { return begun; }
+  // Begun when it was asked for, and a tick late.
+  tick_t change_began_at(uint8_t index) override { return changes.at(index).at + 1; }
 
   std::vector<Change> changes;
+  uint16_t widths[3] = {0, 0, 0};
+  uint32_t frames[3] = {0, 0, 0};
   uint8_t begun = 0;
   bool held = false;
+};
+
+class FakeHealth : public tfsat::sequencer::Health {
+ public:
+  uint16_t ram_never_used_bytes() override { return 777; }
 };
 
 // An EEPROM whose power can go at any write, whose cells can be worn out, and which takes as many

@@ -1,36 +1,36 @@
-"""Requests, repeats, late copies, power cycles, resets, knocks and drops in any order, against a model."""
+"""Requests, repeats, late copies, power cycles, resets, jogs, knocks and drops in any order, against a model."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from hypothesis.stateful import precondition, rule
 
 from tests.sequencer.board import NEW, OLD, STROKE_LINE, Board, Reset, connect, pulses
-from tests.sequencer.maneuvers import RawManeuver, defect
-from tfsat_host.protocol.enums import ErrorCode, ManeuverOrigin, SequencerState
+from tests.sequencer.maneuvers import RawManeuver
+from tests.sequencer.model import ARMED, DONE, FAULT, JOGGING
+from tests.sequencer.servo_model import FACTORY_SERVO, FACTORY_SETTINGS
+from tests.sequencer.side_by_side import STORE_US, SideBySide
 from tfsat_host.protocol.framing import Frame, crc16
+from tfsat_host.protocol.limits import JOG_CONFIRM, START_POSE_TOLERANCE_CDEG
 from tfsat_host.protocol.messages import (
-    ArmReply,
     ArmRequest,
-    DisarmReply,
     DisarmRequest,
-    ErrorReply,
-    ManeuverBeginReply,
+    JogRequest,
+    JointReportRequest,
     ManeuverBeginRequest,
-    ManeuverCommitReply,
     ManeuverCommitRequest,
-    ManeuverStrokeReply,
     ManeuverStrokeRequest,
+    ServoSetting,
+    SettingsWriteRequest,
 )
 from tfsat_host.protocol.record import Payload
 
-SAFE, ARMED, RUNNING, DONE = list(SequencerState)[:4]
 FACTORY = RawManeuver.of(OLD)
 MANEUVERS = [
     RawManeuver.of(NEW),
@@ -39,157 +39,24 @@ MANEUVERS = [
     RawManeuver(40_000, ((2, 1, 700_000), (2, -1, 710_000))),
     RawManeuver(17_000, ((1, 9001, 700_000),)),  # the board refuses it
 ]
-SETTLE_US = 10_000
-STORE_US = 600_000
+NARROW = replace(FACTORY_SERVO, max_cdeg=4150)
+SETTINGS = [
+    FACTORY_SETTINGS,
+    SettingsWriteRequest(10_000, (ServoSetting(2100, 11_000, 1, 0, 9000), FACTORY_SERVO, FACTORY_SERVO)),
+    SettingsWriteRequest(20_000, (NARROW, FACTORY_SERVO, NARROW)),  # NEW and the shortest fit, no other
+]
+SENSELESS = [
+    SettingsWriteRequest(20_000, (replace(FACTORY_SERVO, zero_us=499), FACTORY_SERVO, FACTORY_SERVO)),
+    SettingsWriteRequest(20_000, (FACTORY_SERVO, replace(FACTORY_SERVO, reversed=2), FACTORY_SERVO)),
+    SettingsWriteRequest(20_000, (FACTORY_SERVO, FACTORY_SERVO, replace(FACTORY_SERVO, max_cdeg=0))),
+    SettingsWriteRequest(4999, (FACTORY_SERVO,) * 3),
+]
+START_POSES = [(0, 0, 0), (START_POSE_TOLERANCE_CDEG, -START_POSE_TOLERANCE_CDEG, 12)]
+OTHER_POSES = [(0, 0, START_POSE_TOLERANCE_CDEG + 1), (-32_768, 0, 0)]
 
 
-@dataclass
-class Model:
-    """What the board must hold and be in."""
-
-    stored: RawManeuver = FACTORY
-    origin: ManeuverOrigin = ManeuverOrigin.FACTORY
-    generation: int = 0
-    state: SequencerState = SAFE
-    token: int = 0
-    accepted_token: int = -1
-    refusal: ErrorCode = ErrorCode.NONE
-    knocks: int = 0
-    touched: bool = False
-    run_from_us: int = 0
-    staged: tuple[int, int] | None = None
-    strokes: dict[int, tuple[int, int, int]] = field(default_factory=dict)
-    written: bool = False
-
-    def restart(self) -> None:
-        """Power or reset: what the EEPROM holds stays."""
-        fresh = Model(self.stored, self.origin, self.generation)
-        self.__dict__.update(fresh.__dict__)
-
-    def error(self, request: Payload, code: ErrorCode, detail: int = -1) -> ErrorReply:
-        return ErrorReply(request.TYPE, code, detail)
-
-    def answer(self, request: Payload, opened: int) -> Payload:
-        """The reply that `request` must get, and what it changes."""
-        if isinstance(request, ArmRequest):
-            return self.arm(request, opened)
-        if isinstance(request, DisarmRequest):
-            self.state = SAFE
-            return DisarmReply(SAFE)
-        if self.state != SAFE:
-            return self.error(request, ErrorCode.WRONG_STATE)
-        if isinstance(request, ManeuverBeginRequest):
-            return self.begin(request)
-        if self.staged is None:
-            return self.error(request, ErrorCode.NO_STAGED_MANEUVER)
-        if isinstance(request, ManeuverStrokeRequest):
-            if request.index >= self.staged[0]:
-                return self.error(request, ErrorCode.INDEX_OUT_OF_RANGE, request.index)
-            self.strokes[request.index] = (request.joint, request.angle_cdeg, request.start_us)
-            return ManeuverStrokeReply(request.index)
-        assert isinstance(request, ManeuverCommitRequest)
-        return self.commit(request, self.staged)
-
-    def arm(self, request: ArmRequest, opened: int) -> Payload:
-        if self.state == ARMED and request.arm_token == self.accepted_token:
-            return ArmReply(ARMED)
-        self.refusal = ErrorCode.NONE
-        if self.state not in (SAFE, DONE):
-            self.refusal = ErrorCode.WRONG_STATE
-        elif request.arm_token != self.token:
-            self.refusal = ErrorCode.STALE_TOKEN
-        elif opened:
-            self.refusal = ErrorCode.SWITCH_OPEN
-        if self.refusal != ErrorCode.NONE:
-            return self.error(request, self.refusal, opened)
-        self.state, self.accepted_token = ARMED, request.arm_token
-        self.knocks, self.touched = 0, False
-        return ArmReply(ARMED)
-
-    def begin(self, request: ManeuverBeginRequest) -> Payload:
-        if not 1 <= request.stroke_count <= 16:
-            return self.error(request, ErrorCode.TOO_MANY_STROKES, request.stroke_count)
-        self.staged, self.strokes, self.written = (request.stroke_count, request.speed_cdeg_s), {}, False
-        return ManeuverBeginReply(request.stroke_count)
-
-    def commit(self, request: ManeuverCommitRequest, staged: tuple[int, int]) -> Payload:
-        missing = [index for index in range(staged[0]) if index not in self.strokes]
-        if missing:
-            return self.error(request, ErrorCode.STEP_MISSING, missing[0])
-        raw = RawManeuver(staged[1], tuple(self.strokes[index] for index in range(staged[0])))
-        if request.crc != crc16(raw.canonical()):
-            return self.error(request, ErrorCode.CRC_MISMATCH)
-        code, detail = defect(raw)
-        if code != ErrorCode.NONE:
-            return self.error(request, code, detail)
-        if raw == self.stored and self.origin == ManeuverOrigin.UPLOADED:
-            return ManeuverCommitReply(1, int(self.written))
-        self.stored, self.origin, self.generation = raw, ManeuverOrigin.UPLOADED, self.generation + 1
-        self.written = True
-        return ManeuverCommitReply(0, 1)
-
-
-class AnyOrder(RuleBasedStateMachine):
-    """The board and its model, side by side."""
-
-    library: ctypes.CDLL
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.board = Board(self.library)
-        self.model = Model()
-        self.sent: list[Payload] = []
-        self.tokens: dict[int, SequencerState] = {}
-        self.sequence = 0
-
-    @initialize()
-    def learn_the_token(self) -> None:
-        self.model.token = connect(self.board).status().arm_token
-        self.tokens = {self.model.token: SAFE}
-
-    @property
-    def opened(self) -> int:
-        return sum(1 << index for index, opened in self.board.opened.items() if opened)
-
-    def send(self, request: Payload) -> None:
-        self.let_the_run_end()
-        self.sequence = (self.sequence + 1) & 0xFF
-        expected = self.model.answer(request, self.opened)
-        (answer,) = self.board.ask(Frame(request.TYPE, self.sequence, request.encode()))
-        assert answer.sequence == self.sequence
-        assert answer.type == expected.TYPE, (request, answer, expected)
-        assert type(expected).decode(answer.payload) == expected, (request, answer, expected)
-        if isinstance(request, ManeuverCommitRequest):
-            self.board.advance(STORE_US)
-
-    def request(self, request: Payload) -> None:
-        self.send(request)
-        self.sent.append(request)
-
-    def let_the_run_end(self) -> None:
-        """The model follows time; nothing is asked within a millisecond of the end of the run."""
-        if self.model.state != RUNNING:
-            return
-        _, angle_cdeg, start_us = self.model.stored.strokes[-1]
-        end_us = start_us - (-abs(angle_cdeg) * 1_000_000 // self.model.stored.speed_cdeg_s)
-        left_us = self.model.run_from_us + end_us - self.board.now_us
-        if left_us < 20_000:
-            self.board.advance(max(0, left_us) + 1000)
-            self.model.state = DONE
-
-    def settle(self) -> None:
-        """After the switches moved: what the release detector must have made of it."""
-        moved_us = self.board.now_us
-        self.board.advance(SETTLE_US)
-        model = self.model
-        if model.state != ARMED:
-            return
-        model.touched |= self.opened != 0
-        if self.opened == 3:
-            model.state, model.run_from_us, model.touched = RUNNING, moved_us, False
-        elif self.opened == 0 and model.touched:
-            model.touched = False
-            model.knocks += 1
+class AnyOrder(SideBySide):
+    """What a host, a cable, a supply and two hands can do to a board."""
 
     @rule(count=st.sampled_from([0, 1, 2, 4, 16, 17]), speed=st.sampled_from([0, 17_000, 40_000]))
     def begin(self, count: int, speed: int) -> None:
@@ -213,6 +80,14 @@ class AnyOrder(RuleBasedStateMachine):
 
     @rule()
     def arm(self) -> None:
+        self.request(ArmRequest(self.model.token))
+
+    @rule()
+    def get_ready_and_arm(self) -> None:
+        """As a person does it; what else forbids it still does."""
+        self.hang_in_the_releaser()
+        self.request(DisarmRequest())
+        self.read_the_token()
         self.request(ArmRequest(self.model.token))
 
     @rule(offset=st.integers(1, 0xFFFF))
@@ -251,6 +126,7 @@ class AnyOrder(RuleBasedStateMachine):
             self.board.switch(index, opened=False)
         self.settle()
 
+    @precondition(lambda self: self.model.state == ARMED)
     @rule()
     def drop(self) -> None:
         for index in (0, 1):
@@ -273,53 +149,90 @@ class AnyOrder(RuleBasedStateMachine):
     @rule(ms=st.integers(1, 3000))
     def wait(self, ms: int) -> None:
         self.board.advance(1000 * ms)
-        self.let_the_run_end()
+        self.catch_up()
 
-    @rule(cause=st.none() | st.sampled_from(list(Reset)))
+    @precondition(lambda self: self.model.state == JOGGING or not self.model.at_start_pose())
+    @rule(s=st.sampled_from([15, 31]))
+    def wait_long(self, s: int) -> None:
+        """Jogs and reports grow old."""
+        self.board.advance(1_000_000 * s)
+        self.catch_up()
+
+    @rule(angles_cdeg=st.sampled_from([*START_POSES, *OTHER_POSES]))
+    def report_joints(self, angles_cdeg: tuple[int, ...]) -> None:
+        self.request(JointReportRequest(angles_cdeg))
+
+    @rule(
+        joint=st.sampled_from([1, 2, 3, 1, 2, 3, 0, 4]),
+        from_cdeg=st.sampled_from([0, 4000, 4150, 4151, 9000, -1, 9001]),
+        to_cdeg=st.integers(0, 4150) | st.sampled_from([4151, 9000, -1, 9001, 32_767]),
+        confirm=st.sampled_from([*[JOG_CONFIRM] * 4, 0, JOG_CONFIRM + 1]),
+    )
+    def jog(self, joint: int, from_cdeg: int, to_cdeg: int, confirm: int) -> None:
+        self.request(JogRequest(joint, from_cdeg, to_cdeg, confirm))
+
+    @precondition(lambda self: self.model.jogged is not None)
+    @rule(to_cdeg=st.integers(0, 4150))
+    def jog_on(self, to_cdeg: int) -> None:
+        """From where the host says is heeded at the start only."""
+        assert self.model.jogged is not None
+        self.request(JogRequest(self.model.jogged.joint, 9001, to_cdeg, JOG_CONFIRM))
+
+    @rule(wanted=st.sampled_from([*SETTINGS, *SENSELESS]), times=st.integers(1, 2))
+    def write_settings(self, wanted: SettingsWriteRequest, times: int) -> None:
+        for _ in range(times):
+            self.request(wanted)
+
+    @rule(wanted=st.sampled_from(SETTINGS), data=st.data())
+    def ask_while_settings_are_stored(self, wanted: SettingsWriteRequest, data: st.DataObject) -> None:
+        others: list[Payload] = [*SETTINGS, ArmRequest(self.model.token), JogRequest(1, 0, 100, JOG_CONFIRM)]
+        others += [request for request in self.sent if isinstance(request, ManeuverCommitRequest)]
+        self.send(wanted, await_stores=False)
+        for other in data.draw(st.lists(st.sampled_from(others), min_size=1, max_size=4)):
+            self.send(other, await_stores=False)
+        self.await_stores()
+
+    @rule(joint=st.integers(1, 3), to_cdeg=st.integers(0, 4150))
+    def put_aside_and_jog(self, joint: int, to_cdeg: int) -> None:
+        self.request(DisarmRequest())
+        self.read_the_token()
+        self.request(JogRequest(joint, 4150, to_cdeg, JOG_CONFIRM))
+
+    @precondition(lambda self: self.model.jogged is not None)
+    @rule()
+    def pull_the_cable_from_a_jog(self) -> None:
+        self.pull_the_cable()
+
+    @rule()
+    def pull_the_cable(self) -> None:
+        self.board.cable(False)
+        self.board.advance(2000)
+        self.board.cable(True)
+        self.model.end_jog()
+
+    @rule(cause=st.sampled_from([None, *Reset]))
     def start_again(self, cause: Reset | None) -> None:
-        """USB goes down with a reset, so that no frame from before it can arrive after it."""
-        if cause is None:
-            self.board.power_cycle()
-        else:
-            self.board.reset(cause)
-            self.board.advance(1000)
-        self.board.edges()
-        self.model.restart()
-        self.sent.clear()
-        self.tokens.clear()
-        self.learn_the_token()
+        self.restart(cause)
 
-    @invariant()
-    def the_board_is_what_the_model_says(self) -> None:
-        if not self.tokens:
-            return
-        self.let_the_run_end()
-        sequencer, model = connect(self.board), self.model
-        status = sequencer.status()
-        assert status.state == model.state
-        assert (status.fault, status.last_refusal) == (ErrorCode.NONE, model.refusal)
-        assert (status.knocks, status.switches_open) == (model.knocks, self.opened)
-        held = sequencer.read_back()
-        assert (held.strokes, held.speed_cdeg_s) == (model.stored.strokes, model.stored.speed_cdeg_s)
-        assert (held.origin, held.generation) == (model.origin, model.generation)
-        known = self.tokens.get(status.arm_token)
-        if status.arm_token != model.token:
-            assert known is None, "a token came back"
-        else:
-            assert known == model.state, "the state changed, the token did not"
-        self.tokens[status.arm_token] = model.state
-        model.token = status.arm_token
-        self.the_pins_fit(status.strokes_started)
+    @precondition(lambda self: self.model.state == ARMED)
+    @rule(cause=st.sampled_from(list(Reset)), opened=st.sampled_from([(), (0,), (1,)]))
+    def reset_while_armed(self, cause: Reset, opened: tuple[int, ...]) -> None:
+        for index in opened:
+            self.board.switch(index, opened=True)
+        self.settle()
+        self.restart(cause)
 
-    def the_pins_fit(self, strokes_started: int) -> None:
-        if self.model.state == DONE:
-            assert strokes_started == len(self.model.stored.strokes)
-        if self.model.state == SAFE and len(self.tokens) == 1:  # never armed since it started
-            assert self.board.edges() == []
-        if self.model.state == RUNNING:
-            late_us = self.board.now_us - self.model.run_from_us
-            begun = [start_us <= late_us for _, _, start_us in self.model.stored.strokes]
-            assert abs(strokes_started - sum(begun)) <= 1
+    @precondition(lambda self: self.model.state == ARMED)
+    @rule(cause=st.sampled_from(list(Reset)), ms=st.integers(0, 2400))
+    def drop_and_reset(self, cause: Reset, ms: int) -> None:
+        self.drop()
+        self.board.advance(1000 * ms)
+        self.restart(cause)
+
+    @precondition(lambda self: self.model.state in (FAULT, JOGGING, DONE))
+    @rule(cause=st.sampled_from(list(Reset)))
+    def reset_again(self, cause: Reset) -> None:
+        self.restart(cause)
 
 
 @pytest.fixture

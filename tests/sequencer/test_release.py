@@ -15,7 +15,6 @@ from tests.sequencer.board import (
     STROKE_LINE,
     Board,
     Cable,
-    Reset,
     assert_servo_signal,
     client,
     connect,
@@ -27,9 +26,10 @@ from tests.sequencer.board import (
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
-from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.limits import RELEASE_CHATTER_US
-from tfsat_host.protocol.messages import ArmReply, ArmRequest
+from tfsat_host.protocol.messages import ArmReply, ArmRequest, ErrorReply
 
 TICK_NS = 500
 DEBOUNCE_US = 5000
@@ -324,29 +324,6 @@ def test_a_pulled_cable_changes_nothing(board: Board, state: str) -> None:
     assert connect(board).status().state == SequencerState.DONE
 
 
-@pytest.mark.parametrize(
-    ("cause", "reported"),
-    [
-        (Reset.WATCHDOG, ResetCause.WATCHDOG),
-        (Reset.BROWN_OUT, ResetCause.BROWN_OUT),
-        (Reset.EXTERNAL, ResetCause.EXTERNAL),
-    ],
-)
-def test_a_reset_is_reported_and_never_moves_anything(
-    board: Board, cause: Reset, reported: ResetCause
-) -> None:
-    sequencer = connect(board)
-    assert sequencer.status().reset_cause == ResetCause.POWER_ON
-    sequencer.arm()
-    board.advance(100_000)
-    board.reset(cause)
-    board.edges()
-    release(board)
-    board.advance(3_000_000)
-    assert board.edges() == []
-    assert connect(board).status().reset_cause == reported
-
-
 def test_status_of_a_shorter_maneuver_after_a_run(new_board: Callable[..., Board]) -> None:
     """STATUS counts the last run's strokes; a maneuver uploaded since may have fewer."""
     board = new_board(b"\x33" * 1024)
@@ -363,9 +340,15 @@ def test_status_of_a_shorter_maneuver_after_a_run(new_board: Callable[..., Board
     assert status.joint_angle_cdeg == (0, 0, 0)
 
 
-def test_repeated_disarm_is_answered(board: Board) -> None:
+def test_each_disarm_is_answered_and_outdates_every_arm_from_before_it(board: Board) -> None:
     sequencer = connect(board)
-    before = sequencer.status().arm_token
     for _ in range(3):
+        token = sequencer.status().arm_token
+        board.switch(0, opened=True)
+        with pytest.raises(BoardRefusal):
+            sequencer.arm()
         assert sequencer.disarm() == SequencerState.SAFE
-    assert sequencer.status().arm_token == before
+        board.switch(0, opened=False)
+        (answer,) = board.ask(Frame(ArmRequest.TYPE, 9, ArmRequest(token).encode()))
+        assert ErrorReply.decode(answer.payload).code == ErrorCode.STALE_TOKEN
+        assert sequencer.status().state == SequencerState.SAFE

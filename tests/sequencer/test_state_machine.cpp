@@ -1,80 +1,13 @@
 // The state machine and the link on fake ports: faults, hours, the turn of the clock, hanging hosts.
-#include "../../firmware/arduino_sequencer/src/core/request_server.h"
-#include "../../firmware/arduino_sequencer/src/core/sequencer.h"
-#include "fake_ports.h"
+#include "bench.h"
 
 using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
-using tfsat_test::FakeMemory;
+using tfsat_test::Answers;
+using tfsat_test::Bench;
 using tfsat_test::FakeServos;
-using tfsat_test::FakeStream;
-using tfsat_test::FakeSwitches;
 
 namespace {
-
-constexpr tick_t kHour = 3600u * 1000u * kTicksPerMs;  // wraps, as the clock does
-
-struct Bench {
-  FakeSwitches switches;
-  FakeServos servos;
-  FakeMemory memory;
-  FakeStream stream;
-  Sequencer core{switches, servos, memory};
-  Identity identity{{1, 2, 3, 4, 5, 6, 7, 8}, 0x12345678, tfsat::protocol::ResetCause::kPowerOn};
-  RequestServer server{core, identity};
-  Link link{stream, server};
-  tick_t now;
-
-  explicit Bench(tick_t start = 0) : now(start) { core.start(now); }
-
-  void poll() {
-    core.poll(now);
-    server.set_now(now);
-    link.poll();
-  }
-  // Loops of 0.1 ms.
-  void run_ms(uint32_t ms) {
-    for (uint32_t i = 0; i < 10 * ms; ++i) {
-      now += kTicksPerMs / 10;
-      poll();
-    }
-  }
-  // Loops of a second.
-  void run_hours(uint32_t hours) {
-    for (uint32_t i = 0; i < 3600 * hours; ++i) {
-      now += 1000 * kTicksPerMs;
-      poll();
-    }
-  }
-  void send(uint8_t type, std::vector<uint8_t> payload = {}) {
-    uint8_t frame[encoded_frame_bytes(kMaxPayloadBytes)];
-    const size_t size = encode_frame(type, 1, payload.data(), payload.size(), frame);
-    stream.to_board.insert(stream.to_board.end(), frame, frame + size);
-  }
-  ErrorCode arm() { return core.arm(core.arm_token(), now); }
-  void open_both() {
-    switches.set(0, true, now);
-    switches.set(1, true, now);
-  }
-  void close_both() {
-    switches.set(0, false, now);
-    switches.set(1, false, now);
-  }
-};
-
-struct Answers {
-  std::vector<uint8_t> types;
-  std::vector<std::vector<uint8_t>> payloads;
-  explicit Answers(const std::vector<uint8_t>& bytes) {
-    FrameReceiver<kMaxPayloadBytes> receiver;
-    for (const uint8_t byte : bytes) {
-      if (!receiver.feed(byte)) continue;
-      types.push_back(receiver.type());
-      payloads.emplace_back(receiver.payload(), receiver.payload() + receiver.payload_bytes());
-    }
-    CHECK(receiver.rejected() == 0);
-  }
-};
 
 // The released run's changes are the factory maneuver's, counted from `released_at`.
 void check_changes(const FakeServos& servos, tick_t released_at) {
@@ -225,7 +158,7 @@ TEST_CASE(a_store_that_does_not_keep_is_told_once_and_tried_again) {
   }
   CHECK(codes[0] == ErrorCode::kNone && codes[1] == ErrorCode::kStoreFailed);
   CHECK(codes[2] == ErrorCode::kNone && codes[3] == ErrorCode::kStoreFailed);
-  CHECK(bench.core.store().current() == Maneuver::factory());
+  CHECK(tfsat_test::same(bench.core.maneuvers().current(), Maneuver::factory()));
   CHECK(bench.arm() == ErrorCode::kNone);  // the old maneuver is as good as before
 }
 

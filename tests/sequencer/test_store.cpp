@@ -1,12 +1,19 @@
-// The maneuver store by itself: torn bytes, worn cells, wear.
-#include "../../firmware/arduino_sequencer/src/core/maneuver_store.h"
+// A slot pair by itself: torn bytes, worn cells, wear.
+#include "../../firmware/arduino_sequencer/src/core/slot_pair.h"
+#include "../../firmware/arduino_sequencer/src/core/maneuver.h"
 #include "fake_ports.h"
 
+#include <cstring>
+
 using namespace tfsat::sequencer;
-using tfsat::protocol::ManeuverOrigin;
+using tfsat::protocol::Origin;
 using tfsat_test::FakeMemory;
+using tfsat_test::same;
 
 namespace {
+
+using Store = Stored<Maneuver>;
+constexpr uint16_t kSlotBytes = Store::kBytes / 2;
 
 Maneuver maneuver(int16_t angle_cdeg, uint8_t strokes = 4) {
   Maneuver made = Maneuver::factory();
@@ -18,8 +25,13 @@ Maneuver maneuver(int16_t angle_cdeg, uint8_t strokes = 4) {
   return made;
 }
 
+void begin(Store& store, const Maneuver& wanted) {
+  std::memcpy(store.staged(), &wanted, Maneuver::kSize);
+  store.begin();
+}
+
 // Polls until the store rests; false if it never does.
-bool finish(ManeuverStore& store) {
+bool finish(Store& store) {
   for (int polls = 0; polls < 2000; ++polls) {
     if (!store.writing()) return true;
     store.poll();
@@ -29,10 +41,10 @@ bool finish(ManeuverStore& store) {
 
 bool store_maneuver(FakeMemory& memory, const Maneuver& wanted) {
   memory.busy_polls = 0;
-  ManeuverStore store(memory);
+  Store store(memory, 0);
   store.load();
-  store.begin(wanted);
-  return finish(store) && !store.failed() && store.current() == wanted;
+  begin(store, wanted);
+  return finish(store) && !store.failed() && same(store.current(), wanted);
 }
 
 }  // namespace
@@ -60,18 +72,18 @@ TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new) {
         memory.cut_at_write = at;
         memory.tear = tear;
         {
-          ManeuverStore store(memory);
+          Store store(memory, 0);
           store.load();
-          store.begin(wanted);
+          begin(store, wanted);
           for (int polls = 0; polls < 2000 && !memory.dead; ++polls) store.poll();
         }
         memory.dead = false;
         memory.cut_at_write = 0;
         memory.busy_polls = 0;
-        ManeuverStore after(memory);
+        Store after(memory, 0);
         after.load();
-        const bool is_new = after.current() == wanted;
-        CHECK(is_new || after.current() == old);
+        const bool is_new = same(after.current(), wanted);
+        CHECK(is_new || same(after.current(), old));
         if (at < dry.writes) CHECK(!is_new);
         if (at == dry.writes && tear == 1) CHECK(is_new);
         CHECK(store_maneuver(memory, wanted));
@@ -85,24 +97,24 @@ TEST_CASE(a_worn_cell_is_a_failure_and_the_old_maneuver_stays) {
   FakeMemory fresh;
   CHECK(store_maneuver(fresh, maneuver(1000)));
   const Maneuver wanted = maneuver(1234);
-  for (int address = 0; address < 2 * ManeuverStore::kSlotBytes; ++address) {
+  for (int address = 0; address < Store::kBytes; ++address) {
     FakeMemory memory = fresh;
     memory.busy_polls = 0;
     memory.writes = 0;
     memory.worn_address = address;
-    ManeuverStore store(memory);
+    Store store(memory, 0);
     store.load();
-    store.begin(wanted);
+    begin(store, wanted);
     const bool rested = finish(store);
     CHECK(rested);  // a cell that keeps nothing is no reason to write for ever
-    CHECK(memory.writes <= ManeuverStore::kSlotBytes + 1);
+    CHECK(memory.writes <= kSlotBytes + 1);
     if (!rested) continue;
-    CHECK(store.failed() || store.current() == wanted);
-    if (store.failed()) CHECK(store.current() == maneuver(1000));
+    CHECK(store.failed() || same(store.current(), wanted));
+    if (store.failed()) CHECK(same(store.current(), maneuver(1000)));
     memory.busy_polls = 0;
-    ManeuverStore after(memory);
+    Store after(memory, 0);
     after.load();
-    CHECK(after.current() == store.current());
+    CHECK(same(after.current(), store.current()));
   }
 }
 
@@ -119,10 +131,10 @@ TEST_CASE(slots_take_turns) {
   for (int i = 0; i < 50; ++i) {
     CHECK(store_maneuver(memory, maneuver(static_cast<int16_t>(500 + i))));
     memory.busy_polls = 0;
-    ManeuverStore store(memory);
+    Store store(memory, 0);
     store.load();
     CHECK(store.generation() == static_cast<uint32_t>(i + 1));
-    CHECK(store.origin() == ManeuverOrigin::kUploaded);
+    CHECK(store.origin() == Origin::kUploaded);
   }
 }
 
@@ -133,12 +145,12 @@ TEST_CASE(foreign_memory_is_the_factory_maneuver) {
     FakeMemory memory;
     for (uint8_t& byte : memory.bytes) byte = static_cast<uint8_t>(std::rand());
     for (uint16_t slot = 0; slot < 2; ++slot) {
-      const size_t at = slot * ManeuverStore::kSlotBytes;
+      const size_t at = slot * kSlotBytes;
       memory.bytes[at] = 0xA5;
       memory.bytes[at + 5] = static_cast<uint8_t>(std::rand() % 20);
     }
-    ManeuverStore store(memory);
+    Store store(memory, 0);
     store.load();
-    CHECK(store.current() == Maneuver::factory() && store.origin() == ManeuverOrigin::kFactory);
+    CHECK(same(store.current(), Maneuver::factory()) && store.origin() == Origin::kFactory);
   }
 }

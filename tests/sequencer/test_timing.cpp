@@ -4,13 +4,17 @@
 
 #include "../../firmware/arduino_sequencer/src/core/pulse_train.h"
 #include "../../firmware/arduino_sequencer/src/core/release_detector.h"
-#include "../../firmware/arduino_sequencer/src/core/servo_map.h"
+#include "../../firmware/arduino_sequencer/src/core/settings.h"
 #include "fake_ports.h"
 
 using namespace tfsat::sequencer;
 using tfsat_test::FakeSwitches;
 
 namespace {
+
+constexpr uint32_t kFrame = 20 * kTicksPerMs;
+
+uint16_t pulse_ticks(int16_t angle_cdeg) { return Settings::factory().pulse_ticks(1, angle_cdeg); }
 
 constexpr tick_t kDebounce = tfsat::protocol::kReleaseDebounceUs * kTicksPerUs;
 
@@ -119,23 +123,32 @@ TEST_CASE(no_release_without_the_debounce) {
 TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
   Random random(1);
   for (int round = 0; round < 20000; ++round) {
-    PulseTrain train;
+    BegunCount begun;
+    ChangeTable table(begun);
+    table.clear();
+    PulseTrain train(table, 1);
+    const uint32_t frame = draw(random, 0, 1) == 0 ? kFrame : draw(random, 5, 20) * kTicksPerMs;
     tick_t now = draw(random, 0, 0xFFFFFFFF);
-    train.hold(now + kTicksPerMs, pulse_ticks(0));
+    train.hold(now + kTicksPerMs, pulse_ticks(0), frame);
     Pulse pulse = train.next();
     CHECK(pulse.rise == now + kTicksPerMs && pulse.width_ticks == 2000 && !pulse.begins_change);
     for (tick_t idle = draw(random, 1, 50); idle > 0; --idle) {
       const tick_t before = pulse.rise;
       pulse = train.next();
-      CHECK(pulse.rise - before == PulseTrain::kFrameTicks);
+      CHECK(pulse.rise - before == frame);
     }
     // As the state machine does: all at once, the first at least 0.69 s ahead.
     std::vector<Pulse> changes;
     tick_t at = pulse.rise + draw(random, 690, 720) * kTicksPerMs + draw(random, 0, 1999);
-    for (tick_t left = draw(random, 1, PulseTrain::kMaxChanges); left > 0; --left) {
+    tick_t room = tfsat::protocol::kMaxStrokes;
+    for (tick_t left = draw(random, 1, room); left > 0; --left, --room) {
       const int16_t angle = static_cast<int16_t>(draw(random, 0, 9000));
       changes.push_back({at, pulse_ticks(angle), true});
-      CHECK(train.schedule(at, pulse_ticks(angle)));
+      CHECK(table.add(1, at, pulse_ticks(angle)));
+      if (room > left && draw(random, 0, 3) == 0) {
+        CHECK(table.add(0, at, 5000));  // another joint's is not ours
+        --room;
+      }
       const tick_t longest_ms = draw(random, 0, 1) == 0 ? 40 : 900;
       at += draw(random, 10 * kTicksPerMs, longest_ms * kTicksPerMs);
     }
@@ -145,9 +158,9 @@ TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
       const tick_t before = pulse.rise;
       pulse = train.next();
       const tick_t gap = pulse.rise - before;
-      CHECK(gap >= PulseTrain::kShortestGapTicks && gap < 30 * kTicksPerMs);
-      if (left >= 30 * kTicksPerMs) CHECK(gap >= 15 * kTicksPerMs);
-      if (left >= 690 * kTicksPerMs) CHECK_NEAR(gap, PulseTrain::kFrameTicks, 600);
+      CHECK(gap >= PulseTrain::kShortestGapTicks && gap <= frame + frame / 2);
+      if (left >= frame + frame / 2) CHECK(gap >= frame * 3 / 4);
+      if (left >= 690 * kTicksPerMs) CHECK_NEAR(gap, frame, frame / 50);
       CHECK(gap > width);  // the pulse before is over
       CHECK(pulse.begins_change == (pulse.rise == changes[next].rise));
       CHECK(!tick_before(changes[next].rise, pulse.rise));
@@ -156,16 +169,19 @@ TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
     }
     const tick_t last = pulse.rise;
     pulse = train.next();
-    CHECK(pulse.rise - last == PulseTrain::kFrameTicks);
+    CHECK(pulse.rise - last == frame);
     CHECK(pulse.width_ticks == width && !pulse.begins_change);
   }
 }
 
 TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
-  PulseTrain train;
-  train.hold(1000, 5000);
+  BegunCount begun;
+  ChangeTable table(begun);
+  table.clear();
+  PulseTrain train(table, 2);
+  train.hold(1000, 5000, kFrame);
   Pulse pulse = train.next();
-  CHECK(train.schedule(pulse.rise - 3, 2000) && train.schedule(pulse.rise + 9999, 3000));
+  CHECK(table.add(2, pulse.rise - 3, 2000) && table.add(2, pulse.rise + 6999, 3000));
   pulse = train.next();
   CHECK(pulse.rise == 1000 + PulseTrain::kShortestGapTicks);
   CHECK(pulse.begins_change && pulse.width_ticks == 2000);
@@ -174,23 +190,36 @@ TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
   CHECK(pulse.begins_change && pulse.width_ticks == 3000);
 }
 
-TEST_CASE(hold_and_stop_forget_the_schedule) {
-  PulseTrain train;
-  train.hold(0, 2000);
+TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
+  BegunCount begun;
+  ChangeTable table(begun);
+  table.clear();
+  PulseTrain train(table, 0);
+  train.hold(0, 2000, kFrame);
   train.next();
-  for (uint8_t i = 0; i < PulseTrain::kMaxChanges; ++i) {
-    CHECK(train.schedule(100000u * (i + 1u), 3000));
-  }
-  CHECK(!train.schedule(9000000, 3000));
-  train.hold(0, 2500);
+  for (uint8_t i = 0; i < tfsat::protocol::kMaxStrokes; ++i) CHECK(table.add(0, 100000u * (i + 1u), 3000));
+  CHECK(!table.add(0, 9000000, 3000));
+  table.clear();
+  train.hold(0, 2500, kFrame);
   for (int i = 0; i < 10; ++i) {
     const Pulse pulse = train.next();
     CHECK(!pulse.begins_change && pulse.width_ticks == 2500);
   }
   train.stop();
   CHECK(!train.running());
-  train.hold(77, 2000);
+  train.hold(77, 2000, kFrame);
   CHECK(train.next().rise == 77);
+}
+
+TEST_CASE(the_table_tells_when_changes_began) {
+  BegunCount begun;
+  ChangeTable table(begun);
+  table.clear();
+  CHECK(table.add(0, 100, 2000) && table.add(1, 200, 2000) && table.begun() == 0);
+  table.began(101);
+  CHECK(table.begun() == 1 && table.began_at(0) == 101);
+  table.began(207);
+  CHECK(table.begun() == 2 && table.began_at(1) == 207);
 }
 
 TEST_CASE(every_angle_of_the_wire_is_a_pulse_a_servo_can_take) {

@@ -25,7 +25,7 @@ from tests.sequencer.board import (
 from tests.sequencer.maneuvers import RawManeuver, defect, flyable, raw_maneuvers
 from tfsat_host.devices.client import BoardError
 from tfsat_host.maneuver import Maneuver, schedule_maneuver
-from tfsat_host.protocol.enums import ErrorCode, ManeuverOrigin
+from tfsat_host.protocol.enums import ErrorCode, Origin
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.messages import (
     ErrorReply,
@@ -136,7 +136,7 @@ def test_refused_with_its_number_and_nothing_changed(board: Board, what: str, st
     assert board.eeprom() == image
     held = connect(board).read_back()
     assert held.strokes == rows(OLD)
-    assert held.origin == (ManeuverOrigin.UPLOADED if stored == "uploaded" else ManeuverOrigin.FACTORY)
+    assert held.origin == (Origin.UPLOADED if stored == "uploaded" else Origin.FACTORY)
     assert board.edges() == []
 
 
@@ -146,16 +146,16 @@ def test_an_echo_of_a_reply_is_not_answered(board: Board, reply_type: int) -> No
     assert board.ask(Frame(reply_type, 77, b"\x01\x02")) == []
 
 
-@pytest.mark.parametrize("request_type", [0x00, 0x03, 0x15, 0x40, 0x42, 0x60, 0x7F])
+@pytest.mark.parametrize("request_type", [0x00, 0x03, 0x05, 0x17, 0x24, 0x40, 0x42, 0x60, 0x7F])
 def test_an_unknown_request_is_named(board: Board, request_type: int) -> None:
     (answer,) = board.ask(Frame(request_type, 77, b"\x01\x02"))
     assert (answer.type, answer.sequence) == (ErrorReply.TYPE, 77)
     assert ErrorReply.decode(answer.payload) == ErrorReply(request_type, ErrorCode.UNKNOWN_MESSAGE, -1)
 
 
-@pytest.mark.parametrize("request_type", [0x01, 0x02, 0x10, 0x11, 0x12, 0x13, 0x14, 0x20, 0x21])
+@pytest.mark.parametrize("request_type", [0x01, 0x02, 0x04, *range(0x10, 0x17), *range(0x20, 0x24)])
 def test_a_request_of_another_length_is_refused(board: Board, request_type: int) -> None:
-    lengths = {0x10: 3, 0x11: 8, 0x12: 2, 0x14: 1, 0x20: 2}
+    lengths = {0x10: 3, 0x11: 8, 0x12: 2, 0x14: 1, 0x15: 29, 0x20: 2, 0x22: 6, 0x23: 9}
     right = lengths.get(request_type, 0)
     for length in {right + 1, max(0, right - 1), 96} - {right}:
         (answer,) = board.ask(Frame(request_type, 5, bytes(length)))
@@ -175,7 +175,7 @@ def test_what_the_host_schedules_the_board_accepts(
     assert result.stored.end_us == schedule.end_us
     assert (result.written, result.stored.origin, result.stored.generation) == (
         True,
-        ManeuverOrigin.UPLOADED,
+        Origin.UPLOADED,
         1,
     )
 
@@ -258,8 +258,8 @@ def test_an_identical_maneuver_is_not_written_again(board: Board) -> None:
 
 
 def test_a_factory_maneuver_that_is_uploaded_counts_as_uploaded(board: Board) -> None:
-    assert connect(board).read_back().origin == ManeuverOrigin.FACTORY
+    assert connect(board).read_back().origin == Origin.FACTORY
     assert connect(board).upload(OLD).written
     board.power_cycle()
     held = connect(board).read_back()
-    assert (held.origin, held.strokes) == (ManeuverOrigin.UPLOADED, rows(OLD))
+    assert (held.origin, held.strokes) == (Origin.UPLOADED, rows(OLD))

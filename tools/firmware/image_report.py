@@ -13,31 +13,25 @@ import sys
 import zlib
 from pathlib import Path
 
-FLASH_BYTES = 28672  # ATmega32U4: 32 KiB less the bootloader's 4 KiB
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "host"))
+
+from tfsat_host.flashing.image import FLASH_BYTES
+from tfsat_host.flashing.intel_hex import read_hex
+
 RAM_BYTES = 2560
 RAM_SECTIONS = (".data", ".bss", ".noinit")
 
+FLASH_BUDGET_PERCENT = 75
+FLASH_BUDGET_BYTES = FLASH_BYTES * FLASH_BUDGET_PERCENT // 100
+STACK_SPARE_BYTES = 512
+"""Never touched by the stack, whatever the board does."""
+STACK_USED_BYTES = 448
+"""Room for the deepest stack: docs/sequencer-proof.md tells what was measured."""
+RAM_BUDGET_BYTES = RAM_BYTES - STACK_SPARE_BYTES - STACK_USED_BYTES
 
-def read_hex(path: Path) -> bytes:
-    """The image from address 0 on; gaps are 0xFF. Raises ValueError on a record that is not Intel HEX."""
-    image = bytearray()
-    for number, line in enumerate(path.read_text().split(), start=1):
-        try:
-            record = bytes.fromhex(line.removeprefix(":"))
-        except ValueError as error:
-            raise ValueError(f"{path}:{number}: not an Intel HEX record") from error
-        if not line.startswith(":") or len(record) != record[0] + 5 or sum(record) & 0xFF:
-            raise ValueError(f"{path}:{number}: damaged Intel HEX record")
-        address, kind, data = int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
-        if kind == 1:
-            break
-        if kind in (2, 3, 4, 5):
-            if kind in (2, 4) and any(data):
-                raise ValueError(f"{path}:{number}: the image reaches beyond 64 KiB")
-            continue
-        image.extend(b"\xff" * (address + len(data) - len(image)))
-        image[address : address + len(data)] = data
-    return bytes(image)
+
+class OverBudgetError(ValueError):
+    """The image works today and leaves no room for tomorrow, or for the stack."""
 
 
 def ram_bytes(path: Path) -> int:
@@ -59,13 +53,24 @@ def ram_bytes(path: Path) -> int:
 
 
 def describe(hex_path: Path, elf_path: Path) -> dict[str, str | int | float]:
-    """Size and identity of the image. Raises ValueError when a file is damaged or does not fit the board."""
+    """Size and identity of the image.
+
+    Raises:
+        OverBudgetError: flash or static RAM is over its budget.
+        ValueError: a file is damaged.
+    """
     image = read_hex(hex_path)
     ram = ram_bytes(elf_path)
-    if len(image) > FLASH_BYTES or ram > RAM_BYTES:
-        raise ValueError(
-            f"{hex_path} does not fit the board: flash {len(image)} of {FLASH_BYTES} bytes, "
-            f"RAM {ram} of {RAM_BYTES} bytes"
+    if len(image) > FLASH_BUDGET_BYTES:
+        raise OverBudgetError(
+            f"{hex_path} takes {len(image)} bytes of flash, {len(image) - FLASH_BUDGET_BYTES} more than its budget "
+            f"of {FLASH_BUDGET_BYTES} ({FLASH_BUDGET_PERCENT}% of {FLASH_BYTES}). Make it smaller"
+        )
+    if ram > RAM_BUDGET_BYTES:
+        raise OverBudgetError(
+            f"{hex_path} takes {ram} bytes of static RAM, {ram - RAM_BUDGET_BYTES} more than its budget of "
+            f"{RAM_BUDGET_BYTES}: of {RAM_BYTES} bytes the stack needs {STACK_USED_BYTES}, and {STACK_SPARE_BYTES} "
+            "must stay untouched. Make its variables smaller"
         )
     return {
         "hex": hex_path.name,
@@ -75,6 +80,9 @@ def describe(hex_path: Path, elf_path: Path) -> dict[str, str | int | float]:
         "flash_percent": round(100 * len(image) / FLASH_BYTES, 1),
         "ram_bytes": ram,
         "ram_free_for_stack_bytes": RAM_BYTES - ram,
+        "flash_budget_bytes": FLASH_BUDGET_BYTES,
+        "ram_budget_bytes": RAM_BUDGET_BYTES,
+        "stack_spare_bytes": STACK_SPARE_BYTES,
     }
 
 
@@ -82,13 +90,17 @@ def main(hex_path: str, elf_path: str, report_path: str) -> int:
     """Writes the report and prints it in a line; 1 when the image must not be flashed."""
     try:
         report = describe(Path(hex_path), Path(elf_path))
+    except OverBudgetError as error:
+        print(f"{error}. Nothing must be flashed.", file=sys.stderr)
+        return 1
     except (ValueError, OSError) as error:
         print(f"{error}. Nothing must be flashed; delete the build folder and build again.", file=sys.stderr)
         return 1
     Path(report_path).write_text(json.dumps(report, indent=2) + "\n")
     print(
-        f"{hex_path}: flash {report['flash_bytes']} of {FLASH_BYTES} bytes ({report['flash_percent']}%), "
-        f"RAM {report['ram_bytes']} of {RAM_BYTES} bytes, image {report['image_crc32']}"
+        f"{hex_path}: flash {report['flash_bytes']} of {FLASH_BYTES} bytes ({report['flash_percent']}%, "
+        f"budget {FLASH_BUDGET_BYTES}), RAM {report['ram_bytes']} of {RAM_BYTES} bytes (budget {RAM_BUDGET_BYTES}), "
+        f"image {report['image_crc32']}"
     )
     return 0
 

@@ -23,7 +23,7 @@ $(if $(wildcard $(SKETCH)/$(NAME).ino),,$(error there is no sketch $(SKETCH)/$(N
 BOARD := -mmcu=atmega32u4 -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_MICRO -DARDUINO_ARCH_AVR \
   -DUSB_VID=0x2341 -DUSB_PID=0x8037 '-DUSB_PRODUCT="Arduino Micro"' -DDECIMAL_DIG=__DECIMAL_DIG__ \
   -I$(CORE) -I$(VARIANT)
-COMMON := -Os -flto -fno-fat-lto-objects -ffunction-sections -fdata-sections -MMD
+COMMON := -Os -flto -fno-fat-lto-objects -ffunction-sections -fdata-sections -MMD -MP
 C_FLAGS := $(COMMON) -std=gnu11
 CPP_FLAGS := $(COMMON) -std=gnu++11 -fno-exceptions -fno-threadsafe-statics
 SKETCH_WARNINGS := -Wall -Wextra -Werror

@@ -100,6 +100,7 @@ class Spec:
     hash: bytes
     firmware_version: tuple[int, int, int]
     link: dict[str, Any]
+    release_doc: str
     limits: tuple[Limit, ...]
     enums: dict[str, Enum]
     structs: dict[str, Struct]
@@ -142,6 +143,7 @@ def load_spec(path: Path) -> Spec:
         hash=_hash(raw),
         firmware_version=(major, minor, patch),
         link=raw["link"],
+        release_doc=raw["release"]["doc"],
         limits=tuple(Limit(name, body["value"], body["doc"]) for name, body in raw["limits"].items()),
         enums=enums,
         structs=structs,

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
 
-_DEVICE_COMMAND = re.compile(r"tfsat-host (?:status|disarm|arm|upload-sequence 59 70|record (?:start|stop))")
+_DEVICE_COMMAND = re.compile(
+    r"tfsat-host (?:status|disarm|arm|jog|upload-servos|upload-sequence 59 70|record (?:start|stop))"
+)
 
 
 class Interrupted(TfsatError):
@@ -88,7 +90,8 @@ _WRONG_STATES = {
     ("sequencer", "safe"): (f"safe, but {_WRITING}", "Wait a second"),
     ("sequencer", "armed"): ("armed", "tfsat-host disarm"),
     ("sequencer", "running"): ("running", "Wait until the maneuver is over, or tfsat-host disarm"),
-    ("sequencer", "done"): (f"done, but {_WRITING}", "Wait a second"),
+    ("sequencer", "done"): ("done: its servos hold the end pose", "tfsat-host disarm"),
+    ("sequencer", "jogging"): ("moving a joint", "tfsat-host disarm"),
     ("sequencer", "fault"): ("in fault", "tfsat-host disarm"),
     ("logger", "recording"): ("recording already", "tfsat-host record stop"),
     ("logger", "stopping"): ("still closing its last recording", "Wait a second"),

@@ -5,20 +5,40 @@ from __future__ import annotations
 import argparse
 import os
 from contextlib import closing
+from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import refuse_emulated
+from tfsat_host.cli.advice import device_option, refuse_emulated
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
-from tfsat_host.cli.options import add_device_options
+from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.limits import JOINT_COUNT
+from tfsat_host.units import cdeg_from_deg
 
+if TYPE_CHECKING:
+    from tfsat_host.devices.sequencer import SequencerClient
+    from tfsat_host.protocol.enums import SequencerState
+
+LARGEST_DEG = 180.0
+"""No joint has more."""
 _MEANING = "Nothing was armed."
 _LAST_RESORT = "Until disarm has said Disarmed the robot may move: stand clear and cut the sequencer's power."
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """The device only."""
+    """The device; for arm, the joints' measured angles."""
     add_device_options(parser, "sequencer")
+    if parser.prog.endswith(" disarm"):
+        return
+    accept_negative_numbers(parser)
+    parser.add_argument(
+        "--joints",
+        metavar=("A1", "A2", "A3"),
+        nargs=JOINT_COUNT,
+        type=_angle_cdeg,
+        dest="joints_cdeg",
+        help="measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming",
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -32,32 +52,65 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise
 
 
+def _angle_cdeg(text: str) -> int:
+    """An argparse type: a joint's angle in degrees, to 0.01. Raises ArgumentTypeError."""
+    angle_deg = number(text)
+    if not abs(angle_deg) <= LARGEST_DEG:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no angle of a joint: write degrees, at most {LARGEST_DEG:g}"
+        )
+    return cdeg_from_deg(angle_deg)
+
+
 def _arm(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.devices.sequencer import arm_refusal
+    from tfsat_host.devices.arm_refusal import arm_refusal
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
     with open_sequencer(args, out) as sequencer:
-        refusal = arm_refusal(sequencer.status())
+        stored = sequencer.read_back()
+        refusal = arm_refusal(sequencer.status(), stored, sequencer.settings().settings, args.joints_cdeg)
         if refusal is not None:
             raise refusal
         recording = _look_at_logger(args, out)
-        stored = sequencer.read_back()
         out.note(
             f"The {stored.origin.name.lower()} maneuver of {len(stored.strokes)} strokes would fly, "
             f"ending {stored.end_us / 1e6:.2f} s after release. The servos will move to their start pose."
         )
         if not out.yes:
             out.ask("Type ARM to arm: ", meaning=_MEANING, accept=("arm",))
-        state = sequencer.arm()
+        # After the question: the board heeds a report only while it is fresh, and a person may take a while.
+        at_start_pose = None if args.joints_cdeg is None else sequencer.report_joints(args.joints_cdeg)
+        sequencer.arm()
+        state = _confirmed_state(sequencer, args)
         out.result(
             {
                 "state": state.name.lower(),
                 "recording": recording,
+                "at_start_pose": at_start_pose,
                 "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
             },
             "Armed: when both switches open, the maneuver runs. Pulling the cable does not disarm.",
         )
     return 0
+
+
+def _confirmed_state(sequencer: SequencerClient, args: argparse.Namespace) -> SequencerState:
+    """ARMED, as the status says after the answer to ARM. Raises TfsatError for any other state."""
+    from tfsat_host.protocol.enums import SequencerState
+
+    state = sequencer.status().state
+    if state == SequencerState.ARMED:
+        return state
+    meaning = {
+        SequencerState.RUNNING: "Both switches opened right after the arming: the maneuver runs now. Stand clear.",
+        SequencerState.DONE: "Both switches opened right after the arming: the maneuver was flown.",
+        SequencerState.SAFE: "It was disarmed or lost its power: a drop now would fly nothing.",
+    }.get(state, "A drop now would not fly the maneuver.")
+    raise TfsatError(
+        what=f"The sequencer took the arming, but now it is {state.name.lower()}.",
+        meaning=meaning,
+        next_step=f"tfsat-host status{device_option(args)} shows why; then disarm, and arm again.",
+    )
 
 
 def _disarm(args: argparse.Namespace, out: Output) -> int:

@@ -8,17 +8,20 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.cli.advice import explained, interruptible
 from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port
 
 if TYPE_CHECKING:
     from tfsat_host.cli.output import Output
+    from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
     from tfsat_host.devices.transport import SerialTransport, Transport
     from tfsat_host.emulated.robot import EmulatedRobot
+
+AnySequencer = TypeVar("AnySequencer", bound="SequencerClient")
 
 APPEARANCE_S = 4.0
 """A board re-enumerates within two seconds of a reset."""
@@ -43,9 +46,18 @@ def open_any_sequencer(args: argparse.Namespace, out: Output) -> Iterator[Sequen
 
 
 @contextmanager
+def open_jog_client(args: argparse.Namespace, out: Output) -> Iterator[JogClient]:
+    """Likewise, of this program's protocol, to move a joint. Raises the same."""
+    from tfsat_host.devices.jogging import JogClient
+
+    with _sequencer(args, out, JogClient.connect) as sequencer:
+        yield sequencer
+
+
+@contextmanager
 def _sequencer(
-    args: argparse.Namespace, out: Output, connect: Callable[[Transport], SequencerClient]
-) -> Iterator[SequencerClient]:
+    args: argparse.Namespace, out: Output, connect: Callable[[Transport], AnySequencer]
+) -> Iterator[AnySequencer]:
     if args.emulated:
         from tfsat_host.emulated.robot import BoardIndex
         from tfsat_host.emulated.transport import EmulatedTransport

@@ -33,6 +33,11 @@ COMMANDS = (
         "upload-sequence", "tfsat_host.cli.upload_sequence", "put a maneuver on the sequencer, checked whole"
     ),
     Command(
+        "upload-servos",
+        "tfsat_host.cli.upload_servos",
+        "tell the sequencer how its servos turn pulses into angles",
+    ),
+    Command(
         "rehearse", "tfsat_host.cli.rehearse", "fly a maneuver with the real firmware and the emulated robot"
     ),
     Command(
@@ -45,6 +50,9 @@ COMMANDS = (
     Command("status", "tfsat_host.cli.status", "what both boards are doing, and what stands against a drop"),
     Command("arm", "tfsat_host.cli.arming", "let the next release start the maneuver"),
     Command("disarm", "tfsat_host.cli.arming", "back to safe: nothing moves, faults are cleared"),
+    Command("jog", "tfsat_host.cli.jog", "move one joint slowly, for calibration, then let it go"),
+    Command("monitor", "tfsat_host.cli.monitor", "live states, switches, rates and angles in the terminal"),
+    Command("flash", "tfsat_host.cli.flash", "put firmware on the sequencer, and check that it runs"),
     Command("ports", "tfsat_host.cli.ports", "list serial ports and which board each looks like"),
     Command(
         "emulate", "tfsat_host.cli.emulate", "serve both boards of the emulated robot for other commands"

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, RenderableType
 
 Advance = Callable[[float], None]
 
@@ -86,6 +86,27 @@ class Output:
         for row in cells:
             table.add_row(*(Text(text) for text, _ in row))
         self._console(self._stdout).print(table)
+
+    def stream(self, data: Mapping[str, Any]) -> None:
+        """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
+        if self.json_mode:
+            self._print_json(_jsonable(data))
+            self._stdout.flush()
+
+    @contextlib.contextmanager
+    def live(self, *, diagnostic: bool = False) -> Iterator[Callable[[RenderableType], None] | None]:
+        """A view on stdout (stderr if `diagnostic`) that each call of the function draws anew in its place.
+
+        Gives None where lines are wanted instead: the stream is no terminal, or `--json`.
+        """
+        stream = self._stderr if diagnostic else self._stdout
+        if self.json_mode or not stream.isatty():
+            yield None
+            return
+        from rich.live import Live
+
+        with Live(console=self._console(stream), auto_refresh=False, transient=diagnostic) as view:
+            yield lambda picture: view.update(picture, refresh=True)
 
     def note(self, text: str) -> None:
         """A diagnostic, to stderr: something a person should know that is not the result."""

@@ -115,8 +115,8 @@ def _write(maneuver: Maneuver, path: Path, *, force: bool) -> None:
 
 
 def _show(schedule: Schedule, result: Mapping[str, object], out: Output, *, doubtful: bool) -> None:
-    rows = [(f"{s.t_s:.2f}", f"joint {s.joint}", f"{s.angle_deg:+.2f}") for s in schedule.strokes]
-    out.table(("t / s", "moves", "by / deg"), rows)
+    rows = [(f"{s.t_s:.2f}", s.joint, f"{s.angle_deg:+.2f}") for s in schedule.strokes]
+    out.table(("start / s", "joint", "turns by / deg"), rows)
     out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s.")
     if result.get("dry_run"):
         verdict = "no check refuses the maneuver, but see the warning" if doubtful else "the maneuver may fly"

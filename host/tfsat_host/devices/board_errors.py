@@ -7,8 +7,8 @@ from enum import StrEnum
 from tfsat_host.devices.identity import BoardIdentity
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import Board, ErrorCode
-from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH
-from tfsat_host.protocol.messages import ErrorReply
+from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH
+from tfsat_host.protocol.messages import ErrorReply, JogRequest
 from tfsat_host.protocol.remedies import REMEDIES
 
 _INTERLOCKS = (
@@ -17,6 +17,9 @@ _INTERLOCKS = (
     ErrorCode.NO_MANEUVER,
     ErrorCode.STALE_TOKEN,
     ErrorCode.FAULT_LATCHED,
+    ErrorCode.NOT_AT_START_POSE,
+    ErrorCode.JOG_NOT_CONFIRMED,
+    ErrorCode.SETTINGS_DO_NOT_FIT,
 )
 _ABOUT_STROKES = (
     ErrorCode.STEP_MISSING,
@@ -27,10 +30,7 @@ _ABOUT_STROKES = (
     ErrorCode.TOO_LONG,
     ErrorCode.INDEX_OUT_OF_RANGE,
 )
-_SKETCHES = {
-    Board.SEQUENCER: ("firmware/arduino_sequencer", "arduino:avr:micro"),
-    Board.LOGGER: ("firmware/teensy_logger", "teensy:avr:teensy41"),
-}
+_LOGGER_SKETCH = "firmware/teensy_logger"
 
 
 class LinkProblem(StrEnum):
@@ -46,11 +46,20 @@ class BoardError(TfsatError):
 
     def __init__(self, reply: ErrorReply) -> None:
         what, meaning, next_step = REMEDIES[reply.code]
-        about_a_stroke = reply.code in _ABOUT_STROKES and reply.detail >= 0
-        where = f" (stroke {reply.detail + 1})" if about_a_stroke else ""
-        super().__init__(what=f"{what[:-1]}{where}.", meaning=meaning, next_step=next_step)
+        super().__init__(what=f"{what[:-1]}{_where(reply)}.", meaning=meaning, next_step=next_step)
         self.code = reply.code
         self.detail = reply.detail
+
+
+def _where(reply: ErrorReply) -> str:
+    """What the detail refers to, in words; it depends on the request."""
+    if reply.detail < 0:
+        return ""
+    if reply.request == JogRequest.TYPE:
+        return f" (joint {reply.detail})"
+    if reply.code == ErrorCode.SETTING_OUT_OF_RANGE:
+        return f" (joint {reply.detail + 1})" if reply.detail < JOINT_COUNT else " (the frame)"
+    return f" (stroke {reply.detail + 1})" if reply.code in _ABOUT_STROKES else ""
 
 
 class BoardRefusal(BoardError, RefusedError):
@@ -107,11 +116,13 @@ def other_protocol(port: str, identity: BoardIdentity) -> WrongBoard:
 
 def _update(port: str, identity: BoardIdentity) -> str:
     name = identity.board.name.lower()
-    sketch, fqbn = _SKETCHES[identity.board]
-    flash = (
-        f"flash the sketch of this checkout, {sketch}: open it in the Arduino IDE and upload it, or type\n"
-        f"arduino-cli compile --upload --fqbn {fqbn} --port {port} {sketch}"
-    )
+    if identity.board is Board.SEQUENCER:
+        flash = f"flash this checkout's firmware:\nmake firmware && tfsat-host flash sequencer --port {port}"
+    else:
+        flash = (
+            f"flash the sketch of this checkout, {_LOGGER_SKETCH}: open it in the Arduino IDE and upload it, or type\n"
+            f"arduino-cli compile --upload --fqbn teensy:avr:teensy41 --port {port} {_LOGGER_SKETCH}"
+        )
     board_version = tuple(int(part) for part in identity.firmware.split("."))
     if board_version == FIRMWARE_VERSION:
         return f"Update the {name}: {flash}"

@@ -61,11 +61,12 @@ def ambiguous_error(board: str, candidates: Sequence[str], variable: str) -> Por
 
 def bootloader_error(board: str, device: str) -> PortError:
     """The board runs its bootloader, not the sketch."""
+    how = f": tfsat-host flash sequencer --port {device} --force" if board == "sequencer" else ""
     return PortError(
         PortProblem.BOOTLOADER,
         what=f"The {board} on {device} waits in its bootloader: it runs no firmware.",
         meaning="It was just reset, or it holds no sketch. Nothing was sent.",
-        next_step="Wait 10 s and run the same command again; if it stays so, flash the sketch once more.",
+        next_step=f"Wait 10 s and run the same command again; if it stays so, flash it once more{how}.",
     )
 
 

@@ -29,14 +29,16 @@ class SequencerState(IntEnum):
     DONE = 3
     """All strokes were commanded; servos hold the end pose."""
     FAULT = 4
-    """Something is wrong; nothing new is commanded until a person disarms."""
+    """Something is wrong; nothing new is commanded until a person disarms. Servos that were driven are held where they were."""
+    JOGGING = 5
+    """One joint is moved slowly on a person's order; the others get no pulses."""
 
 
-class ManeuverOrigin(IntEnum):
-    """Where the maneuver on the board comes from."""
+class Origin(IntEnum):
+    """Where a maneuver or the settings on the board come from."""
 
     FACTORY = 0
-    """Never uploaded: the paper's 59/70, kept in the firmware."""
+    """Never uploaded: kept in the firmware (the maneuver is the paper's 59/70)."""
     UPLOADED = 1
     """Uploaded by a host and stored in EEPROM."""
 
@@ -144,6 +146,18 @@ class ErrorCode(IntEnum):
     """A step index is beyond the maneuver's end."""
     STROKE_MISSED = 20
     """A stroke was scheduled but its pulse did not begin."""
+    NOT_AT_START_POSE = 21
+    """A joint is not at its start pose."""
+    RESET_WHILE_ARMED = 22
+    """The board restarted while it was armed, and a switch was open."""
+    RESET_WHILE_RUNNING = 23
+    """The board restarted while the maneuver ran."""
+    JOG_NOT_CONFIRMED = 24
+    """The jog did not carry its flag."""
+    SETTING_OUT_OF_RANGE = 25
+    """A servo setting makes no sense."""
+    SETTINGS_DO_NOT_FIT = 26
+    """The stored maneuver leaves a joint's limits in the servo settings."""
     NO_CARD = 40
     """No SD card."""
     CARD_FULL = 41

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("44d686034fc2b1eb")
+PROTOCOL_HASH = bytes.fromhex("f50e0bf2b50974fc")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -37,10 +37,30 @@ SERVO_PULSE_MIN_US = 500
 """No pulse is shorter."""
 SERVO_PULSE_MAX_US = 2500
 """No pulse is longer."""
-SERVO_PULSE_AT_0_DEG_US = 1000
-"""Pulse width that holds a joint at 0 deg."""
-SERVO_PULSE_AT_90_DEG_US = 2000
-"""Pulse width that holds a joint at 90 deg; linear between."""
+SERVO_FACTORY_ZERO_US = 1000
+"""Factory setting: pulse width that holds a joint at 0 deg."""
+SERVO_FACTORY_NS_PER_DEG = 11111
+"""Factory setting: pulse width for each further degree."""
+SERVO_NS_PER_DEG_MIN = 2000
+"""Least slope of a servo that a setting may claim."""
+SERVO_NS_PER_DEG_MAX = 30000
+"""Greatest slope of a servo that a setting may claim."""
+SERVO_FRAME_US = 20000
+"""Factory setting: from pulse to pulse."""
+SERVO_FRAME_MIN_US = 5000
+"""Fastest frame that a digital servo may be given."""
+SERVO_FRAME_MAX_US = 20000
+"""Slowest frame that holds a servo."""
+START_POSE_TOLERANCE_CDEG = 1000
+"""A joint counts as at its start pose this near to it: gravity bends the hanging robot by some 6 deg (paper, sec. Result)."""
+JOINT_REPORT_AGE_MS = 30000
+"""A joint-angle report older than this says nothing any more."""
+JOG_SPEED_CDEG_S = 1500
+"""Speed of a jog: slow enough to watch, and to let go of."""
+JOG_CONFIRM = 4869959
+"""The flag that a jog must carry: 'JOG'."""
+JOG_IDLE_MS = 20000
+"""A jogged joint that gets no further order goes limp after this."""
 STROKE_LINE_US = 1000
 """The sequencer's stroke line stays high this long from each stroke's first pulse."""
 RELEASE_DEBOUNCE_US = 5000

@@ -34,6 +34,14 @@ EVENT_DTYPE: list[tuple[Any, ...]] = [
     ("value", "<i4"),
 ]
 
+SERVO_SETTING_DTYPE: list[tuple[Any, ...]] = [
+    ("zero_us", "<u2"),
+    ("ns_per_deg", "<u2"),
+    ("reversed", "u1"),
+    ("min_cdeg", "<i2"),
+    ("max_cdeg", "<i2"),
+]
+
 BLOCK_HEADER_DTYPE: list[tuple[Any, ...]] = [
     ("magic", "<u4"),
     ("version", "u1"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .enums import BlockKind, Board, ErrorCode, EventCode, LoggerState, ManeuverOrigin, ResetCause, SequencerState
+from .enums import BlockKind, Board, ErrorCode, EventCode, LoggerState, Origin, ResetCause, SequencerState
 from .record import Layout, Payload, Record
 
 
@@ -85,6 +85,34 @@ class Event(Record):
     index: int
     arg: int
     value: int
+
+
+@dataclass(frozen=True, slots=True)
+class ServoSetting(Record):
+    """How a joint's servo turns pulses into angles, and how far it may go.
+
+    Attributes:
+        zero_us: Pulse width that holds 0 deg.
+        ns_per_deg: Change of pulse width for each degree.
+        reversed: 1: shorter pulses open the joint.
+        min_cdeg: Least angle that may be commanded.
+        max_cdeg: Greatest angle that may be commanded.
+    """
+
+    SIZE: ClassVar[int] = 9
+    LAYOUT: ClassVar[Layout] = (
+        ("zero_us", "H", None),
+        ("ns_per_deg", "H", None),
+        ("reversed", "B", None),
+        ("min_cdeg", "h", None),
+        ("max_cdeg", "h", None),
+    )
+
+    zero_us: int
+    ns_per_deg: int
+    reversed: int
+    min_cdeg: int
+    max_cdeg: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,14 +308,18 @@ class SequencerStatusReply(Payload):
         switches_open: Bit 0, 1: release switch 1, 2 is open.
         arm_token: To be given to ARM; changes at each change of state.
         reset_cause: Why the board last started.
+        resets_while_armed: Restarts that this arming has survived; 255 stands for more.
         strokes_started: Strokes of the last run whose new pulse has begun.
-        knocks: Times a switch opened while armed without a release.
-        joint_angle_cdeg: Angle that each servo is told to hold.
+        knocks: Knocks since arming; see release.
+        joint_angle_cdeg: Angle that each servo is told to hold; 0 where it gets no pulses.
         uptime_ms: Since the board started.
+        image_crc: CRC-32/ISO-HDLC of the flashed image.
+        ram_never_used_bytes: Low-water mark of free RAM since the board started.
+        frames_rejected: Frames that arrived damaged, since the board started.
     """
 
     TYPE: ClassVar[int] = 0x82
-    SIZE: ClassVar[int] = 20
+    SIZE: ClassVar[int] = 29
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
         ("fault", ErrorCode, None),
@@ -295,10 +327,14 @@ class SequencerStatusReply(Payload):
         ("switches_open", "B", None),
         ("arm_token", "H", None),
         ("reset_cause", ResetCause, None),
+        ("resets_while_armed", "B", None),
         ("strokes_started", "B", None),
         ("knocks", "H", None),
         ("joint_angle_cdeg", "h", 3),
         ("uptime_ms", "I", None),
+        ("image_crc", "I", None),
+        ("ram_never_used_bytes", "H", None),
+        ("frames_rejected", "H", None),
     )
 
     state: SequencerState
@@ -307,10 +343,55 @@ class SequencerStatusReply(Payload):
     switches_open: int
     arm_token: int
     reset_cause: ResetCause
+    resets_while_armed: int
     strokes_started: int
     knocks: int
     joint_angle_cdeg: tuple[int, ...]
     uptime_ms: int
+    image_crc: int
+    ram_never_used_bytes: int
+    frames_rejected: int
+
+
+@dataclass(frozen=True, slots=True)
+class RunReportRequest(Payload):
+    """The last run, as measured by the sequencer's own timer."""
+
+    TYPE: ClassVar[int] = 0x04
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RunReportReply(Payload):
+    """The last run, as measured by the sequencer's own timer.
+
+    Attributes:
+        released: 1: there was a run since the board started. 0: the rest is zero.
+        bounces: Edges of both switches from the release's first edge to its confirmation.
+        release_ms: The release edge on the clock of uptime_ms: whole milliseconds.
+        release_us: And microseconds beyond those, 0 to 999.
+        stroke_count: Strokes whose new pulse has begun.
+        start_us: Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.
+    """
+
+    TYPE: ClassVar[int] = 0x84
+    SIZE: ClassVar[int] = 74
+    LAYOUT: ClassVar[Layout] = (
+        ("released", "B", None),
+        ("bounces", "H", None),
+        ("release_ms", "I", None),
+        ("release_us", "H", None),
+        ("stroke_count", "B", None),
+        ("start_us", "I", 16),
+    )
+
+    released: int
+    bounces: int
+    release_ms: int
+    release_us: int
+    stroke_count: int
+    start_us: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -517,7 +598,7 @@ class ManeuverInfoReply(Payload):
     TYPE: ClassVar[int] = 0x93
     SIZE: ClassVar[int] = 14
     LAYOUT: ClassVar[Layout] = (
-        ("origin", ManeuverOrigin, None),
+        ("origin", Origin, None),
         ("stroke_count", "B", None),
         ("speed_cdeg_s", "H", None),
         ("crc", "H", None),
@@ -525,7 +606,7 @@ class ManeuverInfoReply(Payload):
         ("generation", "I", None),
     )
 
-    origin: ManeuverOrigin
+    origin: Origin
     stroke_count: int
     speed_cdeg_s: int
     crc: int
@@ -798,3 +879,158 @@ class ErrorReply(Payload):
     request: int
     code: ErrorCode
     detail: int
+
+
+@dataclass(frozen=True, slots=True)
+class SettingsWriteRequest(Payload):
+    """Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
+
+    Attributes:
+        frame_us: From pulse to pulse.
+        servo: Joints 1 to 3.
+    """
+
+    TYPE: ClassVar[int] = 0x15
+    SIZE: ClassVar[int] = 29
+    LAYOUT: ClassVar[Layout] = (
+        ("frame_us", "H", None),
+        ("servo", ServoSetting, 3),
+    )
+
+    frame_us: int
+    servo: tuple[ServoSetting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SettingsWriteReply(Payload):
+    """Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
+
+    Attributes:
+        stored: 0: still writing. 1: stored, checked by reading back.
+        written: 1: storing these settings changed the store. 0: it held them already before they were sent.
+    """
+
+    TYPE: ClassVar[int] = 0x95
+    SIZE: ClassVar[int] = 2
+    LAYOUT: ClassVar[Layout] = (
+        ("stored", "B", None),
+        ("written", "B", None),
+    )
+
+    stored: int
+    written: int
+
+
+@dataclass(frozen=True, slots=True)
+class SettingsReadRequest(Payload):
+    """The servo settings in force."""
+
+    TYPE: ClassVar[int] = 0x16
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SettingsReadReply(Payload):
+    """The servo settings in force.
+
+    Attributes:
+        origin: Factory or uploaded.
+        generation: Settings that this board has stored.
+        frame_us: From pulse to pulse.
+        servo: Joints 1 to 3.
+    """
+
+    TYPE: ClassVar[int] = 0x96
+    SIZE: ClassVar[int] = 34
+    LAYOUT: ClassVar[Layout] = (
+        ("origin", Origin, None),
+        ("generation", "I", None),
+        ("frame_us", "H", None),
+        ("servo", ServoSetting, 3),
+    )
+
+    origin: Origin
+    generation: int
+    frame_us: int
+    servo: tuple[ServoSetting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JointReportRequest(Payload):
+    """What the joint angles are, as the host has them from the logger. ARM heeds it while it is fresh.
+
+    Attributes:
+        angle_cdeg: Joints 1 to 3, 0.01 deg.
+    """
+
+    TYPE: ClassVar[int] = 0x22
+    SIZE: ClassVar[int] = 6
+    LAYOUT: ClassVar[Layout] = (
+        ("angle_cdeg", "h", 3),
+    )
+
+    angle_cdeg: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JointReportReply(Payload):
+    """What the joint angles are, as the host has them from the logger. ARM heeds it while it is fresh.
+
+    Attributes:
+        at_start_pose: 1: all within the tolerance.
+    """
+
+    TYPE: ClassVar[int] = 0xA2
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("at_start_pose", "B", None),
+    )
+
+    at_start_pose: int
+
+
+@dataclass(frozen=True, slots=True)
+class JogRequest(Payload):
+    """Moves one joint slowly; from SAFE or an earlier jog only. A limp joint has no known angle: the host says where it is, so that the first pulse does not jerk it. DISARM, a closed port, or a while without orders ends it.
+
+    Attributes:
+        joint: 1 to 3.
+        from_cdeg: Where the joint is; ignored while it is already being jogged.
+        to_cdeg: Where it is to go; within its limits.
+        confirm: jog_confirm.
+    """
+
+    TYPE: ClassVar[int] = 0x23
+    SIZE: ClassVar[int] = 9
+    LAYOUT: ClassVar[Layout] = (
+        ("joint", "B", None),
+        ("from_cdeg", "h", None),
+        ("to_cdeg", "h", None),
+        ("confirm", "I", None),
+    )
+
+    joint: int
+    from_cdeg: int
+    to_cdeg: int
+    confirm: int
+
+
+@dataclass(frozen=True, slots=True)
+class JogReply(Payload):
+    """Moves one joint slowly; from SAFE or an earlier jog only. A limp joint has no known angle: the host says where it is, so that the first pulse does not jerk it. DISARM, a closed port, or a while without orders ends it.
+
+    Attributes:
+        angle_cdeg: What the servo is told now.
+        arrived: 1: it is told the target.
+    """
+
+    TYPE: ClassVar[int] = 0xA3
+    SIZE: ClassVar[int] = 3
+    LAYOUT: ClassVar[Layout] = (
+        ("angle_cdeg", "h", None),
+        ("arrived", "B", None),
+    )
+
+    angle_cdeg: int
+    arrived: int

@@ -113,6 +113,36 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "The maneuver was not flown as uploaded.",
         "Do not fly this board; save its status and report it.",
     ),
+    ErrorCode.NOT_AT_START_POSE: (
+        "A joint is not at its start pose.",
+        "Armed now, its servo would jerk it there, and the maneuver would start from another pose than designed.",
+        "Bring the joint to 0 deg by hand or with tfsat-host jog, then arm again.",
+    ),
+    ErrorCode.RESET_WHILE_ARMED: (
+        "The board restarted while it was armed, and a switch was open.",
+        "It does not know when the robot was released and will not move.",
+        "Find out why (tfsat-host status shows the cause), then disarm, seat the robot and arm.",
+    ),
+    ErrorCode.RESET_WHILE_RUNNING: (
+        "The board restarted while the maneuver ran.",
+        "The rest of the maneuver was not flown.",
+        "Find out why (tfsat-host status shows the cause), then tfsat-host disarm.",
+    ),
+    ErrorCode.JOG_NOT_CONFIRMED: (
+        "The jog did not carry its flag.",
+        "Nothing was moved.",
+        "tfsat-host jog asks before it moves a joint.",
+    ),
+    ErrorCode.SETTING_OUT_OF_RANGE: (
+        "A servo setting makes no sense.",
+        "The stored settings are unchanged.",
+        "Pulses must lie within 500 to 2500 us over the joint's whole range; frames within 5 to 20 ms. Correct the file, then tfsat-host upload-servos again.",
+    ),
+    ErrorCode.SETTINGS_DO_NOT_FIT: (
+        "The stored maneuver leaves a joint's limits in the servo settings.",
+        "Armed now, a servo would be driven against its stop.",
+        "Upload a smaller maneuver, or correct the joint's limits with tfsat-host upload-servos.",
+    ),
     ErrorCode.NO_CARD: (
         "No SD card.",
         "Nothing would be recorded.",

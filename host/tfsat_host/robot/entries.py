@@ -12,26 +12,7 @@ import numpy as np
 
 from tfsat_host.robot.errors import RobotFileError
 from tfsat_host.robot.model import FloatArray
-
-
-def line_of(text: str, table: str, index: int, key: str) -> int | None:
-    """Line (from 1) of `key` in the `index`-th `[[table]]`, of its header if the key is not there.
-
-    `table` is empty for the entries above all tables. A sub-table `[joint.servo]` belongs to the
-    `[[joint]]` before it. None if there is no such table.
-    """
-    owner = table.partition(".")[0]
-    seen, inside, header = -1, table == "", None if table else 1
-    for number, line in enumerate(text.splitlines(), start=1):
-        if match := re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line):
-            name = match[1]
-            seen += name == owner
-            inside = seen == index and name == table
-            if seen == index and name in (owner, table):
-                header = number
-        elif inside and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
-            return number
-    return header
+from tfsat_host.toml_lines import line_of
 
 
 def unit_vector(vector: FloatArray) -> FloatArray:

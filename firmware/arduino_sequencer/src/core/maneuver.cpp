@@ -1,5 +1,7 @@
 #include "maneuver.h"
 
+#include <string.h>
+
 #include "../protocol/crc16.h"
 
 namespace tfsat {
@@ -11,18 +13,10 @@ uint16_t magnitude(int16_t angle_cdeg) {
   return static_cast<uint16_t>(angle_cdeg < 0 ? -static_cast<int32_t>(angle_cdeg) : angle_cdeg);
 }
 
-uint8_t byte_of(uint32_t value, size_t index) { return static_cast<uint8_t>(value >> (8 * index)); }
-
-// `value` with byte `index` replaced.
-uint32_t with_byte(uint32_t value, size_t index, uint8_t byte) {
-  const uint32_t mask = static_cast<uint32_t>(0xFF) << (8 * index);
-  return (value & ~mask) | (static_cast<uint32_t>(byte) << (8 * index));
-}
-
 }  // namespace
 
 Maneuver Maneuver::factory() {
-  Maneuver maneuver;
+  Maneuver maneuver = {};
   maneuver.stroke_count = 4;
   maneuver.speed_cdeg_s = 17000;
   maneuver.strokes[0] = Stroke{1, 5900, 700000};
@@ -32,38 +26,17 @@ Maneuver Maneuver::factory() {
   return maneuver;
 }
 
-uint8_t Maneuver::byte_at(size_t index) const {
-  if (index == 0) return stroke_count;
-  if (index < kHeadBytes) return byte_of(speed_cdeg_s, index - 1);
-  const Stroke& stroke = strokes[(index - kHeadBytes) / kStrokeBytes];
-  const size_t offset = (index - kHeadBytes) % kStrokeBytes;
-  if (offset == 0) return stroke.joint;
-  if (offset < 3) return byte_of(static_cast<uint16_t>(stroke.angle_cdeg), offset - 1);
-  return byte_of(stroke.start_us, offset - 3);
-}
-
-void Maneuver::set_byte(size_t index, uint8_t value) {
-  if (index == 0) {
-    stroke_count = value;
-  } else if (index < kHeadBytes) {
-    speed_cdeg_s = static_cast<uint16_t>(with_byte(speed_cdeg_s, index - 1, value));
-  } else {
-    Stroke& stroke = strokes[(index - kHeadBytes) / kStrokeBytes];
-    const size_t offset = (index - kHeadBytes) % kStrokeBytes;
-    if (offset == 0) {
-      stroke.joint = value;
-    } else if (offset < 3) {
-      const uint32_t bits = static_cast<uint16_t>(stroke.angle_cdeg);
-      stroke.angle_cdeg = static_cast<int16_t>(with_byte(bits, offset - 1, value));
-    } else {
-      stroke.start_us = with_byte(stroke.start_us, offset - 3, value);
-    }
-  }
+bool Maneuver::decode(const uint8_t* bytes, size_t size) {
+  if (size != kSize) return false;
+  memcpy(this, bytes, kSize);
+  return true;
 }
 
 uint16_t Maneuver::crc() const {
+  const uint8_t* bytes = reinterpret_cast<const uint8_t*>(this);
+  const size_t size = kHeadBytes + stroke_count * sizeof(Stroke);
   uint16_t crc = protocol::kCrc16Initial;
-  for (size_t i = 0; i < size_bytes(); ++i) crc = protocol::crc16_update(crc, byte_at(i));
+  for (size_t i = 0; i < size; ++i) crc = protocol::crc16_update(crc, bytes[i]);
   return crc;
 }
 
@@ -84,14 +57,16 @@ uint32_t Maneuver::end_us() const {
 int16_t Maneuver::angle_before(uint8_t stroke_index, uint8_t joint) const {
   int16_t angle_cdeg = 0;
   for (uint8_t i = 0; i < stroke_index; ++i) {
-    if (strokes[i].joint == joint) angle_cdeg = static_cast<int16_t>(angle_cdeg + strokes[i].angle_cdeg);
+    if (strokes[i].joint == joint)
+      angle_cdeg = static_cast<int16_t>(angle_cdeg + strokes[i].angle_cdeg);
   }
   return angle_cdeg;
 }
 
 Defect Maneuver::find_defect() const {
   using namespace protocol;
-  if (stroke_count == 0 || stroke_count > kMaxStrokes) return Defect{ErrorCode::kTooManyStrokes, -1};
+  if (stroke_count == 0 || stroke_count > kMaxStrokes)
+    return Defect{ErrorCode::kTooManyStrokes, -1};
   if (speed_cdeg_s < kSpeedMinCdegS || speed_cdeg_s > kSpeedMaxCdegS) {
     return Defect{ErrorCode::kSpeedOutOfRange, -1};
   }
@@ -113,14 +88,6 @@ Defect Maneuver::find_defect() const {
   }
   if (end_us() > kFallUs) return Defect{ErrorCode::kTooLong, stroke_count - 1};
   return Defect{ErrorCode::kNone, -1};
-}
-
-bool Maneuver::operator==(const Maneuver& other) const {
-  if (stroke_count != other.stroke_count || speed_cdeg_s != other.speed_cdeg_s) return false;
-  for (uint8_t i = 0; i < stroke_count; ++i) {
-    if (!(strokes[i] == other.strokes[i])) return false;
-  }
-  return true;
 }
 
 }  // namespace sequencer

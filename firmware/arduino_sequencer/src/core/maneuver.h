@@ -8,14 +8,14 @@ namespace sequencer {
 
 using protocol::ErrorCode;
 
-struct Stroke {
+// A maneuver's memory is its canonical form: no gaps, little endian.
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the canonical form is little endian");
+#define TFSAT_PACKED __attribute__((packed))
+
+struct TFSAT_PACKED Stroke {
   uint8_t joint;  // 1 to 3
   int16_t angle_cdeg;
   uint32_t start_us;  // after release
-
-  bool operator==(const Stroke& other) const {
-    return joint == other.joint && angle_cdeg == other.angle_cdeg && start_us == other.start_us;
-  }
 };
 
 struct Defect {
@@ -23,10 +23,10 @@ struct Defect {
   int32_t stroke;  // index of the offending stroke, or -1
 };
 
-struct Maneuver {
+// Strokes beyond stroke_count hold anything.
+struct TFSAT_PACKED Maneuver {
   static constexpr size_t kHeadBytes = 3;
-  static constexpr size_t kStrokeBytes = 7;
-  static constexpr size_t kMaxBytes = kHeadBytes + protocol::kMaxStrokes * kStrokeBytes;
+  static constexpr size_t kSize = kHeadBytes + protocol::kMaxStrokes * sizeof(Stroke);
 
   uint8_t stroke_count;
   uint16_t speed_cdeg_s;
@@ -35,25 +35,24 @@ struct Maneuver {
   // The paper's maneuver 59/70 (table "Designed experiment sequence").
   static Maneuver factory();
 
-  size_t size_bytes() const { return kHeadBytes + stroke_count * kStrokeBytes; }
-  // Byte `index` of the canonical form: stroke_count u8, speed_cdeg_s u16, then per stroke joint u8,
-  // angle_cdeg i16, start_us u32; little endian.
-  uint8_t byte_at(size_t index) const;
-  // Takes byte `index` of the canonical form; bytes come in order.
-  void set_byte(size_t index, uint8_t value);
-  // CRC-16/IBM-3740 of the canonical form.
+  // Takes the canonical form; false when it has another size. What it means, find_defect() judges.
+  bool decode(const uint8_t* bytes, size_t size);
+  // CRC-16/IBM-3740 of the canonical form up to the last stroke in use.
   uint16_t crc() const;
 
   uint32_t duration_us(const Stroke& stroke) const;
   // When the last stroke ends, after release.
   uint32_t end_us() const;
-  // Everything that must hold before it may fly. The host checks the same; the board believes nobody.
+  // Everything that must hold before it may fly. The host checks the same; the board believes
+  // nobody.
   Defect find_defect() const;
-  // Angle that `joint` (1 to 3) holds after the strokes before `stroke_index`, from the start pose 0.
+  bool valid() const { return find_defect().code == ErrorCode::kNone; }
+  // Angle that `joint` (1 to 3) holds after the strokes before `stroke_index`, from the start pose
+  // 0.
   int16_t angle_before(uint8_t stroke_index, uint8_t joint) const;
-
-  bool operator==(const Maneuver& other) const;
 };
+
+static_assert(sizeof(Maneuver) == Maneuver::kSize, "a maneuver has no gaps in memory");
 
 }  // namespace sequencer
 }  // namespace tfsat

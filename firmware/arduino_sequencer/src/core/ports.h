@@ -32,17 +32,30 @@ class ReleaseSwitches {
 class ServoOutput {
  public:
   // Starts pulses of this width (ticks) on a joint (0 to 2), or changes the width from the next
-  // pulse on, and forgets what was scheduled.
-  virtual void hold(uint8_t joint, uint16_t width_ticks) = 0;
-  // The first pulse of this width begins exactly at `at`. Calls for one joint come in order of time.
+  // pulse on, with this frame, and forgets what was scheduled and what had begun.
+  virtual void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) = 0;
+  // The first pulse of this width begins exactly at `at`. Calls for one joint come in order of
+  // time.
   virtual void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) = 0;
   // Ends all pulses (a pulse that has begun is completed).
   virtual void stop() = 0;
   // Scheduled changes whose first pulse has begun since the last hold() or stop(), over all joints.
   virtual uint8_t changes_begun() = 0;
+  // When the first pulse of change `index` rose, in order of time, for index < changes_begun().
+  virtual tick_t change_began_at(uint8_t index) = 0;
 
  protected:
   ~ServoOutput() = default;
+};
+
+// What only the hardware knows of itself while it runs.
+class Health {
+ public:
+  // Low-water mark of free RAM since the board started.
+  virtual uint16_t ram_never_used_bytes() = 0;
+
+ protected:
+  ~Health() = default;
 };
 
 // Bytes that survive power-off.

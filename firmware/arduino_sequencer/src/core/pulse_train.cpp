@@ -3,55 +3,55 @@
 namespace tfsat {
 namespace sequencer {
 
-constexpr uint32_t PulseTrain::kFrameTicks;
 constexpr uint32_t PulseTrain::kShortestGapTicks;
 
-void PulseTrain::hold(tick_t first_rise, uint16_t width_ticks) {
-  change_count_ = 0;
-  change_next_ = 0;
+void PulseTrain::hold(tick_t first_rise, uint16_t width_ticks, uint32_t frame_ticks) {
   width_ticks_ = width_ticks;
+  frame_ticks_ = frame_ticks;
+  aimed_at_ = nullptr;
   if (running_) return;
   last_rise_ = first_rise;
   running_ = true;
   first_ = true;
 }
 
-bool PulseTrain::schedule(tick_t at, uint16_t width_ticks) {
-  if (change_count_ == kMaxChanges) return false;
-  changes_[change_count_].at = at;
-  changes_[change_count_].width_ticks = width_ticks;
-  ++change_count_;
-  return true;
+// The steady frame, stretched or shortened so that a whole number of frames reaches the change. A
+// change that is asked for too late begins late rather than cut the pulse before it short. Once a
+// change, not once a pulse: these divisions take the AVR longer than all else in its interrupts.
+void PulseTrain::aim_at(const ChangeTable::Change& change) {
+  aimed_at_ = &change;
+  const int32_t left = static_cast<int32_t>(change.at - last_rise_);
+  if (left < static_cast<int32_t>(kShortestGapTicks)) {
+    gap_ticks_ = kShortestGapTicks;
+    longer_gaps_ = 0;
+    return;
+  }
+  uint32_t frames = (static_cast<uint32_t>(left) + frame_ticks_ / 2) / frame_ticks_;
+  if (frames == 0) frames = 1;
+  gap_ticks_ = static_cast<uint32_t>(left) / frames;
+  longer_gaps_ = static_cast<uint32_t>(left) % frames;
 }
 
-void PulseTrain::stop() {
-  running_ = false;
-  change_count_ = 0;
-  change_next_ = 0;
-}
-
-// The steady frame, stretched or shortened so that a whole number of frames reaches the next change.
-// A change that is asked for too late begins late rather than cut the pulse before it short.
-uint32_t PulseTrain::gap_to_next_rise() const {
-  if (change_next_ == change_count_) return kFrameTicks;
-  const int32_t left = static_cast<int32_t>(changes_[change_next_].at - last_rise_);
-  if (left < static_cast<int32_t>(kShortestGapTicks)) return kShortestGapTicks;
-  const uint32_t frames = (static_cast<uint32_t>(left) + kFrameTicks / 2) / kFrameTicks;
-  return frames < 2 ? static_cast<uint32_t>(left) : static_cast<uint32_t>(left) / frames;
+uint32_t PulseTrain::next_gap(const ChangeTable::Change* change) {
+  if (change == nullptr) return frame_ticks_;
+  if (change != aimed_at_) aim_at(*change);
+  if (longer_gaps_ == 0) return gap_ticks_;
+  --longer_gaps_;
+  return gap_ticks_ + 1;
 }
 
 Pulse PulseTrain::next() {
-  Pulse pulse;
-  pulse.begins_change = false;
+  ChangeTable::Change* change = changes_.next(joint_);
   if (first_) {
     first_ = false;
   } else {
-    last_rise_ += gap_to_next_rise();
+    last_rise_ += next_gap(change);
   }
-  if (change_next_ < change_count_ && !tick_before(last_rise_, changes_[change_next_].at)) {
-    width_ticks_ = changes_[change_next_].width_ticks;
-    ++change_next_;
-    pulse.begins_change = true;
+  Pulse pulse;
+  pulse.begins_change = change != nullptr && !tick_before(last_rise_, change->at);
+  if (pulse.begins_change) {
+    width_ticks_ = change->width_ticks;
+    change->planned = true;
   }
   pulse.rise = last_rise_;
   pulse.width_ticks = width_ticks_;

@@ -1,12 +1,12 @@
 // When the pulses of one servo rise, and how wide they are.
 //
 // A servo reads a new angle from the width of its next pulse. So that a stroke begins on time, the
-// pulse that carries the new width must rise at the stroke's very tick: the frames left are stretched
-// or shortened evenly until it does. With more than 30 ms to go, gaps stay within 15 to 30 ms (16-bit
-// timers count 32.7 ms); at the 0.7 s of a drop, within 0.3 ms of the steady frame.
+// pulse that carries the new width must rise at the stroke's very tick: the frames left are
+// stretched or shortened evenly until it does. Gaps stay within 0.75 and 1.5 frames, but for strokes closer than that; at the 0.7 s
+// before the first stroke of a drop, within 0.3 ms of a frame of 20 ms.
 #pragma once
 
-#include "ticks.h"
+#include "change_table.h"
 
 namespace tfsat {
 namespace sequencer {
@@ -19,33 +19,32 @@ struct Pulse {
 
 class PulseTrain {
  public:
-  static constexpr uint32_t kFrameTicks = 20 * kTicksPerMs;
-  static constexpr uint32_t kShortestGapTicks = 5 * kTicksPerMs;  // longest pulse, and time to be over
-  static constexpr uint8_t kMaxChanges = 16;
+  // The longest pulse, and time to prepare the next.
+  static constexpr uint32_t kShortestGapTicks =
+      ticks_from_us(protocol::kServoPulseMaxUs) + kTicksPerMs;
 
-  // Starts with `first_rise`, or changes the width from the next pulse on; forgets the schedule.
-  void hold(tick_t first_rise, uint16_t width_ticks);
-  // Appends a change. It must lie at least one frame after the one before; `false` if the queue is full.
-  bool schedule(tick_t at, uint16_t width_ticks);
-  void stop();
+  PulseTrain(ChangeTable& changes, uint8_t joint) : changes_(changes), joint_(joint) {}
+
+  // Starts with `first_rise`, or changes width and frame from the next pulse on.
+  void hold(tick_t first_rise, uint16_t width_ticks, uint32_t frame_ticks);
+  void stop() { running_ = false; }
   bool running() const { return running_; }
 
   // The pulse after the last one that next() returned. Call while running().
   Pulse next();
 
  private:
-  struct Change {
-    tick_t at;
-    uint16_t width_ticks;
-  };
+  void aim_at(const ChangeTable::Change& change);
+  uint32_t next_gap(const ChangeTable::Change* change);
 
-  uint32_t gap_to_next_rise() const;
-
-  Change changes_[kMaxChanges];
-  uint8_t change_count_ = 0;
-  uint8_t change_next_ = 0;
+  ChangeTable& changes_;
   tick_t last_rise_ = 0;
+  uint32_t frame_ticks_ = ticks_from_us(protocol::kServoFrameUs);
+  const ChangeTable::Change* aimed_at_ = nullptr;  // the gaps below lead to it
+  uint32_t gap_ticks_ = 0;
+  uint32_t longer_gaps_ = 0;  // this many are a tick longer
   uint16_t width_ticks_ = 0;
+  uint8_t joint_;
   bool running_ = false;
   bool first_ = false;
 };

@@ -8,6 +8,7 @@ void ReleaseDetector::reset(tick_t now) {
   opening_ = false;
   touched_ = false;
   disagrees_ = false;
+  released_ = false;
   last_change_ = now;
   knocks_ = 0;
 }
@@ -19,13 +20,18 @@ void ReleaseDetector::on_edge(const SwitchEdge& edge) {
 
 void ReleaseDetector::change(uint8_t open, tick_t at) {
   if (open == open_) return;
+  // The loop may have been away for longer than the debounce.
+  if (!tick_before(at, last_change_ + kDebounceTicks)) judge();
+  if (released_) return;
   open_ = open;
   last_change_ = at;
   if (open != 0) touched_ = true;
+  if (opening_) ++bounces_;
   if (opening_ && at - both_open_since_first_ > kChatterTicks) opening_ = false;
   if (open == kBoth && !opening_) {
     opening_ = true;
     both_open_since_first_ = at;
+    bounces_ = 1;
   }
 }
 
@@ -40,20 +46,24 @@ bool ReleaseDetector::poll(tick_t now, uint8_t levels_open) {
     change(levels_open, disagree_since_);
   }
   // An edge stamped after `now` was read is not old yet.
-  if (tick_before(now, last_change_ + kDebounceTicks)) return false;
+  if (!tick_before(now, last_change_ + kDebounceTicks)) judge();
+  const bool released = released_;
+  released_ = false;
+  return released;
+}
+
+// What the switches are now, they have been for the debounce.
+void ReleaseDetector::judge() {
+  if (released_) return;
   if (open_ == kBoth && opening_) {
-    opening_ = false;
+    released_ = true;
     touched_ = false;
-    return true;
-  }
-  if (open_ == 0 && touched_) {
+  } else if (open_ == 0 && touched_) {
     touched_ = false;
-    opening_ = false;
     ++knocks_;
   }
-  // One switch stays closed: whatever both did before was chatter of a knock.
-  if (open_ != kBoth) opening_ = false;
-  return false;
+  // Unless it was the release: whatever both did before was chatter of a knock.
+  opening_ = false;
 }
 
 }  // namespace sequencer

@@ -4,8 +4,9 @@
 // from a state in which both were closed. Its time is the first edge at which both were open: the
 // contacts may chatter after that, but the robot has left at the first. One switch alone never
 // starts anything (a knock during the lift, a broken wire); both open for less than the debounce,
-// then closed again for as long, is counted as a knock. Contacts that go on chattering for longer than
-// any release does start anew, so that a shaken robot's time never begins long before its release.
+// then closed again for as long, is counted as a knock. Contacts that go on chattering for longer
+// than any release does start anew, so that a shaken robot's time never begins long before its
+// release.
 #pragma once
 
 #include "../protocol/messages.h"
@@ -19,11 +20,14 @@ class ReleaseDetector {
   // Starts watching; both switches must be closed now.
   void reset(tick_t now);
   void on_edge(const SwitchEdge& edge);
-  // Call often, after the edges, with the switches' present levels. True once, when a release is certain.
+  // Call often, after the edges, with the switches' present levels. True once, when a release is
+  // certain.
   bool poll(tick_t now, uint8_t levels_open);
   // Time of the release that poll() told.
   tick_t released_at() const { return both_open_since_first_; }
   uint16_t knocks() const { return knocks_; }
+  // Edges of both switches since released_at(), its own included.
+  uint16_t bounces() const { return bounces_; }
 
  private:
   static constexpr uint32_t kDebounceTicks = protocol::kReleaseDebounceUs * kTicksPerUs;
@@ -33,15 +37,18 @@ class ReleaseDetector {
   static constexpr uint8_t kBoth = 3;
 
   void change(uint8_t open, tick_t at);
+  void judge();
 
   tick_t both_open_since_first_ = 0;  // first edge of this opening
   tick_t last_change_ = 0;
   tick_t disagree_since_ = 0;
   uint16_t knocks_ = 0;
+  uint16_t bounces_ = 0;
   uint8_t open_ = 0;
   bool opening_ = false;  // both have been open since both were last closed for long
   bool touched_ = false;  // at least one has been open since
   bool disagrees_ = false;
+  bool released_ = false;  // certain, and not told yet
 };
 
 }  // namespace sequencer

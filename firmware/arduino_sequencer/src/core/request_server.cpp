@@ -29,10 +29,18 @@ Reply RequestServer::handle(uint8_t type, const uint8_t* payload, size_t size, u
       return maneuver_commit(payload, size, reply);
     case ManeuverReadRequest::kType:
       return maneuver_read(payload, size, reply);
+    case SettingsWriteRequest::kType:
+      return settings_write(payload, size, reply);
+    case JointReportRequest::kType:
+      return joint_report(payload, size, reply);
+    case JogRequest::kType:
+      return jog(payload, size, reply);
     case ArmRequest::kType:
       return arm(payload, size, reply);
     case HelloRequest::kType:
     case SequencerStatusRequest::kType:
+    case RunReportRequest::kType:
+    case SettingsReadRequest::kType:
     case ManeuverInfoRequest::kType:
     case DisarmRequest::kType:
       break;
@@ -42,6 +50,8 @@ Reply RequestServer::handle(uint8_t type, const uint8_t* payload, size_t size, u
   if (size != 0) return Reply::refused(ErrorCode::kBadLength);
   if (type == HelloRequest::kType) return hello(reply);
   if (type == SequencerStatusRequest::kType) return status(reply);
+  if (type == RunReportRequest::kType) return send(sequencer_.run_report(), reply);
+  if (type == SettingsReadRequest::kType) return settings_read(reply);
   if (type == ManeuverInfoRequest::kType) return maneuver_info(reply);
   return disarm(reply);
 }
@@ -64,22 +74,27 @@ Reply RequestServer::status(uint8_t* reply) {
   status.switches_open = sequencer_.switches_open();
   status.arm_token = sequencer_.arm_token();
   status.reset_cause = identity_.reset_cause;
+  status.resets_while_armed = sequencer_.resets_while_armed();
   status.strokes_started = sequencer_.strokes_started();
   status.knocks = sequencer_.knocks();
-  for (uint8_t i = 0; i < kJointCount; ++i) {
-    status.joint_angle_cdeg[i] = sequencer_.joint_angle_cdeg(static_cast<uint8_t>(i + 1));
-  }
+  memcpy(status.joint_angle_cdeg, sequencer_.held_cdeg(), sizeof status.joint_angle_cdeg);
   status.uptime_ms = sequencer_.uptime_ms();
+  status.image_crc = identity_.image_crc;
+  status.ram_never_used_bytes = health_.ram_never_used_bytes();
+  status.frames_rejected = frames_rejected_;
   return send(status, reply);
 }
 
 Reply RequestServer::maneuver_begin(const uint8_t* payload, size_t size, uint8_t* reply) {
   ManeuverBeginRequest request;
   if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
-  if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
+  if (!sequencer_.may_upload() || sequencer_.maneuvers().writing()) {
+    return Reply::refused(ErrorCode::kWrongState);
+  }
   const Defect defect = upload_.begin(request.stroke_count, request.speed_cdeg_s);
   if (defect.code != ErrorCode::kNone) return refuse(defect);
-  written_ = false;
+  sequencer_.maneuvers().forget_failure();
+  maneuver_written_ = false;
   ManeuverBeginReply answer;
   answer.stroke_count = request.stroke_count;
   return send(answer, reply);
@@ -88,7 +103,9 @@ Reply RequestServer::maneuver_begin(const uint8_t* payload, size_t size, uint8_t
 Reply RequestServer::maneuver_stroke(const uint8_t* payload, size_t size, uint8_t* reply) {
   ManeuverStrokeRequest request;
   if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
-  if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
+  if (!sequencer_.may_upload() || sequencer_.maneuvers().writing()) {
+    return Reply::refused(ErrorCode::kWrongState);
+  }
   const Defect defect =
       upload_.put(request.index, Stroke{request.joint, request.angle_cdeg, request.start_us});
   if (defect.code != ErrorCode::kNone) return refuse(defect);
@@ -103,23 +120,28 @@ Reply RequestServer::maneuver_commit(const uint8_t* payload, size_t size, uint8_
   if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
   const Defect defect = upload_.find_defect(request.crc);
   if (defect.code != ErrorCode::kNone) return refuse(defect);
-  ManeuverStore& store = sequencer_.store();
+  return store_staged(sequencer_.maneuvers(), maneuver_written_, reply);
+}
+
+// The copy of a request that finds the record stored says so; those before it begin or await it.
+Reply RequestServer::store_staged(SlotPair& store, bool& written, uint8_t* reply) {
+  static_assert(SettingsWriteReply::kSize == ManeuverCommitReply::kSize, "one answer for both");
   if (store.failed()) {
-    store.forget_failure();  // told once; the next commit tries again
+    store.forget_failure();  // told once; the next copy tries again
     return Reply::refused(ErrorCode::kStoreFailed);
   }
-  if (!store.writing()) {
-    store.begin(upload_.maneuver());
-    written_ = written_ || store.changed();
+  if (!sequencer_.storing()) {
+    store.begin();
+    written = written || store.changed();
   }
   ManeuverCommitReply answer;
-  answer.stored = store.writing() ? 0 : 1;
-  answer.written = written_ ? 1 : 0;
+  answer.stored = sequencer_.storing() ? 0 : 1;
+  answer.written = written ? 1 : 0;
   return send(answer, reply);
 }
 
 Reply RequestServer::maneuver_info(uint8_t* reply) {
-  const ManeuverStore& store = sequencer_.store();
+  const Stored<Maneuver>& store = sequencer_.maneuvers();
   const Maneuver& maneuver = store.current();
   ManeuverInfoReply info;
   info.origin = store.origin();
@@ -134,7 +156,7 @@ Reply RequestServer::maneuver_info(uint8_t* reply) {
 Reply RequestServer::maneuver_read(const uint8_t* payload, size_t size, uint8_t* reply) {
   ManeuverReadRequest request;
   if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
-  const Maneuver& maneuver = sequencer_.store().current();
+  const Maneuver& maneuver = sequencer_.maneuvers().current();
   if (request.index >= maneuver.stroke_count) {
     return Reply::refused(ErrorCode::kIndexOutOfRange, request.index);
   }
@@ -144,6 +166,51 @@ Reply RequestServer::maneuver_read(const uint8_t* payload, size_t size, uint8_t*
   answer.joint = stroke.joint;
   answer.angle_cdeg = stroke.angle_cdeg;
   answer.start_us = stroke.start_us;
+  return send(answer, reply);
+}
+
+Reply RequestServer::settings_write(const uint8_t* payload, size_t size, uint8_t* reply) {
+  Settings wanted;
+  if (!wanted.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  if (!sequencer_.may_upload()) return Reply::refused(ErrorCode::kWrongState);
+  const int8_t defect = wanted.find_defect();
+  if (defect >= 0) return Reply::refused(ErrorCode::kSettingOutOfRange, defect);
+  SlotPair& store = sequencer_.settings();
+  if (memcmp(store.staged(), payload, size) != 0) {
+    if (store.writing()) return Reply::refused(ErrorCode::kWrongState);
+    memcpy(store.staged(), payload, size);
+    store.forget_failure();
+    settings_written_ = false;
+  }
+  return store_staged(store, settings_written_, reply);
+}
+
+Reply RequestServer::settings_read(uint8_t* reply) {
+  const Stored<Settings>& store = sequencer_.settings();
+  SettingsReadReply answer;
+  answer.origin = store.origin();
+  answer.generation = store.generation();
+  answer.frame_us = store.current().frame_us;
+  for (uint8_t i = 0; i < kJointCount; ++i) answer.servo[i] = store.current().servo[i];
+  return send(answer, reply);
+}
+
+Reply RequestServer::joint_report(const uint8_t* payload, size_t size, uint8_t* reply) {
+  JointReportRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  JointReportReply answer;
+  answer.at_start_pose = sequencer_.report_joints(request.angle_cdeg) ? 1 : 0;
+  return send(answer, reply);
+}
+
+Reply RequestServer::jog(const uint8_t* payload, size_t size, uint8_t* reply) {
+  JogRequest request;
+  if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
+  const ErrorCode refusal = sequencer_.jog(request);
+  if (refusal != ErrorCode::kNone) return Reply::refused(refusal, request.joint);
+  JogReply answer;
+  answer.angle_cdeg = sequencer_.jogging().angle_cdeg();
+  answer.arrived = sequencer_.jogging().arrived() ? 1 : 0;
   return send(answer, reply);
 }
 

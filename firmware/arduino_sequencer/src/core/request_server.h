@@ -17,13 +17,20 @@ struct Identity {
 
 class RequestServer : public protocol::RequestHandler {
  public:
-  RequestServer(Sequencer& sequencer, const Identity& identity)
-      : sequencer_(sequencer), identity_(identity) {}
+  RequestServer(Sequencer& sequencer, const Identity& identity, Health& health)
+      : sequencer_(sequencer),
+        identity_(identity),
+        health_(health),
+        upload_(sequencer.maneuvers()) {}
 
-  // Time for the requests that follow.
-  void set_now(tick_t now) { now_ = now; }
+  // For the requests that follow: the time, and how many frames the link has rejected.
+  void update(tick_t now, uint16_t frames_rejected) {
+    now_ = now;
+    frames_rejected_ = frames_rejected;
+  }
 
-  protocol::Reply handle(uint8_t type, const uint8_t* payload, size_t size, uint8_t* reply) override;
+  protocol::Reply handle(uint8_t type, const uint8_t* payload, size_t size,
+                         uint8_t* reply) override;
 
  private:
   protocol::Reply hello(uint8_t* reply);
@@ -33,14 +40,22 @@ class RequestServer : public protocol::RequestHandler {
   protocol::Reply maneuver_commit(const uint8_t* payload, size_t size, uint8_t* reply);
   protocol::Reply maneuver_info(uint8_t* reply);
   protocol::Reply maneuver_read(const uint8_t* payload, size_t size, uint8_t* reply);
+  protocol::Reply store_staged(SlotPair& store, bool& written, uint8_t* reply);
+  protocol::Reply settings_write(const uint8_t* payload, size_t size, uint8_t* reply);
+  protocol::Reply settings_read(uint8_t* reply);
+  protocol::Reply joint_report(const uint8_t* payload, size_t size, uint8_t* reply);
+  protocol::Reply jog(const uint8_t* payload, size_t size, uint8_t* reply);
   protocol::Reply arm(const uint8_t* payload, size_t size, uint8_t* reply);
   protocol::Reply disarm(uint8_t* reply);
 
   Sequencer& sequencer_;
   const Identity& identity_;
+  Health& health_;
   Upload upload_;
   tick_t now_ = 0;
-  bool written_ = false;  // the last commit of this upload changed the store
+  uint16_t frames_rejected_ = 0;
+  bool maneuver_written_ = false;  // a commit of this upload changed the store
+  bool settings_written_ = false;  // one of the copies of the last settings_write did
 };
 
 }  // namespace sequencer

@@ -1,65 +1,206 @@
 #include "sequencer.h"
 
-#include "servo_map.h"
-
 namespace tfsat {
 namespace sequencer {
 
-void Sequencer::start(tick_t now) {
+using namespace protocol;
+
+namespace {
+
+constexpr uint32_t kDebounceTicks = ticks_from_us(kReleaseDebounceUs);
+constexpr uint8_t kMostResets = 255;
+
+}  // namespace
+
+constexpr uint16_t Sequencer::kManeuverAddress;
+constexpr uint16_t Sequencer::kSettingsAddress;
+
+static_assert(Sequencer::kManeuverAddress + Stored<Maneuver>::kBytes <= Sequencer::kSettingsAddress,
+              "the stores must not overlap");
+
+// A board that lost its power does not know where its servos stand: it starts SAFE. One that was
+// reset with its RAM intact goes on from what it knows, but never by moving anything. What is kept is
+// brought up to date before the servos are driven: another reset may come at any moment.
+void Sequencer::start(tick_t now, ResetCause cause) {
   last_ms_ = now;
-  store_.load();
+  maneuvers_.load();
+  settings_.load();
+  const bool kept = cause != ResetCause::kPowerOn && retained_.intact();
+  const SequencerState before = kept ? retained_.state : SequencerState::kSafe;
+  if (kept) token_ = static_cast<uint16_t>(retained_.token + 1);  // none from before the reset fits
+  retained_.token = token_;
+  switch (before) {
+    case SequencerState::kArmed:
+      if (retained_.resets < kMostResets) ++retained_.resets;
+      retained_.seal();
+      resuming_ = true;
+      resume_since_ = now;
+      break;
+    case SequencerState::kRunning:
+      note_begun();
+      latch(ErrorCode::kResetWhileRunning);
+      break;
+    case SequencerState::kFault:
+      latch(retained_.fault);
+      break;
+    default:
+      retained_.clear();
+  }
+  for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
+    if (retained_.driven & (1u << (joint - 1))) hold(joint, retained_.held_cdeg[joint - 1]);
+  }
+}
+
+// Strokes that began while the main loop hung are known to the interrupts' count alone. If that makes
+// no sense, nobody knows where the servos stand: they stay limp.
+void Sequencer::note_begun() {
+  const Maneuver& maneuver = maneuvers_.current();
+  if (!retained_.begun.intact() || retained_.begun.count > maneuver.stroke_count) {
+    retained_.driven = 0;
+    return;
+  }
+  strokes_started_ = retained_.begun.count;
+  for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
+    note_held(joint, maneuver.angle_before(strokes_started_, joint));
+  }
 }
 
 void Sequencer::poll(tick_t now) {
   count_uptime(now);
-  store_.poll();
-  if (state_ == SequencerState::kArmed) {
-    watch_release(now);
-  } else if (state_ == SequencerState::kRunning) {
-    watch_run(now);
+  maneuvers_.poll();
+  settings_.poll();
+  if (resuming_) resume(now);
+  switch (state_) {
+    case SequencerState::kArmed:
+      watch_release(now);
+      break;
+    case SequencerState::kRunning:
+      watch_run(now);
+      break;
+    case SequencerState::kJogging:
+      watch_jog();
+      break;
+    default:
+      break;
   }
 }
 
+// Division takes the AVR 40 us: only where the loop was away for long.
 void Sequencer::count_uptime(tick_t now) {
-  const uint32_t passed = (now - last_ms_) / kTicksPerMs;
-  uptime_ms_ += passed;
-  last_ms_ += passed * kTicksPerMs;
+  const tick_t passed = now - last_ms_;
+  if (passed < kTicksPerMs) return;
+  const uint32_t ms = passed < 2 * kTicksPerMs ? 1 : passed / kTicksPerMs;
+  last_ms_ += ms * kTicksPerMs;
+  uptime_ms_ += ms;
 }
 
 void Sequencer::enter(SequencerState state) {
   state_ = state;
   ++token_;
+  retained_.state = state;
+  retained_.fault = fault_;
+  retained_.token = token_;
+  retained_.seal();
+}
+
+void Sequencer::latch(ErrorCode fault) {
+  fault_ = fault;
+  resuming_ = false;
+  enter(SequencerState::kFault);
+}
+
+void Sequencer::hold(uint8_t joint, int16_t angle_cdeg) {
+  const Settings& settings = settings_.current();
+  servos_.hold(static_cast<uint8_t>(joint - 1), settings.pulse_ticks(joint, angle_cdeg),
+               settings.frame_ticks());
+  retained_.driven = static_cast<uint8_t>(retained_.driven | (1u << (joint - 1)));
+  note_held(joint, angle_cdeg);
+}
+
+void Sequencer::note_held(uint8_t joint, int16_t angle_cdeg) {
+  retained_.held_cdeg[joint - 1] = angle_cdeg;
+  retained_.seal();
 }
 
 ErrorCode Sequencer::arm(uint16_t token, tick_t now) {
   if (state_ == SequencerState::kArmed && token == accepted_token_) return ErrorCode::kNone;
   last_refusal_ = refusal(token);
   if (last_refusal_ != ErrorCode::kNone) return last_refusal_;
+  begin_watch(now);
+  for (uint8_t joint = 1; joint <= kJointCount; ++joint) hold(joint, 0);
+  accepted_token_ = token;
+  retained_.resets = 0;
+  enter(SequencerState::kArmed);
+  return ErrorCode::kNone;
+}
+
+void Sequencer::begin_watch(tick_t now) {
   SwitchEdge stale;
   while (switches_.take_edge(stale)) {
   }
   detector_.reset(now);
   strokes_started_ = 0;
-  for (uint8_t joint = 0; joint < protocol::kJointCount; ++joint) servos_.hold(joint, pulse_ticks(0));
-  accepted_token_ = token;
-  enter(SequencerState::kArmed);
-  return ErrorCode::kNone;
 }
 
 ErrorCode Sequencer::refusal(uint16_t token) {
   if (state_ == SequencerState::kFault) return ErrorCode::kFaultLatched;
   const bool at_rest = state_ == SequencerState::kSafe || state_ == SequencerState::kDone;
-  if (!at_rest || store_.writing()) return ErrorCode::kWrongState;
+  if (!at_rest || resuming_ || storing()) return ErrorCode::kWrongState;
   if (token != token_) return ErrorCode::kStaleToken;
-  if (store_.current().find_defect().code != ErrorCode::kNone) return ErrorCode::kNoManeuver;
+  if (!maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
+  if (!fits_settings()) return ErrorCode::kSettingsDoNotFit;
   if (switches_.levels() != 0) return ErrorCode::kSwitchOpen;
-  return ErrorCode::kNone;
+  const bool fresh = reported_ && uptime_ms_ - reported_ms_ < kJointReportAgeMs;
+  return fresh && !at_start_pose() ? ErrorCode::kNotAtStartPose : ErrorCode::kNone;
+}
+
+bool Sequencer::fits_settings() const {
+  const Maneuver& maneuver = maneuvers_.current();
+  for (uint8_t i = 0; i < maneuver.stroke_count; ++i) {
+    const uint8_t joint = maneuver.strokes[i].joint;
+    if (!settings_.current().allows(joint,
+                                    maneuver.angle_before(static_cast<uint8_t>(i + 1), joint)))
+      return false;
+  }
+  return true;
+}
+
+bool Sequencer::report_joints(const int16_t (&angle_cdeg)[kJointCount]) {
+  for (uint8_t i = 0; i < kJointCount; ++i) reported_cdeg_[i] = angle_cdeg[i];
+  reported_ = true;
+  reported_ms_ = uptime_ms_;
+  return at_start_pose();
+}
+
+bool Sequencer::at_start_pose() const {
+  constexpr int16_t tolerance = static_cast<int16_t>(kStartPoseToleranceCdeg);
+  for (int16_t angle : reported_cdeg_) {
+    if (angle > tolerance || angle < -tolerance) return false;
+  }
+  return true;
 }
 
 void Sequencer::disarm() {
   servos_.stop();
   fault_ = ErrorCode::kNone;
-  if (state_ != SequencerState::kSafe) enter(SequencerState::kSafe);
+  resuming_ = false;
+  retained_.clear();
+  enter(SequencerState::kSafe);  // in SAFE too: an ARM that was sent before must not arm
+}
+
+// Once the switches have been closed for the debounce, the board is armed as before. One that is
+// open may have opened during the reset: when, nobody knows, so nothing moves.
+void Sequencer::resume(tick_t now) {
+  bool opened = switches_.levels() != 0;
+  SwitchEdge edge;
+  while (switches_.take_edge(edge)) opened = opened || edge.open;
+  if (opened) {
+    latch(ErrorCode::kResetWhileArmed);
+  } else if (now - resume_since_ >= kDebounceTicks) {
+    resuming_ = false;
+    begin_watch(now);
+    enter(SequencerState::kArmed);
+  }
 }
 
 void Sequencer::watch_release(tick_t now) {
@@ -72,32 +213,81 @@ void Sequencer::watch_release(tick_t now) {
 // place the pulses, and nothing that the main loop does or suffers can move them.
 void Sequencer::begin_run(tick_t released_at) {
   released_at_ = released_at;
-  const Maneuver& maneuver = store_.current();
+  const Maneuver& maneuver = maneuvers_.current();
   for (uint8_t i = 0; i < maneuver.stroke_count; ++i) {
     const Stroke& stroke = maneuver.strokes[i];
-    const int16_t target = static_cast<int16_t>(maneuver.angle_before(i, stroke.joint) + stroke.angle_cdeg);
-    servos_.schedule(static_cast<uint8_t>(stroke.joint - 1), released_at + ticks_from_us(stroke.start_us),
-                     pulse_ticks(target));
+    const int16_t target = maneuver.angle_before(static_cast<uint8_t>(i + 1), stroke.joint);
+    servos_.schedule(static_cast<uint8_t>(stroke.joint - 1),
+                     released_at + ticks_from_us(stroke.start_us),
+                     settings_.current().pulse_ticks(stroke.joint, target));
   }
+  run_ = RunReportReply{};
+  run_.released = 1;
+  run_.bounces = detector_.bounces();
+  note_release_time();
   enter(SequencerState::kRunning);
 }
 
+// The edge lies before the present millisecond began: a debounce at least, and the chatter at most.
+void Sequencer::note_release_time() {
+  const uint32_t before_us = us_from_ticks(last_ms_ - released_at_);
+  const uint32_t whole_ms = (before_us + 999) / 1000;
+  run_.release_ms = uptime_ms_ - whole_ms;
+  run_.release_us = static_cast<uint16_t>(whole_ms * 1000 - before_us);
+}
+
 void Sequencer::watch_run(tick_t now) {
-  strokes_started_ = servos_.changes_begun();
-  const Maneuver& maneuver = store_.current();
+  note_strokes();
+  const Maneuver& maneuver = maneuvers_.current();
   if (tick_before(now, released_at_ + ticks_from_us(maneuver.end_us()))) return;
   if (strokes_started_ == maneuver.stroke_count) {
     enter(SequencerState::kDone);
   } else {
-    fault_ = ErrorCode::kStrokeMissed;
-    enter(SequencerState::kFault);
+    latch(ErrorCode::kStrokeMissed);
   }
 }
 
-// The strokes of the last run say nothing of a maneuver that was uploaded since.
-int16_t Sequencer::joint_angle_cdeg(uint8_t joint) const {
-  if (state_ == SequencerState::kSafe) return 0;
-  return store_.current().angle_before(strokes_started_, joint);
+void Sequencer::note_strokes() {
+  const Maneuver& maneuver = maneuvers_.current();
+  const uint8_t begun = servos_.changes_begun();
+  for (; strokes_started_ < begun && strokes_started_ < maneuver.stroke_count; ++strokes_started_) {
+    const uint8_t joint = maneuver.strokes[strokes_started_].joint;
+    run_.start_us[strokes_started_] =
+        us_from_ticks(servos_.change_began_at(strokes_started_) - released_at_);
+    note_held(joint, maneuver.angle_before(static_cast<uint8_t>(strokes_started_ + 1), joint));
+  }
+  run_.stroke_count = strokes_started_;
+}
+
+ErrorCode Sequencer::jog(const JogRequest& request) {
+  if (request.confirm != kJogConfirm) return ErrorCode::kJogNotConfirmed;
+  if (request.joint < 1 || request.joint > kJointCount) return ErrorCode::kJointUnknown;
+  const bool going_on = state_ == SequencerState::kJogging && request.joint == jog_.joint();
+  if (!going_on && (!may_upload() || storing())) return ErrorCode::kWrongState;
+  const Settings& settings = settings_.current();
+  if (!settings.allows(request.joint, request.to_cdeg) ||
+      (!going_on && !settings.allows(request.joint, request.from_cdeg))) {
+    return ErrorCode::kAngleOutOfRange;
+  }
+  if (!going_on) {
+    jog_.start(request.joint, request.from_cdeg, uptime_ms_);
+    hold(request.joint, request.from_cdeg);
+    enter(SequencerState::kJogging);
+  }
+  jog_.go_to(request.to_cdeg, uptime_ms_);
+  return ErrorCode::kNone;
+}
+
+void Sequencer::watch_jog() {
+  if (jog_.idle(uptime_ms_)) {
+    disarm();
+  } else if (jog_.advance(uptime_ms_)) {
+    hold(jog_.joint(), jog_.angle_cdeg());
+  }
+}
+
+void Sequencer::host_gone() {
+  if (state_ == SequencerState::kJogging) disarm();
 }
 
 }  // namespace sequencer

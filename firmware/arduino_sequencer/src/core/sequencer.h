@@ -1,66 +1,113 @@
-// The sequencer's state machine: SAFE, ARMED, RUNNING, DONE, FAULT.
+// The sequencer's state machine: SAFE, ARMED, RUNNING, DONE, FAULT, JOGGING.
 #pragma once
 
-#include "maneuver_store.h"
+#include "jog.h"
+#include "maneuver.h"
 #include "ports.h"
 #include "release_detector.h"
+#include "retained_state.h"
+#include "settings.h"
+#include "slot_pair.h"
 
 namespace tfsat {
 namespace sequencer {
 
+using protocol::ResetCause;
 using protocol::SequencerState;
 
 class Sequencer {
  public:
-  Sequencer(ReleaseSwitches& switches, ServoOutput& servos, NonVolatile& memory)
-      : switches_(switches), servos_(servos), store_(memory) {}
+  static constexpr uint16_t kManeuverAddress = 0;
+  static constexpr uint16_t kSettingsAddress = 256;
 
-  // Once after power-up. The state is SAFE afterwards: no pulses, whatever happened before.
-  void start(tick_t now);
-  // Call from the main loop, many times a millisecond.
+  Sequencer(ReleaseSwitches& switches, ServoOutput& servos, NonVolatile& memory,
+            RetainedState& retained)
+      : switches_(switches),
+        servos_(servos),
+        retained_(retained),
+        maneuvers_(memory, kManeuverAddress),
+        settings_(memory, kSettingsAddress) {}
+
+  // Once after start-up. SAFE, unless the board was armed, running or in a fault when it was reset
+  // without losing its power: see resume().
+  void start(tick_t now, ResetCause cause);
+  // Call from the main loop; a millisecond apart is often enough.
   void poll(tick_t now);
+  // Nobody has the port open any more: a jog ends. Armed stays armed.
+  void host_gone();
 
   // Arms if nothing forbids it; returns why not, else none. A token from before the last change of
   // state is refused, so that a frame repeated late cannot arm.
   ErrorCode arm(uint16_t token, tick_t now);
   void disarm();
+  // See the protocol's jog.
+  ErrorCode jog(const protocol::JogRequest& request);
+  // Notes the joints' angles for arm(); true if all are at the start pose.
+  bool report_joints(const int16_t (&angle_cdeg)[protocol::kJointCount]);
 
-  // The maneuver may change only while no joint is held by it.
-  bool may_upload() const { return state_ == SequencerState::kSafe; }
+  // Maneuver and settings may change only while no joint is held by them.
+  bool may_upload() const { return state_ == SequencerState::kSafe && !resuming_; }
+
+  // A record is on its way into non-volatile memory, which does one thing at a time.
+  bool storing() const { return maneuvers_.writing() || settings_.writing(); }
 
   SequencerState state() const { return state_; }
   ErrorCode fault() const { return fault_; }
   ErrorCode last_refusal() const { return last_refusal_; }
   uint16_t arm_token() const { return token_; }
   uint8_t switches_open() { return switches_.levels(); }
+  uint8_t resets_while_armed() const { return retained_.resets; }
   uint8_t strokes_started() const { return strokes_started_; }
   uint16_t knocks() const { return detector_.knocks(); }
-  // What the servo of `joint` (1 to 3) is told to hold; 0 while safe, when none is told anything.
-  int16_t joint_angle_cdeg(uint8_t joint) const;
+  // What each servo is told to hold; 0 where it gets no pulses.
+  const int16_t (&held_cdeg() const)[protocol::kJointCount] { return retained_.held_cdeg; }
+  const Jog& jogging() const { return jog_; }
   uint32_t uptime_ms() const { return uptime_ms_; }
-  ManeuverStore& store() { return store_; }
+  const protocol::RunReportReply& run_report() const { return run_; }
+  Stored<Maneuver>& maneuvers() { return maneuvers_; }
+  Stored<Settings>& settings() { return settings_; }
 
  private:
   void enter(SequencerState state);
+  void latch(ErrorCode fault);
+  void hold(uint8_t joint, int16_t angle_cdeg);
+  void note_held(uint8_t joint, int16_t angle_cdeg);
   ErrorCode refusal(uint16_t token);
+  bool fits_settings() const;
+  bool at_start_pose() const;
+  void begin_watch(tick_t now);
+  void note_begun();
+  void resume(tick_t now);
   void watch_release(tick_t now);
   void begin_run(tick_t released_at);
   void watch_run(tick_t now);
+  void watch_jog();
+  void note_release_time();
+  void note_strokes();
   void count_uptime(tick_t now);
 
   ReleaseSwitches& switches_;
   ServoOutput& servos_;
-  ManeuverStore store_;
+  RetainedState& retained_;
+  Stored<Maneuver> maneuvers_;
+  Stored<Settings> settings_;
   ReleaseDetector detector_;
+  Jog jog_;
+  protocol::RunReportReply run_ = {};
   tick_t released_at_ = 0;
   tick_t last_ms_ = 0;
+  tick_t resume_since_ = 0;
   uint32_t uptime_ms_ = 0;
+  uint32_t reported_ms_ = 0;
+  int16_t reported_cdeg_[protocol::kJointCount] = {0, 0, 0};
   uint16_t token_ = 1;
   uint16_t accepted_token_ = 0;  // that armed the present state
   SequencerState state_ = SequencerState::kSafe;
   ErrorCode fault_ = ErrorCode::kNone;
   ErrorCode last_refusal_ = ErrorCode::kNone;
   uint8_t strokes_started_ = 0;
+  bool reported_ = false;
+  bool resuming_ = false;
 };
 
 }  // namespace sequencer

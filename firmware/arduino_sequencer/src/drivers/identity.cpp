@@ -5,7 +5,6 @@
 #include <util/atomic.h>
 
 #include "../protocol/crc32.h"
-#include "reset_cause.h"
 
 // Set by the linker: the byte after the last one of the HEX (code, then the values of .data).
 extern "C" const uint8_t __data_load_end[];
@@ -20,10 +19,15 @@ namespace {
 constexpr uint8_t kSerialAddress = 0x0E;
 constexpr uint8_t kSerialBytes = 10;
 
-uint32_t image_crc() {
+constexpr uint16_t kBytesBetweenCalls = 128;
+
+uint32_t image_crc(void (*meanwhile)()) {
   protocol::Crc32 crc;
   const uint16_t end = static_cast<uint16_t>(reinterpret_cast<uintptr_t>(__data_load_end));
-  for (uint16_t address = 0; address < end; ++address) crc.update(pgm_read_byte(address));
+  for (uint16_t address = 0; address < end; ++address) {
+    crc.update(pgm_read_byte(address));
+    if (address % kBytesBetweenCalls == 0) meanwhile();
+  }
   return crc.value();
 }
 
@@ -39,11 +43,11 @@ void read_serial(uint8_t (&serial)[8]) {
 
 }  // namespace
 
-Identity read_identity() {
+Identity read_identity(protocol::ResetCause cause, void (*meanwhile)()) {
   Identity identity;
   read_serial(identity.board_serial);
-  identity.image_crc = image_crc();
-  identity.reset_cause = take_reset_cause();
+  identity.image_crc = image_crc(meanwhile);
+  identity.reset_cause = cause;
   return identity;
 }
 

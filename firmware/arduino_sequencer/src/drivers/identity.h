@@ -6,8 +6,9 @@
 namespace tfsat {
 namespace sequencer {
 
-// Takes about a quarter of a second: the CRC covers the whole image.
-Identity read_identity();
+// Takes about a quarter of a second: the CRC covers the whole image. Calls `meanwhile` every
+// millisecond or so.
+Identity read_identity(protocol::ResetCause cause, void (*meanwhile)());
 
 }  // namespace sequencer
 }  // namespace tfsat

@@ -3,6 +3,7 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <util/atomic.h>
+#include <util/delay.h>
 
 #include "tick_clock.h"
 
@@ -87,7 +88,26 @@ bool ReleaseCapture::take_edge(SwitchEdge& edge) {
   return taken;
 }
 
+// A contact that moved back within the microseconds in which an interrupt turned the capture unit
+// round leaves it waiting for the edge that has already been: turned again here, or the next edge,
+// which may be the release, would go unstamped.
+void ReleaseCapture::aim(uint8_t index) {
+  volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
+  volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    const bool open = is_open(index);
+    _delay_us(1);  // the noise canceler's four cycles and the synchronizer's: the flag is up to date
+    const bool waits_for_opening = (control & kRisingEdge) != 0;
+    if (open == waits_for_opening && (flags & kCaptureFlag) == 0) {
+      push(TickClock::now(), index, open);
+      wait_for(control, flags, !open);
+    }
+  }
+}
+
 uint8_t ReleaseCapture::levels() {
+  aim(0);
+  aim(1);
   return static_cast<uint8_t>((is_open(0) ? 1 : 0) | (is_open(1) ? 2 : 0));
 }
 

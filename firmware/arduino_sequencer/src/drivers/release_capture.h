@@ -25,6 +25,7 @@ class ReleaseCapture : public ReleaseSwitches {
   static constexpr uint8_t kQueueSize = 32;  // power of two
 
   void push(tick_t at, uint8_t index, bool open);
+  void aim(uint8_t index);
 
   SwitchEdge queue_[kQueueSize];
   uint8_t head_ = 0;   // next to take

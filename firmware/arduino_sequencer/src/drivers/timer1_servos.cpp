@@ -60,13 +60,13 @@ void Timer1Servos::begin() {
 
 // The three trains start a third of a frame apart: their interrupts, and the servos' currents, do
 // not come at once. The first rise leaves time for a pulse that stop() let run to its end.
-void Timer1Servos::hold(uint8_t joint, uint16_t width_ticks) {
+void Timer1Servos::hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) {
+  const uint32_t offset = joint * (frame_ticks / kChannels);
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     Channel& channel = channels_[joint];
-    changes_begun_ = 0;
-    channel.train.hold(TickClock::now() + PulseTrain::kShortestGapTicks +
-                           joint * (PulseTrain::kFrameTicks / kChannels),
-                       width_ticks);
+    changes_.clear();
+    channel.train.hold(TickClock::now() + PulseTrain::kShortestGapTicks + offset, width_ticks,
+                       frame_ticks);
     if (channel.next == Edge::kNone) {
       prepare_next_edge(joint);
       TIMSK1 |= interrupt_bit(joint);
@@ -75,12 +75,12 @@ void Timer1Servos::hold(uint8_t joint, uint16_t width_ticks) {
 }
 
 void Timer1Servos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { channels_[joint].train.schedule(at, width_ticks); }
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { changes_.add(joint, at, width_ticks); }
 }
 
 void Timer1Servos::stop() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    changes_begun_ = 0;
+    changes_.clear();
     for (uint8_t i = 0; i < kChannels; ++i) {
       Channel& channel = channels_[i];
       channel.train.stop();
@@ -97,8 +97,14 @@ void Timer1Servos::stop() {
 
 uint8_t Timer1Servos::changes_begun() {
   uint8_t count;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { count = changes_begun_; }
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { count = changes_.begun(); }
   return count;
+}
+
+tick_t Timer1Servos::change_began_at(uint8_t index) {
+  tick_t at;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { at = changes_.began_at(index); }
+  return at;
 }
 
 // After a rise comes the pulse's fall, after a fall the train's next rise. Goes on while an edge is
@@ -108,7 +114,10 @@ void Timer1Servos::prepare_next_edge(uint8_t channel) {
   bool prepared = false;
   while (!prepared) {
     if (c.next == Edge::kRise) {
-      if (c.pulse.begins_change) begin_stroke_mark();
+      if (c.pulse.begins_change) {
+        changes_.began(c.pulse.rise);
+        begin_stroke_mark();
+      }
       c.next = Edge::kFall;
       prepared = set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false);
     } else if (c.train.running()) {
@@ -146,7 +155,6 @@ void Timer1Servos::begin_stroke_mark() {
   OCR3A = static_cast<uint16_t>(TCNT3 + kStrokeMarkTicks);
   TIFR3 = _BV(OCF3A);
   TIMSK3 |= _BV(OCIE3A);
-  ++changes_begun_;
 }
 
 void Timer1Servos::end_stroke_mark() {

@@ -18,13 +18,16 @@ namespace sequencer {
 
 class Timer1Servos : public ServoOutput {
  public:
+  explicit Timer1Servos(BegunCount& begun) : changes_(begun) {}
+
   // Drives the lines low, then waits for hold(). Call after TickClock::begin().
   void begin();
 
-  void hold(uint8_t joint, uint16_t width_ticks) override;
+  void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override;
   void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) override;
   void stop() override;
   uint8_t changes_begun() override;
+  tick_t change_began_at(uint8_t index) override;
 
   // For the interrupts: the edge that was next on this channel has been made; the mark is over.
   void on_edge(uint8_t channel) { prepare_next_edge(channel); }
@@ -32,12 +35,15 @@ class Timer1Servos : public ServoOutput {
 
  private:
   static constexpr uint8_t kChannels = 3;
-  // Less than this ahead, a compare match might be missed while it is being set up.
-  static constexpr int32_t kLeastLeadTicks = 8;
+  // Less than this ahead, a compare match might be missed while it is being set up, which takes some
+  // 130 cycles: 16 ticks.
+  static constexpr int32_t kLeastLeadTicks = 24;
 
   enum class Edge : uint8_t { kNone, kRise, kFall };
 
   struct Channel {
+    Channel(ChangeTable& changes, uint8_t joint) : train(changes, joint) {}
+
     PulseTrain train;
     Pulse pulse;
     Edge next = Edge::kNone;
@@ -47,8 +53,8 @@ class Timer1Servos : public ServoOutput {
   bool set_edge(uint8_t channel, tick_t at, bool high);
   void begin_stroke_mark();
 
-  Channel channels_[kChannels];
-  uint8_t changes_begun_ = 0;
+  ChangeTable changes_;
+  Channel channels_[kChannels] = {{changes_, 0}, {changes_, 1}, {changes_, 2}};
 };
 
 }  // namespace sequencer

@@ -23,8 +23,6 @@ void remove_bootloader_key() {
 
 }  // namespace
 
-void Watchdog::begin() { wdt_enable(WDTO_1S); }
-
 void Watchdog::feed(bool upload_allowed) {
   const bool upload_wanted = (WDTCSR & kTimeoutBits) != kOneSecond;
   if (upload_wanted && upload_allowed) return;

@@ -6,6 +6,13 @@
 #include <stdint.h>
 #include <string.h>
 
+// The AVR is little endian and has no alignment: there a structure in memory is its wire form, and a
+// copy saves a quarter of the sequencer's flash. The emulated board's tests speak with the real image, so that
+// both ways are held against the same host.
+#ifdef __AVR__
+#define TFSAT_WIRE_FORM_IN_MEMORY
+#endif
+
 namespace tfsat {
 namespace protocol {
 

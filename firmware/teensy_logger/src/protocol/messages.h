@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x44, 0xD6, 0x86, 0x03, 0x4F, 0xC2, 0xB1, 0xEB};
+constexpr uint8_t kProtocolHash[8] = {0xF5, 0x0E, 0x0B, 0xF2, 0xB5, 0x09, 0x74, 0xFC};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -43,10 +43,30 @@ constexpr uint32_t kScheduleGridUs = 10000;
 constexpr uint32_t kServoPulseMinUs = 500;
 // No pulse is longer.
 constexpr uint32_t kServoPulseMaxUs = 2500;
-// Pulse width that holds a joint at 0 deg.
-constexpr uint32_t kServoPulseAt0DegUs = 1000;
-// Pulse width that holds a joint at 90 deg; linear between.
-constexpr uint32_t kServoPulseAt90DegUs = 2000;
+// Factory setting: pulse width that holds a joint at 0 deg.
+constexpr uint32_t kServoFactoryZeroUs = 1000;
+// Factory setting: pulse width for each further degree.
+constexpr uint32_t kServoFactoryNsPerDeg = 11111;
+// Least slope of a servo that a setting may claim.
+constexpr uint32_t kServoNsPerDegMin = 2000;
+// Greatest slope of a servo that a setting may claim.
+constexpr uint32_t kServoNsPerDegMax = 30000;
+// Factory setting: from pulse to pulse.
+constexpr uint32_t kServoFrameUs = 20000;
+// Fastest frame that a digital servo may be given.
+constexpr uint32_t kServoFrameMinUs = 5000;
+// Slowest frame that holds a servo.
+constexpr uint32_t kServoFrameMaxUs = 20000;
+// A joint counts as at its start pose this near to it: gravity bends the hanging robot by some 6 deg (paper, sec. Result).
+constexpr uint32_t kStartPoseToleranceCdeg = 1000;
+// A joint-angle report older than this says nothing any more.
+constexpr uint32_t kJointReportAgeMs = 30000;
+// Speed of a jog: slow enough to watch, and to let go of.
+constexpr uint32_t kJogSpeedCdegS = 1500;
+// The flag that a jog must carry: 'JOG'.
+constexpr uint32_t kJogConfirm = 4869959;
+// A jogged joint that gets no further order goes limp after this.
+constexpr uint32_t kJogIdleMs = 20000;
 // The sequencer's stroke line stays high this long from each stroke's first pulse.
 constexpr uint32_t kStrokeLineUs = 1000;
 // Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
@@ -89,12 +109,13 @@ enum class SequencerState : uint8_t {
   kArmed = 1,  // Servos hold the start pose; the release starts the schedule.
   kRunning = 2,  // Released: strokes run on schedule.
   kDone = 3,  // All strokes were commanded; servos hold the end pose.
-  kFault = 4,  // Something is wrong; nothing new is commanded until a person disarms.
+  kFault = 4,  // Something is wrong; nothing new is commanded until a person disarms. Servos that were driven are held where they were.
+  kJogging = 5,  // One joint is moved slowly on a person's order; the others get no pulses.
 };
 
-// Where the maneuver on the board comes from.
-enum class ManeuverOrigin : uint8_t {
-  kFactory = 0,  // Never uploaded: the paper's 59/70, kept in the firmware.
+// Where a maneuver or the settings on the board come from.
+enum class Origin : uint8_t {
+  kFactory = 0,  // Never uploaded: kept in the firmware (the maneuver is the paper's 59/70).
   kUploaded = 1,  // Uploaded by a host and stored in EEPROM.
 };
 
@@ -156,6 +177,12 @@ enum class ErrorCode : uint8_t {
   kFaultLatched = 18,  // A fault is latched.
   kIndexOutOfRange = 19,  // A step index is beyond the maneuver's end.
   kStrokeMissed = 20,  // A stroke was scheduled but its pulse did not begin.
+  kNotAtStartPose = 21,  // A joint is not at its start pose.
+  kResetWhileArmed = 22,  // The board restarted while it was armed, and a switch was open.
+  kResetWhileRunning = 23,  // The board restarted while the maneuver ran.
+  kJogNotConfirmed = 24,  // The jog did not carry its flag.
+  kSettingOutOfRange = 25,  // A servo setting makes no sense.
+  kSettingsDoNotFit = 26,  // The stored maneuver leaves a joint's limits in the servo settings.
   kNoCard = 40,  // No SD card.
   kCardFull = 41,  // The card has no room for a recording.
   kCardWriteFailed = 42,  // The card refused a write.
@@ -186,15 +213,24 @@ struct ImuReading {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ImuReading) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -224,15 +260,24 @@ struct Sample {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(Sample) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -265,15 +310,74 @@ struct Event {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(Event) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
+    return true;
+  }
+};
+
+// How a joint's servo turns pulses into angles, and how far it may go.
+struct ServoSetting {
+  static constexpr size_t kSize = 9;
+
+  uint16_t zero_us;  // Pulse width that holds 0 deg.
+  uint16_t ns_per_deg;  // Change of pulse width for each degree.
+  uint8_t reversed;  // 1: shorter pulses open the joint.
+  int16_t min_cdeg;  // Least angle that may be commanded.
+  int16_t max_cdeg;  // Greatest angle that may be commanded.
+
+  void write(Writer& out) const {
+    out.u16(zero_us);
+    out.u16(ns_per_deg);
+    out.u8(reversed);
+    out.i16(min_cdeg);
+    out.i16(max_cdeg);
+  }
+
+  void read(Reader& in) {
+    zero_us = in.u16();
+    ns_per_deg = in.u16();
+    reversed = in.u8();
+    min_cdeg = in.i16();
+    max_cdeg = in.i16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ServoSetting) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
     return true;
   }
 };
@@ -321,15 +425,24 @@ struct BlockHeader {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(BlockHeader) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -395,15 +508,24 @@ struct LogHeader {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogHeader) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -439,15 +561,24 @@ struct LogFooter {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogFooter) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -487,15 +618,24 @@ struct HelloReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(HelloReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -509,7 +649,7 @@ struct SequencerStatusRequest {
 // What the sequencer is doing.
 struct SequencerStatusReply {
   static constexpr uint8_t kType = 0x82;
-  static constexpr size_t kSize = 20;
+  static constexpr size_t kSize = 29;
 
   SequencerState state;  // State machine.
   ErrorCode fault;  // The latched fault, or none.
@@ -517,10 +657,14 @@ struct SequencerStatusReply {
   uint8_t switches_open;  // Bit 0, 1: release switch 1, 2 is open.
   uint16_t arm_token;  // To be given to ARM; changes at each change of state.
   ResetCause reset_cause;  // Why the board last started.
+  uint8_t resets_while_armed;  // Restarts that this arming has survived; 255 stands for more.
   uint8_t strokes_started;  // Strokes of the last run whose new pulse has begun.
-  uint16_t knocks;  // Times a switch opened while armed without a release.
-  int16_t joint_angle_cdeg[3];  // Angle that each servo is told to hold.
+  uint16_t knocks;  // Knocks since arming; see release.
+  int16_t joint_angle_cdeg[3];  // Angle that each servo is told to hold; 0 where it gets no pulses.
   uint32_t uptime_ms;  // Since the board started.
+  uint32_t image_crc;  // CRC-32/ISO-HDLC of the flashed image.
+  uint16_t ram_never_used_bytes;  // Low-water mark of free RAM since the board started.
+  uint16_t frames_rejected;  // Frames that arrived damaged, since the board started.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -529,10 +673,14 @@ struct SequencerStatusReply {
     out.u8(switches_open);
     out.u16(arm_token);
     out.u8(static_cast<uint8_t>(reset_cause));
+    out.u8(resets_while_armed);
     out.u8(strokes_started);
     out.u16(knocks);
     for (size_t i = 0; i < 3; ++i) out.i16(joint_angle_cdeg[i]);
     out.u32(uptime_ms);
+    out.u32(image_crc);
+    out.u16(ram_never_used_bytes);
+    out.u16(frames_rejected);
   }
 
   void read(Reader& in) {
@@ -542,23 +690,96 @@ struct SequencerStatusReply {
     switches_open = in.u8();
     arm_token = in.u16();
     reset_cause = static_cast<ResetCause>(in.u8());
+    resets_while_armed = in.u8();
     strokes_started = in.u8();
     knocks = in.u16();
     for (size_t i = 0; i < 3; ++i) joint_angle_cdeg[i] = in.i16();
     uptime_ms = in.u32();
+    image_crc = in.u32();
+    ram_never_used_bytes = in.u16();
+    frames_rejected = in.u16();
   }
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(SequencerStatusReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
+    return true;
+  }
+};
+
+// The last run, as measured by the sequencer's own timer.
+struct RunReportRequest {
+  static constexpr uint8_t kType = 0x04;
+  static constexpr size_t kSize = 0;
+};
+
+// The last run, as measured by the sequencer's own timer.
+struct RunReportReply {
+  static constexpr uint8_t kType = 0x84;
+  static constexpr size_t kSize = 74;
+
+  uint8_t released;  // 1: there was a run since the board started. 0: the rest is zero.
+  uint16_t bounces;  // Edges of both switches from the release's first edge to its confirmation.
+  uint32_t release_ms;  // The release edge on the clock of uptime_ms: whole milliseconds.
+  uint16_t release_us;  // And microseconds beyond those, 0 to 999.
+  uint8_t stroke_count;  // Strokes whose new pulse has begun.
+  uint32_t start_us[16];  // Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.
+
+  void write(Writer& out) const {
+    out.u8(released);
+    out.u16(bounces);
+    out.u32(release_ms);
+    out.u16(release_us);
+    out.u8(stroke_count);
+    for (size_t i = 0; i < 16; ++i) out.u32(start_us[i]);
+  }
+
+  void read(Reader& in) {
+    released = in.u8();
+    bounces = in.u16();
+    release_ms = in.u32();
+    release_us = in.u16();
+    stroke_count = in.u8();
+    for (size_t i = 0; i < 16; ++i) start_us[i] = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(RunReportReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
     return true;
   }
 };
@@ -622,15 +843,24 @@ struct LoggerStatusReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LoggerStatusReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -655,15 +885,24 @@ struct ManeuverBeginRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverBeginRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -685,15 +924,24 @@ struct ManeuverBeginReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverBeginReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -724,15 +972,24 @@ struct ManeuverStrokeRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverStrokeRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -754,15 +1011,24 @@ struct ManeuverStrokeReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverStrokeReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -784,15 +1050,24 @@ struct ManeuverCommitRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverCommitRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -817,15 +1092,24 @@ struct ManeuverCommitReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverCommitReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -841,7 +1125,7 @@ struct ManeuverInfoReply {
   static constexpr uint8_t kType = 0x93;
   static constexpr size_t kSize = 14;
 
-  ManeuverOrigin origin;  // Factory or uploaded.
+  Origin origin;  // Factory or uploaded.
   uint8_t stroke_count;  // Strokes.
   uint16_t speed_cdeg_s;  // Average joint speed, 0.01 deg/s.
   uint16_t crc;  // As in maneuver_commit, computed from what would fly.
@@ -858,7 +1142,7 @@ struct ManeuverInfoReply {
   }
 
   void read(Reader& in) {
-    origin = static_cast<ManeuverOrigin>(in.u8());
+    origin = static_cast<Origin>(in.u8());
     stroke_count = in.u8();
     speed_cdeg_s = in.u16();
     crc = in.u16();
@@ -868,15 +1152,24 @@ struct ManeuverInfoReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverInfoReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -898,15 +1191,24 @@ struct ManeuverReadRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverReadRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -937,15 +1239,24 @@ struct ManeuverReadReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ManeuverReadReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -967,15 +1278,24 @@ struct ArmRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ArmRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -997,15 +1317,24 @@ struct ArmReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ArmReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1033,15 +1362,24 @@ struct DisarmReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(DisarmReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1063,15 +1401,24 @@ struct RecordStartRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(RecordStartRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1096,15 +1443,24 @@ struct RecordStartReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(RecordStartReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1141,15 +1497,24 @@ struct RecordStopReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(RecordStopReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1171,15 +1536,24 @@ struct LiveRequest {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LiveRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1213,15 +1587,24 @@ struct LiveReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LiveReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1249,15 +1632,24 @@ struct LiveSampleStream {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LiveSampleStream) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
     return true;
   }
 };
@@ -1285,15 +1677,330 @@ struct ErrorReply {
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ErrorReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
     Writer writer(out);
     write(writer);
+#endif
   }
 
   // False, and nothing read, when the length is not kSize.
   bool decode(const uint8_t* in, size_t size) {
     if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
     Reader reader(in);
     read(reader);
+#endif
+    return true;
+  }
+};
+
+// Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
+struct SettingsWriteRequest {
+  static constexpr uint8_t kType = 0x15;
+  static constexpr size_t kSize = 29;
+
+  uint16_t frame_us;  // From pulse to pulse.
+  ServoSetting servo[3];  // Joints 1 to 3.
+
+  void write(Writer& out) const {
+    out.u16(frame_us);
+    for (size_t i = 0; i < 3; ++i) servo[i].write(out);
+  }
+
+  void read(Reader& in) {
+    frame_us = in.u16();
+    for (size_t i = 0; i < 3; ++i) servo[i].read(in);
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(SettingsWriteRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
+struct SettingsWriteReply {
+  static constexpr uint8_t kType = 0x95;
+  static constexpr size_t kSize = 2;
+
+  uint8_t stored;  // 0: still writing. 1: stored, checked by reading back.
+  uint8_t written;  // 1: storing these settings changed the store. 0: it held them already before they were sent.
+
+  void write(Writer& out) const {
+    out.u8(stored);
+    out.u8(written);
+  }
+
+  void read(Reader& in) {
+    stored = in.u8();
+    written = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(SettingsWriteReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// The servo settings in force.
+struct SettingsReadRequest {
+  static constexpr uint8_t kType = 0x16;
+  static constexpr size_t kSize = 0;
+};
+
+// The servo settings in force.
+struct SettingsReadReply {
+  static constexpr uint8_t kType = 0x96;
+  static constexpr size_t kSize = 34;
+
+  Origin origin;  // Factory or uploaded.
+  uint32_t generation;  // Settings that this board has stored.
+  uint16_t frame_us;  // From pulse to pulse.
+  ServoSetting servo[3];  // Joints 1 to 3.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(origin));
+    out.u32(generation);
+    out.u16(frame_us);
+    for (size_t i = 0; i < 3; ++i) servo[i].write(out);
+  }
+
+  void read(Reader& in) {
+    origin = static_cast<Origin>(in.u8());
+    generation = in.u32();
+    frame_us = in.u16();
+    for (size_t i = 0; i < 3; ++i) servo[i].read(in);
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(SettingsReadReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// What the joint angles are, as the host has them from the logger. ARM heeds it while it is fresh.
+struct JointReportRequest {
+  static constexpr uint8_t kType = 0x22;
+  static constexpr size_t kSize = 6;
+
+  int16_t angle_cdeg[3];  // Joints 1 to 3, 0.01 deg.
+
+  void write(Writer& out) const {
+    for (size_t i = 0; i < 3; ++i) out.i16(angle_cdeg[i]);
+  }
+
+  void read(Reader& in) {
+    for (size_t i = 0; i < 3; ++i) angle_cdeg[i] = in.i16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(JointReportRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// What the joint angles are, as the host has them from the logger. ARM heeds it while it is fresh.
+struct JointReportReply {
+  static constexpr uint8_t kType = 0xA2;
+  static constexpr size_t kSize = 1;
+
+  uint8_t at_start_pose;  // 1: all within the tolerance.
+
+  void write(Writer& out) const {
+    out.u8(at_start_pose);
+  }
+
+  void read(Reader& in) {
+    at_start_pose = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(JointReportReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Moves one joint slowly; from SAFE or an earlier jog only. A limp joint has no known angle: the host says where it is, so that the first pulse does not jerk it. DISARM, a closed port, or a while without orders ends it.
+struct JogRequest {
+  static constexpr uint8_t kType = 0x23;
+  static constexpr size_t kSize = 9;
+
+  uint8_t joint;  // 1 to 3.
+  int16_t from_cdeg;  // Where the joint is; ignored while it is already being jogged.
+  int16_t to_cdeg;  // Where it is to go; within its limits.
+  uint32_t confirm;  // jog_confirm.
+
+  void write(Writer& out) const {
+    out.u8(joint);
+    out.i16(from_cdeg);
+    out.i16(to_cdeg);
+    out.u32(confirm);
+  }
+
+  void read(Reader& in) {
+    joint = in.u8();
+    from_cdeg = in.i16();
+    to_cdeg = in.i16();
+    confirm = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(JogRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Moves one joint slowly; from SAFE or an earlier jog only. A limp joint has no known angle: the host says where it is, so that the first pulse does not jerk it. DISARM, a closed port, or a while without orders ends it.
+struct JogReply {
+  static constexpr uint8_t kType = 0xA3;
+  static constexpr size_t kSize = 3;
+
+  int16_t angle_cdeg;  // What the servo is told now.
+  uint8_t arrived;  // 1: it is told the target.
+
+  void write(Writer& out) const {
+    out.i16(angle_cdeg);
+    out.u8(arrived);
+  }
+
+  void read(Reader& in) {
+    angle_cdeg = in.i16();
+    arrived = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(JogReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
     return true;
   }
 };

@@ -13,7 +13,8 @@ AvrSequencer::~AvrSequencer() = default;
 
 void AvrSequencer::set_power(bool on) { machine_->power(on); }
 void AvrSequencer::reset(ResetCause cause) { machine_->restart(cause); }
-void AvrSequencer::advance_to(uint64_t t_us) { machine_->run_until(t_us * kCyclesPerUs); }
+void AvrSequencer::advance_to(uint64_t t_us) { advance_to_cycle(t_us * kCyclesPerUs); }
+void AvrSequencer::advance_to_cycle(uint64_t cycle) { machine_->run_until(cycle); }
 
 void AvrSequencer::set_switch(int index, bool closed) {
   if (index < 0 || index > 1) throw std::out_of_range("a release switch is 0 (D4) or 1 (D13)");
@@ -22,6 +23,7 @@ void AvrSequencer::set_switch(int index, bool closed) {
 
 void AvrSequencer::set_cable(bool plugged) { machine_->usb.set_cable(plugged); }
 void AvrSequencer::set_port(bool open, uint32_t baud) { machine_->usb.set_port(open, baud); }
+void AvrSequencer::set_usb_stage_pause(uint32_t polls) { machine_->usb.set_stage_pause(polls); }
 bool AvrSequencer::link_ready() const { return machine_->usb.configured(); }
 
 size_t AvrSequencer::write(const uint8_t* data, size_t n) { return machine_->usb.write(data, n); }

@@ -30,6 +30,7 @@ class AvrSequencer : public SequencerBoard {
   // Throws std::runtime_error when the program did what would hang or wreck the real board (an
   // access outside memory, an invalid instruction).
   void advance_to(uint64_t t_us) override;
+  void advance_to_cycle(uint64_t cycle);
   void set_switch(int index, bool closed) override;
   void set_cable(bool plugged) override;
   size_t write(const uint8_t* data, size_t n) override;
@@ -42,6 +43,9 @@ class AvrSequencer : public SequencerBoard {
 
   // A program on the host opens or closes the serial port (DTR). Plugging in opens it at 115200.
   void set_port(bool open, uint32_t baud);
+  // A busy host: it rests this many polls of 125 us after each stage of a control transfer. 0 at
+  // first.
+  void set_usb_stage_pause(uint32_t polls);
   // The device is enumerated and can carry bytes.
   bool link_ready() const;
   // The ten bytes of serial number in the signature row (0x0E to 0x17). "emulated" and two zeros at

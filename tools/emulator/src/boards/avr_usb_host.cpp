@@ -70,6 +70,7 @@ void AvrUsbHost::detach() {
   state_ticks_ = 0;
   idle_ticks_ = 0;
   enumeration_step_ = 0;
+  pause_left_ticks_ = 0;
   port_sent_open_ = false;
   line_coding_sent_ = false;
   to_board_.clear();
@@ -221,9 +222,21 @@ void AvrUsbHost::on_ueintx_write(void* self, uint8_t value) {
   if ((value & kOutReceived) == 0) host.data_taken_ = true;
 }
 
-// One stage of a control transfer per call; true when the transfer is complete.
+// At most one stage of a control transfer per call; true when the transfer is complete.
 bool AvrUsbHost::run_request() {
   if (++request_ticks_ > kRequestTimeoutTicks) give_up();
+  if (pause_left_ticks_ > 0) {
+    --pause_left_ticks_;
+    return false;
+  }
+  const Stage stage = stage_;
+  const uint16_t done = request_done_;
+  const bool complete = run_stage();
+  if (stage_ != stage || request_done_ != done) pause_left_ticks_ = stage_pause_ticks_;
+  return complete;
+}
+
+bool AvrUsbHost::run_stage() {
   uint8_t packet[kPacketBytes];
   uint32_t size = 0;
   switch (stage_) {

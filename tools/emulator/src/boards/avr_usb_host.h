@@ -27,6 +27,8 @@ class AvrUsbHost {
   void set_cable(bool plugged);
   // The program on the host opens (DTR and RTS on) or closes the serial port at this rate.
   void set_port(bool open, uint32_t baud);
+  // A busy host: it rests this many polls of 125 us after each stage of a control transfer.
+  void set_stage_pause(uint32_t ticks) { stage_pause_ticks_ = ticks; }
 
   bool configured() const { return state_ == State::kConfigured; }
   size_t write(const uint8_t* data, size_t n);
@@ -54,6 +56,7 @@ class AvrUsbHost {
   void enumerate();
   void begin_request(const Request& request);
   bool run_request();
+  bool run_stage();
   void run_port_requests();
   void carry_bytes();
   int transfer(uint32_t ioctl, uint8_t endpoint, uint8_t* data, uint32_t& size);
@@ -79,6 +82,7 @@ class AvrUsbHost {
   size_t enumeration_step_ = 0;
   bool setup_taken_ = false, data_taken_ = true;
   uint32_t request_ticks_ = 0;
+  uint32_t stage_pause_ticks_ = 0, pause_left_ticks_ = 0;
   uint16_t request_done_ = 0;
 
   std::deque<uint8_t> to_board_, from_board_;

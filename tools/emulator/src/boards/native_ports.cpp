@@ -16,15 +16,15 @@ constexpr uint64_t kNever = UINT64_MAX;
 
 }  // namespace
 
-void NativeServos::hold(uint8_t joint, uint16_t width_ticks) {
+void NativeServos::hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) {
   Channel& channel = channels_[joint];
-  channel.train.hold(ticks() + sequencer::PulseTrain::kShortestGapTicks, width_ticks);
-  changes_begun_ = 0;
+  changes_.clear();
+  channel.train.hold(ticks() + sequencer::PulseTrain::kShortestGapTicks, width_ticks, frame_ticks);
   if (!channel.pending) plan(channel);
 }
 
 void NativeServos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
-  channels_[joint].train.schedule(at, width_ticks);
+  changes_.add(joint, at, width_ticks);
 }
 
 void NativeServos::stop() {
@@ -32,7 +32,7 @@ void NativeServos::stop() {
     channel.train.stop();
     if (!channel.high) channel.pending = false;
   }
-  changes_begun_ = 0;
+  changes_.clear();
 }
 
 void NativeServos::plan(Channel& channel) {
@@ -68,7 +68,7 @@ void NativeServos::advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinE
     channel.high = !channel.high;
     edges.push_back({servo_ns + origin_ns, first, channel.high});
     if (channel.high && channel.begins_change) {
-      ++changes_begun_;
+      changes_.began(static_cast<tick_t>(servo_ns / kNanosecondsPerTick));
       if (!stroke_line_high_) edges.push_back({servo_ns + origin_ns, kStrokeLinePin, true});
       stroke_line_high_ = true;
       stroke_line_falls_ns_ = servo_ns + protocol::kStrokeLineUs * 1000;

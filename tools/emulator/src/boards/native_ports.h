@@ -18,10 +18,13 @@ constexpr uint64_t kNanosecondsPerTick = 500;
 // Three servo signals and the stroke line, from the same PulseTrain that the AVR's interrupts ask.
 class NativeServos : public sequencer::ServoOutput {
  public:
-  void hold(uint8_t joint, uint16_t width_ticks) override;
+  explicit NativeServos(sequencer::BegunCount& begun) : changes_(begun) {}
+
+  void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override;
   void schedule(uint8_t joint, sequencer::tick_t at, uint16_t width_ticks) override;
   void stop() override;
-  uint8_t changes_begun() override { return changes_begun_; }
+  uint8_t changes_begun() override { return changes_.begun(); }
+  sequencer::tick_t change_began_at(uint8_t index) override { return changes_.began_at(index); }
 
   // Runs the signals up to `t_ns` after the board's start and appends their edges, in order of time,
   // to `edges` with `origin_ns` added.
@@ -31,6 +34,8 @@ class NativeServos : public sequencer::ServoOutput {
 
  private:
   struct Channel {
+    Channel(sequencer::ChangeTable& changes, uint8_t joint) : train(changes, joint) {}
+
     sequencer::PulseTrain train;
     bool high = false;
     bool pending = false;  // a pulse is planned or under way
@@ -43,11 +48,11 @@ class NativeServos : public sequencer::ServoOutput {
   void plan(Channel& channel);
   uint64_t next_edge_ns(const Channel& channel) const;
 
-  std::array<Channel, protocol::kJointCount> channels_;
+  sequencer::ChangeTable changes_;
+  std::array<Channel, protocol::kJointCount> channels_{{{changes_, 0}, {changes_, 1}, {changes_, 2}}};
   uint64_t now_ns_ = 0;
   uint64_t stroke_line_falls_ns_ = 0;
   bool stroke_line_high_ = false;
-  uint8_t changes_begun_ = 0;
 };
 
 class NativeSwitches : public sequencer::ReleaseSwitches {
@@ -74,6 +79,8 @@ class NativeEeprom : public sequencer::NonVolatile {
   void write(uint16_t address, uint8_t value) override;
 
   void set_now(uint64_t t_us) { now_us_ = t_us; }
+  // A reset: the chip completes the byte under way while the program starts.
+  void complete_write() { busy_until_us_ = now_us_; }
   // Power goes: a write under way is lost.
   void power_cut();
   std::array<uint8_t, kBytes>& image() { return image_; }
@@ -89,6 +96,12 @@ class NativeEeprom : public sequencer::NonVolatile {
   uint32_t writes_ = 0;
   uint16_t address_ = 0;
   uint8_t old_value_ = 0;
+};
+
+// A PC's stack has no low-water mark worth telling.
+class NativeHealth : public sequencer::Health {
+ public:
+  uint16_t ram_never_used_bytes() override { return UINT16_MAX; }
 };
 
 // The USB cable: bytes both ways, lost when it is pulled.

@@ -32,15 +32,17 @@ protocol::ResetCause reported(ResetCause cause) {
 }  // namespace
 
 struct NativeSequencer::Running {
-  Running(NativeEeprom& eeprom, uint64_t started_us, protocol::ResetCause cause)
-      : origin_us(started_us), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause},
-        core(switches, servos, eeprom), server(core, identity), link(stream, server) {}
+  Running(NativeEeprom& eeprom, sequencer::RetainedState& retained, uint64_t started_us,
+          protocol::ResetCause cause)
+      : origin_us(started_us), servos(retained.begun), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause},
+        core(switches, servos, eeprom, retained), server(core, identity, health), link(stream, server) {}
 
   uint64_t origin_us;
   NativeSwitches switches;
   NativeServos servos;
   NativeStream stream;
   Identity identity;
+  NativeHealth health;
   Sequencer core;
   RequestServer server;
   protocol::Link link;
@@ -50,17 +52,18 @@ struct NativeSequencer::Running {
   }
 };
 
-NativeSequencer::NativeSequencer() = default;
+NativeSequencer::NativeSequencer() { retained_.clear(); }
 NativeSequencer::~NativeSequencer() = default;
 
 void NativeSequencer::start(protocol::ResetCause cause) {
-  running_ = std::make_unique<Running>(eeprom_, now_us_, cause);
+  running_ = std::make_unique<Running>(eeprom_, retained_, now_us_, cause);
   running_->stream.set_plugged(plugged_);
   for (int i = 0; i < static_cast<int>(protocol::kSwitchCount); ++i) {
     running_->switches.set(i, switch_open_[i], 0);
   }
   eeprom_.set_now(now_us_);
-  running_->core.start(0);
+  eeprom_.complete_write();
+  running_->core.start(0, cause);
 }
 
 void NativeSequencer::set_power(bool on) {
@@ -70,6 +73,7 @@ void NativeSequencer::set_power(bool on) {
   } else {
     eeprom_.power_cut();
     stop();
+    retained_.crc = static_cast<uint16_t>(~retained_.crc);  // RAM is gone
   }
 }
 
@@ -96,7 +100,8 @@ void NativeSequencer::advance_to(uint64_t t_us) {
     board.servos.advance_to((now_us_ - board.origin_us) * 1000, board.origin_us * 1000, edges_);
     const tick_t now = board.ticks(now_us_);
     board.core.poll(now);
-    board.server.set_now(now);
+    board.server.update(now, board.link.rejected_frames());
+    if (!board.stream.connected()) board.core.host_gone();
     board.link.poll();
   }
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "../../../../firmware/arduino_sequencer/src/core/retained_state.h"
 #include "native_ports.h"
 #include "sequencer_board.h"
 
@@ -35,6 +36,7 @@ class NativeSequencer : public SequencerBoard {
   void stop();
 
   NativeEeprom eeprom_;
+  sequencer::RetainedState retained_;  // RAM that a reset leaves alone
   std::unique_ptr<Running> running_;
   std::deque<PinEdge> edges_;
   uint64_t now_us_ = 0;

@@ -1,0 +1,132 @@
+"""What `status` tells of the sequencer: all of its self-report, for people and as JSON."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.cli.board_on_pty import BoardOnPty
+from tests.cli.process import RunCli
+from tests.sequencer.board import Board, Reset, client, connect, release
+from tests.sequencer.conftest import board, board_library, new_board
+from tfsat_host.devices.client import BoardRefusal
+from tfsat_host.protocol.limits import JOG_CONFIRM
+from tfsat_host.protocol.messages import JogReply, JogRequest
+
+__all__ = ["board", "board_library", "new_board"]
+
+
+NAME_WIDTH = 15
+
+
+class Told:
+    """Both voices of the command about the same board."""
+
+    def __init__(self, board: Board, tfsat_host: RunCli) -> None:
+        with BoardOnPty(board) as served:
+            self.json = tfsat_host.json("status", "--port", served.port)["sequencer"]
+            text = tfsat_host("status", "--port", served.port).stdout
+        indented = [line for line in text.splitlines() if line.startswith(" ")]
+        self.rows = {line[:NAME_WIDTH].strip(): line[NAME_WIDTH:].strip() for line in indented}
+
+
+def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
+    told = Told(board, tfsat_host)
+    assert (told.json["state"], told.json["fault"], told.json["last_refusal"]) == ("safe", "none", "none")
+    assert (told.json["attention"], told.json["run"], told.json["joint_angle_deg"]) == ([], None, None)
+    assert (told.json["fault_explained"], told.json["arm_refusal"]) == (None, None)
+    assert told.json["settings"]["origin"] == "factory"
+    assert told.json["reset_cause"] == "power_on"
+    assert told.rows["state"] == "safe"
+    assert told.rows["arming"] == "nothing stands against it"
+    assert told.rows["servos"] == "factory settings, a pulse each 20 ms; limp"
+    assert told.rows["joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
+    assert told.rows["last run"] == "none since the last start"
+    assert "ATTENTION" not in told.rows
+
+
+def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(3_000_000)
+    told = Told(board, tfsat_host)
+    assert told.json["state"] == told.rows["state"] == "done"
+    run = told.json["run"]
+    assert [stroke["scheduled_us"] for stroke in run["strokes"]] == [700_000, 1_050_000, 1_470_000, 1_820_000]
+    for number, stroke in enumerate(run["strokes"], 1):
+        assert stroke["error_us"] == stroke["start_us"] - stroke["scheduled_us"]
+        assert abs(stroke["error_us"]) <= 50
+        said = f"began at {stroke['start_us'] / 1e6:.6f} s, {stroke['error_us']:+d} us from the schedule"
+        assert told.rows[f"stroke {number}"] == said
+    assert told.rows["last run"].endswith(f"{run['bounces']} edges of bounce")
+    assert run["since_release_s"] >= 3.0
+    assert told.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
+    assert "told to hold 0°, 0°, 0°" in told.rows["servos"]
+    assert told.rows["arming"].startswith("would be refused. A release switch is open.")
+
+
+@pytest.mark.parametrize(("cause", "said"), [(Reset.WATCHDOG, "watchdog"), (Reset.BROWN_OUT, "brown out")])
+def test_armed_again_after_a_reset(board: Board, tfsat_host: RunCli, cause: Reset, said: str) -> None:
+    connect(board).arm()
+    for _ in range(2):
+        board.reset(cause)
+        board.advance(200_000)
+    told = Told(board, tfsat_host)
+    assert told.json["state"] == "armed"
+    assert told.json["resets_while_armed"] == 2
+    assert told.json["reset_cause"] == said.replace(" ", "_")
+    (attention,) = told.json["attention"]
+    assert f"restarted 2 times while armed and is ARMED again; the last cause: {said}." in attention
+    assert told.rows["ATTENTION"] == attention
+    assert list(told.rows)[:2] == ["state", "ATTENTION"]
+
+
+def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> None:
+    connect(board).arm()
+    board.switch(0, opened=True)
+    board.reset(Reset.WATCHDOG)
+    board.advance(200_000)
+    told = Told(board, tfsat_host)
+    assert (told.json["state"], told.json["fault"]) == ("fault", "reset_while_armed")
+    explained = told.json["fault_explained"]
+    assert told.rows["state"] == "fault: reset while armed"
+    assert [told.rows[name] for name in ("fault", "means", "cure")] == list(explained.values())
+    assert "does not know when the robot was released" in explained["meaning"]
+    assert told.json["arm_refusal"]["code"] == "fault_latched"
+    assert "restarted 1 time while armed; the last cause: watchdog" in told.rows["ATTENTION"]
+
+
+def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
+    board.switch(1, opened=True)
+    with pytest.raises(BoardRefusal):
+        connect(board).arm()
+    board.switch(1, opened=False)
+    told = Told(board, tfsat_host)
+    assert told.json["last_refusal"] == "switch_open"
+    assert set(told.json["last_refusal_explained"]) == {"what", "meaning", "next_step"}
+    assert told.rows["last refusal"].startswith("A release switch is open. Armed now, the robot would start")
+    assert told.rows["arming"] == "nothing stands against it"
+
+
+def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli) -> None:
+    connect(board).arm()
+    for _ in range(3):
+        board.switch(0, opened=True)
+        board.advance(20_000)
+        board.switch(0, opened=False)
+        board.advance(100_000)
+    board.write(b"\0\x05\x01\x02\x03\x04\0")
+    board.advance(10_000)
+    told = Told(board, tfsat_host)
+    assert (told.json["knocks"], told.rows["knocks"]) == (3, "3")
+    assert told.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
+    assert told.rows["link"].startswith(f"{told.json['frames_rejected']} damaged frame")
+
+
+def test_a_joint_that_is_moved(board: Board, tfsat_host: RunCli) -> None:
+    client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
+    board.advance(2_000_000)
+    told = Told(board, tfsat_host)
+    assert told.json["state"] == told.rows["state"] == "jogging"
+    assert told.json["joint_angle_deg"] == [0.0, 10.0, 0.0]
+    assert "one joint is moved, told 0°, 10°, 0°; the others are limp" in told.rows["servos"]

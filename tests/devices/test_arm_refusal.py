@@ -1,0 +1,144 @@
+"""What the host says of ARM beforehand is what the board answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.sequencer.board import Board, Reset, client, connect, release
+from tests.sequencer.conftest import board, board_library, new_board
+from tfsat_host.devices.arm_refusal import arm_refusal, joints_off_start_pose
+from tfsat_host.devices.client import BoardError, BoardRefusal
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.limits import JOG_CONFIRM, JOINT_REPORT_AGE_MS
+from tfsat_host.protocol.messages import JogReply, JogRequest
+from tfsat_host.servo_settings import FACTORY
+
+__all__ = ["board", "board_library", "new_board"]
+
+AT_REST = (0, 0, 0)
+FOLDED_45 = replace(FACTORY, servos=tuple(replace(servo, max_cdeg=4500) for servo in FACTORY.servos))
+
+
+def _done(board: Board) -> None:
+    _armed(board)
+    release(board)
+    board.advance(3_000_000)
+
+
+def _done_and_seated(board: Board) -> None:
+    _done(board)
+    board.switch(0, opened=False)
+    board.switch(1, opened=False)
+    board.advance(10_000)
+
+
+def _armed(board: Board) -> None:
+    connect(board).arm()
+    board.advance(10_000)
+
+
+def _running(board: Board) -> None:
+    _armed(board)
+    release(board)
+    board.advance(1_000_000)
+
+
+def _faulty(board: Board) -> None:
+    _armed(board)
+    board.switch(1, opened=True)
+    board.reset(Reset.WATCHDOG)
+    board.advance(100_000)
+
+
+def _jogging(board: Board) -> None:
+    client(board).request(JogRequest(1, 0, 1000, JOG_CONFIRM), JogReply)
+
+
+def _open(board: Board) -> None:
+    board.switch(1, opened=True)
+
+
+def _limited(board: Board) -> None:
+    connect(board).write_settings(FOLDED_45)
+
+
+def predicted(board: Board, joints_cdeg: Sequence[int] | None = None) -> BoardError | None:
+    sequencer = connect(board)
+    stored = sequencer.read_back()
+    return arm_refusal(sequencer.status(), stored, sequencer.settings().settings, joints_cdeg)
+
+
+def answered(board: Board) -> ErrorCode | None:
+    try:
+        connect(board).arm()
+    except BoardError as error:
+        return error.code
+    return None
+
+
+@pytest.mark.parametrize(
+    ("do", "code", "words"),
+    [
+        (lambda _: None, None, ""),
+        (_done_and_seated, None, ""),
+        (_open, ErrorCode.SWITCH_OPEN, "A release switch is open."),
+        (_done, ErrorCode.SWITCH_OPEN, "A release switch is open."),
+        (_running, ErrorCode.WRONG_STATE, "present state"),
+        (_jogging, ErrorCode.WRONG_STATE, "present state"),
+        (_faulty, ErrorCode.FAULT_LATCHED, "latched: the board restarted while it was armed"),
+        (_limited, ErrorCode.SETTINGS_DO_NOT_FIT, "stroke 1 takes joint 1 to 59 deg"),
+    ],
+)
+def test_host_and_board_agree(
+    board: Board, do: Callable[[Board], None], code: ErrorCode | None, words: str
+) -> None:
+    do(board)
+    refusal = predicted(board)
+    assert (refusal and refusal.code) == code
+    if refusal is not None:
+        assert isinstance(refusal, BoardRefusal)
+        assert refusal.exit_code == 4
+        assert words in refusal.what
+        assert refusal.next_step
+    assert answered(board) == code
+
+
+def test_an_armed_board_is_in_the_wrong_state(board: Board) -> None:
+    _armed(board)
+    refusal = predicted(board)
+    assert refusal is not None and refusal.code == ErrorCode.WRONG_STATE
+
+
+@settings(max_examples=60)
+@given(st.tuples(*[st.integers(-1002, 1002) | st.sampled_from([-32_768, 0, 1000, -1000, 1001])] * 3))
+def test_a_joint_off_its_start_pose(
+    new_board: Callable[..., Board], joints_cdeg: tuple[int, int, int]
+) -> None:
+    board = new_board()
+    refusal = predicted(board, joints_cdeg)
+    assert connect(board).report_joints(joints_cdeg) == (joints_off_start_pose(joints_cdeg) == [])
+    assert (refusal and refusal.code) == answered(board)
+    assert (refusal is None) == (joints_off_start_pose(joints_cdeg) == [])
+
+
+def test_the_joint_is_named(board: Board) -> None:
+    refusal = predicted(board, (0, 3400, -1001))
+    assert refusal is not None
+    assert "joint 2 is at 34 deg, joint 3 is at -10.01 deg" in refusal.what
+    assert "0 ± 10 deg" in refusal.what
+    assert "jog" in refusal.next_step
+
+
+def test_a_report_counts_while_it_is_fresh(board: Board) -> None:
+    connect(board).report_joints((0, 1001, 0))
+    board.advance((JOINT_REPORT_AGE_MS - 1000) * 1000)
+    assert answered(board) == ErrorCode.NOT_AT_START_POSE
+    assert connect(board).status().last_refusal == ErrorCode.NOT_AT_START_POSE
+    board.advance(1_000_000)
+    assert answered(board) is None
+    assert connect(board).status().state == SequencerState.ARMED

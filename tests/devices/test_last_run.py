@@ -1,0 +1,98 @@
+"""The board's report of a run, beside the schedule that it flew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.sequencer.board import NEW, OLD, Board, connect, release
+from tests.sequencer.conftest import board, board_library, new_board
+from tfsat_host.devices.last_run import LastRun, last_run
+from tfsat_host.protocol.enums import SequencerState
+
+__all__ = ["board", "board_library", "new_board"]
+
+
+def report(board: Board) -> LastRun | None:
+    sequencer = connect(board)
+    return last_run(sequencer.run_report(), sequencer.status(), sequencer.read_back())
+
+
+def flown(board: Board) -> LastRun:
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(3_000_000)
+    run = report(board)
+    assert run is not None
+    return run
+
+
+def test_no_run_yet(board: Board) -> None:
+    assert report(board) is None
+    connect(board).arm()
+    assert report(board) is None
+
+
+def test_every_stroke_against_its_schedule(board: Board) -> None:
+    connect(board).arm()
+    board.advance(100_000)
+    uptime_us = connect(board).status().uptime_ms * 1000
+    asked_us = board.now_us
+    released_us = release(board)
+    board.advance(3_000_000)
+    since_us = board.now_us - released_us
+    run = report(board)
+    assert run is not None
+    assert run.released_us - uptime_us == pytest.approx(released_us - asked_us, abs=3000)
+    assert since_us / 1e6 - 0.001 <= run.since_release_s <= (board.now_us - released_us) / 1e6 + 0.001
+    assert [onset.scheduled_us for onset in run.onsets] == [stroke.t_us for stroke in OLD.strokes]
+    for onset in run.onsets:
+        assert onset.scheduled_us is not None and onset.error_us is not None
+        assert onset.start_us == onset.scheduled_us + onset.error_us
+        assert abs(onset.error_us) <= 50
+    assert run.bounces >= 0
+
+
+def test_half_a_run(board: Board) -> None:
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(1_200_000)
+    run = report(board)
+    assert run is not None
+    assert [onset.scheduled_us for onset in run.onsets] == [700_000, 1_050_000]
+
+
+def test_after_disarm_the_same_schedule_is_recognised(board: Board) -> None:
+    before = flown(board)
+    connect(board).disarm()
+    after = report(board)
+    assert after is not None
+    assert after.onsets == before.onsets
+
+
+def test_a_maneuver_uploaded_since_is_not_compared_with(board: Board) -> None:
+    before = flown(board)
+    sequencer = connect(board)
+    sequencer.disarm()
+    sequencer.upload(NEW)
+    after = report(board)
+    assert after is not None
+    assert [onset.start_us for onset in after.onsets] == [onset.start_us for onset in before.onsets]
+    assert {onset.error_us for onset in after.onsets} == {None}
+
+
+def test_a_late_stroke_is_compared_while_its_maneuver_is_surely_there(board: Board) -> None:
+    flown(board)
+    sequencer = connect(board)
+    status, maneuver, late = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    late = replace(late, start_us=(late.start_us[0] + 9000, *late.start_us[1:]))
+    assert status.state == SequencerState.DONE
+    run = last_run(late, status, maneuver)
+    assert run is not None
+    assert run.onsets[0].error_us == pytest.approx(9000, abs=50)
+    run = last_run(late, replace(status, state=SequencerState.SAFE), maneuver)
+    assert run is not None
+    assert run.onsets[0].error_us is None

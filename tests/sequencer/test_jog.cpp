@@ -1,0 +1,192 @@
+// Jogging: never faster than 15 deg/s, never outside the joint's limits, one joint at a time.
+#include <algorithm>
+
+#include "bench.h"
+
+using namespace tfsat::sequencer;
+using namespace tfsat::protocol;
+using tfsat_test::Bench;
+
+namespace {
+
+JogRequest order(uint8_t joint, int16_t from_cdeg, int16_t to_cdeg) {
+  JogRequest request;
+  request.joint = joint;
+  request.from_cdeg = from_cdeg;
+  request.to_cdeg = to_cdeg;
+  request.confirm = kJogConfirm;
+  return request;
+}
+
+// Angle after `ms` milliseconds, in whole hundredths of a degree.
+int16_t on_the_way(int16_t from_cdeg, int16_t to_cdeg, uint32_t ms) {
+  const int32_t way = to_cdeg - from_cdeg;
+  const int32_t most = static_cast<int32_t>(ms * kJogSpeedCdegS / 1000);
+  const int32_t gone = std::min<int32_t>(way < 0 ? -way : way, most);
+  return static_cast<int16_t>(from_cdeg + (way < 0 ? -gone : gone));
+}
+
+void poll_after_ms(Bench& bench, uint32_t ms) {
+  bench.now += ms * kTicksPerMs;
+  bench.poll();
+}
+
+bool safe_and_limp(const Bench& bench) {
+  return bench.core.state() == SequencerState::kSafe && !bench.servos.held;
+}
+
+}  // namespace
+
+TEST_CASE(a_jog_goes_15_degrees_a_second_however_often_it_is_polled) {
+  const Settings settings = Settings::factory();
+  for (const uint32_t interval_ms : {1u, 2u, 3u, 7u, 20u, 64u, 333u, 1000u}) {
+    for (const bool up : {true, false}) {
+      for (const int16_t target : {1, 2, 1499, 1500, 1501, 9000}) {
+        const int16_t from = up ? 0 : target;
+        const int16_t to = up ? target : 0;
+        Bench bench;
+        CHECK(bench.core.jog(order(2, from, to)) == ErrorCode::kNone);
+        for (uint32_t ms = 0; ms < 6000 + 2 * interval_ms; ms += interval_ms) {
+          const int16_t expected = on_the_way(from, to, ms);
+          CHECK(bench.core.held_cdeg()[1] == expected);
+          CHECK(bench.servos.widths[1] == settings.pulse_ticks(2, expected));
+          CHECK(bench.core.jogging().arrived() == (expected == to));
+          poll_after_ms(bench, interval_ms);
+        }
+        CHECK(bench.core.held_cdeg()[1] == to);
+        CHECK(bench.servos.widths[0] == 0 && bench.servos.widths[2] == 0);  // limp
+        CHECK(bench.core.held_cdeg()[0] == 0 && bench.core.held_cdeg()[2] == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE(a_new_target_on_the_way_turns_the_joint_without_a_jump) {
+  Bench bench;
+  CHECK(bench.core.jog(order(1, 3000, 9000)) == ErrorCode::kNone);
+  int16_t angle = 3000;
+  const int16_t targets[] = {0, 9000, 4000, 4000, 5000, 100};
+  for (const int16_t target : targets) {
+    // Where the host believes the joint to be is heeded at the start only.
+    CHECK(bench.core.jog(order(1, 8999, target)) == ErrorCode::kNone);
+    for (int ms = 0; ms < 700; ++ms) {
+      poll_after_ms(bench, 1);
+      const int16_t now = bench.core.held_cdeg()[0];
+      const int16_t step = static_cast<int16_t>(now > angle ? now - angle : angle - now);
+      CHECK(step <= 2);
+      CHECK(now == target || (now > angle) == (target > angle) || now == angle);
+      angle = now;
+    }
+  }
+}
+
+// Waiting at the target earns no speed for the next order.
+TEST_CASE(a_rest_between_orders_is_no_head_start) {
+  Bench bench;
+  CHECK(bench.core.jog(order(1, 0, 1)) == ErrorCode::kNone);
+  bench.run_ms(15000);
+  CHECK(bench.core.jog(order(1, 0, 9000)) == ErrorCode::kNone);
+  poll_after_ms(bench, 100);
+  CHECK(bench.core.held_cdeg()[0] >= 150 && bench.core.held_cdeg()[0] <= 152);
+}
+
+TEST_CASE(a_jog_is_refused_for_a_reason) {
+  struct {
+    JogRequest request;
+    ErrorCode reason;
+  } const cases[] = {
+      {order(0, 0, 100), ErrorCode::kJointUnknown},
+      {order(4, 0, 100), ErrorCode::kJointUnknown},
+      {order(255, 0, 100), ErrorCode::kJointUnknown},
+      {order(1, -1, 100), ErrorCode::kAngleOutOfRange},
+      {order(1, 9001, 100), ErrorCode::kAngleOutOfRange},
+      {order(1, 0, 9001), ErrorCode::kAngleOutOfRange},
+      {order(3, 0, -32768), ErrorCode::kAngleOutOfRange},
+      {order(3, 0, 32767), ErrorCode::kAngleOutOfRange},
+  };
+  Bench bench;
+  for (const auto& wrong : cases) {
+    CHECK(bench.core.jog(wrong.request) == wrong.reason);
+    CHECK(safe_and_limp(bench));
+  }
+  for (const uint32_t confirm : {0u, 1u, kJogConfirm + 1u, kJogConfirm << 8}) {
+    JogRequest request = order(1, 0, 100);
+    request.confirm = confirm;
+    CHECK(bench.core.jog(request) == ErrorCode::kJogNotConfirmed);
+    CHECK(safe_and_limp(bench));
+  }
+}
+
+TEST_CASE(another_joint_is_refused_and_the_first_goes_on) {
+  Bench bench;
+  CHECK(bench.core.jog(order(1, 0, 3000)) == ErrorCode::kNone);
+  bench.run_ms(500);
+  CHECK(bench.core.jog(order(2, 0, 3000)) == ErrorCode::kWrongState);
+  CHECK(bench.core.jog(order(1, 0, 9001)) == ErrorCode::kAngleOutOfRange);
+  CHECK(bench.arm() == ErrorCode::kWrongState);
+  CHECK(!bench.core.may_upload());
+  bench.run_ms(2000);
+  CHECK(bench.core.state() == SequencerState::kJogging);
+  CHECK(bench.core.held_cdeg()[0] == 3000 && bench.servos.widths[1] == 0);
+}
+
+TEST_CASE(a_jog_without_orders_ends_after_20_s_and_each_order_counts_anew) {
+  Bench bench;
+  CHECK(bench.core.jog(order(3, 0, 9000)) == ErrorCode::kNone);
+  bench.run_ms(kJogIdleMs - 1);
+  CHECK(bench.core.state() == SequencerState::kJogging);
+  CHECK(bench.core.jog(order(3, 0, 9000)) == ErrorCode::kNone);
+  bench.run_ms(kJogIdleMs - 1);
+  CHECK(bench.core.state() == SequencerState::kJogging);
+  CHECK(bench.core.jog(order(3, 0, 9001)) == ErrorCode::kAngleOutOfRange);  // no order
+  bench.run_ms(1);
+  CHECK(safe_and_limp(bench));
+}
+
+TEST_CASE(a_closed_port_and_a_disarm_end_a_jog_and_nothing_else_does) {
+  Bench bench;
+  CHECK(bench.core.jog(order(3, 0, 9000)) == ErrorCode::kNone);
+  bench.open_both();
+  bench.run_ms(1000);
+  CHECK(bench.core.state() == SequencerState::kJogging);
+  bench.core.host_gone();
+  CHECK(safe_and_limp(bench));
+  CHECK(bench.core.jog(order(2, 0, 9000)) == ErrorCode::kNone);
+  bench.core.disarm();
+  CHECK(safe_and_limp(bench));
+  bench.close_both();
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.core.host_gone();
+  CHECK(bench.core.state() == SequencerState::kArmed);
+  CHECK(bench.core.jog(order(1, 0, 100)) == ErrorCode::kWrongState);
+}
+
+TEST_CASE(a_reset_while_jogging_is_safe_and_limp) {
+  for (const ResetCause cause : {ResetCause::kWatchdog, ResetCause::kBrownOut,
+                                 ResetCause::kExternal}) {
+    Bench before;
+    CHECK(before.core.jog(order(2, 1000, 9000)) == ErrorCode::kNone);
+    before.run_ms(500);
+    Bench bench(before, cause);
+    bench.run_ms(100);
+    CHECK(safe_and_limp(bench) && bench.core.fault() == ErrorCode::kNone);
+  }
+}
+
+TEST_CASE(a_jog_across_the_turn_of_the_clock_and_after_hours) {
+  for (int32_t before_ms = 0; before_ms <= 7000; before_ms += 250) {
+    Bench bench(static_cast<tick_t>(-before_ms * static_cast<int32_t>(kTicksPerMs)));
+    CHECK(bench.core.jog(order(1, 0, 9000)) == ErrorCode::kNone);
+    for (uint32_t ms = 0; ms <= 7000; ms += 10) {
+      CHECK(bench.core.held_cdeg()[0] == on_the_way(0, 9000, ms));
+      poll_after_ms(bench, 10);
+    }
+  }
+  Bench bench;
+  bench.run_hours(30);
+  CHECK(bench.core.jog(order(1, 0, 9000)) == ErrorCode::kNone);
+  poll_after_ms(bench, 1000);
+  CHECK(bench.core.held_cdeg()[0] == 1500);
+  bench.run_ms(kJogIdleMs);
+  CHECK(safe_and_limp(bench));
+}

@@ -1,0 +1,270 @@
+// Resets: what RAM must look like to be believed, and what a believed past may lead to.
+#include <cstddef>
+#include <cstring>
+#include <random>
+
+#include "bench.h"
+
+using namespace tfsat::sequencer;
+using namespace tfsat::protocol;
+using tfsat_test::Bench;
+
+namespace {
+
+// Bits of what the checksum covers, and of itself; the interrupts' count keeps its own complement.
+std::vector<size_t> sealed_bits() {
+  std::vector<size_t> bits;
+  for (size_t byte = 0; byte < sizeof(RetainedState); ++byte) {
+    const size_t begun = offsetof(RetainedState, begun);
+    if (byte >= begun && byte < begun + sizeof(BegunCount)) continue;
+    for (size_t bit = 0; bit < 8; ++bit) bits.push_back(8 * byte + bit);
+  }
+  return bits;
+}
+
+constexpr uint16_t kStartPoseTicks = 2000;
+const ResetCause kCauses[] = {ResetCause::kExternal, ResetCause::kBrownOut, ResetCause::kWatchdog,
+                              ResetCause::kUnknown};
+
+void flip(RetainedState& state, size_t bit) {
+  uint8_t bytes[sizeof state];
+  std::memcpy(bytes, &state, sizeof state);
+  bytes[bit / 8] = static_cast<uint8_t>(bytes[bit / 8] ^ (1u << (bit % 8)));
+  std::memcpy(&state, bytes, sizeof state);
+}
+
+RetainedState filled(uint8_t byte) {
+  uint8_t bytes[sizeof(RetainedState)];
+  std::memset(bytes, byte, sizeof bytes);
+  RetainedState state;
+  std::memcpy(&state, bytes, sizeof state);
+  return state;
+}
+
+void arm(Bench& bench) {
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+}
+
+// Released, so many strokes begun; the main loop has not come round since.
+void fly(Bench& bench, uint8_t strokes) {
+  arm(bench);
+  bench.open_both();
+  bench.run_ms(20);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  bench.strokes_begin(strokes);
+}
+
+void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t joint_3) {
+  CHECK(bench.servos.held && bench.servos.changes.empty());
+  CHECK(bench.servos.widths[0] == joint_1);
+  CHECK(bench.servos.widths[1] == joint_2);
+  CHECK(bench.servos.widths[2] == joint_3);
+}
+
+}  // namespace
+
+TEST_CASE(retained_state_with_one_or_two_flipped_bits_is_not_intact) {
+  Bench bench;
+  arm(bench);
+  const std::vector<size_t> bits = sealed_bits();
+  CHECK(bits.size() == 14 * 8);  // no padding that the checksum would not cover
+  CHECK(bench.retained.intact());
+  for (const size_t a : bits) {
+    for (const size_t b : bits) {
+      RetainedState damaged = bench.retained;
+      flip(damaged, a);
+      if (b != a) flip(damaged, b);
+      CHECK(!damaged.intact());
+    }
+  }
+}
+
+TEST_CASE(ram_after_power_on_is_not_intact) {
+  for (int byte = 0; byte < 256; ++byte) CHECK(!filled(static_cast<uint8_t>(byte)).intact());
+  std::mt19937 random(22);
+  int believed = 0;
+  for (int round = 0; round < 1000000; ++round) {
+    uint8_t bytes[sizeof(RetainedState)];
+    for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+    RetainedState state;
+    std::memcpy(&state, bytes, sizeof state);
+    believed += state.intact() ? 1 : 0;
+  }
+  std::printf("  %d of 1000000 random images pass 16 bits of CRC; 15 are expected\n", believed);
+  CHECK(believed <= 30);
+}
+
+TEST_CASE(damaged_ram_starts_safe_and_silent) {
+  Bench before;
+  arm(before);
+  for (const size_t bit : sealed_bits()) {
+    Bench damaged(before, ResetCause::kWatchdog);
+    damaged.retained = before.retained;
+    flip(damaged.retained, bit);
+    Bench bench(damaged, ResetCause::kWatchdog);
+    bench.run_ms(20);
+    CHECK(bench.core.state() == SequencerState::kSafe && bench.core.fault() == ErrorCode::kNone);
+    CHECK(!bench.servos.held && bench.core.resets_while_armed() == 0);
+  }
+}
+
+TEST_CASE(a_lost_supply_is_believed_more_than_ram) {
+  Bench before;
+  arm(before);
+  Bench bench(before, ResetCause::kPowerOn);
+  bench.run_ms(20);
+  CHECK(bench.core.state() == SequencerState::kSafe && !bench.servos.held);
+}
+
+TEST_CASE(armed_again_only_after_the_debounce) {
+  for (const ResetCause cause : kCauses) {
+    Bench before;
+    arm(before);
+    Bench bench(before, cause);
+    check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
+    const tick_t started_at = bench.now;
+    while (bench.core.state() == SequencerState::kSafe &&
+           bench.now - started_at < 20 * kTicksPerMs) {
+      CHECK(!bench.core.may_upload());
+      CHECK(bench.arm() == ErrorCode::kWrongState);
+      bench.now += 100;
+      bench.poll();
+    }
+    CHECK(bench.core.state() == SequencerState::kArmed);
+    CHECK(bench.now - started_at == ticks_from_us(kReleaseDebounceUs));
+    CHECK(bench.core.resets_while_armed() == 1);
+    bench.open_both();
+    const tick_t released_at = bench.now;
+    bench.run_ms(10);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    if (CHECK(bench.servos.changes.size() == 4)) {
+      CHECK(bench.servos.changes[0].at == released_at + ticks_from_us(700000));
+    }
+  }
+}
+
+TEST_CASE(a_switch_that_bounces_in_the_debounce_after_a_reset_is_a_fault) {
+  for (uint32_t at = 0; at < ticks_from_us(kReleaseDebounceUs); at += 200) {
+    for (const uint8_t index : {0, 1}) {
+      Bench before;
+      arm(before);
+      Bench bench(before, ResetCause::kBrownOut);
+      const tick_t started_at = bench.now;
+      for (; bench.now - started_at < 10 * kTicksPerMs; bench.now += 100) {
+        const tick_t passed = bench.now - started_at;
+        if (passed == at) bench.switches.set(index, true, bench.now);
+        if (passed == at + 200) bench.switches.set(index, false, bench.now);
+        bench.poll();
+      }
+      CHECK(bench.core.state() == SequencerState::kFault);
+      CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed);
+      check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
+    }
+  }
+}
+
+TEST_CASE(disarming_right_after_a_reset_is_safe) {
+  Bench before;
+  arm(before);
+  Bench bench(before, ResetCause::kWatchdog);
+  bench.core.disarm();
+  bench.run_ms(20);
+  CHECK(bench.core.state() == SequencerState::kSafe && !bench.servos.held);
+  Bench again(bench, ResetCause::kWatchdog);
+  again.run_ms(20);
+  CHECK(again.core.state() == SequencerState::kSafe && !again.servos.held);
+}
+
+// Noted by the main loop, or begun while it hung.
+TEST_CASE(a_reset_while_running_holds_the_strokes_begun) {
+  const uint16_t widths[][2] = {
+      {2000, 2000}, {3311, 2000}, {3311, 3556}, {2000, 3556}, {2000, 2000}};
+  const int16_t angles[][2] = {{0, 0}, {5900, 0}, {5900, 7000}, {0, 7000}, {0, 0}};
+  for (const bool hung : {false, true}) {
+    for (uint8_t begun = 0; begun <= 4; ++begun) {
+      Bench before;
+      fly(before, begun);
+      if (!hung) before.run_ms(1);
+      Bench bench(before, ResetCause::kWatchdog);
+      bench.run_ms(3000);
+      CHECK(bench.core.state() == SequencerState::kFault);
+      CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
+      CHECK(bench.core.strokes_started() == begun);
+      Bench again(bench, ResetCause::kWatchdog);
+      for (Bench* board : {&bench, &again}) {
+        check_held(*board, widths[begun][0], widths[begun][1], kStartPoseTicks);
+        CHECK(board->core.held_cdeg()[0] == angles[begun][0]);
+        CHECK(board->core.held_cdeg()[1] == angles[begun][1]);
+      }
+    }
+  }
+}
+
+// Limp rather than at an angle that nobody knows.
+TEST_CASE(a_count_of_strokes_that_makes_no_sense_moves_nothing) {
+  for (int count = 0; count < 256; ++count) {
+    for (const int wrong : {255 - count, count, 0}) {
+      const uint8_t complement = static_cast<uint8_t>(wrong);
+      if ((count ^ complement) == 0xFF && count <= 4) continue;
+      Bench before;
+      fly(before, 1);
+      before.retained.begun = BegunCount{static_cast<uint8_t>(count), complement};
+      Bench bench(before, ResetCause::kWatchdog);
+      bench.run_ms(1);
+      CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
+      CHECK(!bench.servos.held && bench.core.strokes_started() <= 4);
+    }
+  }
+}
+
+TEST_CASE(resets_are_counted_up_to_255) {
+  Bench first;
+  arm(first);
+  Bench* board = new Bench(first, ResetCause::kWatchdog);
+  for (int number = 1; number <= 300; ++number) {
+    CHECK(board->core.resets_while_armed() == (number < 255 ? number : 255));
+    board->run_ms(6);
+    CHECK(board->core.state() == SequencerState::kArmed);
+    Bench* after = new Bench(*board, ResetCause::kWatchdog);
+    delete board;
+    board = after;
+  }
+  delete board;
+}
+
+// Whatever the RAM held at power-on, and in every state that lives on SAFE.
+TEST_CASE(no_token_comes_back_after_a_reset) {
+  for (const uint16_t left_in_ram : {0x0000, 0x0001, 0xFFFF, 0x1234}) {
+    Bench dark;
+    dark.retained.token = left_in_ram;
+    Bench before(dark, ResetCause::kPowerOn);
+    const uint16_t token = before.core.arm_token();
+    Bench once(before, ResetCause::kWatchdog);
+    Bench twice(once, ResetCause::kWatchdog);
+    twice.run_ms(20);
+    CHECK(once.core.arm_token() != token);
+    CHECK(twice.core.arm_token() != token && twice.core.arm_token() != once.core.arm_token());
+    for (const uint16_t old_token : {token, once.core.arm_token()}) {
+      CHECK(twice.core.arm(old_token, twice.now) == ErrorCode::kStaleToken);
+    }
+    CHECK(twice.core.state() == SequencerState::kSafe);
+  }
+}
+
+TEST_CASE(a_latched_fault_outlasts_hours_and_the_turn_of_the_clock) {
+  Bench before(static_cast<tick_t>(0) - 1000 * kTicksPerMs);
+  arm(before);
+  before.switches.set(0, true, before.now);
+  Bench bench(before, ResetCause::kBrownOut);
+  bench.run_ms(2000);  // across the turn
+  CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed);
+  bench.close_both();
+  bench.run_hours(30);
+  CHECK(bench.core.state() == SequencerState::kFault);
+  CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed);
+  CHECK(bench.arm() == ErrorCode::kFaultLatched);
+  bench.open_both();
+  bench.run_hours(1);
+  check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
+}

@@ -1,0 +1,107 @@
+// The report of the last run: the release on the board's own clock, bounces, the strokes' onsets.
+#include "bench.h"
+
+using namespace tfsat::sequencer;
+using namespace tfsat::protocol;
+using tfsat_test::Bench;
+
+namespace {
+
+// A release at `now` whose second contact closes and opens `bounces` times more, 0.3 ms apart.
+tick_t drop(Bench& bench, int bounces) {
+  bench.switches.set(0, true, bench.now);
+  bench.switches.set(1, true, bench.now);
+  const tick_t released_at = bench.now;
+  for (int i = 0; i < 2 * bounces; ++i) {
+    bench.now += 600;
+    bench.switches.set(1, i % 2 != 0, bench.now);
+    bench.poll();
+  }
+  bench.run_ms(10);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  return released_at;
+}
+
+void check_report(const Bench& bench, uint64_t release_us, int bounces, uint8_t strokes) {
+  const RunReportReply& report = bench.core.run_report();
+  const Maneuver maneuver = Maneuver::factory();
+  CHECK(report.released == 1 && report.bounces == 1 + 2 * bounces);
+  CHECK(report.release_us < 1000);
+  CHECK_NEAR(1000.0 * report.release_ms + report.release_us, static_cast<double>(release_us), 1);
+  CHECK(report.stroke_count == strokes);
+  for (uint8_t i = 0; i < kMaxStrokes; ++i) {
+    CHECK(report.start_us[i] == (i < strokes ? maneuver.strokes[i].start_us : 0));
+  }
+}
+
+}  // namespace
+
+TEST_CASE(no_run_no_report) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(100);
+  const RunReportReply& report = bench.core.run_report();
+  CHECK(report.released == 0 && report.bounces == 0);
+  CHECK(report.release_ms == 0 && report.release_us == 0);
+  CHECK(report.stroke_count == 0 && report.start_us[0] == 0);
+}
+
+TEST_CASE(a_run_is_reported_until_the_next) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  bench.now += 1234;  // between two polls
+  drop(bench, 3);
+  check_report(bench, 20617, 3, 0);
+  bench.servos.begun = 2;
+  bench.run_ms(1);
+  check_report(bench, 20617, 3, 2);
+  bench.servos.begun = 4;
+  bench.run_ms(2400);
+  CHECK(bench.core.state() == SequencerState::kDone);
+  bench.close_both();
+  bench.run_ms(20);
+  CHECK(bench.arm() == ErrorCode::kNone);
+  check_report(bench, 20617, 3, 4);
+  bench.core.disarm();
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(1000);
+  check_report(bench, 20617, 3, 4);
+  bench.now += 777;
+  const tick_t again_at = drop(bench, 0);
+  check_report(bench, us_from_ticks(again_at), 0, 0);
+}
+
+TEST_CASE(a_run_that_was_disarmed_reports_the_strokes_that_had_begun) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  drop(bench, 1);
+  bench.servos.begun = 3;
+  bench.run_ms(1);
+  bench.core.disarm();
+  bench.run_ms(3000);
+  check_report(bench, 20000, 1, 3);
+}
+
+// At any tick of a millisecond, on any clock: the report and uptime_ms tell the same time.
+TEST_CASE(the_release_is_told_on_the_clock_of_uptime) {
+  for (tick_t offset = 0; offset < kTicksPerMs; offset += 37) {
+    for (const int32_t before_turn_ms : {0, 10, 25, 60000}) {
+      Bench bench(static_cast<tick_t>(-before_turn_ms * static_cast<int32_t>(kTicksPerMs)));
+      CHECK(bench.arm() == ErrorCode::kNone);
+      bench.run_ms(20);
+      bench.now += offset;
+      drop(bench, 2);
+      check_report(bench, 20000 + us_from_ticks(offset), 2, 0);
+    }
+  }
+}
+
+TEST_CASE(the_release_is_told_after_thirty_hours) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_hours(30);
+  drop(bench, 5);
+  check_report(bench, uint64_t{30} * 3600 * 1000000, 5, 0);
+}

@@ -1,0 +1,184 @@
+// Two records in one EEPROM: neither touches the other, whatever power and cells do.
+#include <cstring>
+
+#include "bench.h"
+
+using namespace tfsat::sequencer;
+using namespace tfsat::protocol;
+using tfsat_test::Answers;
+using tfsat_test::Bench;
+using tfsat_test::FakeMemory;
+using tfsat_test::same;
+
+namespace {
+
+constexpr uint16_t kManeuvers = Sequencer::kManeuverAddress;
+constexpr uint16_t kSettings = Sequencer::kSettingsAddress;
+
+Settings settings(uint16_t zero_us) {
+  Settings made = Settings::factory();
+  made.servo[1].zero_us = zero_us;
+  made.servo[2].reversed = 1;
+  made.servo[2].zero_us = 2000;
+  return made;
+}
+
+Maneuver maneuver(int16_t angle_cdeg) {
+  Maneuver made = Maneuver::factory();
+  made.strokes[0].angle_cdeg = angle_cdeg;
+  made.strokes[2].angle_cdeg = static_cast<int16_t>(-angle_cdeg);
+  return made;
+}
+
+std::vector<uint8_t> bytes_of(const Settings& record) {
+  std::vector<uint8_t> bytes(Settings::kSize);
+  record.encode(bytes.data());
+  return bytes;
+}
+
+std::vector<uint8_t> bytes_of(const Maneuver& record) {
+  std::vector<uint8_t> bytes(Maneuver::kSize);
+  std::memcpy(bytes.data(), &record, bytes.size());
+  return bytes;
+}
+
+template <typename Record>
+bool same_record(const Record& a, const Record& b) {
+  return bytes_of(a) == bytes_of(b);
+}
+
+// Stores until it rests or the power goes; false if it failed.
+template <typename Record>
+bool put(FakeMemory& memory, uint16_t address, const Record& wanted) {
+  memory.busy_polls = 0;
+  Stored<Record> store(memory, address);
+  store.load();
+  const std::vector<uint8_t> bytes = bytes_of(wanted);
+  std::memcpy(store.staged(), bytes.data(), bytes.size());
+  store.begin();
+  for (int polls = 0; polls < 2000 && store.writing() && !memory.dead; ++polls) store.poll();
+  return !store.writing() && !store.failed() && same_record(store.current(), wanted);
+}
+
+template <typename Record>
+Record held(FakeMemory& memory, uint16_t address) {
+  memory.busy_polls = 0;
+  Stored<Record> store(memory, address);
+  store.load();
+  return store.current();
+}
+
+}  // namespace
+
+TEST_CASE(the_stores_lie_apart_and_within_the_eeprom) {
+  static_assert(kManeuvers + Stored<Maneuver>::kBytes <= kSettings, "");
+  static_assert(kSettings + Stored<Settings>::kBytes <= 1024, "");
+  FakeMemory memory;
+  for (int round = 0; round < 3; ++round) {  // both slots of both
+    const std::vector<uint8_t> before = memory.bytes;
+    CHECK(put(memory, kSettings, settings(static_cast<uint16_t>(1100 + round))));
+    for (size_t i = 0; i < memory.bytes.size(); ++i) {
+      const bool inside = i >= kSettings && i < kSettings + Stored<Settings>::kBytes;
+      CHECK(inside || memory.bytes[i] == before[i]);
+    }
+    const std::vector<uint8_t> between = memory.bytes;
+    CHECK(put(memory, kManeuvers, maneuver(static_cast<int16_t>(4000 + round))));
+    for (size_t i = Stored<Maneuver>::kBytes; i < memory.bytes.size(); ++i) {
+      CHECK(memory.bytes[i] == between[i]);
+    }
+  }
+}
+
+TEST_CASE(power_cut_at_every_write_of_settings_leaves_the_old_or_the_new) {
+  int cuts = 0;
+  for (int history = 0; history < 4; ++history) {
+    FakeMemory before(history == 3 ? 0x00 : 0xFF);
+    CHECK(put(before, kManeuvers, maneuver(4321)));
+    Settings old = Settings::factory();
+    for (int i = 0; i < history; ++i) {
+      old = settings(static_cast<uint16_t>(1010 + i));
+      CHECK(put(before, kSettings, old));
+    }
+    const Settings wanted = settings(1200);
+    FakeMemory dry = before;
+    dry.writes = 0;
+    CHECK(put(dry, kSettings, wanted));
+    CHECK(dry.writes > 4);
+    for (int tear = 0; tear < 20; ++tear) {
+      for (int at = 1; at <= dry.writes; ++at, ++cuts) {
+        FakeMemory memory = before;
+        memory.writes = 0;
+        memory.cut_at_write = at;
+        memory.tear = tear;
+        put(memory, kSettings, wanted);
+        CHECK(memory.dead);
+        memory.dead = false;
+        memory.cut_at_write = 0;
+        const Settings after = held<Settings>(memory, kSettings);
+        const bool is_new = same_record(after, wanted);
+        CHECK(is_new || same_record(after, old));
+        if (at < dry.writes) CHECK(!is_new);
+        if (at == dry.writes && tear == 1) CHECK(is_new);
+        CHECK(same(held<Maneuver>(memory, kManeuvers), maneuver(4321)));
+        CHECK(put(memory, kSettings, wanted));
+      }
+    }
+  }
+  std::printf("  %d cuts\n", cuts);
+}
+
+TEST_CASE(a_worn_cell_in_one_store_leaves_the_other_alone) {
+  FakeMemory fresh;
+  CHECK(put(fresh, kManeuvers, maneuver(4000)) && put(fresh, kSettings, settings(1010)));
+  for (int address = 0; address < kSettings + Stored<Settings>::kBytes; ++address) {
+    FakeMemory memory = fresh;
+    memory.worn_address = address;
+    const bool maneuver_kept = put(memory, kManeuvers, maneuver(5555));
+    const bool settings_kept = put(memory, kSettings, settings(1234));
+    CHECK(maneuver_kept || settings_kept);
+    CHECK(address < kSettings ? settings_kept : maneuver_kept);
+    CHECK(same(held<Maneuver>(memory, kManeuvers), maneuver(maneuver_kept ? 5555 : 4000)));
+    CHECK(same_record(held<Settings>(memory, kSettings), settings(settings_kept ? 1234 : 1010)));
+  }
+}
+
+TEST_CASE(foreign_memory_is_the_factory_settings) {
+  std::srand(15);
+  for (int round = 0; round < 5000; ++round) {
+    FakeMemory memory;
+    for (uint8_t& byte : memory.bytes) byte = static_cast<uint8_t>(std::rand());
+    memory.bytes[kSettings] = memory.bytes[kSettings + Stored<Settings>::kBytes / 2] = 0xA5;
+    CHECK(same_record(held<Settings>(memory, kSettings), Settings::factory()));
+  }
+}
+
+// The fake memory complains of whoever touches it during a write.
+TEST_CASE(settings_asked_for_while_a_maneuver_is_stored_wait_for_it) {
+  Bench bench;
+  const Maneuver wanted = maneuver(1000);
+  bench.send(ManeuverBeginRequest::kType, {4, 0x68, 0x42});
+  for (uint8_t i = 0; i < 4; ++i) {
+    std::vector<uint8_t> stroke = {i};
+    const uint8_t* bytes = reinterpret_cast<const uint8_t*>(&wanted.strokes[i]);
+    stroke.insert(stroke.end(), bytes, bytes + sizeof(Stroke));
+    bench.send(ManeuverStrokeRequest::kType, stroke);
+  }
+  const uint16_t crc = wanted.crc();
+  const std::vector<uint8_t> commit = {static_cast<uint8_t>(crc), static_cast<uint8_t>(crc >> 8)};
+  const std::vector<uint8_t> written = bytes_of(settings(1300));
+  bench.send(ManeuverCommitRequest::kType, commit);
+  for (int i = 0; i < 200; ++i) {
+    bench.send(SettingsWriteRequest::kType, written);
+    bench.send(ManeuverCommitRequest::kType, commit);
+    bench.run_ms(1);
+  }
+  CHECK(bench.core.maneuvers().current().crc() == crc);
+  CHECK(same_record(bench.core.settings().current(), settings(1300)));
+  CHECK(bench.core.maneuvers().generation() == 1 && bench.core.settings().generation() == 1);
+  const Answers answers(bench.stream.from_board);
+  if (!CHECK(answers.types.size() == 6 + 400)) return;
+  for (size_t i = 404; i < 406; ++i) {
+    CHECK(answers.types[i] != ErrorReply::kType);
+    CHECK(answers.payloads[i] == (std::vector<uint8_t>{1, 1}));  // stored, and written
+  }
+}

@@ -1,0 +1,7 @@
+"""The native board, to hear from the firmware itself what it takes."""
+
+from __future__ import annotations
+
+from tests.sequencer.conftest import board, board_library, new_board
+
+__all__ = ["board", "board_library", "new_board"]

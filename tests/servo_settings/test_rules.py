@@ -1,0 +1,113 @@
+"""Host and board accept and refuse the same settings, and mean the same pulses by them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from hypothesis import example, given, settings
+
+from tests.sequencer.board import JOINTS, OLD, Board, client, connect, pulses
+from tests.servo_settings.values import all_settings, valid_settings
+from tfsat_host.devices.client import BoardError
+from tfsat_host.protocol.enums import ErrorCode, Origin
+from tfsat_host.protocol.messages import ServoSetting, SettingsWriteReply, SettingsWriteRequest
+from tfsat_host.servo_settings import FACTORY, FRAME, ServoSettings, SettingsDefect, find_defect
+from tfsat_host.servo_settings.settings import pulse_ns
+
+NewBoard = Callable[..., Board]
+USUAL = FACTORY.servos[0]
+
+
+def boards_word(board: Board, wanted: ServoSettings) -> int | None:
+    """What the board refuses (its detail), whatever the host's own checks would say; None: it accepts."""
+    try:
+        client(board).request(SettingsWriteRequest(wanted.frame_us, wanted.servos), SettingsWriteReply)
+    except BoardError as error:
+        assert error.code == ErrorCode.SETTING_OUT_OF_RANGE, error
+        return error.detail
+    return None
+
+
+def of_joint_2(servo: ServoSetting) -> ServoSettings:
+    return replace(FACTORY, servos=(USUAL, servo, USUAL))
+
+
+@settings(max_examples=600)
+@given(all_settings())
+@example(FACTORY)
+@example(of_joint_2(replace(USUAL, zero_us=1500, ns_per_deg=11_112)))  # 2500.08 us at 90 deg
+@example(of_joint_2(ServoSetting(2499, 2000, 0, 0, 51)))
+def test_both_accept_or_both_refuse(new_board: NewBoard, wanted: ServoSettings) -> None:
+    finding = find_defect(wanted)
+    assert boards_word(new_board(), wanted) == (finding and finding.index)
+
+
+@settings(max_examples=100)
+@given(valid_settings())
+def test_valid_settings_pass(wanted: ServoSettings) -> None:
+    assert find_defect(wanted) is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "code", "index", "key"),
+    [
+        (replace(FACTORY, frame_us=4999), SettingsDefect.FRAME_RANGE, FRAME, "frame_ms"),
+        (replace(FACTORY, frame_us=20_001), SettingsDefect.FRAME_RANGE, FRAME, "frame_ms"),
+        (of_joint_2(replace(USUAL, ns_per_deg=1999)), SettingsDefect.SLOPE_RANGE, 1, "us_per_deg"),
+        (of_joint_2(replace(USUAL, ns_per_deg=30_001)), SettingsDefect.SLOPE_RANGE, 1, "us_per_deg"),
+        (of_joint_2(replace(USUAL, min_cdeg=1)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
+        (of_joint_2(replace(USUAL, min_cdeg=-1)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
+        (of_joint_2(replace(USUAL, max_cdeg=9001)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
+        (of_joint_2(replace(USUAL, max_cdeg=0)), SettingsDefect.JOINT_LIMITS, 1, "limits_deg"),
+        (of_joint_2(replace(USUAL, zero_us=499)), SettingsDefect.PULSE_RANGE, 1, "zero_us"),
+        (of_joint_2(replace(USUAL, zero_us=1501)), SettingsDefect.PULSE_RANGE, 1, "us_per_deg"),
+        (of_joint_2(replace(USUAL, reversed=1)), SettingsDefect.PULSE_RANGE, 1, "us_per_deg"),
+    ],
+)
+def test_every_defect_has_its_name(
+    board: Board, changed: ServoSettings, code: SettingsDefect, index: int, key: str
+) -> None:
+    finding = find_defect(changed)
+    assert finding is not None
+    assert (finding.code, finding.index, finding.key) == (code, index, key)
+    assert boards_word(board, changed) == index
+
+
+@settings(max_examples=25)
+@given(valid_settings())
+def test_stored_read_back_and_still_there_after_a_power_cut(
+    new_board: NewBoard, wanted: ServoSettings
+) -> None:
+    board = new_board()
+    first = connect(board).write_settings(wanted)
+    assert (first.written, first.stored.origin, first.stored.settings) == (True, Origin.UPLOADED, wanted)
+    again = connect(board).write_settings(wanted)
+    assert (again.written, again.stored) == (False, first.stored)
+    board.power_cycle()
+    assert connect(board).settings() == first.stored
+
+
+def test_a_new_board_has_the_factory_settings(board: Board) -> None:
+    stored = connect(board).settings()
+    assert (stored.origin, stored.generation, stored.settings) == (Origin.FACTORY, 0, FACTORY)
+
+
+@settings(max_examples=10)
+@given(valid_settings())
+def test_the_pulse_of_0_deg_is_what_the_file_says(new_board: NewBoard, wanted: ServoSettings) -> None:
+    """Measured at the pins of the armed board, whatever maneuver it holds."""
+    board = new_board()
+    fitting = replace(wanted, servos=tuple(replace(s, max_cdeg=9000) for s in wanted.servos))
+    fitting = fitting if find_defect(fitting) is None else FACTORY
+    sequencer = connect(board)
+    sequencer.write_settings(fitting)
+    assert sequencer.read_back().moves == tuple((s.joint, s.angle_cdeg) for s in OLD.strokes)
+    sequencer.arm()
+    board.advance(100_000)
+    edges = board.edges()
+    for joint in range(JOINTS):
+        train = pulses(edges, joint)
+        assert {pulse.width_ns for pulse in train} == {pulse_ns(fitting.servos[joint], 0)}
+        assert train[-1].rise_ns - train[-2].rise_ns == fitting.frame_us * 1000
