@@ -1,0 +1,141 @@
+"""`tfsat-host jog`: one joint moves slowly, for calibration, and is let go."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from tfsat_host.cli.advice import Interrupted, device_option
+from tfsat_host.cli.connection import open_jog_client
+from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
+from tfsat_host.cli.output import Output
+from tfsat_host.cli.stopping import stop_wish
+from tfsat_host.protocol.limits import JOG_SPEED_CDEG_S, JOINT_COUNT
+from tfsat_host.units import cdeg_from_deg
+
+if TYPE_CHECKING:
+    from tfsat_host.devices.jogging import Jog
+
+LARGEST_DEG = 180.0
+"""No joint of a servo has more; its own limits are on the board."""
+LONGEST_HOLD_S = 3600.0
+LINE_CDEG = 1000
+"""Where there is no terminal, progress is a line each 10 deg."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Which joint, from where, where to, how long to stay."""
+    parser.add_argument(
+        "--joint", type=int, required=True, choices=range(1, JOINT_COUNT + 1), help="joint to move"
+    )
+    parser.add_argument(
+        "--from",
+        metavar="DEG",
+        type=_angle_cdeg,
+        required=True,
+        dest="from_cdeg",
+        help="where the joint is now: its servo's first pulse takes it there at full speed",
+    )
+    parser.add_argument(
+        "--to", metavar="DEG", type=_angle_cdeg, required=True, dest="to_cdeg", help="where it shall go"
+    )
+    parser.add_argument(
+        "--hold",
+        metavar="SECONDS",
+        type=_hold_s,
+        default=0.0,
+        dest="hold_s",
+        help="hold it there so long before it is let go (default: 0)",
+    )
+    add_device_options(parser, "sequencer")
+    accept_negative_numbers(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Checks, asks, moves, holds, lets go."""
+    from tfsat_host.devices.jogging import Jog
+
+    jog = Jog(args.joint, args.from_cdeg, args.to_cdeg)
+    with open_jog_client(args, out) as sequencer:
+        sequencer.check(jog)
+        out.note(_explanation(jog, args.hold_s))
+        if not out.yes:
+            out.ask("Type JOG to move it: ", meaning="Nothing was moved.", accept=("jog",))
+        with stop_wish() as stopped, _progress(jog, out) as shown:
+            held = sequencer.run(jog, args.hold_s, stopped, shown)
+        if not held:
+            raise Interrupted(
+                what="Interrupted.",
+                meaning=f"Joint {jog.joint} was let go on its way; the sequencer is safe.",
+                next_step="The same command goes on, --from where the joint is now.",
+            )
+        out.result(
+            {
+                "joint": jog.joint,
+                "from_deg": jog.from_cdeg / 100,
+                "to_deg": jog.to_cdeg / 100,
+                "held_s": args.hold_s,
+                "state": "safe",
+                "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
+            },
+            f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
+            f"On from here: tfsat-host jog --joint {jog.joint} --from {jog.to_cdeg / 100:g} "
+            f"--to DEG{device_option(args)}",
+        )
+    return 0
+
+
+def _explanation(jog: Jog, hold_s: float) -> str:
+    start_deg = jog.from_cdeg / 100
+    stay = f"is held there for {hold_s:g} s" if hold_s else "stays there for a moment"
+    return (
+        f"Joint {jog.joint} will move from {start_deg:g} to {jog.to_cdeg / 100:g} deg at "
+        f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({jog.duration_s:.1f} s), {stay} and is let go. "
+        "The other joints stay limp. Ctrl-C lets it go at once.\n"
+        f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
+        f"If it is elsewhere: bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
+        "Hands, hair and cables out of the joint's way."
+    )
+
+
+@contextmanager
+def _progress(jog: Jog, out: Output) -> Iterator[Callable[[int], None]]:
+    """Gives what shows the commanded angle, 0.01 deg: in place on a terminal, else in lines."""
+    told_cdeg: int | None = None
+    with out.live(diagnostic=True) as draw:
+
+        def show(angle_cdeg: int) -> None:
+            nonlocal told_cdeg
+            text = f"joint {jog.joint}: {angle_cdeg / 100:6.2f} deg, to {jog.to_cdeg / 100:g} deg"
+            if draw is not None:
+                draw(text)
+            elif not out.json_mode and _worth_a_line(told_cdeg, angle_cdeg, jog.to_cdeg):
+                out.note(text)
+                told_cdeg = angle_cdeg
+
+        yield show
+
+
+def _worth_a_line(told_cdeg: int | None, angle_cdeg: int, to_cdeg: int) -> bool:
+    if told_cdeg is None:
+        return True
+    arrived = angle_cdeg == to_cdeg
+    return told_cdeg != angle_cdeg and (arrived or abs(angle_cdeg - told_cdeg) >= LINE_CDEG)
+
+
+def _angle_cdeg(text: str) -> int:
+    angle_deg = number(text)
+    if not abs(angle_deg) <= LARGEST_DEG:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no angle of a joint: write degrees, at most {LARGEST_DEG:g}"
+        )
+    return cdeg_from_deg(angle_deg)
+
+
+def _hold_s(text: str) -> float:
+    seconds = number(text)
+    if not 0 <= seconds <= LONGEST_HOLD_S:
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, 0 to {LONGEST_HOLD_S:g}")
+    return seconds

@@ -1,0 +1,90 @@
+"""This computer, for flashing."""
+
+from __future__ import annotations
+
+import codecs
+import contextlib
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from tfsat_host.devices.discovery import PortInfo, system_ports
+from tfsat_host.devices.port_errors import open_error
+from tfsat_host.devices.serial_port import open_serial
+from tfsat_host.devices.transport import SerialTransport, Transport
+
+TOUCH_BAUDRATE = 1200
+_CHUNK_BYTES = 256
+
+
+class ThisComputer:
+    """Implements `Computer` with pyserial and subprocesses."""
+
+    def ports(self) -> list[PortInfo]:
+        """The serial ports that there are now."""
+        return system_ports()
+
+    def touch(self, path: str) -> None:
+        """The 1200-baud touch. Raises PortError."""
+        import serial
+
+        port = open_serial(path)
+        try:
+            port.baudrate = TOUCH_BAUDRATE
+            with contextlib.suppress(
+                OSError
+            ):  # a pseudo-terminal has no DTR; closing lowers it elsewhere too
+                port.dtr = False
+        except serial.SerialException as error:
+            raise open_error(path, error.errno, str(error)) from error
+        finally:
+            port.close()
+
+    def connect(self, path: str) -> Transport:
+        """The port, open. Raises PortError."""
+        return SerialTransport(path)
+
+    def find_program(self, name: str) -> str | None:
+        """The path of an installed program."""
+        return shutil.which(name)
+
+    def run(self, command: Sequence[str], heard: Callable[[str], None], timeout_s: float) -> int | None:
+        """Runs a program; its exit code, None if it was ended for time. Raises OSError."""
+        # Undecoded and unbuffered: progress comes as single characters without line ends.
+        with subprocess.Popen(
+            list(command),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            bufsize=0,
+        ) as process:
+            assert process.stdout is not None
+            overdue = threading.Event()
+
+            def end() -> None:
+                overdue.set()
+                process.kill()
+
+            timer = threading.Timer(timeout_s, end)
+            timer.start()
+            decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
+            try:
+                while chunk := process.stdout.read(_CHUNK_BYTES):
+                    heard(decoder.decode(chunk))
+                code = process.wait()
+            except BaseException:
+                process.kill()
+                raise
+            finally:
+                timer.cancel()
+        return None if overdue.is_set() else code
+
+    def now_s(self) -> float:
+        """Seconds on the monotonic clock."""
+        return time.monotonic()
+
+    def sleep(self, duration_s: float) -> None:
+        """Lets time pass."""
+        time.sleep(duration_s)

@@ -1,0 +1,219 @@
+"""`tfsat-host flash sequencer` with the real avrdude, or one that records, and a board at pseudo-terminals."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.process import RunCli
+from tests.devices.scripted import hello
+from tests.flashing.desk import Desk
+from tfsat_host.cli.main import main
+from tfsat_host.protocol.enums import Board, SequencerState
+from tfsat_host.protocol.messages import DisarmRequest
+
+IMAGE = bytes(range(250)) * 4
+CRC = f"{zlib.crc32(IMAGE):08x}"
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def flash(*arguments: object, expect: int = 0) -> int:
+    assert main(["flash", "sequencer", *map(str, arguments)]) == expect
+    return expect
+
+
+def flash_json(capsys: pytest.CaptureFixture[str], *arguments: object, expect: int = 0) -> Any:
+    capsys.readouterr()
+    flash(*arguments, "--json", expect=expect)
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_real_avrdude_writes_what_the_hex_holds(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.image_bytes = len(IMAGE)
+    flash("--hex", image)
+    said = capsys.readouterr()
+    assert desk.written == IMAGE
+    assert desk.seen[0] == "sketch" and "bootloader" in desk.seen and desk.seen[-1] == "sketch"
+    assert f"runs image {CRC}" in said.out
+    for words in (
+        "waking the bootloader",
+        "writing 1000 bytes to",
+        "avrdude: writing",
+        "waiting for the new",
+    ):
+        assert words in said.err
+
+
+def test_the_real_avrdude_notices_what_was_not_kept(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.bootloader.damage = True
+    error = flash_json(capsys, "--hex", image, expect=1)["error"]
+    assert error["code"] == "verify-failed"
+    assert "What was read back from the board is not what was written" in error["what"]
+    assert "bootloader is intact" in error["meaning"]
+    assert f"tfsat-host flash sequencer --hex {image} --force" in error["next_step"]
+
+
+def test_avrdude_is_called_as_the_arduino_ide_calls_it(
+    desk: Desk, image: Path, fake_avrdude: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    boot = desk.bootloader_pty.name
+    plan = flash_json(capsys, "--hex", image, "--dry-run")
+    assert not desk.sketch_pty.touched and not fake_avrdude.exists()
+    assert (plan["dry_run"], plan["flashed"], plan["image_crc"], plan["image_bytes"]) == (
+        True, False, CRC, 1000,
+    )  # fmt: skip
+    assert plan["before"]["image_crc"] == "00c0ffee"
+    desk.sketch.identity = replace(hello(), image_crc=int(CRC, 16) ^ 1)
+    error = flash_json(capsys, "--hex", image, expect=1)["error"]
+    assert json.loads(fake_avrdude.read_text()) == [
+        "-p", "atmega32u4", "-c", "avr109", "-P", boot, "-b", "57600", "-D", "-U", f"flash:w:{image}:i",
+    ]  # fmt: skip
+    assert plan["command"][1:] == [
+        word.replace(boot, "BOOTLOADER_PORT") for word in json.loads(fake_avrdude.read_text())
+    ]
+    assert error["code"] == "other-image"
+
+
+def test_the_same_image_is_refused_unless_forced(
+    desk: Desk, image: Path, fake_avrdude: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.sketch.identity = replace(hello(), image_crc=int(CRC, 16))
+    error = flash_json(capsys, "--hex", image, expect=4)["error"]
+    assert error["code"] == "already-running"
+    assert CRC in error["what"]
+    assert not desk.sketch_pty.touched and not fake_avrdude.exists()
+    done = flash_json(capsys, "--hex", image, "--force")
+    assert done["flashed"] is True
+    assert done["device"]["image_crc"] == CRC
+    assert fake_avrdude.exists()
+
+
+@pytest.mark.parametrize("state", [state for state in SequencerState if state != SequencerState.SAFE])
+def test_a_board_that_is_not_safe_is_never_flashed(
+    desk: Desk, image: Path, fake_avrdude: Path, capsys: pytest.CaptureFixture[str], state: SequencerState
+) -> None:
+    desk.sketch.state = state
+    error = flash_json(capsys, "--hex", image, "--force", "--yes", expect=4)["error"]
+    assert error["code"] == "not-safe"
+    assert f"is {state.name.lower()}; it is flashed only while it is safe" in error["what"]
+    assert not desk.sketch_pty.touched and not fake_avrdude.exists()
+    assert DisarmRequest.TYPE not in desk.sketch.requests
+    given = ("--port", desk.sketch_pty.name)
+    error = flash_json(capsys, "--hex", image, *given, expect=4)["error"]
+    assert error["next_step"].startswith(f"tfsat-host disarm --port {desk.sketch_pty.name}, then")
+
+
+def test_the_logger_is_never_flashed(
+    desk: Desk, image: Path, fake_avrdude: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.sketch.identity = hello(board=Board.LOGGER)
+    error = flash_json(capsys, "--hex", image, "--force", "--yes", expect=1)["error"]
+    assert error["code"] == "other-board"
+    assert not desk.sketch_pty.touched and not fake_avrdude.exists()
+
+
+def test_another_protocol_is_disarmed_after_a_question(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk.image_bytes = len(IMAGE)
+    desk.sketch.identity = hello(protocol_hash=bytes(8))
+    desk.sketch.state = SequencerState.ARMED
+    monkeypatch.setattr(sys, "stdin", Terminal("no\n"))
+    flash("--hex", image, expect=4)
+    assert "speaks another protocol" in capsys.readouterr().err
+    assert desk.sketch.state == SequencerState.ARMED and not desk.sketch_pty.touched
+    monkeypatch.setattr(sys, "stdin", Terminal("y\n"))
+    flash("--hex", image)
+    assert DisarmRequest.TYPE in desk.sketch.requests
+    assert desk.written == IMAGE
+
+
+def test_a_silent_board_needs_force_and_an_answer(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk.image_bytes = len(IMAGE)
+    desk.sketch.silent = True
+    error = flash_json(capsys, "--hex", image, "--yes", expect=4)["error"]
+    assert error["code"] == "silent" and "add --force" in error["next_step"]
+    flash("--hex", image, "--force", expect=2)
+    assert not desk.sketch_pty.touched
+    monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
+    flash("--hex", image, "--force")
+    assert "does not answer; its state is not known" in capsys.readouterr().err
+    assert desk.written == IMAGE
+
+
+def test_a_board_in_its_bootloader_is_written_without_a_touch(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    desk.image_bytes = len(IMAGE)
+    desk.waits = True
+    error = flash_json(capsys, "--hex", image, "--yes", expect=4)["error"]
+    assert error["code"] == "silent" and "waits in its bootloader" in error["what"]
+    done = flash_json(capsys, "--hex", image, "--yes", "--force")
+    assert not desk.sketch_pty.touched
+    assert (done["before"], done["device"]["port"]) == (None, desk.sketch_pty.name)
+    assert desk.written == IMAGE
+
+
+@pytest.mark.parametrize(
+    ("says", "reason"),
+    [
+        ("avrdude OS error: cannot open port /dev/ttyACM0: Permission denied", "not permitted to open"),
+        ("avrdude OS error: cannot open port /dev/ttyACM0: No such file", "could not be opened"),
+        ("avrdude: butterfly_recv(): programmer is not responding", "did not answer"),
+        ("something new", "avrdude failed with exit code 3"),
+    ],
+)
+def test_what_avrdude_complains_of_is_explained(
+    desk: Desk,
+    image: Path,
+    fake_avrdude: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    says: str,
+    reason: str,
+) -> None:
+    monkeypatch.setenv("FAKE_AVRDUDE_SAYS", says)
+    monkeypatch.setenv("FAKE_AVRDUDE_EXIT", "3")
+    error = flash_json(capsys, "--hex", image, expect=1)["error"]
+    assert error["code"] == "avrdude-failed"
+    assert reason in error["what"] and says in error["what"]
+    assert "flash sequencer" in error["next_step"]
+
+
+def test_without_avrdude_the_board_is_not_touched(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", "")
+    error = flash_json(capsys, "--hex", image, expect=1)["error"]
+    assert error["code"] == "avrdude-missing"
+    for system in ("apt install avrdude", "brew install avrdude", "winget install"):
+        assert system in error["next_step"]
+    assert desk.sketch.requests == []
+
+
+def test_emulated_boards_are_not_flashed(
+    desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], tfsat_host: RunCli
+) -> None:
+    desk.sketch.identity = replace(hello(), image_crc=0)
+    error = flash_json(capsys, "--hex", image, "--force", "--yes", expect=4)["error"]
+    assert error["code"] == "emulated"
+    assert not desk.sketch_pty.touched
+    refused = tfsat_host("flash", "sequencer", "--emulated", expect=4)
+    assert "tfsat-host emulate --sequencer avr" in refused.stderr

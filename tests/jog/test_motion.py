@@ -1,0 +1,180 @@
+"""What a jog does to the emulated robot's joint: slowly there, held, and limp at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.jogging import Jog, JogClient, JogError, JogRefused
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
+
+SPEED_DEG_S = JOG_SPEED_CDEG_S / 100
+TRUTH_US = 5_000
+LIMP_AFTER_US = 120_000
+"""A servo goes limp 100 ms after its last pulse."""
+
+
+@pytest.fixture
+def robot() -> Iterator[EmulatedRobot]:
+    with EmulatedRobot() as made:
+        made.advance(SETTLE_US)
+        made.hold((3,))
+        made.record_truth(TRUTH_US)
+        yield made
+
+
+@pytest.fixture
+def sequencer(robot: EmulatedRobot) -> JogClient:
+    return JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+
+
+def go_on() -> bool:
+    return False
+
+
+def ignore(_angle_cdeg: int) -> None:
+    pass
+
+
+def angles_deg(robot: EmulatedRobot, joint: int) -> NDArray[np.float64]:
+    """(n, 2): seconds and the joint's true angle."""
+    truth = robot.truth()
+    return np.column_stack([truth[:, 0], np.rad2deg(truth[:, joint])])
+
+
+def fastest_deg_s(robot: EmulatedRobot, joint: int) -> float:
+    """Over a tenth of a second: a digital servo follows each pulse in a small step."""
+    path = angles_deg(robot, joint)
+    step = 100_000 // TRUTH_US
+    return float(np.max(np.abs(path[step:, 1] - path[:-step, 1])) / 0.1)
+
+
+def is_limp(robot: EmulatedRobot, joint: int) -> bool:
+    robot.advance(LIMP_AFTER_US)
+    try:
+        robot.swing(joint, 1.0, 0.1, 1)
+    except EmulationError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("joint", [1, 2, 3])
+def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: JogClient, joint: int) -> None:
+    told: list[int] = []
+    assert sequencer.run(Jog(joint, 0, 3000), 0.0, go_on, told.append)
+    path = angles_deg(robot, joint)
+    assert path[-1, 1] == pytest.approx(30.0, abs=0.5)
+    assert fastest_deg_s(robot, joint) < 1.3 * SPEED_DEG_S
+    moving = (path[:, 1] > 1.0) & (path[:, 1] < 29.0)
+    assert np.count_nonzero(moving) * TRUTH_US * 1e-6 == pytest.approx(28.0 / SPEED_DEG_S, rel=0.1)
+    for other in {1, 2, 3} - {joint}:
+        assert np.ptp(angles_deg(robot, other)[:, 1]) < 0.5
+    assert told[0] == 0 and told[-1] == 3000 and told == sorted(told)
+    assert sequencer.status().state == SequencerState.SAFE
+    assert is_limp(robot, joint)
+
+
+def test_it_is_held_longer_than_the_board_waits_for_orders(
+    robot: EmulatedRobot, sequencer: JogClient
+) -> None:
+    hold_s = JOG_IDLE_MS / 1000 + 5
+    still_held: list[bool] = []
+
+    def look(angle_cdeg: int) -> None:
+        if angle_cdeg == 1500:
+            still_held.append(not is_limp(robot, 1))
+
+    start_us = robot.now_us
+    assert sequencer.run(Jog(1, 0, 1500), hold_s, go_on, look)
+    assert robot.now_us - start_us >= (hold_s + 1) * 1_000_000
+    assert len(still_held) > 100 and all(still_held)
+    assert is_limp(robot, 1)
+
+
+def test_a_wish_to_stop_lets_the_joint_go_on_its_way(robot: EmulatedRobot, sequencer: JogClient) -> None:
+    told: list[int] = []
+    assert not sequencer.run(Jog(2, 0, 9000), 0.0, lambda: bool(told) and told[-1] > 2000, told.append)
+    assert 20 < angles_deg(robot, 2)[-1, 1] < 30
+    assert sequencer.status().state == SequencerState.SAFE
+    assert is_limp(robot, 2)
+
+
+def test_an_exception_lets_the_joint_go(robot: EmulatedRobot, sequencer: JogClient) -> None:
+    def interrupt(angle_cdeg: int) -> None:
+        if angle_cdeg > 1000:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sequencer.run(Jog(1, 0, 9000), 0.0, go_on, interrupt)
+    assert sequencer.status().state == SequencerState.SAFE
+    assert is_limp(robot, 1)
+
+
+def test_a_restart_of_the_board_ends_the_jog_without_a_jerk(
+    robot: EmulatedRobot, sequencer: JogClient
+) -> None:
+    restarted: list[int] = []
+
+    def restart(angle_cdeg: int) -> None:
+        if angle_cdeg > 3000 and not restarted:
+            restarted.append(angle_cdeg)
+            robot.set_power(BoardIndex.SEQUENCER, False)
+            robot.advance(50_000)
+            robot.set_power(BoardIndex.SEQUENCER, True)
+
+    with pytest.raises(JogError, match="ended the jog by itself: it is safe"):
+        sequencer.run(Jog(1, 0, 6000), 0.0, go_on, restart)
+    assert restarted
+    assert fastest_deg_s(robot, 1) < 1.3 * SPEED_DEG_S
+    assert is_limp(robot, 1)
+
+
+def test_only_a_safe_board_jogs(robot: EmulatedRobot, sequencer: JogClient) -> None:
+    robot.seat()
+    sequencer.arm()
+    with pytest.raises(BoardRefusal):
+        sequencer.check(Jog(1, 0, 1000))
+    with pytest.raises(BoardRefusal):
+        sequencer.run(Jog(1, 0, 1000), 0.0, go_on, ignore)
+    assert sequencer.status().state == SequencerState.ARMED, "a refused jog must not disarm"
+
+
+@pytest.mark.parametrize(("start", "end", "option"), [(0, 9100, "--to 91"), (-100, 100, "--from -1")])
+def test_limits_are_those_of_the_board(
+    sequencer: JogClient, robot: EmulatedRobot, start: int, end: int, option: str
+) -> None:
+    with pytest.raises(JogRefused, match=f"{option} is outside joint 1's limits, 0 to 90 deg"):
+        sequencer.check(Jog(1, start, end))
+
+
+@pytest.mark.parametrize("hold_s", [0.0, 7.0])
+def test_each_order_says_where_the_joint_is(
+    robot: EmulatedRobot, monkeypatch: pytest.MonkeyPatch, hold_s: float
+) -> None:
+    """A board that restarted unnoticed takes the next order for a new jog: `from` must not pull it back."""
+    from tfsat_host.devices.client import Client
+    from tfsat_host.protocol.messages import JogRequest
+
+    sent: list[JogRequest] = []
+    request: Callable[..., object] = Client.request
+
+    def spy(self: Client, message: object, reply_type: object) -> object:
+        if isinstance(message, JogRequest):
+            sent.append(message)
+        return request(self, message, reply_type)
+
+    monkeypatch.setattr(Client, "request", spy)
+    sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+    sequencer.run(Jog(1, 0, 9000), hold_s, go_on, ignore)
+    assert [message.to_cdeg for message in sent] == [9000] * len(sent)
+    assert sent[0].from_cdeg == 0
+    assert sent[1].from_cdeg == pytest.approx(7500, abs=250)  # 5 s after the first
+    assert all(message.from_cdeg == 9000 for message in sent[2:])
+    assert len(sent) == (2 if hold_s == 0 else 3)
