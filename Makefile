@@ -25,7 +25,7 @@ endef
 help:  ## this list
 	@echo "tfsat: flight software and ground tools of a transformable CubeSat robot"
 	@echo
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
 
 .PHONY: demo
 demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs Python and a C++ compiler)
@@ -42,6 +42,19 @@ demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs P
 test: toolchain compiler venv firmware protocol-check lint  ## install what is missing, build both firmwares, run every test
 	$(call say,tests)
 	@$(BIN)/python -m pytest -n auto --dist worksteal
+
+RUNS := 10000000
+BOARD_RUNS := 1000000
+
+.PHONY: fuzz
+fuzz: toolchain venv  ## look for inputs that break the link or the board, RUNS=10000000 BOARD_RUNS=1000000
+	$(call say,fuzzing the link (RUNS=$(RUNS)) and the board behind it (BOARD_RUNS=$(BOARD_RUNS)))
+	@$(BIN)/python -m tests.fuzz.campaign --runs $(RUNS) --board-runs $(BOARD_RUNS)
+
+.PHONY: sequencer-report
+sequencer-report: toolchain venv  ## measure the sequencer's image in full (minutes) and write docs/sequencer-proof.md
+	$(call say,proving the sequencer's image)
+	@$(BIN)/python -m tests.sequencer_proof
 
 .PHONY: firmware
 firmware: venv  ## build both firmwares for their boards

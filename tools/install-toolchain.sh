@@ -15,9 +15,12 @@ arduino-core-avr                        Arduino core for the Arduino Micro
 simavr                                  simulator that runs the Arduino Micro image
 libsimavr-dev                           headers of that simulator
 libelf-dev                              reads images for that simulator
+avrdude                                 writes the Arduino Micro'"'"'s flash, as tfsat-host flash does
 gcc-arm-none-eabi                       compiler for the Teensy 4.1 (logger)
 libnewlib-arm-none-eabi                 C library for the Teensy 4.1
 libstdc++-arm-none-eabi-newlib          C++ library for the Teensy 4.1
+clang                                   compiler with libFuzzer, for the fuzz tests
+llvm                                    names functions and lines in what a sanitizer reports
 '
 
 names() { printf '%s' "$packages" | awk 'NF { print $1 }'; }
@@ -34,7 +37,7 @@ say_what_to_install() {
 
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
     # No apt: believe what can be seen, by its commands.
-    for tool in g++ make avr-gcc simavr arm-none-eabi-g++; do
+    for tool in g++ make avr-gcc simavr avrdude arm-none-eabi-g++ clang++; do
         command -v "$tool" >/dev/null 2>&1 || say_what_to_install "$tool is missing, and this system has no apt."
     done
     echo "toolchain: no apt here; the commands are present, libraries are taken on trust" >&2
@@ -46,7 +49,17 @@ for name in $(names); do
     state=$(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null || true)
     [ "$state" = installed ] || missing="$missing $name"
 done
-[ -n "$missing" ] || exit 0
+
+# libFuzzer and the sanitizers come with clang or, as in Debian 12, in a package named after its version.
+has_fuzzer() {
+    resources=$(clang++ -print-resource-dir) && [ -n "$(find "$resources/" -name 'libclang_rt.fuzzer*')" ]
+}
+runtime() { echo "libclang-rt-$(clang++ -dumpversion | cut -d . -f 1)-dev"; }
+
+if [ -z "$missing" ]; then
+    ! has_fuzzer || exit 0
+    missing=" $(runtime)"
+fi
 
 as_root=
 if [ "$(id -u)" -ne 0 ]; then
@@ -61,9 +74,12 @@ apt() {
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get \
         -o Acquire::Retries=3 -o DPkg::Lock::Timeout=120 -qq "$@" </dev/null >>"$log" 2>&1
 }
+install() {
+    apt install --yes --no-install-recommends "$@" || { cat "$log" >&2; say_what_to_install "apt could not install: $*"; }
+}
+apt update || { cat "$log" >&2; say_what_to_install "apt could not fetch its lists of packages."; }
 # shellcheck disable=SC2086  # the list of names is meant to be split
-if ! { apt update && apt install --yes --no-install-recommends $missing; }; then
-    cat "$log" >&2
-    say_what_to_install "apt could not install:$missing"
-fi
+install $missing
+has_fuzzer || install "$(runtime)"
+has_fuzzer || say_what_to_install "clang++ is here, but not its libFuzzer."
 echo "toolchain: done"
