@@ -1,0 +1,133 @@
+"""All campaigns together: what runs, how much of it, on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tests.emulator_avr.avr_board import ResetCause
+from tests.sequencer_proof.link_abuse import Abuse, Abused, abuse_link, begins_us
+from tests.sequencer_proof.noise import STATES, Noise, Noisy, make_noise
+from tests.sequencer_proof.power_cuts import Cuts, History, Record, cut_points, second_upload_writes
+from tests.sequencer_proof.releases import AvrReleases, Release, avr_releases, judge, native_releases
+from tests.sequencer_proof.resets import Hangs, Moment, Resets, hang_board, reset_board
+from tests.sequencer_proof.rigs import Bench, image_report
+from tests.sequencer_proof.signals import Broken
+from tests.sequencer_proof.waiting import ACROSS_TURN_US, LONG_WAIT_US, Knocks, Wait, knocks, long_wait
+
+NATIVE_JOBS, NATIVE_RELEASES = 20, 500
+AVR_JOBS, AVR_RELEASES = 10, 10
+KNOCK_JOBS, KNOCKS = 4, 50
+ABUSE_JOBS = 6
+BYTE_JOBS, BYTES, BYTE_DROPS = 10, 10_002, 10
+FRAME_JOBS, FRAMES, FRAME_DROPS = 6, 3_000, 6
+RESETS = 25
+HANGS = 10
+CAUSES = (ResetCause.WATCHDOG, ResetCause.BROWN_OUT)
+SEED_OF = {
+    "waits": 1,
+    "native": 1000,
+    "avr": 2000,
+    "knocks": 3000,
+    "cuts": 4000,
+    "abused": 5000,
+    "noisy": 6000,
+    "resets": 7000,
+    "hangs": 8000,
+}
+"""Seed of a campaign's first job; the next job has the next."""
+
+Job = Callable[[], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What all campaigns found."""
+
+    waits: list[Wait]
+    native: list[list[Release]]
+    avr: list[AvrReleases]
+    knocks: list[Knocks]
+    cuts: list[Cuts]
+    rewrites: list[int]
+    abused: list[Abused]
+    noisy: list[Noisy]
+    resets: list[Resets]
+    hangs: list[Hangs]
+
+    @property
+    def never_used(self) -> int:
+        """Bytes of stack that nothing has touched in any campaign."""
+        parts: list[AvrReleases | Cuts | Abused | Noisy] = [*self.avr, *self.cuts, *self.abused, *self.noisy]
+        return min(part.never_used for part in parts)
+
+
+def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[Job]]:
+    """The full campaigns; the longest jobs first."""
+    hanging = replace(bench, image=hanging_image)
+    begins = begins_us()
+    jobs: dict[str, list[Callable[..., Any]]] = {
+        "waits": [partial(long_wait, bench, waited_us=us) for us in (LONG_WAIT_US, ACROSS_TURN_US)],
+        "native": [partial(native_releases, native, count=NATIVE_RELEASES)] * NATIVE_JOBS,
+        "avr": [partial(avr_releases, bench, count=AVR_RELEASES)] * AVR_JOBS,
+        "knocks": [partial(knocks, bench, count=KNOCKS)] * KNOCK_JOBS,
+        "cuts": [partial(cut_points, bench, record, history) for record in Record for history in History],
+        "abused": [
+            partial(abuse_link, bench, abuse, begins[part::ABUSE_JOBS])
+            for abuse in Abuse
+            for part in range(ABUSE_JOBS)
+        ],
+        "noisy": [
+            *[partial(make_noise, bench, Noise.BYTES, BYTES, BYTE_DROPS)] * BYTE_JOBS,
+            *[partial(make_noise, bench, Noise.FRAMES, FRAMES, FRAME_DROPS)] * FRAME_JOBS,
+        ],
+        "resets": [
+            partial(reset_board, bench, moment, cause, RESETS) for moment in Moment for cause in CAUSES
+        ],
+        "hangs": [partial(hang_board, hanging, state, HANGS) for state in STATES],
+    }
+    seeded: dict[str, list[Job]] = {
+        name: [partial(job, seed=SEED_OF[name] + number) for number, job in enumerate(part)]
+        for name, part in jobs.items()
+    }
+    seeded["rewrites"] = [partial(second_upload_writes, bench, record) for record in Record]
+    return seeded
+
+
+def run_jobs(jobs: Mapping[str, Sequence[Job]], progress: Callable[[str], None]) -> Proof:
+    """On all cores; what comes out does not depend on how many there are. Raises Broken."""
+    results: dict[str, list[Any]] = {name: [None] * len(part) for name, part in jobs.items()}
+    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
+        places = {pool.submit(job): (name, i) for name, part in jobs.items() for i, job in enumerate(part)}
+        try:
+            for done, future in enumerate(as_completed(places), start=1):
+                name, i = places[future]
+                results[name][i] = future.result()
+                progress(f"{done} of {len(places)} jobs ({name})")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return Proof(**results)
+
+
+def judge_all(proof: Proof, image: Path) -> None:
+    """What a single job cannot judge. Raises Broken."""
+    for part in proof.native:
+        judge(part)
+    judge([*(release for part in proof.avr for release in part.releases)])
+    judge([wait.release for wait in proof.waits] + [part.release for part in proof.knocks])
+    if any(proof.rewrites):
+        raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes")
+    judge_stack(proof.never_used, image)
+
+
+def judge_stack(never_used: int, image: Path) -> None:
+    """Raises Broken where the stack came too near to the variables."""
+    spare = int(image_report(image)["stack_spare_bytes"])
+    if never_used < spare:
+        raise Broken(f"only {never_used} bytes of stack were never touched, {spare} must be")

@@ -1,0 +1,154 @@
+"""Campaign 1: releases with bounce. When does the first pulse of each new width rise?"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from tests.sequencer_proof.contacts import open_switches, opening
+from tests.sequencer_proof.rigs import Bench, Rig, arm, native_rig, run_us, stack_never_used
+from tests.sequencer_proof.signals import (
+    CYCLES_PER_TICK,
+    CYCLES_PER_US,
+    Broken,
+    Extremes,
+    Onset,
+    PinEdge,
+    read_signal,
+)
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.limits import JOINT_COUNT
+from tfsat_host.servo_settings import ServoSettings
+from tfsat_host.servo_settings.settings import pulse_ns
+
+WORST_ERROR_US = 50
+"""What the task allows."""
+LONGEST_WAIT_US = 400_000
+"""A release comes this long after arming, at most: any phase of the 20 ms frames."""
+AFTER_RUN_US = 60_000
+NS_PER_TICK = 500
+
+Strokes = tuple[tuple[int, int, int], ...]
+"""joint, angle_cdeg (change), start_us of each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """One run. `errors`: onset of each stroke less release and scheduled time, cycles."""
+
+    errors: tuple[int, ...]
+    widths: Extremes
+    gaps: Extremes
+    contact_edges: int
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What the board has been told to fly, and with which servos."""
+
+    strokes: Strokes
+    end_us: int
+    settings: ServoSettings
+
+    @classmethod
+    def on(cls, client: SequencerClient) -> Plan:
+        stored = client.read_back()
+        return cls(stored.strokes, stored.end_us, client.settings().settings)
+
+    def widths(self) -> list[list[int]]:
+        """Each joint's pulse widths in order, ticks."""
+        angle_cdeg = [0] * JOINT_COUNT
+        widths = [[self._ticks(joint, 0)] for joint in range(1, JOINT_COUNT + 1)]
+        for joint, change_cdeg, _ in self.strokes:
+            angle_cdeg[joint - 1] += change_cdeg
+            widths[joint - 1].append(self._ticks(joint, angle_cdeg[joint - 1]))
+        return widths
+
+    def _ticks(self, joint: int, angle_cdeg: int) -> int:
+        return round(pulse_ns(self.settings.of(joint), angle_cdeg) / NS_PER_TICK)
+
+
+def fly(rig: Rig, client: SequencerClient, plan: Plan, rng: random.Random) -> Release:
+    """Arms, releases with bounce after a random wait, and measures the run. Raises Broken."""
+    arm(rig, client)
+    steps = CYCLES_PER_US // rig.resolution
+    start = rig.now + rng.randint(1000 * steps, LONGEST_WAIT_US * steps) * rig.resolution
+    contacts = opening(rng, start, rig.resolution)
+    released = open_switches(rig, contacts)
+    run_us(rig, plan.end_us + AFTER_RUN_US)
+    release = measure(rig.edges(), plan, released, contact_edges=len(contacts))
+    check_own_report(client, plan, release)
+    return release
+
+
+def measure(edges: Sequence[PinEdge], plan: Plan, released: int, *, contact_edges: int = 2) -> Release:
+    """The run that is over, by the pins. Raises Broken where it is not the plan's, whatever its times."""
+    signal = read_signal(edges)
+    signal.check_widths()
+    for train, expected in zip(signal.trains, plan.widths(), strict=True):
+        # Each pulse counts: one that was cut short would stand between two of its neighbours' width.
+        found = [width for width, _ in groupby(pulse.width for pulse in train)]
+        if found != [ticks * CYCLES_PER_TICK for ticks in expected]:
+            raise Broken(f"pulse widths in order, cycles: {found}; ticks planned: {expected}")
+    return Release(_errors(signal.onsets, plan.strokes, released), signal.widths, signal.gaps, contact_edges)
+
+
+def _errors(onsets: list[Onset], strokes: Strokes, released: int) -> tuple[int, ...]:
+    if [onset.joint for onset in onsets] != [joint for joint, _, _ in strokes]:
+        raise Broken(f"joints in order: {[onset.joint for onset in onsets]}")
+    return tuple(
+        onset.cycle - released - start_us * CYCLES_PER_US
+        for onset, (_, _, start_us) in zip(onsets, strokes, strict=True)
+    )
+
+
+def check_own_report(client: SequencerClient, plan: Plan, release: Release) -> None:
+    """The board's RUN_REPORT says of its strokes what the pins say, to a microsecond; it is DONE."""
+    status, run = client.status(), client.run_report()
+    if status.state != SequencerState.DONE or run.stroke_count != len(plan.strokes) or status.knocks:
+        raise Broken(
+            f"after the run: {status.state.name}, {run.stroke_count} strokes, {status.knocks} knocks"
+        )
+    told = run.start_us[: run.stroke_count]
+    for own_us, error, (_, _, start_us) in zip(told, release.errors, plan.strokes, strict=True):
+        if abs(own_us - start_us - error / CYCLES_PER_US) > 1:
+            raise Broken(f"RUN_REPORT says {own_us} us, the pin {start_us + error / CYCLES_PER_US} us")
+
+
+def judge(releases: Sequence[Release]) -> None:
+    """Raises Broken where a stroke was not on time."""
+    worst = max(abs(error) for release in releases for error in release.errors)
+    if worst > WORST_ERROR_US * CYCLES_PER_US:
+        raise Broken(f"a stroke began {worst / CYCLES_PER_US} us off its time")
+
+
+def native_releases(library: Path, seed: int, count: int) -> list[Release]:
+    """Many on one powered board, so that its clock turns over between them."""
+    rig = native_rig(library)
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    return [fly(rig, client, plan, rng) for _ in range(count)]
+
+
+@dataclass(frozen=True, slots=True)
+class AvrReleases:
+    """Some releases of one powered board, and the stack they left alone, bytes."""
+
+    plan: Plan
+    releases: list[Release]
+    never_used: int
+
+
+def avr_releases(bench: Bench, seed: int, count: int) -> AvrReleases:
+    """On the image; between runs the cable stays in."""
+    rig = bench.rig()
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    releases = [fly(rig, client, plan, rng) for _ in range(count)]
+    never_used = stack_never_used(rig, client, bench)
+    rig.close()
+    return AvrReleases(plan, releases, never_used)

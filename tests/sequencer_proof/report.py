@@ -1,0 +1,114 @@
+"""The report: docs/sequencer-proof.md. Every figure in it comes from a campaign or from the build."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from tests.sequencer_proof import report_link, report_releases, report_resets, report_store
+from tests.sequencer_proof.campaigns import SEED_OF, Proof
+from tests.sequencer_proof.report_text import table
+from tests.sequencer_proof.rigs import image_report
+from tfsat_host.flashing.image import FLASH_BYTES
+from tfsat_host.protocol.limits import FIRMWARE_VERSION
+
+RAM_BYTES = 2560
+NOT_MODELLED = """\
+- **The supply.** There is no voltage. A brown-out is a forced reset with its flag set; a power cut stops the program
+  between two instructions and tears the EEPROM byte under way as the tables say.
+- **The bootloader.** The program starts at the reset. What the real one does after a brown-out stands in
+  [sequencer.md](sequencer.md#resets).
+- **The moment of an interrupt.** simavr takes no time to enter one. The harness adds the datasheet's 5 cycles
+  (0.3 µs), but not the few cycles by which a long instruction delays it; inputs change between two instructions.
+- **The crystal.** Its error scales all times alike.
+- **USB signals.** The host's end is modelled by packets, not by wires.
+- **Servos.** The onset is the rise of the pulse on the pin. What a servo makes of it is its own affair."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tools:
+    """Versions of what the figures depend on."""
+
+    avr_gcc: str
+    simavr: str
+
+    @classmethod
+    def found(cls) -> Self:
+        return cls(
+            _output("avr-gcc", "-dumpversion"),
+            _output("pkg-config", "--modversion", "simavr"),
+        )
+
+
+def hex_sha256(image: Path) -> str:
+    """Of the HEX file as it is handed to avrdude."""
+    return hashlib.sha256(image.read_bytes()).hexdigest()
+
+
+def render(proof: Proof, image: Path, tools: Tools) -> str:
+    """The whole report, Markdown. The same image and tools give the same text."""
+    sections = [
+        _head(image, tools),
+        report_releases.render(proof),
+        report_store.render(proof),
+        report_link.render(proof),
+        report_resets.render(proof),
+        _size(proof, image),
+        f"## What the emulation leaves out\n\n{NOT_MODELLED}",
+        _seeds(),
+    ]
+    return "\n\n".join(sections) + "\n"
+
+
+def _head(image: Path, tools: Tools) -> str:
+    report = image_report(image)
+    version = ".".join(map(str, FIRMWARE_VERSION))
+    identity = table(
+        ("", ""),
+        [
+            ("firmware", version),
+            ("SHA-256 of the HEX", f"`{hex_sha256(image)}`"),
+            ("CRC-32 of the image, as HELLO and STATUS tell it", f"`{report['image_crc32']}`"),
+            ("compiler", f"avr-gcc {tools.avr_gcc}"),
+            ("emulator", f"libsimavr {tools.simavr}"),
+        ],
+    )
+    return (
+        "# What the sequencer was measured to do\n\n"
+        "Written by `make sequencer-report`; do not edit. Not a model: the HEX that is flashed runs "
+        "in libsimavr, instruction by\n"
+        "instruction, and its pins are measured in CPU cycles (62.5 ns). Only the rows that say "
+        "*native* run the same\n"
+        "core compiled for a PC. Everything below held in every run: a campaign that finds a single "
+        "exception fails, and\n"
+        "writes no report. What the words mean: [sequencer.md](sequencer.md).\n\n" + identity
+    )
+
+
+def _size(proof: Proof, image: Path) -> str:
+    report = image_report(image)
+    flash_budget, ram_budget = report["flash_budget_bytes"], report["ram_budget_bytes"]
+    rows = [
+        ("flash", f"{report['flash_bytes']} ({report['flash_percent']}%)", f"at most {flash_budget} of {FLASH_BYTES} "
+         "after the bootloader"),
+        ("static RAM", report["ram_bytes"], f"at most {ram_budget} of {RAM_BYTES}"),
+        ("stack never touched", proof.never_used, f"at least {report['stack_spare_bytes']}"),
+    ]  # fmt: skip
+    return (
+        "## 5. Size\n\n" + table(("", "bytes", "budget"), rows) + "\n\n"
+        "The build fails above the first two budgets. The third is the least over the campaigns of "
+        "sections 1 to 3, "
+        "by the board's own STATUS, and by its RAM as a\ndebugger sees it."
+    )
+
+
+def _seeds() -> str:
+    seeds = ", ".join(f"{name} {seed}" for name, seed in SEED_OF.items())
+    return f"## Seeds\n\nOf each campaign's first job; every further job has the next: {seeds}."
+
+
+def _output(*command: str) -> str:
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

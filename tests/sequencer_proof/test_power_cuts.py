@@ -1,0 +1,63 @@
+"""Short form of the power-cut campaign: first, last and some cut points; and defects that it must find."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.emulator_avr.building import Edit
+from tests.sequencer_proof.conftest import Plant
+from tests.sequencer_proof.power_cuts import (
+    History,
+    Record,
+    Tear,
+    Write,
+    check_writes,
+    cut_points,
+    second_upload_writes,
+)
+from tests.sequencer_proof.rigs import Bench
+from tests.sequencer_proof.signals import Broken
+
+SLOT_PAIR = "src/core/slot_pair.cpp"
+
+
+@pytest.mark.parametrize("history", History)
+@pytest.mark.parametrize("record", Record)
+def test_a_cut_leaves_the_old_record_or_the_new_one(bench: Bench, record: Record, history: History) -> None:
+    cuts = cut_points(bench, record, history, seed=1, sample=2)
+    assert cuts.points == cuts.stored_afterwards == 4
+    assert cuts.writes > 20
+    # The last write commits, so an earlier one never does.
+    assert (cuts.old[Tear.ERASED], cuts.new[Tear.ERASED]) == (4, 0)
+    assert (cuts.old[Tear.NEW], cuts.new[Tear.NEW]) == (3, 1)
+
+
+@pytest.mark.parametrize("record", Record)
+def test_what_is_stored_is_not_written_again(bench: Bench, record: Record) -> None:
+    assert second_upload_writes(bench, record) == 0
+
+
+def test_a_store_that_overwrites_its_only_record_is_found(plant: Plant) -> None:
+    careless = plant(Edit("src/core/slot_pair.h", "return static_cast<uint8_t>(1 - slot_);", "return slot_;"))
+    with pytest.raises(Broken, match="neither the old nor the new"):
+        cut_points(careless, Record.SETTINGS, History.ONE_SLOT, seed=1, sample=2)
+
+
+def test_a_store_that_marks_first_and_trusts_its_mark_is_found(plant: Plant) -> None:
+    hasty = plant(
+        Edit(SLOT_PAIR, "write_if_different(marker, kErased);", "write_if_different(marker, kMarked);"),
+        Edit(SLOT_PAIR, "return slot_holds(slot, static_cast<uint8_t>(end - 2), end);", "return end > 0;"),
+    )
+    with pytest.raises(Broken, match="neither the old nor the new"):
+        cut_points(hasty, Record.SETTINGS, History.BOTH_SLOTS, seed=1, sample=6)
+
+
+def test_a_byte_that_is_written_with_what_it_holds_is_found(plant: Plant) -> None:
+    wasteful = plant(Edit(SLOT_PAIR, "if (memory_.read(address) != value) memory_.write", "memory_.write"))
+    with pytest.raises(Broken, match="was written with what it held"):
+        cut_points(wasteful, Record.SETTINGS, History.ERASED, seed=1, sample=0)
+
+
+def test_a_byte_of_the_other_store_is_found() -> None:
+    with pytest.raises(Broken, match="not in the store of the maneuver"):
+        check_writes([Write(300, 0xFF, 1)], Record.MANEUVER)

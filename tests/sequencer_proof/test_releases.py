@@ -1,0 +1,78 @@
+"""Short forms of the release campaigns, and defects that they must find."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.emulator_avr.building import Edit
+from tests.sequencer.board import build_board_library
+from tests.sequencer_proof.conftest import Plant
+from tests.sequencer_proof.releases import avr_releases, judge, native_releases
+from tests.sequencer_proof.rigs import Bench
+from tests.sequencer_proof.signals import CYCLES_PER_TICK, Broken
+from tests.sequencer_proof.waiting import knocks, long_wait
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+
+SCHEDULED = "released_at + ticks_from_us(stroke.start_us)"
+
+
+def test_native_releases_are_on_time(tmp_path_factory: pytest.TempPathFactory) -> None:
+    library = build_board_library(tmp_path_factory.mktemp("native"))
+    releases = native_releases(library, seed=1, count=300)
+    judge(releases)
+    assert max(abs(error) for release in releases for error in release.errors) <= CYCLES_PER_TICK
+    assert max(release.contact_edges for release in releases) > 30
+
+
+def test_releases_of_the_image_are_on_time(bench: Bench) -> None:
+    found = avr_releases(bench, seed=1, count=10)
+    judge(found.releases)
+    errors = [error for release in found.releases for error in release.errors]
+    assert max(map(abs, errors)) <= CYCLES_PER_TICK
+    assert len(set(errors)) > 2  # the release falls anywhere in the timer's tick
+    wanted = schedule_maneuver(four_stroke(59, 70))
+    assert found.plan.strokes == tuple((s.joint, s.angle_cdeg, s.t_us) for s in wanted.strokes)
+
+
+def test_the_same_seed_gives_the_same_figures(bench: Bench) -> None:
+    assert avr_releases(bench, seed=2, count=2) == avr_releases(bench, seed=2, count=2)
+
+
+def test_a_schedule_60_us_late_is_found(plant: Plant) -> None:
+    late = plant(
+        Edit("src/core/sequencer.cpp", SCHEDULED, "released_at + ticks_from_us(stroke.start_us + 60)")
+    )
+    with pytest.raises(Broken, match=r"a stroke began 60(\.\d+)? us off|59\.\d+ us off"):
+        judge(avr_releases(late, seed=1, count=1).releases)
+
+
+def test_a_pulse_cut_short_is_found(plant: Plant) -> None:
+    short = plant(
+        Edit(
+            "src/drivers/timer1_servos.cpp",
+            "set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false)",
+            "set_edge(channel, c.pulse.rise + c.pulse.width_ticks - (c.pulse.begins_change ? 2 : 0), false)",
+        )
+    )
+    with pytest.raises(Broken, match="pulse widths in order"):
+        avr_releases(short, seed=1, count=1)
+
+
+def test_waiting_changes_nothing(bench: Bench) -> None:
+    wait = long_wait(bench, seed=1, waited_us=45_000_000)
+    judge([wait.release])
+    assert wait.pulses >= 3 * 50 * 20
+
+
+def test_knocks_start_nothing(bench: Bench) -> None:
+    found = knocks(bench, seed=2, count=16)
+    assert min(found.one_switch, found.both_switches) > 3
+    judge([found.release])
+
+
+def test_a_release_by_one_switch_is_found(plant: Plant) -> None:
+    eager = plant(
+        Edit("src/core/release_detector.cpp", "if (open_ == kBoth && opening_) {", "if (open_ != 0) {")
+    )
+    with pytest.raises(Broken, match="knocks"):
+        knocks(eager, seed=2, count=3)

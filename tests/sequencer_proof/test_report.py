@@ -1,0 +1,84 @@
+"""The committed report is of the image that is built; it says what was found; the budgets of size hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.emulator_avr.avr_board import ResetCause
+from tests.emulator_avr.building import REPOSITORY, BuildError, Edit
+from tests.sequencer_proof.campaigns import Proof, judge_all, judge_stack
+from tests.sequencer_proof.conftest import Plant
+from tests.sequencer_proof.link_abuse import Abuse, Abused
+from tests.sequencer_proof.noise import Noise, Noisy
+from tests.sequencer_proof.power_cuts import Cuts, History, Record
+from tests.sequencer_proof.releases import AvrReleases, Plan, Release, avr_releases
+from tests.sequencer_proof.report import Tools, hex_sha256, render
+from tests.sequencer_proof.resets import Hangs, Moment, Resets
+from tests.sequencer_proof.rigs import Bench
+from tests.sequencer_proof.signals import Broken, Extremes
+from tests.sequencer_proof.waiting import LONG_WAIT_US, Knocks, Wait
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.servo_settings import FACTORY
+
+REPORT = REPOSITORY / "docs" / "sequencer-proof.md"
+RELEASE = Release((-3, 0, 5, 16), Extremes(16_000, 28_448), Extremes(315_000, 322_000), 12)
+STROKES = ((1, 5900, 700_000), (2, 7000, 1_050_000), (1, -5900, 1_470_000), (2, -7000, 1_820_000))
+PROOF = Proof(
+    waits=[Wait(LONG_WAIT_US, 675_000, RELEASE)],
+    native=[[RELEASE]],
+    avr=[AvrReleases(Plan(STROKES, 2_231_765, FACTORY), [RELEASE, RELEASE], 600)],
+    knocks=[Knocks(3, 4, RELEASE)],
+    cuts=[Cuts(Record.MANEUVER, History.ERASED, 22, 22, stored_afterwards=22, never_used=590)],
+    rewrites=[0, 0],
+    abused=[Abused(Abuse.PULLED, 251, 0, 580)],
+    noisy=[Noisy(Noise.BYTES, drops=1, never_used=570)],
+    resets=[Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, Extremes(100, 200), Extremes(-8, 4))],
+    hangs=[Hangs(SequencerState.SAFE, 10, Extremes(1_020_000, 1_024_000))],
+)
+
+
+def test_the_report_is_of_the_image_that_is_built(bench: Bench) -> None:
+    named = f"`{hex_sha256(bench.image)}`" in REPORT.read_text()
+    assert named, "docs/sequencer-proof.md is of another image. Run: make sequencer-report"
+
+
+def test_the_report_names_no_machine() -> None:
+    text = REPORT.read_text()
+    assert str(Path.home()) not in text
+    assert "/tmp" not in text
+
+
+def test_a_report_tells_its_campaigns_figures(bench: Bench) -> None:
+    text = render(PROOF, bench.image, Tools("5.4.0", "1.6"))
+    assert "| 4 | 2 | -70 deg | 1820000 | 1820001 | 1820001 | 1820001 | +1 |" in text
+    assert "| stack never touched | 570 | at least 512 |" in text
+    assert (
+        "| armed, cable pulled, 75.0 min after power-up | 2 turns of the clock; 675000 pulses held |" in text
+    )
+    assert f"| {Abuse.PULLED.value} | 251 | 0 |" in text
+    assert f"`{hex_sha256(bench.image)}`" in text
+
+
+def test_a_proof_with_a_late_stroke_or_a_rewritten_byte_is_none(bench: Bench) -> None:
+    judge_all(PROOF, bench.image)
+    late = replace(RELEASE, errors=(0, 0, 0, 801))
+    with pytest.raises(Broken, match=r"50\.0625 us off"):
+        judge_all(replace(PROOF, native=[[late]]), bench.image)
+    with pytest.raises(Broken, match="wrote"):
+        judge_all(replace(PROOF, rewrites=[0, 1]), bench.image)
+
+
+def test_the_stack_leaves_its_spare(bench: Bench) -> None:
+    judge_stack(avr_releases(bench, seed=9, count=1).never_used, bench.image)
+    with pytest.raises(Broken, match="only 511 bytes of stack"):
+        judge_stack(511, bench.image)
+
+
+def test_a_variable_too_many_fails_the_build(plant: Plant) -> None:
+    setup = "void setup() {\n"
+    hog = Edit("arduino_sequencer.ino", setup, f"volatile uint8_t hog[700];\n{setup}  hog[TCNT0] = 1;\n")
+    with pytest.raises(BuildError, match=r"static RAM, \d+ more than its budget"):
+        plant(hog)

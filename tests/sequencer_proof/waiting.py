@@ -1,0 +1,108 @@
+"""Campaign 1, continued: hours of waiting, turns of the 32-bit tick clock, knocks that start nothing."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+
+from tests.sequencer_proof.contacts import LATEST_SECOND_US, open_switches, opening
+from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, Release, check_own_report, fly, measure
+from tests.sequencer_proof.rigs import Bench, Rig, arm, run_us
+from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, Broken, PinEdge, read_signal
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.limits import RELEASE_DEBOUNCE_US
+
+TURN_US = 2**32 * CYCLES_PER_TICK // CYCLES_PER_US
+"""The tick clock is at 0 again: every 35.8 minutes."""
+LONG_WAIT_US = 75 * 60 * 1_000_000
+ACROSS_TURN_US = TURN_US - 1_250_000
+"""Armed this long after power-up, a release has its strokes on both sides of the turn."""
+LOOK_US = 20_000_000
+ONE_SWITCH_US = 20_000
+"""How long one switch opens in the crane's lift."""
+KNOCK_PAUSE_US = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """An armed wait that ended in a release."""
+
+    waited_us: int
+    pulses: int
+    release: Release
+
+
+def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
+    """Armed soon after power-up, the cable pulled; released this long after power-up. Raises Broken."""
+    rig = bench.rig()
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    arm(rig, client)
+    rig.board.cable(False)
+    seen: list[PinEdge] = []
+    pulses = 0
+    while rig.now < (waited_us - LOOK_US) * CYCLES_PER_US:
+        run_us(rig, LOOK_US)
+        seen = [*seen, *rig.edges()]
+        signal = read_signal(seen)
+        if signal.onsets:
+            raise Broken(f"a servo moved after {rig.now // CYCLES_PER_US} us armed")
+        pulses += sum(map(len, signal.trains))
+        # Each pin's last rise without its fall stays for the next look.
+        last = {edge.pin: edge for edge in seen}
+        seen = [edge for edge in last.values() if edge.high]
+    rig.run_to(waited_us * CYCLES_PER_US)
+    contacts = opening(rng, rig.now, rig.resolution)
+    released = open_switches(rig, contacts)
+    run_us(rig, plan.end_us + AFTER_RUN_US)
+    release = measure([*seen, *rig.edges()], plan, released, contact_edges=len(contacts))
+    check_own_report(rig.connect(), plan, release)
+    rig.close()
+    return Wait(waited_us, pulses, release)
+
+
+@dataclass(frozen=True, slots=True)
+class Knocks:
+    """Knocks that started nothing, and the release after them."""
+
+    one_switch: int
+    both_switches: int
+    release: Release
+
+
+def knocks(bench: Bench, seed: int, count: int) -> Knocks:
+    """Knocks of both kinds in the image, then a release. Raises Broken where one is not counted, or moves a servo."""
+    rig = bench.rig()
+    client = rig.connect()
+    plan, rng = Plan.on(client), random.Random(seed)
+    arm(rig, client)
+    both_switches = 0
+    for number in range(1, count + 1):
+        both = rng.random() < 0.5
+        both_switches += both
+        _knock(rig, rng, both=both)
+        status = client.status()
+        if (status.state, status.knocks) != (SequencerState.ARMED, number):
+            raise Broken(f"after {number} knocks: {status.state.name}, {status.knocks} counted")
+    signal = read_signal(rig.edges())
+    signal.check_widths()
+    if signal.onsets:
+        raise Broken("a knock moved a servo")
+    release = fly(rig, client, plan, rng)
+    rig.close()
+    return Knocks(count - both_switches, both_switches, release)
+
+
+def _knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
+    """One switch for 20 ms; or both, one after the other, together for less than the debounce."""
+    first = rng.randrange(2)
+    rig.set_switch(first, closed=False)
+    if both:
+        rig.run_to(rig.now + rng.randint(1, LATEST_SECOND_US * CYCLES_PER_US))
+        rig.set_switch(1 - first, closed=False)
+        rig.run_to(rig.now + rng.randint(CYCLES_PER_US, (RELEASE_DEBOUNCE_US - 10) * CYCLES_PER_US))
+    else:
+        run_us(rig, ONE_SWITCH_US)
+    for index in (0, 1):
+        rig.set_switch(index, closed=True)
+    run_us(rig, KNOCK_PAUSE_US)
