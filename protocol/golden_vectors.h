@@ -100,6 +100,7 @@ inline size_t build_SequencerStatusReply(uint8_t* payload) {
   message.image_crc = 2730027459u;
   message.ram_never_used_bytes = 16624u;
   message.frames_rejected = 57127u;
+  message.stores_damaged = 125u;
   message.encode(payload);
   return protocol::SequencerStatusReply::kSize;
 }
@@ -107,11 +108,11 @@ inline size_t build_SequencerStatusReply(uint8_t* payload) {
 inline bool matches_SequencerStatusReply(const uint8_t* payload, size_t size) {
   protocol::SequencerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kFault && message.fault == protocol::ErrorCode::kResetWhileRunning && message.last_refusal == protocol::ErrorCode::kJogNotConfirmed && message.switches_open == 116u && message.arm_token == 4805u && message.reset_cause == protocol::ResetCause::kBrownOut && message.resets_while_armed == 79u && message.strokes_started == 237u && message.knocks == 35747u && message.joint_angle_cdeg[0] == 10715 && message.joint_angle_cdeg[1] == -14318 && message.joint_angle_cdeg[2] == 26185 && message.uptime_ms == 75591690u && message.image_crc == 2730027459u && message.ram_never_used_bytes == 16624u && message.frames_rejected == 57127u;
+  return message.state == protocol::SequencerState::kFault && message.fault == protocol::ErrorCode::kResetWhileRunning && message.last_refusal == protocol::ErrorCode::kJogNotConfirmed && message.switches_open == 116u && message.arm_token == 4805u && message.reset_cause == protocol::ResetCause::kBrownOut && message.resets_while_armed == 79u && message.strokes_started == 237u && message.knocks == 35747u && message.joint_angle_cdeg[0] == 10715 && message.joint_angle_cdeg[1] == -14318 && message.joint_angle_cdeg[2] == 26185 && message.uptime_ms == 75591690u && message.image_crc == 2730027459u && message.ram_never_used_bytes == 16624u && message.frames_rejected == 57127u && message.stores_damaged == 125u;
 }
 
-static const uint8_t kPayloadSequencerStatusReply[] = {0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF};
-static const uint8_t kFrameSequencerStatusReply[] = {0x22, 0x82, 0x03, 0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0xD9, 0xB6, 0x00};
+static const uint8_t kPayloadSequencerStatusReply[] = {0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D};
+static const uint8_t kFrameSequencerStatusReply[] = {0x23, 0x82, 0x03, 0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x27, 0xB1, 0x00};
 
 inline size_t build_RunReportRequest(uint8_t* payload) {
   (void)payload;
@@ -129,27 +130,27 @@ static const uint8_t kFrameRunReportRequest[] = {0x05, 0x04, 0x04, 0x4F, 0x91, 0
 
 inline size_t build_RunReportReply(uint8_t* payload) {
   protocol::RunReportReply message;
-  message.released = 125u;
-  message.bounces = 7062u;
-  message.release_ms = 3117304419u;
-  message.release_us = 22533u;
-  message.stroke_count = 246u;
-  message.start_us[0] = 2490677135u;
-  message.start_us[1] = 850145609u;
-  message.start_us[2] = 3504581378u;
-  message.start_us[3] = 1864049852u;
-  message.start_us[4] = 223518325u;
-  message.start_us[5] = 2877954095u;
-  message.start_us[6] = 1237422568u;
-  message.start_us[7] = 3891858338u;
-  message.start_us[8] = 2251326811u;
-  message.start_us[9] = 610795285u;
-  message.start_us[10] = 3265231054u;
-  message.start_us[11] = 1624699528u;
-  message.start_us[12] = 4279135297u;
-  message.start_us[13] = 2638603771u;
-  message.start_us[14] = 998072244u;
-  message.start_us[15] = 3652508014u;
+  message.released = 27u;
+  message.bounces = 47566u;
+  message.release_ms = 1476772892u;
+  message.release_us = 63037u;
+  message.stroke_count = 148u;
+  message.start_us[0] = 850145609u;
+  message.start_us[1] = 3504581378u;
+  message.start_us[2] = 1864049852u;
+  message.start_us[3] = 223518325u;
+  message.start_us[4] = 2877954095u;
+  message.start_us[5] = 1237422568u;
+  message.start_us[6] = 3891858338u;
+  message.start_us[7] = 2251326811u;
+  message.start_us[8] = 610795285u;
+  message.start_us[9] = 3265231054u;
+  message.start_us[10] = 1624699528u;
+  message.start_us[11] = 4279135297u;
+  message.start_us[12] = 2638603771u;
+  message.start_us[13] = 998072244u;
+  message.start_us[14] = 3652508014u;
+  message.start_us[15] = 2011976487u;
   message.encode(payload);
   return protocol::RunReportReply::kSize;
 }
@@ -157,11 +158,11 @@ inline size_t build_RunReportReply(uint8_t* payload) {
 inline bool matches_RunReportReply(const uint8_t* payload, size_t size) {
   protocol::RunReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.released == 125u && message.bounces == 7062u && message.release_ms == 3117304419u && message.release_us == 22533u && message.stroke_count == 246u && message.start_us[0] == 2490677135u && message.start_us[1] == 850145609u && message.start_us[2] == 3504581378u && message.start_us[3] == 1864049852u && message.start_us[4] == 223518325u && message.start_us[5] == 2877954095u && message.start_us[6] == 1237422568u && message.start_us[7] == 3891858338u && message.start_us[8] == 2251326811u && message.start_us[9] == 610795285u && message.start_us[10] == 3265231054u && message.start_us[11] == 1624699528u && message.start_us[12] == 4279135297u && message.start_us[13] == 2638603771u && message.start_us[14] == 998072244u && message.start_us[15] == 3652508014u;
+  return message.released == 27u && message.bounces == 47566u && message.release_ms == 1476772892u && message.release_us == 63037u && message.stroke_count == 148u && message.start_us[0] == 850145609u && message.start_us[1] == 3504581378u && message.start_us[2] == 1864049852u && message.start_us[3] == 223518325u && message.start_us[4] == 2877954095u && message.start_us[5] == 1237422568u && message.start_us[6] == 3891858338u && message.start_us[7] == 2251326811u && message.start_us[8] == 610795285u && message.start_us[9] == 3265231054u && message.start_us[10] == 1624699528u && message.start_us[11] == 4279135297u && message.start_us[12] == 2638603771u && message.start_us[13] == 998072244u && message.start_us[14] == 3652508014u && message.start_us[15] == 2011976487u;
 }
 
-static const uint8_t kPayloadRunReportReply[] = {0x7D, 0x96, 0x1B, 0x63, 0x4A, 0xCE, 0xB9, 0x05, 0x58, 0xF6, 0x8F, 0xB7, 0x74, 0x94, 0x49, 0x31, 0xAC, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9};
-static const uint8_t kFrameRunReportReply[] = {0x4F, 0x84, 0x05, 0x7D, 0x96, 0x1B, 0x63, 0x4A, 0xCE, 0xB9, 0x05, 0x58, 0xF6, 0x8F, 0xB7, 0x74, 0x94, 0x49, 0x31, 0xAC, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x60, 0x56, 0x00};
+static const uint8_t kPayloadRunReportReply[] = {0x1B, 0xCE, 0xB9, 0x1C, 0xC4, 0x05, 0x58, 0x3D, 0xF6, 0x94, 0x49, 0x31, 0xAC, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77};
+static const uint8_t kFrameRunReportReply[] = {0x4F, 0x84, 0x05, 0x1B, 0xCE, 0xB9, 0x1C, 0xC4, 0x05, 0x58, 0x3D, 0xF6, 0x94, 0x49, 0x31, 0xAC, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0x3E, 0x4A, 0x00};
 
 inline size_t build_LoggerStatusRequest(uint8_t* payload) {
   (void)payload;
@@ -179,22 +180,22 @@ static const uint8_t kFrameLoggerStatusRequest[] = {0x05, 0x03, 0x06, 0x9A, 0x28
 
 inline size_t build_LoggerStatusReply(uint8_t* payload) {
   protocol::LoggerStatusReply message;
-  message.state = protocol::LoggerState::kFailed;
-  message.error = protocol::ErrorCode::kNoCard;
-  message.imu_present = 180u;
-  message.switches_open = 82u;
-  message.session = 4039784973u;
-  message.samples = 2399253447u;
-  message.samples_dropped = 758721920u;
-  message.blocks_written = 3413157690u;
-  message.ring_blocks = 27048u;
-  message.ring_peak_blocks = 2015u;
-  message.rate_hz = 42519u;
-  message.who_am_i[0] = 68u;
-  message.who_am_i[1] = 226u;
-  message.who_am_i[2] = 128u;
-  message.who_am_i[3] = 30u;
-  message.uptime_ms = 3173807366u;
+  message.state = protocol::LoggerState::kIdle;
+  message.error = protocol::ErrorCode::kStoreDamaged;
+  message.imu_present = 82u;
+  message.switches_open = 240u;
+  message.session = 2399253447u;
+  message.samples = 758721920u;
+  message.samples_dropped = 3413157690u;
+  message.blocks_written = 1772626163u;
+  message.ring_blocks = 2015u;
+  message.ring_peak_blocks = 42519u;
+  message.rate_hz = 17486u;
+  message.who_am_i[0] = 226u;
+  message.who_am_i[1] = 128u;
+  message.who_am_i[2] = 30u;
+  message.who_am_i[3] = 189u;
+  message.uptime_ms = 1533275839u;
   message.encode(payload);
   return protocol::LoggerStatusReply::kSize;
 }
@@ -202,16 +203,16 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
 inline bool matches_LoggerStatusReply(const uint8_t* payload, size_t size) {
   protocol::LoggerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kFailed && message.error == protocol::ErrorCode::kNoCard && message.imu_present == 180u && message.switches_open == 82u && message.session == 4039784973u && message.samples == 2399253447u && message.samples_dropped == 758721920u && message.blocks_written == 3413157690u && message.ring_blocks == 27048u && message.ring_peak_blocks == 2015u && message.rate_hz == 42519u && message.who_am_i[0] == 68u && message.who_am_i[1] == 226u && message.who_am_i[2] == 128u && message.who_am_i[3] == 30u && message.uptime_ms == 3173807366u;
+  return message.state == protocol::LoggerState::kIdle && message.error == protocol::ErrorCode::kStoreDamaged && message.imu_present == 82u && message.switches_open == 240u && message.session == 2399253447u && message.samples == 758721920u && message.samples_dropped == 3413157690u && message.blocks_written == 1772626163u && message.ring_blocks == 2015u && message.ring_peak_blocks == 42519u && message.rate_hz == 17486u && message.who_am_i[0] == 226u && message.who_am_i[1] == 128u && message.who_am_i[2] == 30u && message.who_am_i[3] == 189u && message.uptime_ms == 1533275839u;
 }
 
-static const uint8_t kPayloadLoggerStatusReply[] = {0x04, 0x28, 0xB4, 0x52, 0x0D, 0x3A, 0xCA, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x44, 0xE2, 0x80, 0x1E, 0x06, 0x75, 0x2C, 0xBD};
-static const uint8_t kFrameLoggerStatusReply[] = {0x27, 0x83, 0x07, 0x04, 0x28, 0xB4, 0x52, 0x0D, 0x3A, 0xCA, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x44, 0xE2, 0x80, 0x1E, 0x06, 0x75, 0x2C, 0xBD, 0xC7, 0x5A, 0x00};
+static const uint8_t kPayloadLoggerStatusReply[] = {0x00, 0x1B, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B};
+static const uint8_t kFrameLoggerStatusReply[] = {0x03, 0x83, 0x07, 0x24, 0x1B, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B, 0xAC, 0x21, 0x00};
 
 inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
   protocol::ManeuverBeginRequest message;
-  message.stroke_count = 91u;
-  message.speed_cdeg_s = 63899u;
+  message.stroke_count = 249u;
+  message.speed_cdeg_s = 38866u;
   message.encode(payload);
   return protocol::ManeuverBeginRequest::kSize;
 }
@@ -219,15 +220,15 @@ inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
 inline bool matches_ManeuverBeginRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 91u && message.speed_cdeg_s == 63899u;
+  return message.stroke_count == 249u && message.speed_cdeg_s == 38866u;
 }
 
-static const uint8_t kPayloadManeuverBeginRequest[] = {0x5B, 0x9B, 0xF9};
-static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0x5B, 0x9B, 0xF9, 0x8D, 0x84, 0x00};
+static const uint8_t kPayloadManeuverBeginRequest[] = {0xF9, 0xD2, 0x97};
+static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0xF9, 0xD2, 0x97, 0x4D, 0x6D, 0x00};
 
 inline size_t build_ManeuverBeginReply(uint8_t* payload) {
   protocol::ManeuverBeginReply message;
-  message.stroke_count = 151u;
+  message.stroke_count = 54u;
   message.encode(payload);
   return protocol::ManeuverBeginReply::kSize;
 }
@@ -235,18 +236,18 @@ inline size_t build_ManeuverBeginReply(uint8_t* payload) {
 inline bool matches_ManeuverBeginReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 151u;
+  return message.stroke_count == 54u;
 }
 
-static const uint8_t kPayloadManeuverBeginReply[] = {0x97};
-static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x97, 0x63, 0xFD, 0x00};
+static const uint8_t kPayloadManeuverBeginReply[] = {0x36};
+static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x36, 0xA8, 0x58, 0x00};
 
 inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
   protocol::ManeuverStrokeRequest message;
-  message.index = 54u;
-  message.joint = 212u;
-  message.angle_cdeg = 29305;
-  message.start_us = 280021272u;
+  message.index = 212u;
+  message.joint = 114u;
+  message.angle_cdeg = 4272;
+  message.start_us = 2934457042u;
   message.encode(payload);
   return protocol::ManeuverStrokeRequest::kSize;
 }
@@ -254,15 +255,15 @@ inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
 inline bool matches_ManeuverStrokeRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 54u && message.joint == 212u && message.angle_cdeg == 29305 && message.start_us == 280021272u;
+  return message.index == 212u && message.joint == 114u && message.angle_cdeg == 4272 && message.start_us == 2934457042u;
 }
 
-static const uint8_t kPayloadManeuverStrokeRequest[] = {0x36, 0xD4, 0x79, 0x72, 0x18, 0xC9, 0xB0, 0x10};
-static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0x36, 0xD4, 0x79, 0x72, 0x18, 0xC9, 0xB0, 0x10, 0x88, 0xCD, 0x00};
+static const uint8_t kPayloadManeuverStrokeRequest[] = {0xD4, 0x72, 0xB0, 0x10, 0xD2, 0x42, 0xE8, 0xAE};
+static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0xD4, 0x72, 0xB0, 0x10, 0xD2, 0x42, 0xE8, 0xAE, 0x17, 0x2C, 0x00};
 
 inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
   protocol::ManeuverStrokeReply message;
-  message.index = 174u;
+  message.index = 77u;
   message.encode(payload);
   return protocol::ManeuverStrokeReply::kSize;
 }
@@ -270,15 +271,15 @@ inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
 inline bool matches_ManeuverStrokeReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 174u;
+  return message.index == 77u;
 }
 
-static const uint8_t kPayloadManeuverStrokeReply[] = {0xAE};
-static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0xAE, 0x4B, 0x0B, 0x00};
+static const uint8_t kPayloadManeuverStrokeReply[] = {0x4D};
+static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0x4D, 0x06, 0xC6, 0x00};
 
 inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
   protocol::ManeuverCommitRequest message;
-  message.crc = 19743u;
+  message.crc = 60247u;
   message.encode(payload);
   return protocol::ManeuverCommitRequest::kSize;
 }
@@ -286,16 +287,16 @@ inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
 inline bool matches_ManeuverCommitRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.crc == 19743u;
+  return message.crc == 60247u;
 }
 
-static const uint8_t kPayloadManeuverCommitRequest[] = {0x1F, 0x4D};
-static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0x1F, 0x4D, 0x4A, 0x8D, 0x00};
+static const uint8_t kPayloadManeuverCommitRequest[] = {0x57, 0xEB};
+static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0x57, 0xEB, 0x03, 0xDC, 0x00};
 
 inline size_t build_ManeuverCommitReply(uint8_t* payload) {
   protocol::ManeuverCommitReply message;
-  message.stored = 235u;
-  message.written = 137u;
+  message.stored = 137u;
+  message.written = 39u;
   message.encode(payload);
   return protocol::ManeuverCommitReply::kSize;
 }
@@ -303,11 +304,11 @@ inline size_t build_ManeuverCommitReply(uint8_t* payload) {
 inline bool matches_ManeuverCommitReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 235u && message.written == 137u;
+  return message.stored == 137u && message.written == 39u;
 }
 
-static const uint8_t kPayloadManeuverCommitReply[] = {0xEB, 0x89};
-static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0xEB, 0x89, 0x8F, 0x21, 0x00};
+static const uint8_t kPayloadManeuverCommitReply[] = {0x89, 0x27};
+static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0x89, 0x27, 0xE3, 0x18, 0x00};
 
 inline size_t build_ManeuverInfoRequest(uint8_t* payload) {
   (void)payload;
@@ -325,12 +326,12 @@ static const uint8_t kFrameManeuverInfoRequest[] = {0x05, 0x13, 0x0E, 0xE1, 0xAA
 
 inline size_t build_ManeuverInfoReply(uint8_t* payload) {
   protocol::ManeuverInfoReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.stroke_count = 197u;
-  message.speed_cdeg_s = 25653u;
-  message.crc = 620u;
-  message.end_us = 2695106718u;
-  message.generation = 1054575191u;
+  message.origin = protocol::Origin::kUploaded;
+  message.stroke_count = 100u;
+  message.speed_cdeg_s = 620u;
+  message.crc = 41124u;
+  message.end_us = 1054575191u;
+  message.generation = 3709010961u;
   message.encode(payload);
   return protocol::ManeuverInfoReply::kSize;
 }
@@ -338,15 +339,15 @@ inline size_t build_ManeuverInfoReply(uint8_t* payload) {
 inline bool matches_ManeuverInfoReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverInfoReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.stroke_count == 197u && message.speed_cdeg_s == 25653u && message.crc == 620u && message.end_us == 2695106718u && message.generation == 1054575191u;
+  return message.origin == protocol::Origin::kUploaded && message.stroke_count == 100u && message.speed_cdeg_s == 620u && message.crc == 41124u && message.end_us == 1054575191u && message.generation == 3709010961u;
 }
 
-static const uint8_t kPayloadManeuverInfoReply[] = {0x00, 0xC5, 0x35, 0x64, 0x6C, 0x02, 0x9E, 0x10, 0xA4, 0xA0, 0x57, 0x8A, 0xDB, 0x3E};
-static const uint8_t kFrameManeuverInfoReply[] = {0x03, 0x93, 0x0F, 0x10, 0xC5, 0x35, 0x64, 0x6C, 0x02, 0x9E, 0x10, 0xA4, 0xA0, 0x57, 0x8A, 0xDB, 0x3E, 0x98, 0xB9, 0x00};
+static const uint8_t kPayloadManeuverInfoReply[] = {0x01, 0x64, 0x6C, 0x02, 0xA4, 0xA0, 0x57, 0x8A, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD};
+static const uint8_t kFrameManeuverInfoReply[] = {0x13, 0x93, 0x0F, 0x01, 0x64, 0x6C, 0x02, 0xA4, 0xA0, 0x57, 0x8A, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD, 0x4F, 0x9F, 0x00};
 
 inline size_t build_ManeuverReadRequest(uint8_t* payload) {
   protocol::ManeuverReadRequest message;
-  message.index = 221u;
+  message.index = 123u;
   message.encode(payload);
   return protocol::ManeuverReadRequest::kSize;
 }
@@ -354,18 +355,18 @@ inline size_t build_ManeuverReadRequest(uint8_t* payload) {
 inline bool matches_ManeuverReadRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 221u;
+  return message.index == 123u;
 }
 
-static const uint8_t kPayloadManeuverReadRequest[] = {0xDD};
-static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0xDD, 0x9C, 0x4A, 0x00};
+static const uint8_t kPayloadManeuverReadRequest[] = {0x7B};
+static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0x7B, 0xB0, 0x9F, 0x00};
 
 inline size_t build_ManeuverReadReply(uint8_t* payload) {
   protocol::ManeuverReadReply message;
-  message.index = 123u;
-  message.joint = 25u;
-  message.angle_cdeg = -18503;
-  message.start_us = 1441852151u;
+  message.index = 25u;
+  message.joint = 183u;
+  message.angle_cdeg = 22000;
+  message.start_us = 4096287920u;
   message.encode(payload);
   return protocol::ManeuverReadReply::kSize;
 }
@@ -373,15 +374,15 @@ inline size_t build_ManeuverReadReply(uint8_t* payload) {
 inline bool matches_ManeuverReadReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 123u && message.joint == 25u && message.angle_cdeg == -18503 && message.start_us == 1441852151u;
+  return message.index == 25u && message.joint == 183u && message.angle_cdeg == 22000 && message.start_us == 4096287920u;
 }
 
-static const uint8_t kPayloadManeuverReadReply[] = {0x7B, 0x19, 0xB9, 0xB7, 0xF7, 0xEA, 0xF0, 0x55};
-static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x7B, 0x19, 0xB9, 0xB7, 0xF7, 0xEA, 0xF0, 0x55, 0xC2, 0xB4, 0x00};
+static const uint8_t kPayloadManeuverReadReply[] = {0x19, 0xB7, 0xF0, 0x55, 0xB0, 0x64, 0x28, 0xF4};
+static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x19, 0xB7, 0xF0, 0x55, 0xB0, 0x64, 0x28, 0xF4, 0x89, 0x3A, 0x00};
 
 inline size_t build_ArmRequest(uint8_t* payload) {
   protocol::ArmRequest message;
-  message.arm_token = 62504u;
+  message.arm_token = 37471u;
   message.encode(payload);
   return protocol::ArmRequest::kSize;
 }
@@ -389,15 +390,15 @@ inline size_t build_ArmRequest(uint8_t* payload) {
 inline bool matches_ArmRequest(const uint8_t* payload, size_t size) {
   protocol::ArmRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.arm_token == 62504u;
+  return message.arm_token == 37471u;
 }
 
-static const uint8_t kPayloadArmRequest[] = {0x28, 0xF4};
-static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0x28, 0xF4, 0x59, 0xBE, 0x00};
+static const uint8_t kPayloadArmRequest[] = {0x5F, 0x92};
+static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0x5F, 0x92, 0xF7, 0x23, 0x00};
 
 inline size_t build_ArmReply(uint8_t* payload) {
   protocol::ArmReply message;
-  message.state = protocol::SequencerState::kRunning;
+  message.state = protocol::SequencerState::kDone;
   message.encode(payload);
   return protocol::ArmReply::kSize;
 }
@@ -405,11 +406,11 @@ inline size_t build_ArmReply(uint8_t* payload) {
 inline bool matches_ArmReply(const uint8_t* payload, size_t size) {
   protocol::ArmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kRunning;
+  return message.state == protocol::SequencerState::kDone;
 }
 
-static const uint8_t kPayloadArmReply[] = {0x02};
-static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x02, 0x62, 0x07, 0x00};
+static const uint8_t kPayloadArmReply[] = {0x03};
+static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x03, 0x43, 0x17, 0x00};
 
 inline size_t build_DisarmRequest(uint8_t* payload) {
   (void)payload;
@@ -427,7 +428,7 @@ static const uint8_t kFrameDisarmRequest[] = {0x05, 0x21, 0x14, 0x6D, 0x7A, 0x00
 
 inline size_t build_DisarmReply(uint8_t* payload) {
   protocol::DisarmReply message;
-  message.state = protocol::SequencerState::kDone;
+  message.state = protocol::SequencerState::kFault;
   message.encode(payload);
   return protocol::DisarmReply::kSize;
 }
@@ -435,15 +436,15 @@ inline size_t build_DisarmReply(uint8_t* payload) {
 inline bool matches_DisarmReply(const uint8_t* payload, size_t size) {
   protocol::DisarmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kDone;
+  return message.state == protocol::SequencerState::kFault;
 }
 
-static const uint8_t kPayloadDisarmReply[] = {0x03};
-static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x03, 0xD5, 0x8A, 0x00};
+static const uint8_t kPayloadDisarmReply[] = {0x04};
+static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x04, 0x32, 0xFA, 0x00};
 
 inline size_t build_RecordStartRequest(uint8_t* payload) {
   protocol::RecordStartRequest message;
-  message.number = 3469660637u;
+  message.number = 1829129110u;
   message.encode(payload);
   return protocol::RecordStartRequest::kSize;
 }
@@ -451,16 +452,16 @@ inline size_t build_RecordStartRequest(uint8_t* payload) {
 inline bool matches_RecordStartRequest(const uint8_t* payload, size_t size) {
   protocol::RecordStartRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 3469660637u;
+  return message.number == 1829129110u;
 }
 
-static const uint8_t kPayloadRecordStartRequest[] = {0xDD, 0xD1, 0xCE, 0xCE};
-static const uint8_t kFrameRecordStartRequest[] = {0x09, 0x40, 0x16, 0xDD, 0xD1, 0xCE, 0xCE, 0x27, 0x63, 0x00};
+static const uint8_t kPayloadRecordStartRequest[] = {0x96, 0x4B, 0x06, 0x6D};
+static const uint8_t kFrameRecordStartRequest[] = {0x09, 0x40, 0x16, 0x96, 0x4B, 0x06, 0x6D, 0x28, 0xB6, 0x00};
 
 inline size_t build_RecordStartReply(uint8_t* payload) {
   protocol::RecordStartReply message;
-  message.state = protocol::LoggerState::kRecording;
-  message.session = 188597584u;
+  message.state = protocol::LoggerState::kStopping;
+  message.session = 2843033353u;
   message.encode(payload);
   return protocol::RecordStartReply::kSize;
 }
@@ -468,11 +469,11 @@ inline size_t build_RecordStartReply(uint8_t* payload) {
 inline bool matches_RecordStartReply(const uint8_t* payload, size_t size) {
   protocol::RecordStartReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kRecording && message.session == 188597584u;
+  return message.state == protocol::LoggerState::kStopping && message.session == 2843033353u;
 }
 
-static const uint8_t kPayloadRecordStartReply[] = {0x01, 0x50, 0xC5, 0x3D, 0x0B};
-static const uint8_t kFrameRecordStartReply[] = {0x0A, 0xC0, 0x17, 0x01, 0x50, 0xC5, 0x3D, 0x0B, 0xD1, 0x85, 0x00};
+static const uint8_t kPayloadRecordStartReply[] = {0x02, 0x09, 0x3F, 0x75, 0xA9};
+static const uint8_t kFrameRecordStartReply[] = {0x0A, 0xC0, 0x17, 0x02, 0x09, 0x3F, 0x75, 0xA9, 0x11, 0xD8, 0x00};
 
 inline size_t build_RecordStopRequest(uint8_t* payload) {
   (void)payload;
@@ -490,10 +491,10 @@ static const uint8_t kFrameRecordStopRequest[] = {0x05, 0x41, 0x18, 0xCB, 0xB0, 
 
 inline size_t build_RecordStopReply(uint8_t* payload) {
   protocol::RecordStopReply message;
-  message.state = protocol::LoggerState::kStopped;
-  message.session = 1202501827u;
-  message.samples = 3856937596u;
-  message.samples_dropped = 2216406070u;
+  message.state = protocol::LoggerState::kFailed;
+  message.session = 3856937596u;
+  message.samples = 2216406070u;
+  message.samples_dropped = 575874543u;
   message.encode(payload);
   return protocol::RecordStopReply::kSize;
 }
@@ -501,15 +502,15 @@ inline size_t build_RecordStopReply(uint8_t* payload) {
 inline bool matches_RecordStopReply(const uint8_t* payload, size_t size) {
   protocol::RecordStopReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kStopped && message.session == 1202501827u && message.samples == 3856937596u && message.samples_dropped == 2216406070u;
+  return message.state == protocol::LoggerState::kFailed && message.session == 3856937596u && message.samples == 2216406070u && message.samples_dropped == 575874543u;
 }
 
-static const uint8_t kPayloadRecordStopReply[] = {0x03, 0xC3, 0xB8, 0xAC, 0x47, 0x7C, 0x32, 0xE4, 0xE5, 0x36, 0xAC, 0x1B, 0x84};
-static const uint8_t kFrameRecordStopReply[] = {0x12, 0xC1, 0x19, 0x03, 0xC3, 0xB8, 0xAC, 0x47, 0x7C, 0x32, 0xE4, 0xE5, 0x36, 0xAC, 0x1B, 0x84, 0x4B, 0xB5, 0x00};
+static const uint8_t kPayloadRecordStopReply[] = {0x04, 0x7C, 0x32, 0xE4, 0xE5, 0x36, 0xAC, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22};
+static const uint8_t kFrameRecordStopReply[] = {0x12, 0xC1, 0x19, 0x04, 0x7C, 0x32, 0xE4, 0xE5, 0x36, 0xAC, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22, 0x7C, 0x73, 0x00};
 
 inline size_t build_LiveRequest(uint8_t* payload) {
   protocol::LiveRequest message;
-  message.enabled = 34u;
+  message.enabled = 192u;
   message.encode(payload);
   return protocol::LiveRequest::kSize;
 }
@@ -517,19 +518,19 @@ inline size_t build_LiveRequest(uint8_t* payload) {
 inline bool matches_LiveRequest(const uint8_t* payload, size_t size) {
   protocol::LiveRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 34u;
+  return message.enabled == 192u;
 }
 
-static const uint8_t kPayloadLiveRequest[] = {0x22};
-static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0x22, 0xC9, 0x57, 0x00};
+static const uint8_t kPayloadLiveRequest[] = {0xC0};
+static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0xC0, 0xA5, 0x8A, 0x00};
 
 inline size_t build_LiveReply(uint8_t* payload) {
   protocol::LiveReply message;
-  message.enabled = 192u;
-  message.rate_hz = 24258u;
-  message.gyro_lsb_per_deg_s = 239.3125f;
-  message.accel_lsb_per_g = 176.625f;
-  message.angle_counts_per_turn = 963151503u;
+  message.enabled = 94u;
+  message.rate_hz = 64761u;
+  message.gyro_lsb_per_deg_s = 176.625f;
+  message.accel_lsb_per_g = 113.9375f;
+  message.angle_counts_per_turn = 3617587272u;
   message.encode(payload);
   return protocol::LiveReply::kSize;
 }
@@ -537,52 +538,52 @@ inline size_t build_LiveReply(uint8_t* payload) {
 inline bool matches_LiveReply(const uint8_t* payload, size_t size) {
   protocol::LiveReply message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 192u && message.rate_hz == 24258u && message.gyro_lsb_per_deg_s == 239.3125f && message.accel_lsb_per_g == 176.625f && message.angle_counts_per_turn == 963151503u;
+  return message.enabled == 94u && message.rate_hz == 64761u && message.gyro_lsb_per_deg_s == 176.625f && message.accel_lsb_per_g == 113.9375f && message.angle_counts_per_turn == 3617587272u;
 }
 
-static const uint8_t kPayloadLiveReply[] = {0xC0, 0xC2, 0x5E, 0x00, 0x50, 0x6F, 0x43, 0x00, 0xA0, 0x30, 0x43, 0x8F, 0x86, 0x68, 0x39};
-static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0xC0, 0xC2, 0x5E, 0x04, 0x50, 0x6F, 0x43, 0x0A, 0xA0, 0x30, 0x43, 0x8F, 0x86, 0x68, 0x39, 0x94, 0x46, 0x00};
+static const uint8_t kPayloadLiveReply[] = {0x5E, 0xF9, 0xFC, 0x00, 0xA0, 0x30, 0x43, 0x00, 0xE0, 0xE3, 0x42, 0x48, 0x00, 0xA0, 0xD7};
+static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x5E, 0xF9, 0xFC, 0x04, 0xA0, 0x30, 0x43, 0x05, 0xE0, 0xE3, 0x42, 0x48, 0x05, 0xA0, 0xD7, 0x5E, 0xF5, 0x00};
 
 inline size_t build_LiveSampleStream(uint8_t* payload) {
   protocol::LiveSampleStream message;
-  message.index = 3617587272u;
-  message.time_us = 8491389772392501065ull;
-  message.sample.time_offset_us = 2990959989u;
-  message.sample.flags = 20605u;
-  message.sample.imu[0].accel[0] = -29460;
-  message.sample.imu[0].accel[1] = 11044;
-  message.sample.imu[0].accel[2] = -13989;
-  message.sample.imu[0].temperature = 26515;
-  message.sample.imu[0].gyro[0] = 1482;
-  message.sample.imu[0].gyro[1] = -23550;
-  message.sample.imu[0].gyro[2] = 16953;
-  message.sample.imu[1].accel[0] = 32424;
-  message.sample.imu[1].accel[1] = 7392;
-  message.sample.imu[1].accel[2] = -17641;
-  message.sample.imu[1].temperature = 22863;
-  message.sample.imu[1].gyro[0] = -2170;
-  message.sample.imu[1].gyro[1] = -27202;
-  message.sample.imu[1].gyro[2] = 13301;
-  message.sample.imu[2].accel[0] = 28772;
-  message.sample.imu[2].accel[1] = 3739;
-  message.sample.imu[2].accel[2] = -21293;
-  message.sample.imu[2].temperature = 19210;
-  message.sample.imu[2].gyro[0] = -5822;
-  message.sample.imu[2].gyro[1] = -30855;
-  message.sample.imu[2].gyro[2] = 9649;
-  message.sample.imu[3].accel[0] = 25120;
-  message.sample.imu[3].accel[1] = 87;
-  message.sample.imu[3].accel[2] = -24945;
-  message.sample.imu[3].temperature = 15558;
-  message.sample.imu[3].gyro[0] = -9474;
-  message.sample.imu[3].gyro[1] = 31029;
-  message.sample.imu[3].gyro[2] = 5997;
-  message.sample.angle[0] = 46500u;
-  message.sample.angle[1] = 21468u;
-  message.sample.angle[2] = 61971u;
-  message.sample.angle[3] = 36939u;
-  message.sample.angle[4] = 11906u;
-  message.sample.angle[5] = 52409u;
+  message.index = 1977055746u;
+  message.time_us = 1445360518006147934ull;
+  message.sample.time_offset_us = 1350428462u;
+  message.sample.flags = 61109u;
+  message.sample.imu[0].accel[0] = 11044;
+  message.sample.imu[0].accel[1] = -13989;
+  message.sample.imu[0].accel[2] = 26515;
+  message.sample.imu[0].temperature = 1482;
+  message.sample.imu[0].gyro[0] = -23550;
+  message.sample.imu[0].gyro[1] = 16953;
+  message.sample.imu[0].gyro[2] = -8079;
+  message.sample.imu[1].accel[0] = 7392;
+  message.sample.imu[1].accel[1] = -17641;
+  message.sample.imu[1].accel[2] = 22863;
+  message.sample.imu[1].temperature = -2170;
+  message.sample.imu[1].gyro[0] = -27202;
+  message.sample.imu[1].gyro[1] = 13301;
+  message.sample.imu[1].gyro[2] = -11732;
+  message.sample.imu[2].accel[0] = 3739;
+  message.sample.imu[2].accel[1] = -21293;
+  message.sample.imu[2].accel[2] = 19210;
+  message.sample.imu[2].temperature = -5822;
+  message.sample.imu[2].gyro[0] = -30855;
+  message.sample.imu[2].gyro[1] = 9649;
+  message.sample.imu[2].gyro[2] = -15384;
+  message.sample.imu[3].accel[0] = 87;
+  message.sample.imu[3].accel[1] = -24945;
+  message.sample.imu[3].accel[2] = 15558;
+  message.sample.imu[3].temperature = -9474;
+  message.sample.imu[3].gyro[0] = 31029;
+  message.sample.imu[3].gyro[1] = 5997;
+  message.sample.imu[3].gyro[2] = -19036;
+  message.sample.angle[0] = 21468u;
+  message.sample.angle[1] = 61971u;
+  message.sample.angle[2] = 36939u;
+  message.sample.angle[3] = 11906u;
+  message.sample.angle[4] = 52409u;
+  message.sample.angle[5] = 27377u;
   message.encode(payload);
   return protocol::LiveSampleStream::kSize;
 }
@@ -590,17 +591,17 @@ inline size_t build_LiveSampleStream(uint8_t* payload) {
 inline bool matches_LiveSampleStream(const uint8_t* payload, size_t size) {
   protocol::LiveSampleStream message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 3617587272u && message.time_us == 8491389772392501065ull && message.sample.time_offset_us == 2990959989u && message.sample.flags == 20605u && message.sample.imu[0].accel[0] == -29460 && message.sample.imu[0].accel[1] == 11044 && message.sample.imu[0].accel[2] == -13989 && message.sample.imu[0].temperature == 26515 && message.sample.imu[0].gyro[0] == 1482 && message.sample.imu[0].gyro[1] == -23550 && message.sample.imu[0].gyro[2] == 16953 && message.sample.imu[1].accel[0] == 32424 && message.sample.imu[1].accel[1] == 7392 && message.sample.imu[1].accel[2] == -17641 && message.sample.imu[1].temperature == 22863 && message.sample.imu[1].gyro[0] == -2170 && message.sample.imu[1].gyro[1] == -27202 && message.sample.imu[1].gyro[2] == 13301 && message.sample.imu[2].accel[0] == 28772 && message.sample.imu[2].accel[1] == 3739 && message.sample.imu[2].accel[2] == -21293 && message.sample.imu[2].temperature == 19210 && message.sample.imu[2].gyro[0] == -5822 && message.sample.imu[2].gyro[1] == -30855 && message.sample.imu[2].gyro[2] == 9649 && message.sample.imu[3].accel[0] == 25120 && message.sample.imu[3].accel[1] == 87 && message.sample.imu[3].accel[2] == -24945 && message.sample.imu[3].temperature == 15558 && message.sample.imu[3].gyro[0] == -9474 && message.sample.imu[3].gyro[1] == 31029 && message.sample.imu[3].gyro[2] == 5997 && message.sample.angle[0] == 46500u && message.sample.angle[1] == 21468u && message.sample.angle[2] == 61971u && message.sample.angle[3] == 36939u && message.sample.angle[4] == 11906u && message.sample.angle[5] == 52409u;
+  return message.index == 1977055746u && message.time_us == 1445360518006147934ull && message.sample.time_offset_us == 1350428462u && message.sample.flags == 61109u && message.sample.imu[0].accel[0] == 11044 && message.sample.imu[0].accel[1] == -13989 && message.sample.imu[0].accel[2] == 26515 && message.sample.imu[0].temperature == 1482 && message.sample.imu[0].gyro[0] == -23550 && message.sample.imu[0].gyro[1] == 16953 && message.sample.imu[0].gyro[2] == -8079 && message.sample.imu[1].accel[0] == 7392 && message.sample.imu[1].accel[1] == -17641 && message.sample.imu[1].accel[2] == 22863 && message.sample.imu[1].temperature == -2170 && message.sample.imu[1].gyro[0] == -27202 && message.sample.imu[1].gyro[1] == 13301 && message.sample.imu[1].gyro[2] == -11732 && message.sample.imu[2].accel[0] == 3739 && message.sample.imu[2].accel[1] == -21293 && message.sample.imu[2].accel[2] == 19210 && message.sample.imu[2].temperature == -5822 && message.sample.imu[2].gyro[0] == -30855 && message.sample.imu[2].gyro[1] == 9649 && message.sample.imu[2].gyro[2] == -15384 && message.sample.imu[3].accel[0] == 87 && message.sample.imu[3].accel[1] == -24945 && message.sample.imu[3].accel[2] == 15558 && message.sample.imu[3].temperature == -9474 && message.sample.imu[3].gyro[0] == 31029 && message.sample.imu[3].gyro[1] == 5997 && message.sample.imu[3].gyro[2] == -19036 && message.sample.angle[0] == 21468u && message.sample.angle[1] == 61971u && message.sample.angle[2] == 36939u && message.sample.angle[3] == 11906u && message.sample.angle[4] == 52409u && message.sample.angle[5] == 27377u;
 }
 
-static const uint8_t kPayloadLiveSampleStream[] = {0x48, 0x00, 0xA0, 0xD7, 0x49, 0x0F, 0xD7, 0x38, 0x02, 0x7A, 0xD7, 0x75, 0x75, 0x6D, 0x46, 0xB2, 0x7D, 0x50, 0xEC, 0x8C, 0x24, 0x2B, 0x5B, 0xC9, 0x93, 0x67, 0xCA, 0x05, 0x02, 0xA4, 0x39, 0x42, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x64, 0x70, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0x20, 0x62, 0x57, 0x00, 0x8F, 0x9E, 0xC6, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0xA4, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC};
-static const uint8_t kFrameLiveSampleStream[] = {0x04, 0x60, 0x1C, 0x48, 0x3E, 0xA0, 0xD7, 0x49, 0x0F, 0xD7, 0x38, 0x02, 0x7A, 0xD7, 0x75, 0x75, 0x6D, 0x46, 0xB2, 0x7D, 0x50, 0xEC, 0x8C, 0x24, 0x2B, 0x5B, 0xC9, 0x93, 0x67, 0xCA, 0x05, 0x02, 0xA4, 0x39, 0x42, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x64, 0x70, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0x20, 0x62, 0x57, 0x19, 0x8F, 0x9E, 0xC6, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0xA4, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC, 0x4E, 0x36, 0x00};
+static const uint8_t kPayloadLiveSampleStream[] = {0x02, 0x7A, 0xD7, 0x75, 0x5E, 0x8B, 0x21, 0xB8, 0xBB, 0xF3, 0x0E, 0x14, 0x2E, 0xE7, 0x7D, 0x50, 0xB5, 0xEE, 0x24, 0x2B, 0x5B, 0xC9, 0x93, 0x67, 0xCA, 0x05, 0x02, 0xA4, 0x39, 0x42, 0x71, 0xE0, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x57, 0x00, 0x8F, 0x9E, 0xC6, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0xA4, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC, 0xF1, 0x6A};
+static const uint8_t kFrameLiveSampleStream[] = {0x40, 0x60, 0x1C, 0x02, 0x7A, 0xD7, 0x75, 0x5E, 0x8B, 0x21, 0xB8, 0xBB, 0xF3, 0x0E, 0x14, 0x2E, 0xE7, 0x7D, 0x50, 0xB5, 0xEE, 0x24, 0x2B, 0x5B, 0xC9, 0x93, 0x67, 0xCA, 0x05, 0x02, 0xA4, 0x39, 0x42, 0x71, 0xE0, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x57, 0x1B, 0x8F, 0x9E, 0xC6, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0xA4, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC, 0xF1, 0x6A, 0x9E, 0x7F, 0x00};
 
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
-  message.request = 106u;
-  message.code = protocol::ErrorCode::kSettingOutOfRange;
-  message.detail = -1486854684;
+  message.request = 9u;
+  message.code = protocol::ErrorCode::kResetWhileArmed;
+  message.detail = 1167581085;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
 }
@@ -608,30 +609,30 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 106u && message.code == protocol::ErrorCode::kSettingOutOfRange && message.detail == -1486854684;
+  return message.request == 9u && message.code == protocol::ErrorCode::kResetWhileArmed && message.detail == 1167581085;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0x6A, 0x19, 0xE4, 0x65, 0x60, 0xA7};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x1D, 0x6A, 0x19, 0xE4, 0x65, 0x60, 0xA7, 0x9B, 0xFD, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0x09, 0x16, 0x9D, 0xDF, 0x97, 0x45};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x1D, 0x09, 0x16, 0x9D, 0xDF, 0x97, 0x45, 0x9C, 0xD6, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
-  message.frame_us = 17815u;
-  message.servo[0].zero_us = 33286u;
-  message.servo[0].ns_per_deg = 8254u;
-  message.servo[0].reversed = 190u;
-  message.servo[0].min_cdeg = 23725;
-  message.servo[0].max_cdeg = -1308;
-  message.servo[1].zero_us = 14163u;
-  message.servo[1].ns_per_deg = 54667u;
-  message.servo[1].reversed = 115u;
-  message.servo[1].min_cdeg = 4602;
-  message.servo[1].max_cdeg = -20431;
-  message.servo[2].zero_us = 60576u;
-  message.servo[2].ns_per_deg = 35544u;
-  message.servo[2].reversed = 41u;
-  message.servo[2].min_cdeg = -14522;
-  message.servo[2].max_cdeg = 25982;
+  message.frame_us = 58319u;
+  message.servo[0].zero_us = 8254u;
+  message.servo[0].ns_per_deg = 48757u;
+  message.servo[0].reversed = 92u;
+  message.servo[0].min_cdeg = -1308;
+  message.servo[0].max_cdeg = -26340;
+  message.servo[1].zero_us = 54667u;
+  message.servo[1].ns_per_deg = 29634u;
+  message.servo[1].reversed = 17u;
+  message.servo[1].min_cdeg = -20431;
+  message.servo[1].max_cdeg = 20073;
+  message.servo[2].zero_us = 35544u;
+  message.servo[2].ns_per_deg = 10511u;
+  message.servo[2].reversed = 199u;
+  message.servo[2].min_cdeg = 25982;
+  message.servo[2].max_cdeg = 949;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -639,16 +640,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 17815u && message.servo[0].zero_us == 33286u && message.servo[0].ns_per_deg == 8254u && message.servo[0].reversed == 190u && message.servo[0].min_cdeg == 23725 && message.servo[0].max_cdeg == -1308 && message.servo[1].zero_us == 14163u && message.servo[1].ns_per_deg == 54667u && message.servo[1].reversed == 115u && message.servo[1].min_cdeg == 4602 && message.servo[1].max_cdeg == -20431 && message.servo[2].zero_us == 60576u && message.servo[2].ns_per_deg == 35544u && message.servo[2].reversed == 41u && message.servo[2].min_cdeg == -14522 && message.servo[2].max_cdeg == 25982;
+  return message.frame_us == 58319u && message.servo[0].zero_us == 8254u && message.servo[0].ns_per_deg == 48757u && message.servo[0].reversed == 92u && message.servo[0].min_cdeg == -1308 && message.servo[0].max_cdeg == -26340 && message.servo[1].zero_us == 54667u && message.servo[1].ns_per_deg == 29634u && message.servo[1].reversed == 17u && message.servo[1].min_cdeg == -20431 && message.servo[1].max_cdeg == 20073 && message.servo[2].zero_us == 35544u && message.servo[2].ns_per_deg == 10511u && message.servo[2].reversed == 199u && message.servo[2].min_cdeg == 25982 && message.servo[2].max_cdeg == 949;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0x97, 0x45, 0x06, 0x82, 0x3E, 0x20, 0xBE, 0xAD, 0x5C, 0xE4, 0xFA, 0x53, 0x37, 0x8B, 0xD5, 0x73, 0xFA, 0x11, 0x31, 0xB0, 0xA0, 0xEC, 0xD8, 0x8A, 0x29, 0x46, 0xC7, 0x7E, 0x65};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x1E, 0x97, 0x45, 0x06, 0x82, 0x3E, 0x20, 0xBE, 0xAD, 0x5C, 0xE4, 0xFA, 0x53, 0x37, 0x8B, 0xD5, 0x73, 0xFA, 0x11, 0x31, 0xB0, 0xA0, 0xEC, 0xD8, 0x8A, 0x29, 0x46, 0xC7, 0x7E, 0x65, 0xE2, 0xB7, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0xCF, 0xE3, 0x3E, 0x20, 0x75, 0xBE, 0x5C, 0xE4, 0xFA, 0x1C, 0x99, 0x8B, 0xD5, 0xC2, 0x73, 0x11, 0x31, 0xB0, 0x69, 0x4E, 0xD8, 0x8A, 0x0F, 0x29, 0xC7, 0x7E, 0x65, 0xB5, 0x03};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x1E, 0xCF, 0xE3, 0x3E, 0x20, 0x75, 0xBE, 0x5C, 0xE4, 0xFA, 0x1C, 0x99, 0x8B, 0xD5, 0xC2, 0x73, 0x11, 0x31, 0xB0, 0x69, 0x4E, 0xD8, 0x8A, 0x0F, 0x29, 0xC7, 0x7E, 0x65, 0xB5, 0x03, 0x97, 0xC9, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 3u;
-  message.written = 161u;
+  message.stored = 161u;
+  message.written = 64u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -656,11 +657,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 3u && message.written == 161u;
+  return message.stored == 161u && message.written == 64u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0x03, 0xA1};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x1F, 0x03, 0xA1, 0xD0, 0x61, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0xA1, 0x40};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x1F, 0xA1, 0x40, 0xC3, 0xF7, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -678,24 +679,24 @@ static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x20, 0xB8, 0x90
 
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.generation = 3730593166u;
-  message.frame_us = 31891u;
-  message.servo[0].zero_us = 47362u;
-  message.servo[0].ns_per_deg = 22330u;
-  message.servo[0].reversed = 245u;
-  message.servo[0].min_cdeg = -27735;
-  message.servo[0].max_cdeg = 12768;
-  message.servo[1].zero_us = 28239u;
-  message.servo[1].ns_per_deg = 3207u;
-  message.servo[1].reversed = 170u;
-  message.servo[1].min_cdeg = 18678;
-  message.servo[1].max_cdeg = -6355;
-  message.servo[2].zero_us = 9116u;
-  message.servo[2].ns_per_deg = 49619u;
-  message.servo[2].reversed = 96u;
-  message.servo[2].min_cdeg = -446;
-  message.servo[2].max_cdeg = -25478;
+  message.origin = protocol::Origin::kUploaded;
+  message.generation = 2090061640u;
+  message.frame_us = 6859u;
+  message.servo[0].zero_us = 22330u;
+  message.servo[0].ns_per_deg = 62833u;
+  message.servo[0].reversed = 147u;
+  message.servo[0].min_cdeg = 12768;
+  message.servo[0].max_cdeg = -12264;
+  message.servo[1].zero_us = 3207u;
+  message.servo[1].ns_per_deg = 43710u;
+  message.servo[1].reversed = 72u;
+  message.servo[1].min_cdeg = -6355;
+  message.servo[1].max_cdeg = -31388;
+  message.servo[2].zero_us = 49619u;
+  message.servo[2].ns_per_deg = 24587u;
+  message.servo[2].reversed = 254u;
+  message.servo[2].min_cdeg = -25478;
+  message.servo[2].max_cdeg = 15025;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -703,17 +704,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.generation == 3730593166u && message.frame_us == 31891u && message.servo[0].zero_us == 47362u && message.servo[0].ns_per_deg == 22330u && message.servo[0].reversed == 245u && message.servo[0].min_cdeg == -27735 && message.servo[0].max_cdeg == 12768 && message.servo[1].zero_us == 28239u && message.servo[1].ns_per_deg == 3207u && message.servo[1].reversed == 170u && message.servo[1].min_cdeg == 18678 && message.servo[1].max_cdeg == -6355 && message.servo[2].zero_us == 9116u && message.servo[2].ns_per_deg == 49619u && message.servo[2].reversed == 96u && message.servo[2].min_cdeg == -446 && message.servo[2].max_cdeg == -25478;
+  return message.origin == protocol::Origin::kUploaded && message.generation == 2090061640u && message.frame_us == 6859u && message.servo[0].zero_us == 22330u && message.servo[0].ns_per_deg == 62833u && message.servo[0].reversed == 147u && message.servo[0].min_cdeg == 12768 && message.servo[0].max_cdeg == -12264 && message.servo[1].zero_us == 3207u && message.servo[1].ns_per_deg == 43710u && message.servo[1].reversed == 72u && message.servo[1].min_cdeg == -6355 && message.servo[1].max_cdeg == -31388 && message.servo[2].zero_us == 49619u && message.servo[2].ns_per_deg == 24587u && message.servo[2].reversed == 254u && message.servo[2].min_cdeg == -25478 && message.servo[2].max_cdeg == 15025;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0x8E, 0x55, 0x5C, 0xDE, 0x93, 0x7C, 0x02, 0xB9, 0x3A, 0x57, 0xF5, 0xA9, 0x93, 0xE0, 0x31, 0x4F, 0x6E, 0x87, 0x0C, 0xAA, 0xF6, 0x48, 0x2D, 0xE7, 0x9C, 0x23, 0xD3, 0xC1, 0x60, 0x42, 0xFE, 0x7A, 0x9C};
-static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x21, 0x24, 0x8E, 0x55, 0x5C, 0xDE, 0x93, 0x7C, 0x02, 0xB9, 0x3A, 0x57, 0xF5, 0xA9, 0x93, 0xE0, 0x31, 0x4F, 0x6E, 0x87, 0x0C, 0xAA, 0xF6, 0x48, 0x2D, 0xE7, 0x9C, 0x23, 0xD3, 0xC1, 0x60, 0x42, 0xFE, 0x7A, 0x9C, 0x6C, 0x86, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x01, 0x48, 0xCF, 0x93, 0x7C, 0xCB, 0x1A, 0x3A, 0x57, 0x71, 0xF5, 0x93, 0xE0, 0x31, 0x18, 0xD0, 0x87, 0x0C, 0xBE, 0xAA, 0x48, 0x2D, 0xE7, 0x64, 0x85, 0xD3, 0xC1, 0x0B, 0x60, 0xFE, 0x7A, 0x9C, 0xB1, 0x3A};
+static const uint8_t kFrameSettingsReadReply[] = {0x27, 0x96, 0x21, 0x01, 0x48, 0xCF, 0x93, 0x7C, 0xCB, 0x1A, 0x3A, 0x57, 0x71, 0xF5, 0x93, 0xE0, 0x31, 0x18, 0xD0, 0x87, 0x0C, 0xBE, 0xAA, 0x48, 0x2D, 0xE7, 0x64, 0x85, 0xD3, 0xC1, 0x0B, 0x60, 0xFE, 0x7A, 0x9C, 0xB1, 0x3A, 0x85, 0x1D, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = 15025;
-  message.angle_cdeg[1] = -10007;
-  message.angle_cdeg[2] = 30496;
+  message.angle_cdeg[0] = -10007;
+  message.angle_cdeg[1] = 30496;
+  message.angle_cdeg[2] = 5464;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -721,15 +722,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == 15025 && message.angle_cdeg[1] == -10007 && message.angle_cdeg[2] == 30496;
+  return message.angle_cdeg[0] == -10007 && message.angle_cdeg[1] == 30496 && message.angle_cdeg[2] == 5464;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0xB1, 0x3A, 0xE9, 0xD8, 0x20, 0x77};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x22, 0xB1, 0x3A, 0xE9, 0xD8, 0x20, 0x77, 0x97, 0x8C, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0xE9, 0xD8, 0x20, 0x77, 0x58, 0x15};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x22, 0xE9, 0xD8, 0x20, 0x77, 0x58, 0x15, 0xA4, 0x92, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 21u;
+  message.at_start_pose = 179u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -737,18 +738,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 21u;
+  return message.at_start_pose == 179u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0x15};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x23, 0x15, 0x41, 0x0E, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0xB3};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x23, 0xB3, 0x6D, 0xDB, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 179u;
-  message.from_cdeg = 20935;
-  message.to_cdeg = -4098;
-  message.confirm = 2385914910u;
+  message.joint = 81u;
+  message.from_cdeg = -4098;
+  message.to_cdeg = -29130;
+  message.confirm = 745383384u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -756,16 +757,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 179u && message.from_cdeg == 20935 && message.to_cdeg == -4098 && message.confirm == 2385914910u;
+  return message.joint == 81u && message.from_cdeg == -4098 && message.to_cdeg == -29130 && message.confirm == 745383384u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0xB3, 0xC7, 0x51, 0xFE, 0xEF, 0x1E, 0x2C, 0x36, 0x8E};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x24, 0xB3, 0xC7, 0x51, 0xFE, 0xEF, 0x1E, 0x2C, 0x36, 0x8E, 0x39, 0xB0, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0x51, 0xFE, 0xEF, 0x36, 0x8E, 0xD8, 0xA5, 0x6D, 0x2C};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x24, 0x51, 0xFE, 0xEF, 0x36, 0x8E, 0xD8, 0xA5, 0x6D, 0x2C, 0x04, 0x98, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = 11373;
-  message.arrived = 202u;
+  message.angle_cdeg = -13659;
+  message.arrived = 104u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -773,17 +774,17 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == 11373 && message.arrived == 202u;
+  return message.angle_cdeg == -13659 && message.arrived == 104u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0x6D, 0x2C, 0xCA};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x25, 0x6D, 0x2C, 0xCA, 0x06, 0xBC, 0x00};
+static const uint8_t kPayloadJogReply[] = {0xA5, 0xCA, 0x68};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x25, 0xA5, 0xCA, 0x68, 0xEC, 0x1C, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
     {"HelloReply", protocol::HelloReply::kType, 1, build_HelloReply, matches_HelloReply, kPayloadHelloReply, 24, kFrameHelloReply, 30},
     {"SequencerStatusRequest", protocol::SequencerStatusRequest::kType, 2, build_SequencerStatusRequest, matches_SequencerStatusRequest, kPayloadSequencerStatusRequest, 0, kFrameSequencerStatusRequest, 6},
-    {"SequencerStatusReply", protocol::SequencerStatusReply::kType, 3, build_SequencerStatusReply, matches_SequencerStatusReply, kPayloadSequencerStatusReply, 29, kFrameSequencerStatusReply, 35},
+    {"SequencerStatusReply", protocol::SequencerStatusReply::kType, 3, build_SequencerStatusReply, matches_SequencerStatusReply, kPayloadSequencerStatusReply, 30, kFrameSequencerStatusReply, 36},
     {"RunReportRequest", protocol::RunReportRequest::kType, 4, build_RunReportRequest, matches_RunReportRequest, kPayloadRunReportRequest, 0, kFrameRunReportRequest, 6},
     {"RunReportReply", protocol::RunReportReply::kType, 5, build_RunReportReply, matches_RunReportReply, kPayloadRunReportReply, 74, kFrameRunReportReply, 80},
     {"LoggerStatusRequest", protocol::LoggerStatusRequest::kType, 6, build_LoggerStatusRequest, matches_LoggerStatusRequest, kPayloadLoggerStatusRequest, 0, kFrameLoggerStatusRequest, 6},

@@ -40,9 +40,8 @@ void setup() {
   switches.begin();
   memory.begin();
   led.begin();
-  const tfsat::protocol::ResetCause cause = take_reset_cause();
-  if (!RamPaint::survived()) retained.clear();
-  sequencer.start(TickClock::now(), cause);
+  const ResetCause cause = take_reset_cause();
+  sequencer.start(TickClock::now(), RamPaint::survived() ? cause : ResetCause::kPowerOn);
   // Takes a while. Servos that were held are held again by now, and a host that enumerates the board
   // must not be served by an interrupt that waits for it.
   identity = read_identity(cause, [] { usb.serve_control(); });

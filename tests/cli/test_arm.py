@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import io
+import json
+import sys
 from collections.abc import Callable
+from typing import NoReturn
 
 import pytest
 
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
 from tests.sequencer.board import Board, Reset, client, connect, release
-from tests.sequencer.conftest import board, board_library, new_board
+from tests.sequencer.conftest import board, board_library, fresh_board, new_board
+from tfsat_host.cli.main import main
+from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM
 from tfsat_host.protocol.messages import ArmRequest, DisarmReply, DisarmRequest, JogReply, JogRequest
 
-__all__ = ["board", "board_library", "new_board"]
+__all__ = ["board", "board_library", "fresh_board", "new_board"]
 
 
 def test_joints_at_their_start_pose_are_reported(board: Board, tfsat_host: RunCli) -> None:
@@ -98,3 +104,106 @@ def test_a_jogging_board_is_not_armed(board: Board, tfsat_host: RunCli) -> None:
         error = tfsat_host.json("arm", "--port", served.port, expect=4)["error"]
     assert error["code"] == "wrong_state"
     assert "moving a joint" in error["what"]
+
+
+def test_a_board_with_the_factory_maneuver_is_not_armed(fresh_board: Board, tfsat_host: RunCli) -> None:
+    with BoardOnPty(fresh_board) as served:
+        where = ("--port", served.port)
+        error = tfsat_host.json("arm", "--yes", *where, expect=4)["error"]
+        assert (error["code"], error["number"]) == ("no_maneuver", 16)
+        assert error["next_step"].startswith(f"tfsat-host upload-sequence 59 70 --port {served.port}")
+        assert "(refusal 16, no_maneuver)\n" in tfsat_host("arm", "--yes", *where, expect=4).stderr
+    assert connect(fresh_board).status().state == SequencerState.SAFE
+
+
+def test_in_fault_the_cause_is_looked_at_before_it_is_cleared(board: Board, tfsat_host: RunCli) -> None:
+    connect(board).arm()
+    board.switch(0, opened=True)
+    board.reset(Reset.BROWN_OUT)
+    board.advance(50_000)
+    with BoardOnPty(board) as served:
+        where = f"--port {served.port}"
+        error = tfsat_host.json("upload-sequence", 59, 70, "--port", served.port, expect=4)["error"]
+    assert error["code"] == "wrong_state"
+    assert error["next_step"].startswith(
+        f"tfsat-host status {where} to see why and tfsat-host disarm {where} to"
+    )
+
+
+class Person(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+class PersonWhoTypesCtrlC(Person):
+    def readline(self, _size: int | None = -1, /) -> NoReturn:
+        raise KeyboardInterrupt
+
+
+Capture = pytest.CaptureFixture[str]
+
+
+def test_the_question_names_what_will_fly_and_what_will_move(
+    board: Board, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    stored = connect(board).read_back()
+    monkeypatch.setattr(sys, "stdin", Person("no\n"))
+    with BoardOnPty(board) as served:
+        assert main(["arm", "--port", served.port]) == 4
+    said = capsys.readouterr().err
+    for words in (
+        f"This maneuver will fly: 4 strokes, uploaded, CRC {stored.crc:04x}, over 2.23 s after the release.",
+        "\n  0.70 s joint 1 +59°\n  1.05 s joint 2 +70°\n  1.47 s joint 1 -59°\n  1.82 s joint 2 -70°\n",
+        "The servos are limp now.",
+        "they take joints 1, 2 and 3 to the start pose, 0 deg",
+        "jumps there at the servo's full speed",
+        "Type ARM to arm: ",
+        "Nothing was armed.",
+    ):
+        assert words in said
+    assert connect(board).status().state == SequencerState.SAFE
+
+
+def test_one_stroke_in_words_and_as_json(board: Board, tfsat_host: RunCli) -> None:
+    stored = (
+        connect(board).upload(schedule_maneuver(Maneuver((Stroke(joint=3, angle_deg=40.0),), 170.0))).stored
+    )
+    with BoardOnPty(board) as served:
+        done = tfsat_host("arm", "--yes", "--json", "--port", served.port)
+    assert "will fly: 1 stroke, uploaded" in done.stderr
+    armed = json.loads(done.stdout)["maneuver"]
+    assert armed["strokes"] == [{"t_s": 0.7, "joint": 3, "angle_deg": 40.0}]
+    assert (armed["origin"], armed["crc"], armed["end_us"]) == (
+        "uploaded",
+        f"{stored.crc:04x}",
+        stored.end_us,
+    )
+
+
+def test_after_a_run_the_servos_hold_its_end_pose(
+    board: Board, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    connect(board).arm()
+    board.advance(10_000)
+    release(board)
+    board.advance(3_000_000)
+    for switch in (0, 1):
+        board.switch(switch, opened=False)
+    board.advance(10_000)
+    monkeypatch.setattr(sys, "stdin", Person("ARM\n"))
+    with BoardOnPty(board) as served:
+        assert main(["arm", "--port", served.port]) == 0
+    said = capsys.readouterr().err
+    assert "The servos hold the end pose now, each within 10 deg of its start pose" in said
+    assert "further away, ARM is refused" in said
+    assert connect(board).status().state == SequencerState.ARMED
+
+
+def test_ctrl_c_at_the_question(board: Board, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.setattr(sys, "stdin", PersonWhoTypesCtrlC())
+    with BoardOnPty(board) as served:
+        assert main(["arm", "--port", served.port]) == 130
+    said = capsys.readouterr().err
+    assert "Nothing was armed." in said
+    assert "goes on in its own state" not in said
+    assert connect(board).status().state == SequencerState.SAFE

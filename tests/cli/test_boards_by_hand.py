@@ -27,6 +27,7 @@ def both(robot: Served) -> dict[str, str]:
 
 
 def test_a_drop_is_recorded_by_hand(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, environ=both)
     silent = tfsat_host("arm", "--yes", "--json", environ=both)
     assert "is not recording" in silent.stderr
     assert '"recording": false' in silent.stdout
@@ -62,19 +63,22 @@ def test_recording_twice_and_stopping_nothing(robot: Served, tfsat_host: RunCli)
 
 
 def test_a_logger_that_is_not_named_is_not_asked(robot: Served, tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, "--port", robot.sequencer)
     armed = tfsat_host("arm", "--yes", "--json", "--port", robot.sequencer)
-    assert "The logger was not asked" in armed.stderr
+    assert "Warning: The logger was not asked whether it records" in armed.stderr
+    assert "set TFSAT_LOGGER_PORT=PORT" in armed.stderr
     assert '"recording": null' in armed.stdout
-    assert "Warning" not in armed.stderr
 
 
 def test_arming_is_refused_before_anybody_is_asked(robot: Served, tfsat_host: RunCli) -> None:
     """Without --yes and without a terminal the question itself would be a usage error, exit code 2."""
     port = ("--port", robot.sequencer)
+    tfsat_host("upload-sequence", 59, 70, *port)
     assert tfsat_host("arm", *port, expect=2).stderr
     robot.control("release 2")
     error = tfsat_host.json("arm", *port, expect=4)["error"]
-    assert (error["code"], error["what"]) == ("switch_open", "A release switch is open.")
+    assert (error["code"], error["number"]) == ("switch_open", 15)
+    assert error["what"] == "A release switch is open (switch 2)."
     robot.control("seat")
     device = tfsat_host.json("arm", "--yes", *port)["device"]
     assert device["port"] == str(robot.sequencer)

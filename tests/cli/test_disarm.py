@@ -113,3 +113,24 @@ def test_ctrl_c_recommends_status_only_where_a_board_was_connected(
     monkeypatch.setattr(ports, "system_ports", interrupt)
     assert main(["ports"]) == 130
     assert "status" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["disarm", "arm", "jog --joint 1 --from 0 --to 1", "monitor", "status"])
+def test_who_looks_for_the_robot_is_not_sent_to_an_emulated_one(tfsat_host: RunCli, command: str) -> None:
+    error = tfsat_host.json(*command.split(), expect=1, without_ports=True)["error"]
+    assert error["code"] == "none-found"
+    assert "emulate" not in error["next_step"]
+
+
+@pytest.mark.parametrize(
+    "command", ["upload-sequence 59 70", "upload-servos --factory", "upload-servos --show"]
+)
+def test_who_tries_a_command_hears_of_the_emulated_robot(tfsat_host: RunCli, command: str) -> None:
+    error = tfsat_host.json(*command.split(), expect=1, without_ports=True)["error"]
+    assert "without the board: add --emulated" in error["next_step"]
+
+
+def test_disarming_an_emulated_robot_is_not_taken_for_more(tfsat_host: RunCli) -> None:
+    said = tfsat_host("disarm", "--emulated").stdout
+    assert said.startswith("The emulated robot of this command was disarmed, no other")
+    assert tfsat_host.json("disarm", "--emulated")["emulated"] is True

@@ -76,7 +76,7 @@ def test_nothing_found_says_what_to_plug_in_and_what_else_is_there() -> None:
     error = _problem("logger", OTHER, MICRO)
     assert error.code == PortProblem.NONE_FOUND
     assert "Teensy" in error.next_step
-    for words in ("--port", "TFSAT_LOGGER_PORT", "--emulated"):
+    for words in ("--port", "TFSAT_LOGGER_PORT"):
         assert words in error.next_step
     assert OTHER.device in error.what
     assert "(sequencer" in error.what

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
-from tests.sequencer.board import Board, Reset, client, connect, release
-from tests.sequencer.conftest import board, board_library, new_board
+from tests.sequencer.board import NEW, Board, Reset, client, connect, release
+from tests.sequencer.conftest import board, board_library, fresh_board, new_board
+from tfsat_host.cli.sequencer_state import sequencer_state
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.protocol.limits import JOG_CONFIRM
 from tfsat_host.protocol.messages import JogReply, JogRequest
 
-__all__ = ["board", "board_library", "new_board"]
+__all__ = ["board", "board_library", "fresh_board", "new_board"]
 
 
 NAME_WIDTH = 15
@@ -32,7 +35,9 @@ class Told:
 def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
     told = Told(board, tfsat_host)
     assert (told.json["state"], told.json["fault"], told.json["last_refusal"]) == ("safe", "none", "none")
-    assert (told.json["attention"], told.json["run"], told.json["joint_angle_deg"]) == ([], None, None)
+    assert (told.json["attention"], told.json["run"]) == ([], None)
+    assert told.json["joint_angle_deg"] == [None, None, None]
+    assert told.json["image_crc"] is told.json["device"]["image_crc"] is None
     assert (told.json["fault_explained"], told.json["arm_refusal"]) == (None, None)
     assert told.json["settings"]["origin"] == "factory"
     assert told.json["reset_cause"] == "power_on"
@@ -40,7 +45,7 @@ def test_a_board_at_rest(board: Board, tfsat_host: RunCli) -> None:
     assert told.rows["arming"] == "nothing stands against it"
     assert told.rows["servos"] == "factory settings, a pulse each 20 ms; limp"
     assert told.rows["joint 3"] == "1000 us at 0°, +11.111 us/deg, limits 0 to 90 deg"
-    assert told.rows["last run"] == "none since the last start"
+    assert told.rows["last run"] == "none since power was switched on"
     assert "ATTENTION" not in told.rows
 
 
@@ -62,7 +67,9 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     assert run["since_release_s"] >= 3.0
     assert told.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
     assert "told to hold 0°, 0°, 0°" in told.rows["servos"]
-    assert told.rows["arming"].startswith("would be refused. A release switch is open.")
+    said = "would be refused (refusal 15, switch_open). A release switch is open (switches 1 and 2). Seat"
+    assert told.rows["arming"].startswith(said)
+    assert told.json["arm_refusal"]["number"] == 15
 
 
 @pytest.mark.parametrize(("cause", "said"), [(Reset.WATCHDOG, "watchdog"), (Reset.BROWN_OUT, "brown out")])
@@ -90,7 +97,13 @@ def test_a_fault_with_its_meaning_and_cure(board: Board, tfsat_host: RunCli) -> 
     assert (told.json["state"], told.json["fault"]) == ("fault", "reset_while_armed")
     explained = told.json["fault_explained"]
     assert told.rows["state"] == "fault: reset while armed"
-    assert [told.rows[name] for name in ("fault", "means", "cure")] == list(explained.values())
+    shown = [told.rows[name] for name in ("fault", "means", "cure")]
+    assert shown == [explained[key] for key in ("what", "meaning", "next_step")]
+    assert explained["number"] == 22
+    assert told.rows["arming"].endswith(
+        "(refusal 18, fault_latched) until the fault is cleared: tfsat-host disarm"
+    )
+    assert "tfsat-host status" not in str(told.json) + str(told.rows)  # whoever reads it has typed that
     assert "does not know when the robot was released" in explained["meaning"]
     assert told.json["arm_refusal"]["code"] == "fault_latched"
     assert "restarted 1 time while armed; the last cause: watchdog" in told.rows["ATTENTION"]
@@ -103,8 +116,9 @@ def test_a_refusal_is_told_in_words(board: Board, tfsat_host: RunCli) -> None:
     board.switch(1, opened=False)
     told = Told(board, tfsat_host)
     assert told.json["last_refusal"] == "switch_open"
-    assert set(told.json["last_refusal_explained"]) == {"what", "meaning", "next_step"}
-    assert told.rows["last refusal"].startswith("A release switch is open. Armed now, the robot would start")
+    assert set(told.json["last_refusal_explained"]) == {"number", "what", "meaning", "next_step"}
+    said = "at the last ARM that the board itself refused: a release switch is open (refusal 15, switch_open)"
+    assert told.rows["last refusal"] == said
     assert told.rows["arming"] == "nothing stands against it"
 
 
@@ -123,10 +137,76 @@ def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli)
     assert told.rows["link"].startswith(f"{told.json['frames_rejected']} damaged frame")
 
 
-def test_a_joint_that_is_moved(board: Board, tfsat_host: RunCli) -> None:
+def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
+    """Both voices without a process, whose start would take longer than what the board does."""
+    state, rows = sequencer_state(connect(board))
+    return state, {name.strip(): text for name, text in rows}
+
+
+def test_a_joint_that_is_moved(board: Board) -> None:
+    client(board).request(JogRequest(2, 0, 0, JOG_CONFIRM), JogReply)
+    state, rows = told_directly(board)
+    assert state["joint_angle_deg"] == [None, None, None]
+    assert rows["servos"].endswith("; one joint is moved, told 0°; the others are limp")
     client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
-    board.advance(2_000_000)
-    told = Told(board, tfsat_host)
-    assert told.json["state"] == told.rows["state"] == "jogging"
-    assert told.json["joint_angle_deg"] == [0.0, 10.0, 0.0]
-    assert "one joint is moved, told 0°, 10°, 0°; the others are limp" in told.rows["servos"]
+    board.advance(700_000)
+    state, rows = told_directly(board)
+    assert state["state"] == rows["state"] == "jogging"
+    assert state["joint_angle_deg"] == [None, 10.0, None]
+    assert rows["servos"].endswith("; joint 2 is moved, told 10°; the others are limp")
+
+
+def test_nothing_was_uploaded(fresh_board: Board) -> None:
+    state, rows = told_directly(fresh_board)
+    assert (state["arm_refusal"]["code"], state["arm_refusal"]["number"]) == ("no_maneuver", 16)
+    assert state["maneuver"]["origin"] == "factory"
+    assert rows["arming"].startswith("would be refused (refusal 16, no_maneuver). ")
+    assert "tfsat-host upload-sequence" in rows["arming"]
+
+
+def test_an_armed_board_stands_against_nothing_but_an_open_switch(board: Board) -> None:
+    connect(board).arm()
+    board.advance(10_000)
+    state, _ = told_directly(board)
+    assert (state["state"], state["arm_refusal"], state["attention"]) == ("armed", None, [])
+    board.switch(1, opened=True)
+    board.advance(10_000)
+    state, rows = told_directly(board)
+    assert (state["state"], state["arm_refusal"]) == ("armed", None)
+    (attention,) = state["attention"]
+    assert "ARMED with release switch 2 open" in attention
+    assert rows["ATTENTION"] == attention
+    board.switch(0, opened=True)
+    board.advance(100_000)
+    state, _ = told_directly(board)
+    assert (state["state"], state["arm_refusal"], state["attention"]) == ("running", None, [])
+
+
+def test_a_run_that_was_disarmed_midway(board: Board) -> None:
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(1_200_000)
+    state, rows = told_directly(board)
+    assert "; 2 of 4 strokes so far; " in rows["last run"]
+    connect(board).disarm()
+    state, rows = told_directly(board)
+    assert state["state"] == "safe"
+    assert "; it ended after 2 of 4 strokes; " in rows["last run"]
+    assert state["run"]["strokes_planned"] == 4
+    assert [stroke["scheduled_us"] for stroke in state["run"]["strokes"]] == [700_000, 1_050_000]
+    assert rows["stroke 2"].endswith(" us from the schedule")
+    connect(board).upload(NEW)
+    state, rows = told_directly(board)
+    assert rows["stroke 2"].endswith("no stroke of the maneuver on the board is known to be this one")
+    assert "strokes" not in rows["last run"]
+
+
+def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(300_000)
+    connect(board).disarm()
+    _, rows = told_directly(board)
+    assert "; it ended before its first stroke; " in rows["last run"]

@@ -70,14 +70,13 @@ def test_what_is_on_the_board_goes_into_a_file_and_back(tfsat_host: RunCli, narr
 
 def test_rounding_and_a_maneuver_that_does_not_fit_are_said(tfsat_host: RunCli, narrow: Path) -> None:
     done = tfsat_host("upload-servos", narrow, "--emulated", "--yes")
-    assert "Warning: servo 1: limits_deg was rounded from 58.994 to 58.99" in done.stderr
+    assert "Warning: servo 1: limits_deg was rounded from 58.994 to 58.99 deg: " in done.stderr
     assert "stroke 1 takes joint 1 to 59 deg, but its servo settings allow 0 to 58.99 deg" in done.stderr
     told = tfsat_host.json("upload-servos", narrow, "--emulated")
     assert told["maneuver_fits"] is False
     assert len(told["notices"]) == 1
     status = tfsat_host.json("status", "--emulated")["sequencer"]
-    assert status["arm_refusal"]["code"] == "settings_do_not_fit"
-    assert "would be refused. The stored maneuver does not fit" in tfsat_host("status", "--emulated").stdout
+    assert status["arm_refusal"]["code"] == "no_maneuver"  # the factory's, which is not flown
 
     error = tfsat_host.json("upload-sequence", 59, 70, "--emulated", expect=4)["error"]
     assert error["code"] == "settings_do_not_fit"
@@ -85,6 +84,14 @@ def test_rounding_and_a_maneuver_that_does_not_fit_are_said(tfsat_host: RunCli, 
     assert "upload-servos --show --emulated" in error["next_step"]
     assert tfsat_host.json("status", "--emulated")["sequencer"]["maneuver"]["origin"] == "factory"
     assert tfsat_host.json("upload-sequence", "58.99", 70, "--emulated")["verified"] is True
+    assert tfsat_host.json("status", "--emulated")["sequencer"]["arm_refusal"] is None
+    narrower = tfsat_host.folder / "narrower.toml"
+    narrower.write_text(FILE.replace("[0.0, 90.0]", "[0, 50]", 1))
+    tfsat_host("upload-servos", narrower, "--emulated", "--yes")
+    status = tfsat_host.json("status", "--emulated")["sequencer"]
+    assert (status["arm_refusal"]["code"], status["arm_refusal"]["number"]) == ("settings_do_not_fit", 26)
+    said = tfsat_host("status", "--emulated").stdout
+    assert "would be refused (refusal 26, settings_do_not_fit). The stored maneuver does not fit" in said
 
 
 def test_a_dry_run_touches_no_board(tfsat_host: RunCli, narrow: Path) -> None:

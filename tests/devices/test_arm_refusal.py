@@ -10,17 +10,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.sequencer.board import Board, Reset, client, connect, release
-from tests.sequencer.conftest import board, board_library, new_board
+from tests.sequencer.conftest import board, board_library, fresh_board, new_board
 from tfsat_host.devices.arm_refusal import arm_refusal, joints_off_start_pose
 from tfsat_host.devices.client import BoardError, BoardRefusal
+from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOINT_REPORT_AGE_MS
 from tfsat_host.protocol.messages import JogReply, JogRequest
+from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.servo_settings import FACTORY
 
-__all__ = ["board", "board_library", "new_board"]
+__all__ = ["board", "board_library", "fresh_board", "new_board"]
 
 AT_REST = (0, 0, 0)
+BENDS_JOINT_1 = schedule_maneuver(Maneuver((Stroke(joint=1, angle_deg=59.0),), 170.0))
 FOLDED_45 = replace(FACTORY, servos=tuple(replace(servo, max_cdeg=4500) for servo in FACTORY.servos))
 
 
@@ -35,6 +38,11 @@ def _done_and_seated(board: Board) -> None:
     board.switch(0, opened=False)
     board.switch(1, opened=False)
     board.advance(10_000)
+
+
+def _done_and_bent(board: Board) -> None:
+    connect(board).upload(BENDS_JOINT_1)
+    _done_and_seated(board)
 
 
 def _armed(board: Board) -> None:
@@ -86,8 +94,9 @@ def answered(board: Board) -> ErrorCode | None:
     [
         (lambda _: None, None, ""),
         (_done_and_seated, None, ""),
-        (_open, ErrorCode.SWITCH_OPEN, "A release switch is open."),
-        (_done, ErrorCode.SWITCH_OPEN, "A release switch is open."),
+        (_done_and_bent, ErrorCode.NOT_AT_START_POSE, "but joint 1 is held at 59 deg"),
+        (_open, ErrorCode.SWITCH_OPEN, "A release switch is open (switch 2)."),
+        (_done, ErrorCode.SWITCH_OPEN, "A release switch is open (switches 1 and 2)."),
         (_running, ErrorCode.WRONG_STATE, "present state"),
         (_jogging, ErrorCode.WRONG_STATE, "present state"),
         (_faulty, ErrorCode.FAULT_LATCHED, "latched: the board restarted while it was armed"),
@@ -106,6 +115,39 @@ def test_host_and_board_agree(
         assert words in refusal.what
         assert refusal.next_step
     assert answered(board) == code
+
+
+def test_what_the_factory_gave_is_not_flown(fresh_board: Board) -> None:
+    refusal = predicted(fresh_board)
+    assert refusal is not None
+    assert (refusal.code, refusal.exit_code) == (ErrorCode.NO_MANEUVER, 4)
+    assert "tfsat-host upload-sequence" in refusal.next_step
+    assert answered(fresh_board) == ErrorCode.NO_MANEUVER
+
+
+def test_joints_that_a_run_left_bent_are_let_go_first(board: Board) -> None:
+    _done_and_bent(board)
+    refusal = predicted(board, AT_REST)
+    assert refusal is not None and refusal.code == ErrorCode.NOT_AT_START_POSE
+    assert refusal.next_step.startswith("tfsat-host disarm")
+    connect(board).disarm()
+    assert predicted(board) is None
+    assert answered(board) is None
+
+
+def test_the_board_itself_names_the_open_switch(board: Board) -> None:
+    _open(board)
+    with pytest.raises(BoardRefusal) as caught:
+        connect(board).arm()
+    assert caught.value.what == "A release switch is open (switch 2)."
+
+
+def test_a_latched_fault_brings_its_own_cure(board: Board) -> None:
+    _faulty(board)
+    refusal = predicted(board)
+    assert refusal is not None
+    assert refusal.next_step.startswith(REMEDIES[ErrorCode.RESET_WHILE_ARMED][2])
+    assert refusal.next_step.endswith("Only tfsat-host disarm clears the fault.")
 
 
 def test_an_armed_board_is_in_the_wrong_state(board: Board) -> None:
@@ -142,3 +184,30 @@ def test_a_report_counts_while_it_is_fresh(board: Board) -> None:
     board.advance(1_000_000)
     assert answered(board) is None
     assert connect(board).status().state == SequencerState.ARMED
+
+
+@pytest.mark.parametrize(
+    ("addresses", "said"),
+    [
+        ([10], "The stored maneuver is damaged"),
+        ([270, 306], "The servo settings are damaged"),
+        ([10, 270], "The stored maneuver and the servo settings are damaged"),
+    ],
+)
+def test_what_is_damaged_in_the_store_is_named(
+    new_board: Callable[..., Board], addresses: list[int], said: str
+) -> None:
+    healthy = new_board()
+    connect(healthy).write_settings(FOLDED_45)
+    connect(healthy).write_settings(FACTORY)
+    image = bytearray(healthy.eeprom())
+    for address in addresses:
+        image[address] ^= 0x10
+    sequencer = connect(new_board(bytes(image)))
+    refusal = arm_refusal(sequencer.status(), sequencer.read_back(), sequencer.settings().settings, AT_REST)
+    assert refusal is not None
+    assert (refusal.code, refusal.exit_code) == (ErrorCode.STORE_DAMAGED, 4)
+    assert refusal.what.startswith(said)
+    with pytest.raises(BoardRefusal) as caught:
+        sequencer.arm()
+    assert caught.value.code == ErrorCode.STORE_DAMAGED

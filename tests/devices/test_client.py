@@ -54,6 +54,7 @@ INTERLOCKS = {
     ErrorCode.NOT_AT_START_POSE,
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
+    ErrorCode.STORE_DAMAGED,
 }
 
 
@@ -207,6 +208,23 @@ def test_a_refusal_is_an_error_with_its_remedy(code: ErrorCode) -> None:
     assert meaning
     assert remedy
     assert len(transport.requests) == 1  # a refusal is an answer: it is not asked again
+
+
+@pytest.mark.parametrize(
+    ("bits", "named"),
+    [
+        (-1, "open."),
+        (0, "open."),
+        (1, "open (switch 1)."),
+        (2, "open (switch 2)."),
+        (3, "open (switches 1 and 2)."),
+    ],
+)
+def test_a_refusal_names_the_open_switches(bits: int, named: str) -> None:
+    link, _ = client(lambda frame: [refusal(frame, ErrorCode.SWITCH_OPEN, bits)])
+    with pytest.raises(BoardRefusal) as caught:
+        link.request(ArmRequest(0), DisarmReply)
+    assert caught.value.what == f"A release switch is {named}"
 
 
 @pytest.mark.parametrize(

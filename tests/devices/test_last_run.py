@@ -9,7 +9,7 @@ import pytest
 from tests.sequencer.board import NEW, OLD, Board, connect, release
 from tests.sequencer.conftest import board, board_library, new_board
 from tfsat_host.devices.last_run import LastRun, last_run
-from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 
 __all__ = ["board", "board_library", "new_board"]
 
@@ -46,6 +46,7 @@ def test_every_stroke_against_its_schedule(board: Board) -> None:
     run = report(board)
     assert run is not None
     assert run.released_us - uptime_us == pytest.approx(released_us - asked_us, abs=3000)
+    assert run.since_release_s is not None
     assert since_us / 1e6 - 0.001 <= run.since_release_s <= (board.now_us - released_us) / 1e6 + 0.001
     assert [onset.scheduled_us for onset in run.onsets] == [stroke.t_us for stroke in OLD.strokes]
     for onset in run.onsets:
@@ -63,6 +64,52 @@ def test_half_a_run(board: Board) -> None:
     run = report(board)
     assert run is not None
     assert [onset.scheduled_us for onset in run.onsets] == [700_000, 1_050_000]
+    assert run.planned == 4
+    connect(board).disarm()
+    ended = report(board)
+    assert ended is not None
+    assert (ended.onsets, ended.planned) == (run.onsets, 4)
+    connect(board).upload(NEW)
+    ended = report(board)
+    assert ended is not None
+    assert ([onset.scheduled_us for onset in ended.onsets], ended.planned) == ([None, None], None)
+
+
+def test_a_run_that_ended_before_its_first_stroke_tells_nothing_of_its_maneuver(board: Board) -> None:
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(300_000)
+    connect(board).disarm()
+    run = report(board)
+    assert run is not None
+    assert (run.onsets, run.planned) == ((), None)
+
+
+def test_after_a_reset_nobody_knows_how_long_ago_it_was(board: Board) -> None:
+    flown(board)
+    sequencer = connect(board)
+    status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    reset = replace(status, state=SequencerState.SAFE, reset_cause=ResetCause.EXTERNAL)
+    run = last_run(flight, reset, maneuver)
+    assert run is not None
+    assert run.since_release_s is None
+    assert run.planned == 4
+
+
+def test_a_fault_that_is_not_of_the_run_says_nothing_of_its_maneuver(board: Board) -> None:
+    flown(board)
+    sequencer = connect(board)
+    status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    late = replace(flight, start_us=(flight.start_us[0] + 9000, *flight.start_us[1:]))
+    for fault, planned in (
+        (ErrorCode.RESET_WHILE_ARMED, None),
+        (ErrorCode.RESET_WHILE_RUNNING, 4),
+        (ErrorCode.STROKE_MISSED, 4),
+    ):
+        run = last_run(late, replace(status, state=SequencerState.FAULT, fault=fault), maneuver)
+        assert run is not None
+        assert run.planned == planned
 
 
 def test_after_disarm_the_same_schedule_is_recognised(board: Board) -> None:

@@ -115,8 +115,8 @@ def test_switches_reach_the_boards(
 
 def test_help_names_every_command(person: Person) -> None:
     assert person("help") == person("HELP")
-    for word in ("hold", "swing", "seat", "press", "release", "knock", "power", "cable", "drop", "angles",
-                 "card", "time", "wait", "quit"):  # fmt: skip
+    for word in ("hold", "swing", "seat", "press", "release", "knock", "power", "cable", "reset", "drop",
+                 "angles", "card", "time", "wait", "quit"):  # fmt: skip
         assert word in person("help")
 
 
@@ -157,6 +157,8 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("power robot off", "no board 'robot'"),
         ("power logger of", "'of' is not understood"),
         ("cable logger on", "plug or pull"),
+        ("reset", "Write: reset watchdog|brown-out|button"),
+        ("reset power", "no reset 'power': watchdog, brown-out, button"),
         ("drop soon", "'soon' is no duration"),
         ("drop 1e9", "no duration"),
         ("card", "no recording on the card"),

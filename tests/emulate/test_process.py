@@ -62,6 +62,7 @@ def test_the_eeprom_outlives_the_process(served: Served, tfsat_host: RunCli) -> 
 
 
 def test_power_off_forgets_the_arming(served: Served, tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, "--port", served.sequencer)
     tfsat_host("arm", "--yes", "--port", served.sequencer)
     served.control("power sequencer off", "wait 100ms", "power sequencer on")
     assert tfsat_host.json("status", "--port", served.sequencer)["sequencer"]["state"] != "armed"

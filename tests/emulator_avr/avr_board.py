@@ -8,6 +8,8 @@ from enum import IntEnum
 from pathlib import Path
 
 EEPROM_BYTES = 1024
+CYCLES_PER_US = 16
+USB_POLL_US = 125
 
 
 class ResetCause(IntEnum):
@@ -34,10 +36,11 @@ def load_library(path: Path) -> ctypes.CDLL:
         "board_close": (None, [board]),
         "board_set_power": (None, [board, ctypes.c_bool]),
         "board_reset": (None, [board, ctypes.c_uint8]),
-        "board_advance_to": (ctypes.c_char_p, [board, ctypes.c_uint64]),
+        "board_advance_to_cycle": (ctypes.c_char_p, [board, ctypes.c_uint64]),
         "board_set_switch": (None, [board, ctypes.c_int, ctypes.c_bool]),
         "board_set_cable": (None, [board, ctypes.c_bool]),
         "board_set_port": (None, [board, ctypes.c_bool, ctypes.c_uint32]),
+        "board_set_usb_stage_pause": (None, [board, ctypes.c_uint32]),
         "board_link_ready": (ctypes.c_bool, [board]),
         "board_write": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
         "board_read": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
@@ -78,10 +81,14 @@ class AvrBoard:
         self._handle = None
 
     def run_to(self, t_us: int) -> None:
-        failure = self._library.board_advance_to(self._handle, t_us)
+        self.run_to_cycle(t_us * CYCLES_PER_US)
+
+    def run_to_cycle(self, cycle: int) -> None:
+        """To a cycle of the CPU's clock; `now_us` is then the last whole microsecond."""
+        failure = self._library.board_advance_to_cycle(self._handle, cycle)
         if failure is not None:
             raise RuntimeError(failure.decode())
-        self.now_us = t_us
+        self.now_us = cycle // CYCLES_PER_US
 
     def run(self, duration_us: int) -> None:
         self.run_to(self.now_us + duration_us)
@@ -100,6 +107,14 @@ class AvrBoard:
 
     def port(self, is_open: bool, baud: int = 115200) -> None:
         self._library.board_set_port(self._handle, is_open, baud)
+
+    def usb_stage_pause(self, pause_us: int) -> None:
+        """A busy host: it rests this long after each stage of a control transfer."""
+        if pause_us % USB_POLL_US != 0:
+            raise ValueError(
+                f"the host polls every {USB_POLL_US} us: a pause of {pause_us} us is none of its"
+            )
+        self._library.board_set_usb_stage_pause(self._handle, pause_us // USB_POLL_US)
 
     @property
     def link_ready(self) -> bool:

@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard, load_library
+from tests.emulator_avr.board_link import eeprom_after_upload
 from tests.emulator_avr.building import SEQUENCER, build_board_library, build_sketch
+
+pytest.register_assert_rewrite("tests.emulator_avr.flight")
 
 
 @pytest.fixture(scope="session")
@@ -56,12 +59,24 @@ def probe(make_board: Callable[[Path], AvrBoard], probe_hex: Path) -> AvrBoard:
     return board
 
 
+@pytest.fixture(scope="session")
+def uploaded_eeprom(library: ctypes.CDLL, sequencer_hex: Path) -> bytes:
+    return eeprom_after_upload(library, sequencer_hex)
+
+
 @pytest.fixture
-def sequencer(make_board: Callable[[Path], AvrBoard], sequencer_hex: Path) -> AvrBoard:
-    """The firmware that would be flashed, on the crane: powered, both switches closed, no cable."""
+def new_sequencer(make_board: Callable[[Path], AvrBoard], sequencer_hex: Path) -> AvrBoard:
+    """The firmware that would be flashed, in a chip whose EEPROM is erased; hung up, without power."""
     board = make_board(sequencer_hex)
     board.switch(0, closed=True)
     board.switch(1, closed=True)
-    board.power(True)
-    board.run(300_000)
     return board
+
+
+@pytest.fixture
+def sequencer(new_sequencer: AvrBoard, uploaded_eeprom: bytes) -> AvrBoard:
+    """On the crane, 59/70 uploaded: powered, both switches closed, no cable."""
+    new_sequencer.set_eeprom(uploaded_eeprom)
+    new_sequencer.power(True)
+    new_sequencer.run(300_000)
+    return new_sequencer

@@ -1,4 +1,4 @@
-"""The real host client talking to the emulated board, and what its servo lines say."""
+"""What the emulated board's servo lines say."""
 
 from __future__ import annotations
 
@@ -7,37 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from tests.emulator_avr.avr_board import AvrBoard, Edge
-from tfsat_host.devices.sequencer import SequencerClient
+from tests.emulator_avr.board_link import UPLOADED
 
 STROKE_LINE = 3
-
-
-class BoardTransport:
-    """The cable, in the board's virtual time."""
-
-    def __init__(self, board: AvrBoard) -> None:
-        self._board = board
-
-    @property
-    def name(self) -> str:
-        return "emulated Arduino Micro"
-
-    def now_s(self) -> float:
-        return self._board.now_us / 1e6
-
-    def write(self, data: bytes) -> None:
-        while data:
-            data = data[self._board.send(data) :]
-            self._board.run(250)
-
-    def read(self, timeout_s: float) -> bytes:
-        deadline_s = self.now_s() + timeout_s
-        while not (data := self._board.receive()) and self.now_s() < deadline_s:
-            self._board.run(250)
-        return data
-
-    def close(self) -> None:
-        self._board.cable(False)
+STROKES = [(stroke.joint, stroke.t_us) for stroke in UPLOADED.strokes]
+TICK_NS = 500
+NOISE_CANCELER_NS = 250
 
 
 @dataclass(frozen=True)
@@ -91,6 +66,34 @@ def release(board: AvrBoard, seed: int) -> int:
     return both_open_us[0] * 1000
 
 
-def connect(board: AvrBoard) -> SequencerClient:
-    board.connect()
-    return SequencerClient.connect(BoardTransport(board))
+def run_until_lines_are_low(board: AvrBoard) -> None:
+    """Takes all edges so far and goes on until no servo line is within a pulse."""
+    high: set[int] = set()
+    while True:
+        for edge in board.edges():
+            (high.add if edge.high else high.discard)(edge.pin)
+        if not high:
+            return
+        board.run(50)
+
+
+def assert_maneuver_flown(board: AvrBoard, released_ns: int) -> None:
+    """The pins since `edges()` was last asked: strokes of 59/70 to the tick, whole pulses, even frames, marks."""
+    edges = board.edges()
+    onsets = onsets_ns(edges)
+    assert [joint for joint, _ in onsets] == [joint for joint, _ in STROKES]
+    for (_, onset_ns), (_, start_us) in zip(onsets, STROKES, strict=True):
+        assert -TICK_NS <= onset_ns - released_ns - start_us * 1000 <= NOISE_CANCELER_NS
+
+    widths_us = [sorted({pulse.width_ns / 1000 for pulse in pulses(edges, pin)}) for pin in range(3)]
+    assert widths_us == [[1000, 1655.5], [1000, 1778], [1000]]
+    for pin in range(3):
+        gaps_ms = [(after.rise_ns - before.rise_ns) / 1e6 for before, after in pairwise(pulses(edges, pin))]
+        assert 19.5 <= min(gaps_ms) <= max(gaps_ms) <= 20.5
+
+    marks = pulses(edges, STROKE_LINE)
+    assert len(marks) == len(onsets)
+    for mark, (_, onset_ns) in zip(marks, onsets, strict=True):
+        assert 0 < mark.rise_ns - onset_ns < 60_000
+        # Its end may wait for the interrupts of all three servo edges.
+        assert 990_000 < mark.width_ns < 1_250_000

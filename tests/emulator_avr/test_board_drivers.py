@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
-from tests.emulator_avr.flight import connect, pulses
+from tests.emulator_avr.board_link import connect
+from tests.emulator_avr.flight import pulses
 from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000

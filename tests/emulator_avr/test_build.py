@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.emulator_avr.conftest import REPOSITORY, build_sketch
+from tests.emulator_avr.building import REPOSITORY, build_sketch
 
 REPORT = REPOSITORY / "tools" / "firmware" / "image_report.py"
 
@@ -55,3 +55,30 @@ def test_a_damaged_image_is_refused(sequencer_hex: Path, tmp_path: Path) -> None
     assert result.returncode == 1
     assert "damaged.hex:2: damaged Intel HEX record. Nothing must be flashed" in result.stderr
     assert not report.exists()
+
+
+def test_an_image_over_its_flash_budget_is_refused(sequencer_hex: Path, tmp_path: Path) -> None:
+    """It would still fit the board."""
+    budget = json.loads(sequencer_hex.with_suffix(".json").read_text())["flash_budget_bytes"]
+    assert budget == 28672 * 3 // 4
+    elf, image = sequencer_hex.with_suffix(".elf"), tmp_path / "large.hex"
+
+    def report_on(size: int) -> subprocess.CompletedProcess[str]:
+        image.write_text(intel_hex(bytes(size)))
+        command = [sys.executable, str(REPORT), str(image), str(elf), str(tmp_path / "report.json")]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert report_on(budget).returncode == 0
+    refused = report_on(budget + 1)
+    assert refused.returncode == 1
+    assert f"{budget + 1} bytes of flash, 1 more than its budget of {budget} (75% of 28672)" in refused.stderr
+
+
+def intel_hex(image: bytes) -> str:
+    """Records of 16 bytes."""
+    lines = []
+    for address in range(0, len(image), 16):
+        data = image[address : address + 16]
+        record = bytes((len(data), address >> 8, address & 0xFF, 0)) + data
+        lines.append(f":{(record + bytes((-sum(record) & 0xFF,))).hex().upper()}")
+    return "\n".join([*lines, ":00000001FF", ""])

@@ -1,4 +1,4 @@
-"""The HEX that would be flashed flies the factory maneuver: what its pins do, in nanoseconds."""
+"""The HEX that would be flashed flies what was uploaded: what its pins do, in nanoseconds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import random
 import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard
-from tests.emulator_avr.flight import assert_factory_maneuver_flown, connect, onsets_ns, release
+from tests.emulator_avr.board_link import connect
+from tests.emulator_avr.flight import assert_maneuver_flown, onsets_ns, release
 from tfsat_host.protocol.enums import ResetCause, SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
 from tfsat_host.protocol.messages import SequencerStatusRequest
@@ -22,7 +23,7 @@ def test_strokes_begin_on_their_ticks_without_a_cable(sequencer: AvrBoard, seed:
     sequencer.run(200_000)
     released_ns = release(sequencer, seed)
     sequencer.run(2_600_000)
-    assert_factory_maneuver_flown(sequencer, released_ns)
+    assert_maneuver_flown(sequencer, released_ns)
     status = connect(sequencer).status()
     assert status.state == SequencerState.DONE
     assert status.strokes_started == 4
@@ -38,7 +39,7 @@ def test_a_flooding_host_moves_no_stroke(sequencer: AvrBoard) -> None:
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
         sequencer.send(noise.randbytes(512))
         sequencer.run(1000)
-    assert_factory_maneuver_flown(sequencer, released_ns)
+    assert_maneuver_flown(sequencer, released_ns)
     assert connect(sequencer).status().state == SequencerState.DONE
 
 
@@ -51,7 +52,7 @@ def test_a_host_that_asks_and_never_reads_moves_no_stroke(sequencer: AvrBoard) -
     while sequencer.now_us * 1000 < released_ns + 2_600_000_000:
         sequencer.send(question * 40)
         sequencer.run(2000)
-    assert_factory_maneuver_flown(sequencer, released_ns)
+    assert_maneuver_flown(sequencer, released_ns)
     assert len(sequencer.receive()) > 4000  # the cable was full
 
 
@@ -64,7 +65,7 @@ def test_plugging_the_cable_in_and_out_during_the_run_moves_no_stroke(sequencer:
         plugged = not plugged
         sequencer.cable(plugged)
         sequencer.run(23_700)
-    assert_factory_maneuver_flown(sequencer, released_ns)
+    assert_maneuver_flown(sequencer, released_ns)
     sequencer.cable(False)
     status = connect(sequencer).status()
     assert (status.state, status.reset_cause) == (SequencerState.DONE, ResetCause.POWER_ON)
@@ -83,7 +84,7 @@ def test_a_glitch_shorter_than_the_interrupt_does_not_blind_a_switch(sequencer: 
     sequencer.switch(1, closed=False)
     released_ns = sequencer.now_us * 1000
     sequencer.run(2_600_000)
-    assert_factory_maneuver_flown(sequencer, released_ns)
+    assert_maneuver_flown(sequencer, released_ns)
 
 
 def test_one_switch_alone_starts_nothing(sequencer: AvrBoard) -> None:

@@ -1,8 +1,13 @@
 #include "bench.h"
 
+#include <array>
+#include <cstring>
+
 namespace tfsat_fuzz {
 
 using namespace tfsat::protocol;
+using tfsat::emulator::NativeEeprom;
+using tfsat::sequencer::Maneuver;
 
 namespace {
 
@@ -10,9 +15,28 @@ namespace {
 constexpr int kBacklogLoops = 200;
 constexpr uint32_t kLoopUs = 50;
 
+// An EEPROM into which the factory's maneuver has been uploaded: without one, no script would ever arm.
+const std::array<uint8_t, NativeEeprom::kBytes>& uploaded_image() {
+  static const auto image = [] {
+    NativeEeprom eeprom;
+    tfsat::sequencer::Stored<Maneuver> store(eeprom, Sequencer::kManeuverAddress);
+    const Maneuver maneuver = Maneuver::factory();
+    std::memcpy(store.staged(), &maneuver, Maneuver::kSize);
+    store.begin();
+    for (uint64_t now_us = 0; store.writing(); now_us += kLoopUs) {
+      eeprom.set_now(now_us);
+      store.poll();
+    }
+    REQUIRE(!store.failed());
+    return eeprom.image();
+  }();
+  return image;
+}
+
 }  // namespace
 
 Bench::Bench() {
+  eeprom_.image() = uploaded_image();
   retained_.clear();
   start(ResetCause::kPowerOn);
 }
@@ -85,6 +109,8 @@ void Bench::require_transition(SequencerState before) {
 void Bench::require_valid() {
   REQUIRE(board_->core.maneuvers().current().valid());
   REQUIRE(board_->core.settings().current().valid());
+  // No cut or reset looks like damage.
+  REQUIRE(!board_->core.maneuvers().damaged() && !board_->core.settings().damaged());
 }
 
 void Bench::set_switch(int index, bool open) {

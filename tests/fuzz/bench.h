@@ -1,5 +1,5 @@
-// The sequencer on a bench: wired as the emulator's native board is, with a witness at each joint. Whatever is
-// done to it, what the bench requires must hold.
+// The sequencer on a bench: wired as the emulator's native board is, with a witness at each joint, and with the
+// factory's maneuver uploaded. Whatever is done to it, what the bench requires must hold.
 #pragma once
 
 #include <memory>

@@ -29,6 +29,7 @@ FRAME_DEFECTS = {
 }
 BOARD_DEFECTS = {
     "any token arms": ("if (token != token_)", "if (token == 0)"),
+    "a servo snaps back": ("if (state_ == SequencerState::kDone && !near", "if (false && !near"),
     "an open switch arms": ("if (switches_.levels() != 0) return", "if (switches_.levels() == 3) return"),
 }
 
@@ -68,7 +69,11 @@ def test_a_defect_of_the_receiver_is_found(defect: tuple[str, str], tmp_path: Pa
 
 @pytest.mark.parametrize(
     ("defect", "broken"),
-    [("any token arms", "== token"), ("an open switch arms", "switches_open() == 0")],
+    [
+        ("any token arms", "== token"),
+        ("a servo snaps back", "kStartPoseToleranceCdeg"),
+        ("an open switch arms", "switches_open() == 0"),
+    ],
     ids=BOARD_DEFECTS,
 )
 def test_a_defect_of_the_sequencer_is_found(defect: str, broken: str, tmp_path: Path) -> None:

@@ -1,7 +1,10 @@
 // Stands between the parts of a board, hands everything on, and requires that each did what it may.
 #pragma once
 
+#include <algorithm>
+#include <cstdlib>
 #include <deque>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -91,6 +94,8 @@ class RequestWitness : public tfsat::protocol::RequestHandler {
 
     const SequencerState before = core_.state();
     const uint16_t token = core_.arm_token();
+    int16_t held_cdeg[tfsat::protocol::kJointCount];
+    std::copy(std::begin(core_.held_cdeg()), std::end(core_.held_cdeg()), held_cdeg);
     const Reply result = server_.handle(type, payload, size, reply);
     REQUIRE(result.size <= tfsat::protocol::kMaxPayloadBytes);
     const bool served = result.error == tfsat::protocol::ErrorCode::kNone;
@@ -101,7 +106,7 @@ class RequestWitness : public tfsat::protocol::RequestHandler {
     } else if (after != before) {
       REQUIRE(served);
       REQUIRE(after == SequencerState::kArmed || after == SequencerState::kJogging);
-      if (after == SequencerState::kArmed) require_arming(before, token, type, payload, size);
+      if (after == SequencerState::kArmed) require_arming(before, held_cdeg, token, type, payload, size);
       if (after == SequencerState::kJogging) require_jog(before, type, payload, size);
     } else if (type == tfsat::protocol::ArmRequest::kType && served) {
       REQUIRE(before == SequencerState::kArmed);  // a second copy
@@ -113,11 +118,22 @@ class RequestWitness : public tfsat::protocol::RequestHandler {
   bool take_disarmed() { return std::exchange(disarmed_, false); }
 
  private:
-  void require_arming(SequencerState before, uint16_t token, uint8_t type, const uint8_t* payload, size_t size) {
+  using Angles = int16_t[tfsat::protocol::kJointCount];
+
+  // No servo snaps back from where a run has left it.
+  static void require_at_start_pose(const Angles& held_cdeg) {
+    for (const int angle : held_cdeg) {
+      REQUIRE(std::abs(angle) <= static_cast<int>(tfsat::protocol::kStartPoseToleranceCdeg));
+    }
+  }
+  void require_arming(SequencerState before, const Angles& held_cdeg, uint16_t token, uint8_t type,
+                      const uint8_t* payload, size_t size) {
     REQUIRE(before == SequencerState::kSafe || before == SequencerState::kDone);
     REQUIRE(type == tfsat::protocol::ArmRequest::kType && size == 2);
     REQUIRE((payload[0] | payload[1] << 8) == token);
     REQUIRE(core_.switches_open() == 0);
+    REQUIRE(core_.maneuvers().origin() == tfsat::protocol::Origin::kUploaded);
+    if (before == SequencerState::kDone) require_at_start_pose(held_cdeg);
     REQUIRE(core_.maneuvers().current().valid() && !core_.maneuvers().writing() && !core_.settings().writing());
   }
   void require_jog(SequencerState before, uint8_t type, const uint8_t* payload, size_t size) {

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import io
+import json
+import os
+import re
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -14,6 +18,10 @@ import pytest
 from tests.cli.process import RunCli
 from tests.emulate.served import TIMEOUT_S, Served
 from tfsat_host.cli.main import main
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.limits import JOG_IDLE_MS
 
 JOG = ("jog", "--joint", "1", "--from", "0", "--to", "20")
 
@@ -26,6 +34,33 @@ def robot(
     with Served("--sequencer", request.param) as process:
         process.control("hold 3")
         yield process
+
+
+LAG_DEG = 5.0
+"""Between what the servo is told, as the program saw it last, and where its joint comes to rest."""
+
+
+@contextmanager
+def jogging(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """A jog to 90 deg under way: the joint has passed 3 deg."""
+    command = [sys.executable, "-m", "tfsat_host", *JOG[:-1], "90", "--yes", *options]
+    with subprocess.Popen(
+        [*command, "--port", str(robot.sequencer)],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        process_group=0,  # as a shell does: Ctrl-Z stops only a group that somebody can continue
+    ) as process:
+        while joint_1_deg(robot) < 3:
+            assert process.poll() is None, process.communicate()
+            robot.control("wait 20ms")
+        yield process
+
+
+def told_deg(said: str) -> float:
+    found = re.search(r"Joint 1 was last told ([\d.]+) deg and was let go", said)
+    assert found, said
+    return float(found[1])
 
 
 class Terminal(io.StringIO):
@@ -55,11 +90,7 @@ def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: Ru
 
 
 def test_ctrl_c_lets_it_go(robot: Served, tfsat_host: RunCli) -> None:
-    command = [sys.executable, "-m", "tfsat_host", *JOG[:-1], "90", "--yes", "--port", str(robot.sequencer)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        while joint_1_deg(robot) < 3:
-            assert process.poll() is None, process.communicate()
-            robot.control("wait 20ms")
+    with jogging(robot) as process:
         process.send_signal(signal.SIGINT)
         said_out, said = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
@@ -67,7 +98,51 @@ def test_ctrl_c_lets_it_go(robot: Served, tfsat_host: RunCli) -> None:
     assert "was let go on its way; the sequencer is safe" in said
     assert "Traceback" not in said
     assert 3 < joint_1_deg(robot) < 80
+    assert told_deg(said) == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
     assert is_limp(robot)
+
+
+def test_json_says_where_ctrl_c_left_the_joint(robot: Served) -> None:
+    with jogging(robot, "--json") as process:
+        process.send_signal(signal.SIGINT)
+        said_out, _ = process.communicate(timeout=TIMEOUT_S)
+    error = json.loads(said_out)["error"]
+    assert process.returncode == 130
+    assert error["joint"] == 1
+    assert error["last_angle_deg"] == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
+
+
+def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
+    with jogging(robot) as process:
+        process.send_signal(signal.SIGSTOP)
+        robot.control(f"wait {JOG_IDLE_MS + 500}ms")
+        stopped_deg = joint_1_deg(robot)
+        assert stopped_deg < 60
+        assert is_limp(robot)
+        robot.control("wait 1s")
+        process.send_signal(signal.SIGCONT)
+        _, said = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 1
+    assert "This computer was away for" in said
+    assert "did not restart" in said
+    assert 0 < told_deg(said) <= stopped_deg + LAG_DEG
+    assert is_limp(robot)
+
+
+def test_ctrl_z_lets_it_go_before_the_program_stops(robot: Served) -> None:
+    with jogging(robot) as process:
+        process.send_signal(signal.SIGTSTP)
+        _, status = os.waitpid(process.pid, os.WUNTRACED)
+        assert os.WIFSTOPPED(status)
+        left_deg = joint_1_deg(robot)
+        assert is_limp(robot)
+        with closing(SerialTransport(str(robot.sequencer))) as port:
+            assert SequencerClient.connect(port).status().state == SequencerState.SAFE
+        process.send_signal(signal.SIGCONT)
+        _, said = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 130
+    assert "Error: The jog has ended: Ctrl-Z let the joint go" in said
+    assert told_deg(said) == pytest.approx(left_deg, abs=LAG_DEG)
 
 
 def test_it_says_what_will_move_and_demands_the_word(
@@ -83,6 +158,7 @@ def test_it_says_what_will_move_and_demands_the_word(
         "first pulse takes it to 0 deg at the servo's full speed",
         "bring it to 0 deg by hand first",
         "Type JOG to move it: ",
+        "The emulated robot begins anew with each command: all its joints are at 0 deg now.",
         "Nothing was moved.",
     ):
         assert words in said.err
@@ -105,6 +181,7 @@ def test_an_armed_board_refuses_before_anybody_is_asked(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with Served() as robot:
+        tfsat_host("upload-sequence", 59, 70, "--port", robot.sequencer)
         tfsat_host("arm", "--yes", "--port", robot.sequencer)
         error = tfsat_host.json(*JOG, "--port", robot.sequencer, expect=4)["error"]
         assert error["code"] == "wrong_state"
@@ -117,6 +194,7 @@ def test_beyond_the_joints_limits(tfsat_host: RunCli) -> None:
     error = tfsat_host.json(*JOG[:-1], "90.5", "--emulated", "--yes", expect=4)["error"]
     assert error["code"] == "joint-limits"
     assert error["what"] == "--to 90.5 is outside joint 1's limits, 0 to 90 deg."
+    assert error["next_step"].endswith(": tfsat-host upload-servos --show --emulated")
 
 
 @pytest.mark.parametrize(

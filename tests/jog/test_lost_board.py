@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 
 import pytest
 
@@ -10,6 +11,7 @@ from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
 from tfsat_host.devices.jogging import Jog, JogClient, JogError
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.framing import Frame
+from tfsat_host.protocol.limits import JOG_IDLE_MS
 from tfsat_host.protocol.messages import (
     DisarmReply,
     DisarmRequest,
@@ -27,20 +29,46 @@ class Board:
         self.state = SequencerState.SAFE
         self.disarms = True
         self.answers_disarm = True
+        self.uptime_ms = 1000
+        self.after_polls: dict[int, Callable[[], None]] = {}
+        """What befalls the board before it answers the poll of this number."""
+        self.polls = 0
+        self.ignores_orders = 0
+        self.orders = 0
 
     def __call__(self, frame: Frame) -> Iterable[Answer]:
         if frame.type == HelloRequest.TYPE:
             return [reply(frame, hello())]
         if frame.type == JogRequest.TYPE:
+            self.orders += 1
+            if self.orders > 1 and self.ignores_orders:
+                self.ignores_orders -= 1
+                return []
             self.state = SequencerState.JOGGING
-            return [reply(frame, JogReply(0, 0))]
+            return [reply(frame, JogReply(100, 0))]
         if frame.type == DisarmRequest.TYPE:
             if self.disarms:
                 self.state = SequencerState.SAFE
             return [reply(frame, DisarmReply(self.state))] if self.answers_disarm else []
+        self.polls += 1
+        self.after_polls.get(self.polls, lambda: None)()
         none = ErrorCode.NONE
         status = SequencerStatusReply(
-            self.state, none, none, 0, 1, ResetCause.POWER_ON, 0, 0, 0, (100, 0, 0), 1000, 0, 700, 0
+            self.state,
+            none,
+            none,
+            0,
+            1,
+            ResetCause.BROWN_OUT,
+            0,
+            0,
+            0,
+            (100, 0, 0),
+            self.uptime_ms,
+            0,
+            700,
+            0,
+            0,
         )
         return [reply(frame, status)]
 
@@ -64,7 +92,8 @@ def test_a_board_that_does_not_confirm_is_told() -> None:
     board.disarms = board.answers_disarm = False
     error = run(board)
     assert "did not confirm that it let joint 1 go. No answer from scripted." in error.what
-    assert "20 s after the last order" in error.meaning
+    assert f"{JOG_IDLE_MS / 1000:g} s after the last order" in error.meaning
+    assert error.meaning.startswith("Joint 1 was last told 1 deg.")
     assert "cut the sequencer's power" in error.next_step
 
 
@@ -72,3 +101,50 @@ def test_a_board_that_says_it_still_jogs_is_not_believed_safe() -> None:
     board = Board()
     board.disarms = False
     assert "says that it is jogging" in run(board).what
+
+
+@pytest.mark.parametrize(
+    ("uptime_ms", "what", "meaning"),
+    [
+        (300, "restarted 0.3 s ago (brown out)", "pull the supply down"),
+        (60_000, "ended the jog by itself. It did not restart: up for 60 s", "no order reached it for 1 s"),
+        (60_100 + 5000, "This computer was away for 5.1 s", "The board did not restart"),
+    ],
+)
+def test_why_the_board_ended_the_jog_is_told_by_its_uptime(uptime_ms: int, what: str, meaning: str) -> None:
+    board = Board()
+    board.uptime_ms = 60_000
+
+    def end() -> None:
+        board.state, board.uptime_ms = SequencerState.SAFE, uptime_ms
+
+    board.after_polls[5] = end
+    error = run(board)
+    assert what in error.what and error.what.endswith("It is safe.")
+    assert error.meaning.startswith("Joint 1 was last told 1 deg and was let go.")
+    assert meaning in error.meaning
+    assert error.details == {"joint": 1, "last_angle_deg": 1.0}
+    assert "--from 1 goes on" in error.next_step
+
+
+def test_an_uptime_that_begins_anew_after_49_days_is_no_restart() -> None:
+    board = Board()
+    board.uptime_ms = 2**32 - 50
+
+    def end() -> None:
+        board.state, board.uptime_ms = SequencerState.SAFE, 50
+
+    board.after_polls[3] = end
+    assert "did not restart" in run(board).what
+
+
+def test_a_lost_order_is_repeated_only_after_asking_whether_the_joint_is_still_held() -> None:
+    board = Board()
+    board.ignores_orders = 1
+    transport = ScriptedTransport(board)
+    with pytest.raises(JogError, match="only after"):
+        JogClient.connect(transport).run(Jog(1, 0, 3000), 0.0, lambda: False, lambda _angle_cdeg: None)
+    types = [frame.type for frame in transport.requests]
+    pairs = set(pairwise(types))
+    assert types.count(JogRequest.TYPE) > 10
+    assert (JogRequest.TYPE, JogRequest.TYPE) not in pairs

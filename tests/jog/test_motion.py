@@ -9,9 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from tfsat_host.devices.board_errors import BoardRefusal
-from tfsat_host.devices.jogging import Jog, JogClient, JogError, JogRefused
+from tfsat_host.devices.jogging import ORDER_S, Jog, JogClient, JogEnd, JogError, JogRefused
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
 
@@ -68,7 +69,7 @@ def is_limp(robot: EmulatedRobot, joint: int) -> bool:
 @pytest.mark.parametrize("joint", [1, 2, 3])
 def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: JogClient, joint: int) -> None:
     told: list[int] = []
-    assert sequencer.run(Jog(joint, 0, 3000), 0.0, go_on, told.append)
+    assert sequencer.run(Jog(joint, 0, 3000), 0.0, go_on, told.append) == JogEnd(True, 3000)
     path = angles_deg(robot, joint)
     assert path[-1, 1] == pytest.approx(30.0, abs=0.5)
     assert fastest_deg_s(robot, joint) < 1.3 * SPEED_DEG_S
@@ -84,7 +85,7 @@ def test_the_joint_goes_slowly_and_ends_limp(robot: EmulatedRobot, sequencer: Jo
 def test_it_is_held_longer_than_the_board_waits_for_orders(
     robot: EmulatedRobot, sequencer: JogClient
 ) -> None:
-    hold_s = JOG_IDLE_MS / 1000 + 5
+    hold_s = 4 * JOG_IDLE_MS / 1000
     still_held: list[bool] = []
 
     def look(angle_cdeg: int) -> None:
@@ -92,27 +93,40 @@ def test_it_is_held_longer_than_the_board_waits_for_orders(
             still_held.append(not is_limp(robot, 1))
 
     start_us = robot.now_us
-    assert sequencer.run(Jog(1, 0, 1500), hold_s, go_on, look)
+    assert sequencer.run(Jog(1, 0, 1500), hold_s, go_on, look).held
     assert robot.now_us - start_us >= (hold_s + 1) * 1_000_000
-    assert len(still_held) > 100 and all(still_held)
+    assert len(still_held) > 10 and all(still_held)
     assert is_limp(robot, 1)
 
 
 def test_a_wish_to_stop_lets_the_joint_go_on_its_way(robot: EmulatedRobot, sequencer: JogClient) -> None:
     told: list[int] = []
-    assert not sequencer.run(Jog(2, 0, 9000), 0.0, lambda: bool(told) and told[-1] > 2000, told.append)
+    end = sequencer.run(Jog(2, 0, 9000), 0.0, lambda: bool(told) and told[-1] > 2000, told.append)
+    assert not end.held
     assert 20 < angles_deg(robot, 2)[-1, 1] < 30
+    assert end.angle_cdeg / 100 == pytest.approx(angles_deg(robot, 2)[-1, 1], abs=3)
     assert sequencer.status().state == SequencerState.SAFE
     assert is_limp(robot, 2)
 
 
 def test_an_exception_lets_the_joint_go(robot: EmulatedRobot, sequencer: JogClient) -> None:
+    def fail(angle_cdeg: int) -> None:
+        if angle_cdeg > 1000:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        sequencer.run(Jog(1, 0, 9000), 0.0, go_on, fail)
+    assert sequencer.status().state == SequencerState.SAFE
+    assert is_limp(robot, 1)
+
+
+def test_an_impatient_ctrl_c_says_where_the_joint_is_too(robot: EmulatedRobot, sequencer: JogClient) -> None:
     def interrupt(angle_cdeg: int) -> None:
         if angle_cdeg > 1000:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        sequencer.run(Jog(1, 0, 9000), 0.0, go_on, interrupt)
+    end = sequencer.run(Jog(1, 0, 9000), 0.0, go_on, interrupt)
+    assert not end.held and 1000 < end.angle_cdeg < 1500
     assert sequencer.status().state == SequencerState.SAFE
     assert is_limp(robot, 1)
 
@@ -129,7 +143,9 @@ def test_a_restart_of_the_board_ends_the_jog_without_a_jerk(
             robot.advance(50_000)
             robot.set_power(BoardIndex.SEQUENCER, True)
 
-    with pytest.raises(JogError, match="ended the jog by itself: it is safe"):
+    with pytest.raises(
+        JogError, match=r"restarted 0\.\d s ago \(power on\), which ended the jog\. It is safe"
+    ):
         sequencer.run(Jog(1, 0, 6000), 0.0, go_on, restart)
     assert restarted
     assert fastest_deg_s(robot, 1) < 1.3 * SPEED_DEG_S
@@ -138,6 +154,7 @@ def test_a_restart_of_the_board_ends_the_jog_without_a_jerk(
 
 def test_only_a_safe_board_jogs(robot: EmulatedRobot, sequencer: JogClient) -> None:
     robot.seat()
+    sequencer.upload(schedule_maneuver(four_stroke(59, 69)))
     sequencer.arm()
     with pytest.raises(BoardRefusal):
         sequencer.check(Jog(1, 0, 1000))
@@ -154,27 +171,44 @@ def test_limits_are_those_of_the_board(
         sequencer.check(Jog(1, start, end))
 
 
-@pytest.mark.parametrize("hold_s", [0.0, 7.0])
-def test_each_order_says_where_the_joint_is(
-    robot: EmulatedRobot, monkeypatch: pytest.MonkeyPatch, hold_s: float
+def test_four_orders_a_second_say_where_the_joint_is(
+    robot: EmulatedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A board that restarted unnoticed takes the next order for a new jog: `from` must not pull it back."""
     from tfsat_host.devices.client import Client
     from tfsat_host.protocol.messages import JogRequest
 
-    sent: list[JogRequest] = []
+    sent: list[tuple[float, JogRequest]] = []
     request: Callable[..., object] = Client.request
 
-    def spy(self: Client, message: object, reply_type: object) -> object:
+    def spy(self: Client, message: object, reply_type: object, **options: int) -> object:
         if isinstance(message, JogRequest):
-            sent.append(message)
-        return request(self, message, reply_type)
+            sent.append((self.transport.now_s(), message))
+        return request(self, message, reply_type, **options)
 
     monkeypatch.setattr(Client, "request", spy)
     sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-    sequencer.run(Jog(1, 0, 9000), hold_s, go_on, ignore)
-    assert [message.to_cdeg for message in sent] == [9000] * len(sent)
-    assert sent[0].from_cdeg == 0
-    assert sent[1].from_cdeg == pytest.approx(7500, abs=250)  # 5 s after the first
-    assert all(message.from_cdeg == 9000 for message in sent[2:])
-    assert len(sent) == (2 if hold_s == 0 else 3)
+    sequencer.run(Jog(1, 0, 9000), 2.0, go_on, ignore)
+    times_s = np.array([time_s for time_s, _ in sent])
+    assert ORDER_S == JOG_IDLE_MS / 4000 == 0.25
+    assert np.all(np.diff(times_s) < 0.3) and np.all(np.diff(times_s) > 0.24)
+    assert len(sent) > (6.0 + 2.0) / 0.3
+    for time_s, message in sent:
+        expected_cdeg = min(9000, JOG_SPEED_CDEG_S * (time_s - times_s[0]))
+        assert message.from_cdeg == pytest.approx(expected_cdeg, abs=100)
+        assert message.to_cdeg == 9000
+
+
+def test_a_host_that_falls_silent_lets_the_joint_go(robot: EmulatedRobot, sequencer: JogClient) -> None:
+    frozen: list[float] = []
+
+    def freeze(angle_cdeg: int) -> None:
+        if angle_cdeg > 2000 and not frozen:
+            robot.advance(JOG_IDLE_MS * 1000 + 100_000)
+            frozen.append(angles_deg(robot, 1)[-1, 1])
+            assert is_limp(robot, 1)
+
+    with pytest.raises(JogError, match="This computer was away for"):
+        sequencer.run(Jog(1, 0, 9000), 0.0, go_on, freeze)
+    assert 20 < frozen[0] < 20 + 1.2 * SPEED_DEG_S * JOG_IDLE_MS / 1000 + 3
+    assert is_limp(robot, 1)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import pty
+import re
 import signal
+import struct
 import subprocess
 import sys
+import termios
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +21,10 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.emulate.served import TIMEOUT_S, Served
+from tfsat_host.cli.monitor_words import UNCALIBRATED
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.transport import SerialTransport
 
 
 @pytest.fixture
@@ -84,6 +93,7 @@ def test_both_boards_as_json_lines(robot: Served, both: dict[str, str], tfsat_ho
 
 
 def test_a_drop_is_seen_and_not_disturbed(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
+    tfsat_host("upload-sequence", 59, 70, environ=both)
     tfsat_host("arm", "--yes", environ=both)
     monitor = Monitor(environ=both)
     monitor.until("sequencer", "state", "armed")
@@ -137,8 +147,51 @@ def test_a_board_that_goes_leaves_the_other(robot: Served, both: dict[str, str])
     while "error" not in last:
         last = monitor.next()
     assert last["error"]["code"] == "lost"
+    assert {board: error["code"] for board, error in last["error"]["lost"].items()} == dict.fromkeys(
+        ("sequencer", "logger"), "lost"
+    )
+    assert "Sequencer: The connection on" in last["error"]["what"]
+    assert "Logger: The connection on" in last["error"]["what"]
     assert monitor.process.wait(TIMEOUT_S) == 1
-    monitor.process.communicate()
+    assert monitor.process.communicate()[1] == "", "nothing but the errors in JSON"
+
+
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_a_reader_that_goes_ends_it_quietly(
+    robot: Served, both: dict[str, str], options: tuple[str, ...]
+) -> None:
+    """As with `| head -1`."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "tfsat_host", "monitor", *options],
+        env={**os.environ, **both},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None and process.stderr is not None
+        assert process.stdout.readline()
+        process.stdout.close()
+        said = process.stderr.read()
+    assert said in ("", f"{UNCALIBRATED}\n")
+
+
+def test_limp_servos_hold_no_angle(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
+    assert "commanded limp" in tfsat_host("monitor", "--for", "0.5", environ=both).stdout
+    with closing(SerialTransport(both["TFSAT_SEQUENCER_PORT"])) as port, pytest.raises(BoardRefusal):
+        SequencerClient.connect(port).arm()
+    monitor = Monitor(environ=both)
+    safe = monitor.next()["sequencer"]
+    assert safe["commanded_deg"] is None
+    assert (safe["last_refusal"], safe["fault_explained"]) == ("no_maneuver", None)
+    assert safe["last_refusal_explained"]["what"] == "No valid maneuver was uploaded."
+    assert monitor.interrupt()[0] == 0
+    said = tfsat_host("monitor", "--for", "0.5", environ=both).stdout
+    assert "last refusal no maneuver: No valid maneuver was uploaded." in said
+    tfsat_host("upload-sequence", 59, 70, environ=both)
+    tfsat_host("arm", "--yes", environ=both)
+    monitor = Monitor(environ=both)
+    assert monitor.next()["sequencer"]["commanded_deg"] == [0, 0, 0]
+    assert monitor.interrupt()[0] == 0
 
 
 def test_lines_where_there_is_no_terminal(robot: Served, both: dict[str, str], tfsat_host: RunCli) -> None:
@@ -151,10 +204,13 @@ def test_lines_where_there_is_no_terminal(robot: Served, both: dict[str, str], t
     assert "uncalibrated" in done.stderr
 
 
-def test_a_picture_on_a_terminal(robot: Served, both: dict[str, str]) -> None:
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (120, 40)])
+def test_a_picture_on_a_terminal(robot: Served, both: dict[str, str], columns: int, rows: int) -> None:
+    robot.control("release 2")
     command = [sys.executable, "-m", "tfsat_host", "monitor", "--for", "1"]
     master, slave = pty.openpty()
-    environ = {**os.environ, **both, "TERM": "xterm", "COLUMNS": "100", "LINES": "60"}
+    environ = {**os.environ, **both, "TERM": "xterm", "COLUMNS": "", "LINES": ""}
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     with subprocess.Popen(command, stdout=slave, stderr=slave, env=environ) as process:
         os.close(slave)
         shown = b""
@@ -166,8 +222,12 @@ def test_a_picture_on_a_terminal(robot: Served, both: dict[str, str]) -> None:
     os.close(master)
     assert process.returncode == 0
     text = shown.decode()
-    for words in ("sequencer  ", "logger  ", "x / deg/s", "as read / deg", "uncalibrated", "Ctrl-C ends it."):
-        assert words in text
+    last = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.rsplit("\x1b[2K", 1)[1])
+    words = ("sequencer  safe; switches 1 closed, 2 OPEN", "logger     idle", "x / deg/s", "uncalibrated")
+    for expected in (*words, "Ctrl-C ends it."):
+        assert expected in last
+    assert len(last.rstrip().splitlines()) < rows
+    assert max(map(len, last.splitlines())) <= columns
     assert "\x1b[1A" in text, "drawn anew in its place"
 
 

@@ -11,6 +11,7 @@ from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
 from tfsat_host.devices.client import Client
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.monitoring.reading import convert
 from tfsat_host.monitoring.stream_meter import StreamMeter
 from tfsat_host.protocol.enums import SequencerState
@@ -115,7 +116,9 @@ def test_the_sequencer_is_only_asked_and_rarely_while_armed_or_running(
     if armed:
         from tfsat_host.devices.sequencer import SequencerClient
 
-        SequencerClient(client, watch.identity).arm()
+        board = SequencerClient(client, watch.identity)
+        board.upload(schedule_maneuver(four_stroke(59, 69)))
+        board.arm()
         pass_time(watch, client, 1.0)
         assert watch.status.state == SequencerState.ARMED
         robot.drop()

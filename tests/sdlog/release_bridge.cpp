@@ -7,7 +7,7 @@ using namespace tfsat::sequencer;
 extern "C" int64_t first_release_us(const uint32_t* t_us, const uint8_t* index, const uint8_t* open, size_t n,
                                     uint32_t end_us) {
   ReleaseDetector detector;
-  detector.reset(0);
+  detector.reset(0, 0);
   uint8_t levels = 0;
   size_t next = 0;
   for (uint32_t now_us = 0; now_us <= end_us; now_us += 100) {

@@ -10,6 +10,51 @@ namespace tfsat_test {
 using tfsat::protocol::ErrorCode;
 using tfsat::protocol::ResetCause;
 using tfsat::sequencer::kTicksPerMs;
+using tfsat::sequencer::Maneuver;
+using tfsat::sequencer::Sequencer;
+using tfsat::sequencer::Settings;
+using tfsat::sequencer::Stored;
+using tfsat::sequencer::Stroke;
+
+inline std::vector<uint8_t> bytes_of(const Settings& record) {
+  std::vector<uint8_t> bytes(Settings::kSize);
+  record.encode(bytes.data());
+  return bytes;
+}
+
+inline std::vector<uint8_t> bytes_of(const Maneuver& record) {
+  std::vector<uint8_t> bytes(Maneuver::kSize);
+  std::memcpy(bytes.data(), &record, bytes.size());
+  return bytes;
+}
+
+template <typename Record>
+bool same_record(const Record& a, const Record& b) {
+  return bytes_of(a) == bytes_of(b);
+}
+
+// Stores until it rests or the power goes; false if it failed.
+template <typename Record>
+bool put(FakeMemory& memory, uint16_t address, const Record& wanted) {
+  memory.busy_polls = 0;
+  Stored<Record> store(memory, address);
+  store.load();
+  const std::vector<uint8_t> bytes = bytes_of(wanted);
+  std::memcpy(store.staged(), bytes.data(), bytes.size());
+  store.begin();
+  for (int polls = 0; polls < 2000 && store.writing() && !memory.dead; ++polls) store.poll();
+  return !store.writing() && !store.failed() && same_record(store.current(), wanted);
+}
+
+// An EEPROM that was never written.
+inline std::vector<uint8_t> erased_eeprom() { return FakeMemory().bytes; }
+
+// One into which a maneuver has been uploaded, so that the board arms.
+inline std::vector<uint8_t> uploaded_eeprom(const Maneuver& maneuver = Maneuver::factory()) {
+  FakeMemory memory;
+  CHECK(put(memory, Sequencer::kManeuverAddress, maneuver));
+  return memory.bytes;
+}
 
 struct Bench {
   FakeSwitches switches;
@@ -24,7 +69,9 @@ struct Bench {
   tfsat::protocol::Link link{stream, server};
   tick_t now;
 
-  explicit Bench(tick_t start = 0) : now(start) {
+  explicit Bench(tick_t start = 0, const std::vector<uint8_t>& eeprom = uploaded_eeprom())
+      : now(start) {
+    memory.bytes = eeprom;
     retained.begun.set(0);
     retained.clear();
     core.start(now, ResetCause::kPowerOn);
@@ -62,6 +109,24 @@ struct Bench {
     uint8_t frame[encoded_frame_bytes(kMaxPayloadBytes)];
     const size_t size = encode_frame(type, 1, payload.data(), payload.size(), frame);
     stream.to_board.insert(stream.to_board.end(), frame, frame + size);
+  }
+  // All of an upload but its commits.
+  void send_strokes(const Maneuver& maneuver) {
+    using namespace tfsat::protocol;
+    const uint16_t speed = maneuver.speed_cdeg_s;
+    send(ManeuverBeginRequest::kType, {maneuver.stroke_count, static_cast<uint8_t>(speed),
+                                       static_cast<uint8_t>(speed >> 8)});
+    for (uint8_t i = 0; i < maneuver.stroke_count; ++i) {
+      std::vector<uint8_t> stroke = {i};
+      const uint8_t* bytes = reinterpret_cast<const uint8_t*>(&maneuver.strokes[i]);
+      stroke.insert(stroke.end(), bytes, bytes + sizeof(Stroke));
+      send(ManeuverStrokeRequest::kType, stroke);
+    }
+  }
+  void send_commit(const Maneuver& maneuver) {
+    const uint16_t crc = maneuver.crc();
+    send(tfsat::protocol::ManeuverCommitRequest::kType,
+         {static_cast<uint8_t>(crc), static_cast<uint8_t>(crc >> 8)});
   }
   // As the servo driver's interrupts do it, whether or not the main loop still comes round.
   void strokes_begin(uint8_t count) {

@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import SERVO_FACTORY_NS_PER_DEG, SERVO_FACTORY_ZERO_US
 
 EEPROM_BYTES = 1024
+ERASED = bytes([0xFF]) * EEPROM_BYTES
 STROKE_LINE = 3
 JOINTS = 3
 USB_FRAME_US = 1000
@@ -81,14 +83,18 @@ def load_board(path: Path) -> ctypes.CDLL:
 
 
 class Board:
-    """One sequencer: powered, cable in, both switches closed. Closes with its last reference."""
+    """One sequencer: powered, cable in, both switches closed. Closes with its last reference.
+
+    Unless told what its EEPROM holds, it holds the factory's maneuver, uploaded: it would arm.
+    """
 
     def __init__(self, library: ctypes.CDLL, eeprom: bytes | None = None) -> None:
+        if eeprom is None:
+            eeprom = uploaded_eeprom(library)
         self._library = library
         self._handle = library.board_new()
         self.opened = {0: False, 1: False}
-        if eeprom is not None:
-            library.board_eeprom_set(self._handle, eeprom, len(eeprom))
+        self.set_eeprom(eeprom)
         library.board_set_power(self._handle, 1)
         self.advance(1000)
 
@@ -108,9 +114,12 @@ class Board:
     def power(self, on: bool) -> None:
         self._library.board_set_power(self._handle, int(on))
 
-    def power_cycle(self) -> None:
+    def power_cycle(self, eeprom: bytes | None = None) -> None:
+        """With another EEPROM, if one is given."""
         self.power(False)
         self.advance(50_000)
+        if eeprom is not None:
+            self.set_eeprom(eeprom)
         self.power(True)
         self.advance(1000)
 
@@ -137,6 +146,10 @@ class Board:
         buffer = ctypes.create_string_buffer(EEPROM_BYTES)
         self._library.board_eeprom_get(self._handle, buffer, EEPROM_BYTES)
         return buffer.raw
+
+    def set_eeprom(self, image: bytes) -> None:
+        """Only while the board has no power."""
+        self._library.board_eeprom_set(self._handle, image, len(image))
 
     def edges(self) -> list[tuple[int, int, bool]]:
         """(t_ns, pin, high) of the output edges since the last call."""
@@ -196,6 +209,14 @@ def connect(board: Board) -> SequencerClient:
 
 def client(board: Board) -> Client:
     return Client(Cable(board))
+
+
+@cache
+def uploaded_eeprom(library: ctypes.CDLL) -> bytes:
+    """What a board holds that was fresh until OLD was uploaded."""
+    board = Board(library, ERASED)
+    connect(board).upload(OLD)
+    return board.eeprom()
 
 
 def rows(schedule: Schedule) -> tuple[tuple[int, int, int], ...]:

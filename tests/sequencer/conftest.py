@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.sequencer.board import Board, build_board
+from tests.sequencer.board import ERASED, Board, build_board
 
 
 @pytest.fixture(scope="session")
@@ -22,6 +22,12 @@ def new_board(board_library: ctypes.CDLL) -> Callable[..., Board]:
 
 
 @pytest.fixture
+def fresh_board(new_board: Callable[..., Board]) -> Board:
+    """As `board`, but nothing was ever stored on it."""
+    return new_board(ERASED)
+
+
+@pytest.fixture
 def board(new_board: Callable[..., Board]) -> Board:
-    """Factory maneuver, powered, cable in, both switches closed."""
+    """The factory's maneuver uploaded, powered, cable in, both switches closed."""
     return new_board()

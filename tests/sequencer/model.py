@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
 
 from tests.sequencer.maneuvers import RawManeuver, defect
 from tests.sequencer.servo_model import FACTORY_SETTINGS, settings_defect, width_ns
+from tests.sequencer.store_model import Store
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.limits import (
@@ -39,25 +39,6 @@ from tfsat_host.protocol.record import Payload
 
 SAFE, ARMED, RUNNING, DONE, FAULT, JOGGING = SequencerState
 JOINTS = (1, 2, 3)
-Record = TypeVar("Record", RawManeuver, SettingsWriteRequest)
-
-
-@dataclass
-class Store(Generic[Record]):
-    """One record that outlives the power; `busy` while it is being written."""
-
-    record: Record
-    origin: Origin = Origin.FACTORY
-    generation: int = 0
-    busy: bool = False
-
-    def put(self, record: Record) -> bool:
-        """Begins to store; False if that very record is there, or on its way, already."""
-        if record == self.record and self.origin == Origin.UPLOADED:
-            return False
-        self.record, self.origin, self.busy = record, Origin.UPLOADED, True
-        self.generation += 1
-        return True
 
 
 @dataclass
@@ -109,8 +90,10 @@ class Model:
     def restart(self, *, power_lost: bool, opened: int, now_us: int) -> None:
         """The EEPROM stays; RAM says what was, unless the power went."""
         fresh = Model(self.maneuver, self.settings)
+        self.maneuver.load()
+        self.settings.load()
         if not power_lost and self.state in (ARMED, RUNNING, FAULT):
-            fresh.resets, fresh.held_cdeg = self.resets, self.held_cdeg
+            fresh.resets, fresh.held_cdeg, fresh.knocks = self.resets, self.held_cdeg, self.knocks
             fresh.state, fresh.fault = FAULT, self.fault
             if self.state == RUNNING:
                 fresh.fault = ErrorCode.RESET_WHILE_RUNNING
@@ -223,10 +206,17 @@ class Model:
             return ErrorCode.WRONG_STATE
         if request.arm_token != self.token:
             return ErrorCode.STALE_TOKEN
+        if self.maneuver.damaged or self.settings.damaged:
+            return ErrorCode.STORE_DAMAGED
+        if self.maneuver.origin == Origin.FACTORY:
+            return ErrorCode.NO_MANEUVER
         if not self.fits_settings():
             return ErrorCode.SETTINGS_DO_NOT_FIT
         if opened:
             return ErrorCode.SWITCH_OPEN
+        held_cdeg = self.angles_cdeg(len(self.maneuver.record.strokes)) if self.state == DONE else (0,)
+        if max(held_cdeg) > START_POSE_TOLERANCE_CDEG:
+            return ErrorCode.NOT_AT_START_POSE
         fresh = now_us < self.report_ends_us()
         return ErrorCode.NOT_AT_START_POSE if fresh and not self.at_start_pose() else ErrorCode.NONE
 

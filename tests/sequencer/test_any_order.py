@@ -16,6 +16,12 @@ from tests.sequencer.maneuvers import RawManeuver
 from tests.sequencer.model import ARMED, DONE, FAULT, JOGGING
 from tests.sequencer.servo_model import FACTORY_SERVO, FACTORY_SETTINGS
 from tests.sequencer.side_by_side import STORE_US, SideBySide
+from tests.sequencer.store_model import (
+    MANEUVER_AT,
+    MANEUVER_SLOT_BYTES,
+    SETTINGS_AT,
+    SETTINGS_SLOT_BYTES,
+)
 from tfsat_host.protocol.framing import Frame, crc16
 from tfsat_host.protocol.limits import JOG_CONFIRM, START_POSE_TOLERANCE_CDEG
 from tfsat_host.protocol.messages import (
@@ -213,6 +219,36 @@ class AnyOrder(SideBySide):
     @rule(cause=st.sampled_from([None, *Reset]))
     def start_again(self, cause: Reset | None) -> None:
         self.restart(cause)
+
+    @rule(
+        flips=st.lists(
+            st.tuples(
+                st.booleans(), st.integers(0, 1), st.integers(0, 7) | st.integers(0, 121), st.integers(0, 7)
+            ),
+            min_size=1,
+            max_size=2,
+        )
+    )
+    def bits_turn_over_in_the_dark(self, flips: list[tuple[bool, int, int, int]]) -> None:
+        """In what is stored, marker and generation included."""
+        turned = []
+        for of_settings, slot, byte, bit in flips:
+            if of_settings:
+                at, size, flip = SETTINGS_AT, SETTINGS_SLOT_BYTES, self.model.settings.flip
+            else:
+                at, size, flip = MANEUVER_AT, MANEUVER_SLOT_BYTES, self.model.maneuver.flip
+            if flip(slot, byte % size, bit):
+                turned.append((at + slot * size + byte % size, bit))
+        self.restart(None, turned)
+
+    @rule()
+    def store_both_anew(self) -> None:
+        """As STORE_DAMAGED tells a person to: repeated until the answer is that all is stored."""
+        self.request(DisarmRequest())
+        for request in [*FACTORY.requests(), *[ManeuverCommitRequest(crc16(FACTORY.canonical()))] * 2]:
+            self.request(request)
+        for _ in range(3):
+            self.request(FACTORY_SETTINGS)
 
     @precondition(lambda self: self.model.state == ARMED)
     @rule(cause=st.sampled_from(list(Reset)), opened=st.sampled_from([(), (0,), (1,)]))

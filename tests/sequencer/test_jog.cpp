@@ -31,6 +31,12 @@ void poll_after_ms(Bench& bench, uint32_t ms) {
   bench.poll();
 }
 
+// As a host does that wants the joint to move on: it repeats its order.
+void go_on(Bench& bench, const JogRequest& request, uint32_t ms) {
+  CHECK(bench.core.jog(request) == ErrorCode::kNone);
+  poll_after_ms(bench, ms);
+}
+
 bool safe_and_limp(const Bench& bench) {
   return bench.core.state() == SequencerState::kSafe && !bench.servos.held;
 }
@@ -39,7 +45,7 @@ bool safe_and_limp(const Bench& bench) {
 
 TEST_CASE(a_jog_goes_15_degrees_a_second_however_often_it_is_polled) {
   const Settings settings = Settings::factory();
-  for (const uint32_t interval_ms : {1u, 2u, 3u, 7u, 20u, 64u, 333u, 1000u}) {
+  for (const uint32_t interval_ms : {1u, 2u, 3u, 7u, 20u, 64u, 333u, kJogIdleMs - 1}) {
     for (const bool up : {true, false}) {
       for (const int16_t target : {1, 2, 1499, 1500, 1501, 9000}) {
         const int16_t from = up ? 0 : target;
@@ -51,7 +57,7 @@ TEST_CASE(a_jog_goes_15_degrees_a_second_however_often_it_is_polled) {
           CHECK(bench.core.held_cdeg()[1] == expected);
           CHECK(bench.servos.widths[1] == settings.pulse_ticks(2, expected));
           CHECK(bench.core.jogging().arrived() == (expected == to));
-          poll_after_ms(bench, interval_ms);
+          go_on(bench, order(2, from, to), interval_ms);
         }
         CHECK(bench.core.held_cdeg()[1] == to);
         CHECK(bench.servos.widths[0] == 0 && bench.servos.widths[2] == 0);  // limp
@@ -84,9 +90,8 @@ TEST_CASE(a_new_target_on_the_way_turns_the_joint_without_a_jump) {
 TEST_CASE(a_rest_between_orders_is_no_head_start) {
   Bench bench;
   CHECK(bench.core.jog(order(1, 0, 1)) == ErrorCode::kNone);
-  bench.run_ms(15000);
-  CHECK(bench.core.jog(order(1, 0, 9000)) == ErrorCode::kNone);
-  poll_after_ms(bench, 100);
+  for (int i = 0; i < 150; ++i) go_on(bench, order(1, 0, 1), 100);
+  go_on(bench, order(1, 0, 9000), 100);
   CHECK(bench.core.held_cdeg()[0] >= 150 && bench.core.held_cdeg()[0] <= 152);
 }
 
@@ -125,12 +130,12 @@ TEST_CASE(another_joint_is_refused_and_the_first_goes_on) {
   CHECK(bench.core.jog(order(1, 0, 9001)) == ErrorCode::kAngleOutOfRange);
   CHECK(bench.arm() == ErrorCode::kWrongState);
   CHECK(!bench.core.may_upload());
-  bench.run_ms(2000);
+  for (int i = 0; i < 15; ++i) go_on(bench, order(1, 0, 3000), 100);
   CHECK(bench.core.state() == SequencerState::kJogging);
   CHECK(bench.core.held_cdeg()[0] == 3000 && bench.servos.widths[1] == 0);
 }
 
-TEST_CASE(a_jog_without_orders_ends_after_20_s_and_each_order_counts_anew) {
+TEST_CASE(a_jog_without_orders_ends_after_a_second_and_each_order_counts_anew) {
   Bench bench;
   CHECK(bench.core.jog(order(3, 0, 9000)) == ErrorCode::kNone);
   bench.run_ms(kJogIdleMs - 1);
@@ -147,7 +152,7 @@ TEST_CASE(a_closed_port_and_a_disarm_end_a_jog_and_nothing_else_does) {
   Bench bench;
   CHECK(bench.core.jog(order(3, 0, 9000)) == ErrorCode::kNone);
   bench.open_both();
-  bench.run_ms(1000);
+  bench.run_ms(kJogIdleMs - 1);
   CHECK(bench.core.state() == SequencerState::kJogging);
   bench.core.host_gone();
   CHECK(safe_and_limp(bench));
@@ -179,14 +184,14 @@ TEST_CASE(a_jog_across_the_turn_of_the_clock_and_after_hours) {
     CHECK(bench.core.jog(order(1, 0, 9000)) == ErrorCode::kNone);
     for (uint32_t ms = 0; ms <= 7000; ms += 10) {
       CHECK(bench.core.held_cdeg()[0] == on_the_way(0, 9000, ms));
-      poll_after_ms(bench, 10);
+      go_on(bench, order(1, 0, 9000), 10);
     }
   }
   Bench bench;
   bench.run_hours(30);
   CHECK(bench.core.jog(order(1, 0, 9000)) == ErrorCode::kNone);
-  poll_after_ms(bench, 1000);
-  CHECK(bench.core.held_cdeg()[0] == 1500);
+  poll_after_ms(bench, 900);
+  CHECK(bench.core.held_cdeg()[0] == 1350);
   bench.run_ms(kJogIdleMs);
   CHECK(safe_and_limp(bench));
 }

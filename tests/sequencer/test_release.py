@@ -8,7 +8,6 @@ from collections.abc import Callable
 import pytest
 
 from tests.sequencer.board import (
-    EEPROM_BYTES,
     JOINTS,
     NEW,
     OLD,
@@ -230,8 +229,12 @@ class Interrupted(Exception):
 class StopsAtFirstEepromWrite(Cable):
     """The host dies as soon as the board has begun to store."""
 
+    def __init__(self, board: Board) -> None:
+        super().__init__(board)
+        self._image = board.eeprom()
+
     def read(self, timeout_s: float) -> bytes:
-        if self.board.eeprom() != bytes([0xFF]) * EEPROM_BYTES:
+        if self.board.eeprom() != self._image:
             raise Interrupted
         return super().read(timeout_s)
 
@@ -328,6 +331,7 @@ def test_status_of_a_shorter_maneuver_after_a_run(new_board: Callable[..., Board
     """STATUS counts the last run's strokes; a maneuver uploaded since may have fewer."""
     board = new_board(b"\x33" * 1024)
     sequencer = connect(board)
+    sequencer.upload(OLD)
     sequencer.arm()
     release(board)
     board.advance(2_500_000)
@@ -352,3 +356,49 @@ def test_each_disarm_is_answered_and_outdates_every_arm_from_before_it(board: Bo
         (answer,) = board.ask(Frame(ArmRequest.TYPE, 9, ArmRequest(token).encode()))
         assert ErrorReply.decode(answer.payload).code == ErrorCode.STALE_TOKEN
         assert sequencer.status().state == SequencerState.SAFE
+
+
+def assert_refused(board: Board, code: ErrorCode) -> None:
+    with pytest.raises(BoardRefusal) as caught:
+        connect(board).arm()
+    assert (caught.value.code, caught.value.exit_code) == (code, 4)
+
+
+def test_a_board_to_which_nothing_was_uploaded_does_not_arm(fresh_board: Board) -> None:
+    assert_refused(fresh_board, ErrorCode.NO_MANEUVER)
+    fresh_board.advance(100_000)
+    assert fresh_board.edges() == []
+    connect(fresh_board).upload(OLD)
+    assert connect(fresh_board).arm() == SequencerState.ARMED
+
+
+def test_a_run_that_ended_far_from_the_start_is_not_armed_until_disarmed(board: Board) -> None:
+    sequencer = connect(board)
+    sequencer.upload(schedule_maneuver(Maneuver((Stroke(2, 10.01),))))
+    sequencer.arm()
+    release(board)
+    board.advance(2_500_000)
+    for index in (0, 1):
+        board.switch(index, opened=False)
+    assert_refused(board, ErrorCode.NOT_AT_START_POSE)
+    board.advance(100_000)
+    assert pulses(board.edges(), 1)[-1].width_ns == pytest.approx(width_ns(1001), abs=TICK_NS)
+    sequencer.disarm()
+    assert sequencer.arm() == SequencerState.ARMED
+
+
+@pytest.mark.parametrize("hit", [(0,), (1,), (0, 1)])
+def test_a_maneuver_damaged_in_the_dark_is_told_and_healed_by_one_upload(
+    board: Board, hit: tuple[int, ...]
+) -> None:
+    """A slot takes 122 bytes; both hold a maneuver."""
+    connect(board).upload(NEW)
+    image = bytearray(board.eeprom())
+    for slot in hit:
+        image[122 * slot + 30] ^= 1
+    board.power_cycle(bytes(image))
+    assert_refused(board, ErrorCode.STORE_DAMAGED)
+    assert connect(board).upload(NEW).stored.strokes == rows(NEW)
+    for _ in range(2):
+        assert connect(board).arm() == SequencerState.ARMED
+        board.power_cycle()

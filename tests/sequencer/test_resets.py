@@ -21,7 +21,14 @@ from tests.sequencer.board import (
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, RELEASE_DEBOUNCE_US
-from tfsat_host.protocol.messages import ArmReply, ArmRequest, JogReply, JogRequest
+from tfsat_host.protocol.messages import (
+    ArmReply,
+    ArmRequest,
+    JogReply,
+    JogRequest,
+    RunReportReply,
+    RunReportRequest,
+)
 
 TICK_NS = 500
 SETTLED_US = 2 * RELEASE_DEBOUNCE_US
@@ -236,3 +243,27 @@ def test_no_token_from_before_a_reset_arms(board: Board, state: SequencerState) 
         with pytest.raises(BoardRefusal) as caught:
             client(board).request(ArmRequest(token), ArmReply)
         assert caught.value.code == ErrorCode.STALE_TOKEN
+
+
+@every_cause
+def test_knocks_and_the_last_run_survive_a_reset_and_no_power_cut(board: Board, cause: Reset) -> None:
+    sequencer = connect(board)
+    sequencer.arm()
+    for opened in (True, False):
+        for index in (0, 1):
+            board.switch(index, opened=opened)
+        board.advance(1000 if opened else 50_000)
+    reset(board, cause)
+    board.advance(SETTLED_US)
+    assert sequencer.status().knocks == 1
+    release(board)
+    board.advance(1_000_000)
+    before = client(board).request(RunReportRequest(), RunReportReply)
+    assert (before.released, before.stroke_count) == (1, 1)
+    reset(board, cause)
+    board.advance(SETTLED_US)
+    assert sequencer.status().knocks == 1
+    assert client(board).request(RunReportRequest(), RunReportReply) == before
+    board.power_cycle()
+    assert sequencer.status().knocks == 0
+    assert client(board).request(RunReportRequest(), RunReportReply).released == 0

@@ -11,14 +11,13 @@ using tfsat_test::Bench;
 
 namespace {
 
-// Bits of what the checksum covers, and of itself; the interrupts' count keeps its own complement.
+// Bits of what the checksum covers, and of itself; the interrupts' count keeps its own complement,
+// the run's report its own checksum.
 std::vector<size_t> sealed_bits() {
+  const size_t crc = offsetof(RetainedState, crc);
   std::vector<size_t> bits;
-  for (size_t byte = 0; byte < sizeof(RetainedState); ++byte) {
-    const size_t begun = offsetof(RetainedState, begun);
-    if (byte >= begun && byte < begun + sizeof(BegunCount)) continue;
-    for (size_t bit = 0; bit < 8; ++bit) bits.push_back(8 * byte + bit);
-  }
+  for (size_t bit = 0; bit < 8 * offsetof(RetainedState, begun); ++bit) bits.push_back(bit);
+  for (size_t bit = 8 * crc; bit < 8 * crc + 16; ++bit) bits.push_back(bit);
   return bits;
 }
 
@@ -55,6 +54,14 @@ void fly(Bench& bench, uint8_t strokes) {
   bench.strokes_begin(strokes);
 }
 
+// Both contacts open for a millisecond.
+void knock(Bench& bench) {
+  bench.open_both();
+  bench.run_ms(1);
+  bench.close_both();
+  bench.run_ms(20);
+}
+
 void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t joint_3) {
   CHECK(bench.servos.held && bench.servos.changes.empty());
   CHECK(bench.servos.widths[0] == joint_1);
@@ -68,7 +75,7 @@ TEST_CASE(retained_state_with_one_or_two_flipped_bits_is_not_intact) {
   Bench bench;
   arm(bench);
   const std::vector<size_t> bits = sealed_bits();
-  CHECK(bits.size() == 14 * 8);  // no padding that the checksum would not cover
+  CHECK(bits.size() == 16 * 8);  // no padding that the checksum would not cover
   CHECK(bench.retained.intact());
   for (const size_t a : bits) {
     for (const size_t b : bits) {
@@ -267,4 +274,43 @@ TEST_CASE(a_latched_fault_outlasts_hours_and_the_turn_of_the_clock) {
   bench.open_both();
   bench.run_hours(1);
   check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
+}
+
+TEST_CASE(knocks_survive_resets_until_the_next_arming) {
+  for (const ResetCause cause : kCauses) {
+    Bench armed;
+    arm(armed);
+    for (int i = 0; i < 3; ++i) knock(armed);
+    Bench again(armed, cause);
+    CHECK(again.core.knocks() == 3);
+    again.run_ms(20);
+    CHECK(again.core.state() == SequencerState::kArmed && again.core.knocks() == 3);
+    knock(again);
+    Bench flying(again, cause);
+    flying.run_ms(20);
+    CHECK(flying.core.knocks() == 4);
+    flying.open_both();
+    flying.run_ms(20);
+    CHECK(flying.core.state() == SequencerState::kRunning && flying.core.knocks() == 4);
+    Bench faulty(flying, cause);
+    Bench still_faulty(faulty, cause);
+    CHECK(faulty.core.knocks() == 4 && still_faulty.core.knocks() == 4);
+    still_faulty.core.disarm();
+    still_faulty.close_both();
+    still_faulty.run_ms(20);
+    arm(still_faulty);
+    CHECK(still_faulty.core.knocks() == 0);
+    Bench dark(faulty, ResetCause::kPowerOn);
+    CHECK(dark.core.knocks() == 0);
+  }
+}
+
+TEST_CASE(an_open_switch_after_a_reset_does_not_forget_the_knocks) {
+  Bench armed;
+  arm(armed);
+  knock(armed);
+  armed.switches.set(1, true, armed.now);
+  Bench bench(armed, ResetCause::kBrownOut);
+  bench.run_ms(20);
+  CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed && bench.core.knocks() == 1);
 }

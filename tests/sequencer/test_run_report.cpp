@@ -34,6 +34,23 @@ void check_report(const Bench& bench, uint64_t release_us, int bounces, uint8_t 
   }
 }
 
+std::vector<uint8_t> told(const Bench& bench) {
+  std::vector<uint8_t> payload(RunReportReply::kSize);
+  bench.core.run_report().encode(payload.data());
+  return payload;
+}
+
+const std::vector<uint8_t> kNoRun(RunReportReply::kSize, 0);
+
+// A run in which two strokes have begun.
+void fly(Bench& bench) {
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  drop(bench, 3);
+  bench.strokes_begin(2);
+  bench.run_ms(1);
+}
+
 }  // namespace
 
 TEST_CASE(no_run_no_report) {
@@ -104,4 +121,64 @@ TEST_CASE(the_release_is_told_after_thirty_hours) {
   bench.run_hours(30);
   drop(bench, 5);
   check_report(bench, uint64_t{30} * 3600 * 1000000, 5, 0);
+}
+
+TEST_CASE(the_report_survives_resets_in_any_state_and_no_power_cut) {
+  for (const uint32_t after_ms : {0u, 100u, 2500u}) {  // running, running, strokes missed
+    for (const bool disarmed : {false, true}) {
+      Bench flown;
+      fly(flown);
+      flown.run_ms(after_ms);
+      if (disarmed) flown.core.disarm();
+      check_report(flown, 20000, 3, 2);
+      Bench once(flown, ResetCause::kWatchdog);
+      once.run_ms(20);
+      Bench twice(once, ResetCause::kBrownOut);
+      CHECK(told(once) == told(flown) && told(twice) == told(flown));
+      Bench dark(twice, ResetCause::kPowerOn);
+      CHECK(told(dark) == kNoRun);
+      Bench after_the_dark(dark, ResetCause::kExternal);
+      CHECK(told(after_the_dark) == kNoRun);
+    }
+  }
+}
+
+TEST_CASE(a_run_that_was_finished_is_reported_after_a_reset_until_the_next) {
+  Bench flown;
+  fly(flown);
+  flown.strokes_begin(4);
+  flown.run_ms(2500);
+  CHECK(flown.core.state() == SequencerState::kDone);
+  flown.close_both();
+  Bench bench(flown, ResetCause::kWatchdog);
+  bench.run_ms(20);
+  CHECK(bench.core.state() == SequencerState::kSafe && told(bench) == told(flown));
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  CHECK(told(bench) == told(flown));
+  drop(bench, 1);
+  check_report(bench, 40000, 1, 0);
+}
+
+// Its checksum is its own: neither the report's damage nor the state's takes the other along.
+TEST_CASE(a_report_with_a_flipped_bit_is_no_report) {
+  Bench flown;
+  fly(flown);
+  const size_t size = sizeof(RunReportReply) + sizeof(uint16_t);
+  for (size_t bit = 0; bit < 8 * size; ++bit) {
+    Bench damaged(flown, ResetCause::kWatchdog);
+    damaged.retained = flown.retained;
+    uint8_t* bytes = reinterpret_cast<uint8_t*>(&damaged.retained.run);
+    bytes[bit / 8] = static_cast<uint8_t>(bytes[bit / 8] ^ (1u << (bit % 8)));
+    Bench bench(damaged, ResetCause::kWatchdog);
+    CHECK(told(bench) == kNoRun);
+    CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
+    Bench again(bench, ResetCause::kWatchdog);
+    CHECK(told(again) == kNoRun);
+  }
+  Bench forgetful(flown, ResetCause::kWatchdog);
+  forgetful.retained = flown.retained;
+  forgetful.retained.crc = static_cast<uint16_t>(~forgetful.retained.crc);
+  Bench bench(forgetful, ResetCause::kWatchdog);
+  CHECK(bench.core.state() == SequencerState::kSafe && told(bench) == told(flown));
 }

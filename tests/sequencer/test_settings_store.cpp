@@ -7,8 +7,11 @@ using namespace tfsat::sequencer;
 using namespace tfsat::protocol;
 using tfsat_test::Answers;
 using tfsat_test::Bench;
+using tfsat_test::bytes_of;
 using tfsat_test::FakeMemory;
+using tfsat_test::put;
 using tfsat_test::same;
+using tfsat_test::same_record;
 
 namespace {
 
@@ -30,42 +33,19 @@ Maneuver maneuver(int16_t angle_cdeg) {
   return made;
 }
 
-std::vector<uint8_t> bytes_of(const Settings& record) {
-  std::vector<uint8_t> bytes(Settings::kSize);
-  record.encode(bytes.data());
-  return bytes;
-}
-
-std::vector<uint8_t> bytes_of(const Maneuver& record) {
-  std::vector<uint8_t> bytes(Maneuver::kSize);
-  std::memcpy(bytes.data(), &record, bytes.size());
-  return bytes;
-}
-
-template <typename Record>
-bool same_record(const Record& a, const Record& b) {
-  return bytes_of(a) == bytes_of(b);
-}
-
-// Stores until it rests or the power goes; false if it failed.
-template <typename Record>
-bool put(FakeMemory& memory, uint16_t address, const Record& wanted) {
-  memory.busy_polls = 0;
-  Stored<Record> store(memory, address);
-  store.load();
-  const std::vector<uint8_t> bytes = bytes_of(wanted);
-  std::memcpy(store.staged(), bytes.data(), bytes.size());
-  store.begin();
-  for (int polls = 0; polls < 2000 && store.writing() && !memory.dead; ++polls) store.poll();
-  return !store.writing() && !store.failed() && same_record(store.current(), wanted);
-}
-
 template <typename Record>
 Record held(FakeMemory& memory, uint16_t address) {
   memory.busy_polls = 0;
   Stored<Record> store(memory, address);
   store.load();
   return store.current();
+}
+
+template <typename Record>
+bool damaged(FakeMemory& memory, uint16_t address) {
+  Stored<Record> store(memory, address);
+  store.load();
+  return store.damaged();
 }
 
 }  // namespace
@@ -115,6 +95,7 @@ TEST_CASE(power_cut_at_every_write_of_settings_leaves_the_old_or_the_new) {
         memory.dead = false;
         memory.cut_at_write = 0;
         const Settings after = held<Settings>(memory, kSettings);
+        CHECK(!damaged<Settings>(memory, kSettings) && !damaged<Maneuver>(memory, kManeuvers));
         const bool is_new = same_record(after, wanted);
         CHECK(is_new || same_record(after, old));
         if (at < dry.writes) CHECK(!is_new);
@@ -156,25 +137,17 @@ TEST_CASE(foreign_memory_is_the_factory_settings) {
 TEST_CASE(settings_asked_for_while_a_maneuver_is_stored_wait_for_it) {
   Bench bench;
   const Maneuver wanted = maneuver(1000);
-  bench.send(ManeuverBeginRequest::kType, {4, 0x68, 0x42});
-  for (uint8_t i = 0; i < 4; ++i) {
-    std::vector<uint8_t> stroke = {i};
-    const uint8_t* bytes = reinterpret_cast<const uint8_t*>(&wanted.strokes[i]);
-    stroke.insert(stroke.end(), bytes, bytes + sizeof(Stroke));
-    bench.send(ManeuverStrokeRequest::kType, stroke);
-  }
-  const uint16_t crc = wanted.crc();
-  const std::vector<uint8_t> commit = {static_cast<uint8_t>(crc), static_cast<uint8_t>(crc >> 8)};
+  bench.send_strokes(wanted);
   const std::vector<uint8_t> written = bytes_of(settings(1300));
-  bench.send(ManeuverCommitRequest::kType, commit);
+  bench.send_commit(wanted);
   for (int i = 0; i < 200; ++i) {
     bench.send(SettingsWriteRequest::kType, written);
-    bench.send(ManeuverCommitRequest::kType, commit);
+    bench.send_commit(wanted);
     bench.run_ms(1);
   }
-  CHECK(bench.core.maneuvers().current().crc() == crc);
+  CHECK(bench.core.maneuvers().current().crc() == wanted.crc());
   CHECK(same_record(bench.core.settings().current(), settings(1300)));
-  CHECK(bench.core.maneuvers().generation() == 1 && bench.core.settings().generation() == 1);
+  CHECK(bench.core.maneuvers().generation() == 2 && bench.core.settings().generation() == 1);
   const Answers answers(bench.stream.from_board);
   if (!CHECK(answers.types.size() == 6 + 400)) return;
   for (size_t i = 404; i < 406; ++i) {

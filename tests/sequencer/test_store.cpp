@@ -82,6 +82,7 @@ TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new) {
         memory.busy_polls = 0;
         Store after(memory, 0);
         after.load();
+        CHECK(!after.damaged());
         const bool is_new = same(after.current(), wanted);
         CHECK(is_new || same(after.current(), old));
         if (at < dry.writes) CHECK(!is_new);

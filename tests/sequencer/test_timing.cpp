@@ -69,7 +69,7 @@ TEST_CASE(ten_thousand_releases_with_bounce_start_at_the_second_opening) {
     FakeSwitches switches;
     ReleaseDetector detector;
     tick_t now = draw(random, 0, 0xFFFFFFFF);
-    detector.reset(now);
+    detector.reset(now, 0);
     const std::vector<Contact> contacts = opening(random, now + draw(random, 1, 100 * kTicksPerMs));
     const tick_t expected = both_open_at(contacts);
     const tick_t longest_loop = draw(random, 20 * kTicksPerUs, kTicksPerMs);
@@ -103,7 +103,7 @@ TEST_CASE(no_release_without_the_debounce) {
     FakeSwitches switches;
     ReleaseDetector detector;
     tick_t now = draw(random, 0, 0xFFFFFFFF);
-    detector.reset(now);
+    detector.reset(now, 0);
     tick_t both_since = now;
     for (int step = 0; step < 400; ++step) {
       now += draw(random, 20 * kTicksPerUs, kTicksPerMs / 2);

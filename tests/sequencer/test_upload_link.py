@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.sequencer.board import NEW, OLD, Board, Cable, Reset, connect, rows
+from tests.sequencer.board import ERASED, NEW, OLD, Board, Cable, Reset, connect, rows
 from tfsat_host.devices.client import BoardError, NoAnswer
 from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, VerifyError
@@ -267,7 +267,7 @@ HISTORIES = {
 
 
 def board_with(new_board: NewBoard, history: list[Schedule]) -> bytes:
-    board = new_board()
+    board = new_board(ERASED)
     for schedule in history:
         connect(board).upload(schedule)
     return board.eeprom()

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.sequencer.board import (
+    ERASED,
     JOINTS,
     NEW,
     OLD,
@@ -125,11 +126,11 @@ REFUSED: dict[str, tuple[list[Payload], ErrorCode, int]] = {
 
 @pytest.mark.parametrize("stored", ["factory", "uploaded"])
 @pytest.mark.parametrize("what", REFUSED)
-def test_refused_with_its_number_and_nothing_changed(board: Board, what: str, stored: str) -> None:
+def test_refused_with_its_number_and_nothing_changed(
+    new_board: Callable[..., Board], what: str, stored: str
+) -> None:
     requests, code, detail = REFUSED[what]
-    if stored == "uploaded":
-        connect(board).upload(OLD)
-        board.power_cycle()
+    board = new_board(ERASED if stored == "factory" else None)
     image = board.eeprom()
     assert send(board, requests) == (code, detail)
     board.advance(1_000_000)
@@ -169,7 +170,7 @@ def test_what_the_host_schedules_the_board_accepts(
     new_board: Callable[..., Board], maneuver: Maneuver
 ) -> None:
     schedule = schedule_maneuver(maneuver)
-    board = new_board()
+    board = new_board(ERASED)
     result = connect(board).upload(schedule)
     assert result.stored.strokes == rows(schedule)
     assert result.stored.end_us == schedule.end_us
@@ -245,7 +246,8 @@ def test_every_pulse_of_a_random_maneuver(
         assert all(onset_ns in onsets for onset_ns, _ in changes[1:])
 
 
-def test_an_identical_maneuver_is_not_written_again(board: Board) -> None:
+def test_an_identical_maneuver_is_not_written_again(fresh_board: Board) -> None:
+    board = fresh_board
     sequencer = connect(board)
     assert sequencer.upload(NEW).written
     image = board.eeprom()
@@ -257,7 +259,8 @@ def test_an_identical_maneuver_is_not_written_again(board: Board) -> None:
     assert connect(board).upload(OLD).stored.generation == 2
 
 
-def test_a_factory_maneuver_that_is_uploaded_counts_as_uploaded(board: Board) -> None:
+def test_a_factory_maneuver_that_is_uploaded_counts_as_uploaded(fresh_board: Board) -> None:
+    board = fresh_board
     assert connect(board).read_back().origin == Origin.FACTORY
     assert connect(board).upload(OLD).written
     board.power_cycle()

@@ -55,7 +55,7 @@ def prove(folder: Path) -> str:
     progress("building")
     for part in ("avr", "native"):
         (folder / part).mkdir()
-    bench = Bench(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder / "avr"))
+    bench = Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder / "avr"))
     hanging = build_changed_sequencer([HANG], folder / "hanging", bench.image)
     proof = run_jobs(all_jobs(bench, hanging, build_native_library(folder / "native")), progress)
     judge_all(proof, bench.image)

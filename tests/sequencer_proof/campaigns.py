@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.emulator_avr.avr_board import ResetCause
+from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.link_abuse import Abuse, Abused, abuse_link, begins_us
 from tests.sequencer_proof.noise import STATES, Noise, Noisy, make_noise
 from tests.sequencer_proof.power_cuts import Cuts, History, Record, cut_points, second_upload_writes
@@ -33,6 +34,7 @@ SEED_OF = {
     "waits": 1,
     "native": 1000,
     "avr": 2000,
+    "fast": 2500,
     "knocks": 3000,
     "cuts": 4000,
     "abused": 5000,
@@ -52,6 +54,8 @@ class Proof:
     waits: list[Wait]
     native: list[list[Release]]
     avr: list[AvrReleases]
+    fast: list[AvrReleases]
+    """Likewise, with chatter that is faster than an interrupt."""
     knocks: list[Knocks]
     cuts: list[Cuts]
     rewrites: list[int]
@@ -63,7 +67,13 @@ class Proof:
     @property
     def never_used(self) -> int:
         """Bytes of stack that nothing has touched in any campaign."""
-        parts: list[AvrReleases | Cuts | Abused | Noisy] = [*self.avr, *self.cuts, *self.abused, *self.noisy]
+        parts: list[AvrReleases | Cuts | Abused | Noisy] = [
+            *self.avr,
+            *self.fast,
+            *self.cuts,
+            *self.abused,
+            *self.noisy,
+        ]
         return min(part.never_used for part in parts)
 
 
@@ -74,7 +84,8 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[
     jobs: dict[str, list[Callable[..., Any]]] = {
         "waits": [partial(long_wait, bench, waited_us=us) for us in (LONG_WAIT_US, ACROSS_TURN_US)],
         "native": [partial(native_releases, native, count=NATIVE_RELEASES)] * NATIVE_JOBS,
-        "avr": [partial(avr_releases, bench, count=AVR_RELEASES)] * AVR_JOBS,
+        "avr": [partial(avr_releases, bench, Chatter.SLOW, count=AVR_RELEASES)] * AVR_JOBS,
+        "fast": [partial(avr_releases, bench, Chatter.BOTH, count=AVR_RELEASES)] * AVR_JOBS,
         "knocks": [partial(knocks, bench, count=KNOCKS)] * KNOCK_JOBS,
         "cuts": [partial(cut_points, bench, record, history) for record in Record for history in History],
         "abused": [
@@ -119,7 +130,7 @@ def judge_all(proof: Proof, image: Path) -> None:
     """What a single job cannot judge. Raises Broken."""
     for part in proof.native:
         judge(part)
-    judge([*(release for part in proof.avr for release in part.releases)])
+    judge([*(release for part in [*proof.avr, *proof.fast] for release in part.releases)])
     judge([wait.release for wait in proof.waits] + [part.release for part in proof.knocks])
     if any(proof.rewrites):
         raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,10 +23,10 @@ Plant = Callable[..., Bench]
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """The image that would be flashed."""
     folder = tmp_path_factory.mktemp("proof")
-    return Bench(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder))
+    return Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder))
 
 
 @pytest.fixture
 def plant(bench: Bench, tmp_path: Path) -> Plant:
     """Makes a bench whose image has a defect: `plant(Edit(file, text, replacement), ...)`."""
-    return lambda *edits: Bench(build_changed_sequencer(edits, tmp_path, bench.image), bench.library)
+    return lambda *edits: replace(bench, image=build_changed_sequencer(edits, tmp_path, bench.image))

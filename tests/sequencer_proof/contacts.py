@@ -1,9 +1,11 @@
-"""How release switches open: seeded chatter, in cycles."""
+"""How release switches open and close: seeded chatter, in cycles."""
 
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import Enum
 
 from tests.sequencer_proof.rigs import Rig
 from tests.sequencer_proof.signals import CYCLES_PER_US
@@ -11,8 +13,18 @@ from tests.sequencer_proof.signals import CYCLES_PER_US
 LATEST_SECOND_US = 8_000
 """The second switch opens this long after the first, at most."""
 MOST_BOUNCES = 10
-SHORTEST_US, LONGEST_US = 20, 500
-"""Of each closing and each opening between; ten of both make 10 ms."""
+SWUNG_US = 20_000
+"""The robot hangs free so long before it is hung up."""
+
+
+class Chatter(Enum):
+    """How long each closing and each opening between lasts, at least and at most, us: of one kind or the other."""
+
+    SLOW = ((20, 500),)
+    """Ten of both make 10 ms."""
+    FAST = ((2, 15),)
+    """About as long as an interrupt takes, or shorter: no program follows each of these."""
+    BOTH = (*SLOW, *FAST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,36 +36,66 @@ class Contact:
     closed: bool
 
 
-def opening(rng: random.Random, start: int, resolution: int) -> list[Contact]:
+def opening(rng: random.Random, start: int, resolution: int, chatter: Chatter) -> list[Contact]:
     """Both switches open with chatter, either one first, from `start` on; in order of time."""
-    first = rng.randrange(2)
-    contacts = []
-    for index in (first, 1 - first):
-        cycle = start if index == first else start + _draw(rng, 1, LATEST_SECOND_US, resolution)
-        contacts.append(Contact(cycle, index, closed=False))
-        for _ in range(rng.randint(0, MOST_BOUNCES)):
-            cycle += _draw(rng, SHORTEST_US, LONGEST_US, resolution)
-            contacts.append(Contact(cycle, index, closed=True))
-            cycle += _draw(rng, SHORTEST_US, LONGEST_US, resolution)
-            contacts.append(Contact(cycle, index, closed=False))
-    return sorted(contacts, key=lambda contact: contact.cycle)
+    return _both(rng, start, resolution, chatter, closed=False)
 
 
 def open_switches(rig: Rig, contacts: list[Contact]) -> int:
     """Plays them; returns the release: the first edge at which both were open, by the rule's words."""
+    play(rig, contacts)
     closed = [True, True]
-    released: int | None = None
+    for contact in contacts:
+        closed[contact.index] = contact.closed
+        if not any(closed):
+            return contact.cycle
+    raise ValueError("these contacts never open both switches")
+
+
+def hang_up(rig: Rig, rng: random.Random, chatter: Chatter) -> None:
+    """Takes the robot off, if it was on, and hangs it up: both switches close with chatter."""
+    for index in (0, 1):
+        rig.set_switch(index, closed=False)
+    start = rig.now + SWUNG_US * CYCLES_PER_US
+    play(rig, _both(rng, start, rig.resolution, chatter, closed=True))
+
+
+def play(rig: Rig, contacts: list[Contact]) -> None:
+    """Lets them happen. Raises ValueError where one is past."""
     for contact in contacts:
         rig.run_to(contact.cycle)
         rig.set_switch(contact.index, closed=contact.closed)
-        closed[contact.index] = contact.closed
-        if released is None and not any(closed):
-            released = contact.cycle
-    if released is None:
-        raise ValueError("these contacts never open both switches")
-    return released
 
 
-def _draw(rng: random.Random, least_us: int, most_us: int, resolution: int) -> int:
+def bounce(rng: random.Random, first: Contact, resolution: int, chatter: Chatter) -> list[Contact]:
+    """A change and its bounces, in order of time."""
+    contacts = [first]
+    for _ in range(rng.randint(0, MOST_BOUNCES)):
+        least_us, most_us = rng.choice(chatter.value)
+        for closed in (not first.closed, first.closed):
+            cycle = contacts[-1].cycle + draw(rng, least_us, most_us, resolution)
+            contacts.append(Contact(cycle, first.index, closed))
+    return contacts
+
+
+def draw(rng: random.Random, least_us: int, most_us: int, resolution: int) -> int:
+    """Some cycles, of those at which inputs can change."""
     steps = CYCLES_PER_US // resolution
     return rng.randint(least_us * steps, most_us * steps) * resolution
+
+
+def in_order(contacts: Iterable[Contact]) -> list[Contact]:
+    """By time."""
+    return sorted(contacts, key=lambda contact: contact.cycle)
+
+
+def _both(
+    rng: random.Random, start: int, resolution: int, chatter: Chatter, *, closed: bool
+) -> list[Contact]:
+    first = rng.randrange(2)
+    begins = {first: start, 1 - first: start + draw(rng, 1, LATEST_SECOND_US, resolution)}
+    return in_order(
+        contact
+        for index, cycle in begins.items()
+        for contact in bounce(rng, Contact(cycle, index, closed), resolution, chatter)
+    )

@@ -9,11 +9,11 @@ from enum import Enum
 
 from tests.sequencer_proof.link_abuse import release, undisturbed
 from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, measure
-from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, stack_never_used
+from tests.sequencer_proof.rigs import AvrRig, Bench, run_us, seat, stack_never_used
 from tests.sequencer_proof.signals import CYCLES_PER_US, Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol import messages
-from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import JOG_CONFIRM, MAX_PAYLOAD_BYTES
 from tfsat_host.protocol.messages import (
@@ -61,6 +61,8 @@ class Noisy:
     drops: int = 0
     answers: int = 0
     refusals: int = 0
+    arms_refused: Counter[ErrorCode] = field(default_factory=Counter)
+    """ARM frames in SAFE, by the reason: nothing but the token, or a wrong length, may be one."""
     rejected: int = 0
     never_used: int = 0
 
@@ -68,8 +70,9 @@ class Noisy:
 def make_noise(bench: Bench, noise: Noise, amount: int, drops: int, seed: int) -> Noisy:
     """`amount` bytes or frames, as many in SAFE, ARMED and RUNNING, over some drops of one board.
 
-    Raises Broken where a stroke moves by a cycle, the board leaves its state, a servo moves, or a
-    byte of the EEPROM changes.
+    In SAFE the board is ready to be armed: only its token protects it from an ARM frame. Raises Broken where a
+    stroke moves by a cycle, the board leaves its state, a servo moves, a byte of the EEPROM changes, or ARM is
+    refused in SAFE for anything but its token.
     """
     rng = random.Random(seed)
     expected = undisturbed(bench)
@@ -79,13 +82,15 @@ def make_noise(bench: Bench, noise: Noise, amount: int, drops: int, seed: int) -
     result = Noisy(noise, drops=drops)
     for number in range(drops):
         client.disarm()
+        seat(rig)
         run_us(rig, QUIET_US)
         rig.edges()
         share = amount // 3 * (number + 1) // drops - amount // 3 * number // drops
         _disturb(rig, client, result, SequencerState.SAFE, share, rng)
         if rig.edges():
             raise Broken("a servo got pulses while SAFE")
-        arm(rig, client)
+        if client.arm() != SequencerState.ARMED:
+            raise Broken("the board was not ready to be armed while SAFE")
         _disturb(rig, client, result, SequencerState.ARMED, share, rng)
         released = release(rig, expected.phase)
         _disturb(rig, client, result, SequencerState.RUNNING, share, rng)
@@ -121,19 +126,26 @@ def _disturb(
         result.sent[state] += taken
         mean_us = max(1, (end_us - rig.board.now_us) * taken // max(1, left))
         run_us(rig, rng.randint(0, 2 * mean_us))
-        _count(receiver, rig.board.receive(), result)
+        _count(receiver, rig.board.receive(), result, state)
     rig.board.send(b"\0")  # ends what the noise began
     run_us(rig, QUIET_US)
-    _count(receiver, rig.board.receive(), result)
+    _count(receiver, rig.board.receive(), result, state)
     if rig.board.eeprom() != eeprom:
         raise Broken(f"{result.noise.value} in {state.name} changed the EEPROM")
     _expect(client, state, *((SequencerState.DONE,) if state == SequencerState.RUNNING else ()))
+    if others := set(result.arms_refused) - {ErrorCode.STALE_TOKEN, ErrorCode.BAD_LENGTH}:
+        raise Broken(f"ARM with a wrong token was refused in SAFE for {others}")
 
 
-def _count(receiver: FrameReceiver, data: bytes, result: Noisy) -> None:
+def _count(receiver: FrameReceiver, data: bytes, result: Noisy, state: SequencerState) -> None:
     for frame in receiver.feed(data):
         result.answers += 1
-        result.refusals += frame.type == ErrorReply.TYPE
+        if frame.type != ErrorReply.TYPE:
+            continue
+        result.refusals += 1
+        refusal = ErrorReply.decode(frame.payload)
+        if state == SequencerState.SAFE and refusal.request == ArmRequest.TYPE:
+            result.arms_refused[refusal.code] += 1
 
 
 def _expect(client: SequencerClient, *states: SequencerState) -> None:

@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from tests.emulator_avr.avr_board import EEPROM_BYTES
-from tests.emulator_avr.flight import BoardTransport
+from tests.emulator_avr.board_link import BoardTransport
 from tests.sequencer_proof.rigs import AvrRig, Bench, stack_never_used
 from tests.sequencer_proof.signals import Broken
+from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.protocol.enums import ErrorCode, Origin
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import ServoSettings
 
@@ -92,10 +94,11 @@ class Write:
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """Everything stored, read back over the link after power-up."""
+    """Everything stored, read back over the link after power-up; and why ARM was refused, if it was."""
 
     maneuver: StoredManeuver
     settings: StoredSettings
+    refusal: ErrorCode
 
 
 @dataclass(slots=True)
@@ -147,11 +150,11 @@ def cut_points(
     """Cuts the power in every byte write of an upload, or in the first, the last and a sample between.
 
     After each cut, for each way to tear the byte under way: the board must hold wholly the old or
-    wholly the new record, the other store bit for bit what it was, and take the upload when it is repeated.
-    Raises Broken.
+    wholly the new record, the other store bit for bit what it was, take the upload when it is repeated, and arm
+    unless no maneuver was ever stored: a torn slot is no damaged one. Raises Broken.
     """
     rng = random.Random(seed)
-    rig = bench.rig()
+    rig = bench.new_rig()
     before = _prepare(rig, record, history)
     old = read_all(rig)
     transport = WatchedTransport(rig)
@@ -160,6 +163,7 @@ def cut_points(
     check_writes(transport.writes, record)
     after = rig.board.eeprom()
     new = read_all(rig)
+    check_refusals(old, new)
     cuts = Cuts(record, history, len(transport.writes))
     for point in _points(len(transport.writes), sample, rng):
         cuts.points += 1
@@ -203,6 +207,14 @@ def check_held(held: Held, old: Held, new: Held, where: str) -> None:
         raise Broken(f"{where}: neither the old nor the new record: {held}")
 
 
+def check_refusals(*uncut: Held) -> None:
+    """Raises Broken unless a board whose power was never cut arms if, and only if, it holds a maneuver."""
+    for held in uncut:
+        uploaded = held.maneuver.origin is not Origin.FACTORY
+        if held.refusal != (ErrorCode.NONE if uploaded else ErrorCode.NO_MANEUVER):
+            raise Broken(f"ARM: {held.refusal.name}, with a maneuver of origin {held.maneuver.origin.name}")
+
+
 def check_other_store(image: bytes, before: bytes, record: Record, where: str) -> None:
     """Raises Broken where a byte outside the record's store changed."""
     for address, (now, then) in enumerate(zip(image, before, strict=True)):
@@ -212,7 +224,7 @@ def check_other_store(image: bytes, before: bytes, record: Record, where: str) -
 
 def second_upload_writes(bench: Bench, record: Record) -> int:
     """EEPROM writes of an upload of what is stored already."""
-    rig = bench.rig()
+    rig = bench.new_rig()
     client = rig.connect()
     record.upload(client, 2)
     before = rig.board.eeprom_writes
@@ -226,7 +238,17 @@ def read_all(rig: AvrRig) -> Held:
     """After a power cycle."""
     _restart(rig, None)
     client = rig.connect()
-    return Held(client.read_back(), client.settings())
+    return Held(client.read_back(), client.settings(), _refusal(client))
+
+
+def _refusal(client: SequencerClient) -> ErrorCode:
+    """What ARM says; the board is SAFE again afterwards."""
+    try:
+        client.arm()
+    except BoardRefusal as refusal:
+        return refusal.code
+    client.disarm()
+    return ErrorCode.NONE
 
 
 def _prepare(rig: AvrRig, record: Record, history: History) -> bytes:

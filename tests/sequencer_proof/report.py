@@ -23,6 +23,8 @@ NOT_MODELLED = """\
   [sequencer.md](sequencer.md#resets).
 - **The moment of an interrupt.** simavr takes no time to enter one. The harness adds the datasheet's 5 cycles
   (0.3 µs), but not the few cycles by which a long instruction delays it; inputs change between two instructions.
+- **What the board drives, read back.** simavr shows PORTx where a timer drives a pin; the harness puts the pin's own
+  level in its place, as the chip does.
 - **The crystal.** Its error scales all times alike.
 - **USB signals.** The host's end is modelled by packets, not by wires.
 - **Servos.** The onset is the rise of the pulse on the pin. What a servo makes of it is its own affair."""
@@ -80,11 +82,12 @@ def _head(image: Path, tools: Tools) -> str:
         "# What the sequencer was measured to do\n\n"
         "Written by `make sequencer-report`; do not edit. Not a model: the HEX that is flashed runs "
         "in libsimavr, instruction by\n"
-        "instruction, and its pins are measured in CPU cycles (62.5 ns). Only the rows that say "
-        "*native* run the same\n"
-        "core compiled for a PC. Everything below held in every run: a campaign that finds a single "
-        "exception fails, and\n"
-        "writes no report. What the words mean: [sequencer.md](sequencer.md).\n\n" + identity
+        "instruction, and the emulator measures at its pins, in CPU cycles (62.5 ns). No board lay "
+        "on a bench for this. Only the rows\n"
+        "that say *native* run the same core compiled for a PC. Everything below held in every run: a "
+        "campaign that finds a single\n"
+        "exception fails, and writes no report. What the words mean: [sequencer.md](sequencer.md).\n\n"
+        + identity
     )
 
 

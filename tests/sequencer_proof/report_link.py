@@ -6,6 +6,7 @@ from tests.sequencer_proof.campaigns import Proof
 from tests.sequencer_proof.link_abuse import LAST_BEGIN_US, STEP_US, Abuse
 from tests.sequencer_proof.noise import STATES, Noise
 from tests.sequencer_proof.report_text import table
+from tfsat_host.protocol.enums import ErrorCode
 
 
 def render(proof: Proof) -> str:
@@ -37,6 +38,7 @@ def _noise(proof: Proof) -> str:
             sum(part.rejected for part in parts),
             sum(part.answers for part in parts),
             sum(part.refusals for part in parts),
+            sum(part.arms_refused[ErrorCode.STALE_TOKEN] for part in parts),
             sum(part.drops for part in parts),
         ]
         rows.append((noise.value, sum(sent), *sent, *counts))
@@ -48,12 +50,14 @@ def _noise(proof: Proof) -> str:
         "frames found damaged",
         "answers",
         "of them refusals",
+        "of them ARM in SAFE, for its token",
         "drops flown on time",
     )
     return (
         "Noise at random moments. It never armed the board, disarmed it, moved a servo or a stroke "
         "by a cycle, or changed "
-        "one bit of the EEPROM.\nThe frames are of every type but DISARM, which always works, and "
+        "one bit of the EEPROM. In SAFE the board\nlacked nothing but the right token to be armed: what ARM "
+        "frames it refused, it refused for that.\nThe frames are of every type but DISARM, which always works, and "
         "JOINT_REPORT, which forbids ARM; ARM has any token but the "
         "right one, JOG any flag but the right one.\n\n" + table(header, rows)
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.sequencer_proof.campaigns import Proof
 from tests.sequencer_proof.report_text import range_ms, signed_range_us, table
-from tests.sequencer_proof.resets import Moment
+from tests.sequencer_proof.resets import MOST_KNOCKS, Moment
 
 
 def render(proof: Proof) -> str:
@@ -29,8 +29,9 @@ def render(proof: Proof) -> str:
     ]
     return (
         "## 4. Resets and the watchdog\n\n"
-        "At random moments. Afterwards every servo got pulses of the width from before and no other; "
-        "DISARM cleared everything.\n"
+        "At random moments, after up to "
+        f"{MOST_KNOCKS} knocks. Afterwards every servo got pulses of the width from before and no other; the "
+        "knocks were\nstill counted, and the last run's report was still there; DISARM cleared state and fault.\n"
         "The pulse that was under way ends with the reset, since the chip lets its pins go: no "
         "program can help that.\n\n"
         + table(

@@ -24,7 +24,7 @@ def render(proof: Proof) -> str:
         "the board then held the "
         "old and how often the new record, read back\nover the link. **Neither, or a mix of both: "
         "never.** The other store "
-        "stayed bit for bit what it was.\n\n"
+        "stayed bit for bit what it was. ARM\nwas refused only where no maneuver had ever been stored.\n\n"
         + table(header, rows)
         + "\n\nNo byte was written with what it held already. A second upload of what is stored writes "
         f"{max(proof.rewrites)} bytes."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import ResetCause
 from tests.emulator_avr.building import Edit
@@ -19,10 +20,13 @@ from tests.sequencer_proof.signals import (
     Signal,
     read_signal,
 )
+from tests.sequencer_proof.waiting import knock
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
-from tfsat_host.protocol.messages import SequencerStatusReply
+from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
 
+MOST_KNOCKS = 3
+"""Between arming and what comes next."""
 WATCH_US = 100_000
 """The servos are watched for so long after a reset."""
 BAD_FRAME = b"\x05\xff\xff\xff\xff\x00"
@@ -85,6 +89,7 @@ def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, see
     silences: list[int] = []
     errors: list[int] = []
     for _ in range(count):
+        last = client.run_report()
         before = _bring_to(rig, client, moment, plan, rng)
         at = rig.now
         for index in moment.opened:
@@ -92,9 +97,10 @@ def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, see
         rig.board.reset(cause)
         signal = watch_after_reset(rig, at)
         silences += [train[0].rise - at for train in signal.trains]
-        check_held_widths(signal, before)
+        check_held_widths(signal, before.widths)
         client = rig.connect()
-        check_state(client.status(), moment, cause.name)
+        check_state(client.status(), moment, cause.name, before.knocks)
+        check_report(client.run_report(), before.begun_us, last)
         if moment is Moment.ARMED:
             errors += _fly_on(rig, plan)
             client = rig.connect()
@@ -104,14 +110,25 @@ def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, see
     return Resets(moment, cause, count, Extremes.of(silences), Extremes.of(errors) if errors else None)
 
 
-def _bring_to(
-    rig: AvrRig, client: SequencerClient, moment: Moment, plan: Plan, rng: random.Random
-) -> list[int]:
-    """To a random moment of the state; returns each servo's pulse width there, cycles."""
+class Before(NamedTuple):
+    """What the board knew before its reset."""
+
+    widths: list[int]
+    """Of each servo's pulses, cycles."""
+    knocks: int
+    begun_us: tuple[int, ...] | None
+    """When the strokes of the run began that had begun, after the release; None while ARMED."""
+
+
+def _bring_to(rig: AvrRig, client: SequencerClient, moment: Moment, plan: Plan, rng: random.Random) -> Before:
+    """To a random moment of the state, after some knocks."""
     arm(rig, client)
+    knocks = rng.randint(0, MOST_KNOCKS)
+    for _ in range(knocks):
+        knock(rig, rng, both=rng.random() < 0.5)
     rig.run_to(rig.now + rng.randint(50_000, LONGEST_WAIT_US) * CYCLES_PER_US)
     if moment is not Moment.RUNNING:
-        return [widths[0] * CYCLES_PER_TICK for widths in plan.widths()]
+        return Before([widths[0] * CYCLES_PER_TICK for widths in plan.widths()], knocks, None)
     for index in (0, 1):
         rig.set_switch(index, closed=False)
     # A millisecond off a stroke, so that it is plain which width was the last.
@@ -120,7 +137,8 @@ def _bring_to(
         if abs(after_us - start_us) < 1000:
             after_us = start_us + 1000
     rig.run_to(rig.now + after_us * CYCLES_PER_US)
-    return widths_at(plan, after_us)
+    begun = tuple(start_us for _, _, start_us in plan.strokes if start_us <= after_us)
+    return Before(widths_at(plan, after_us), knocks, begun)
 
 
 def widths_at(plan: Plan, after_us: int) -> list[int]:
@@ -155,7 +173,7 @@ def check_held_widths(signal: Signal, expected: list[int]) -> None:
             )
 
 
-def check_state(status: SequencerStatusReply, moment: Moment, cause: str) -> None:
+def check_state(status: SequencerStatusReply, moment: Moment, cause: str, knocks: int) -> None:
     """Raises Broken where the board did not come back in the right state, or hides what happened."""
     state = SequencerState.ARMED if moment is Moment.ARMED else SequencerState.FAULT
     if (status.state, status.fault, status.reset_cause.name) != (state, moment.fault, cause):
@@ -165,6 +183,17 @@ def check_state(status: SequencerStatusReply, moment: Moment, cause: str) -> Non
         )
     if moment is not Moment.RUNNING and status.resets_while_armed != 1:
         raise Broken(f"{status.resets_while_armed} resets while armed are counted, not 1")
+    if status.knocks != knocks:
+        raise Broken(f"{status.knocks} knocks are counted after the reset, {knocks} were before")
+
+
+def check_report(found: RunReportReply, begun_us: tuple[int, ...] | None, last: RunReportReply) -> None:
+    """Raises Broken where RUN_REPORT does not tell of the run that was reset; where there was none, of the last."""
+    if begun_us is None:
+        if found != last:
+            raise Broken(f"the reset turned RUN_REPORT from {last} into {found}")
+    elif not found.released or found.start_us[: found.stroke_count] != begun_us:
+        raise Broken(f"RUN_REPORT tells of strokes at {found.start_us}, {begun_us} had begun")
 
 
 def _fly_on(rig: AvrRig, plan: Plan) -> tuple[int, ...]:
@@ -210,12 +239,13 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
     plan = Plan.on(client)
     taken = []
     for _ in range(count):
+        knocks = 0
         client.disarm()
         seat(rig)
         if state == SequencerState.ARMED:
             arm(rig, client)
         elif state == SequencerState.RUNNING:
-            _bring_to(rig, client, Moment.ARMED, plan, rng)
+            knocks = _bring_to(rig, client, Moment.ARMED, plan, rng).knocks
             for index in (0, 1):
                 rig.set_switch(index, closed=False)
             run_us(rig, 10_000)
@@ -228,7 +258,7 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
                 raise Broken(f"{status.state.name} after a hang while SAFE, cause {status.reset_cause.name}")
         else:
             moment = Moment.ARMED if state == SequencerState.ARMED else Moment.RUNNING
-            check_state(status, moment, ResetCause.WATCHDOG.name)
+            check_state(status, moment, ResetCause.WATCHDOG.name, knocks)
     rig.close()
     return Hangs(state, count, Extremes.of(taken))
 

@@ -7,10 +7,10 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, Self
 
 from tests.emulator_avr.avr_board import AvrBoard, load_library
-from tests.emulator_avr.flight import BoardTransport
+from tests.emulator_avr.board_link import BoardTransport, eeprom_after_upload
 from tests.sequencer import board as native
 from tests.sequencer_proof.signals import CYCLES_PER_US, Broken, PinEdge
 from tfsat_host.devices.sequencer import SequencerClient
@@ -64,8 +64,10 @@ class AvrRig:
 
     resolution = 1
 
-    def __init__(self, library: ctypes.CDLL, image: Path) -> None:
+    def __init__(self, library: ctypes.CDLL, image: Path, eeprom: bytes | None = None) -> None:
         self.board = AvrBoard(library, image)
+        if eeprom is not None:
+            self.board.set_eeprom(eeprom)
         for index in (0, 1):
             self.board.switch(index, closed=True)
         self._cycle = 0
@@ -162,8 +164,19 @@ class Bench:
     """The HEX, with the build's .json beside it."""
     library: Path
     """For `AvrBoard`."""
+    eeprom: bytes
+    """After an upload of 59/70."""
+
+    @classmethod
+    def of(cls, image: Path, library: Path) -> Self:
+        return cls(image, library, eeprom_after_upload(_avr_library(library), image))
 
     def rig(self) -> AvrRig:
+        """A board that 59/70 was uploaded to."""
+        return AvrRig(_avr_library(self.library), self.image, self.eeprom)
+
+    def new_rig(self) -> AvrRig:
+        """A board that nothing was uploaded to: its EEPROM is erased."""
         return AvrRig(_avr_library(self.library), self.image)
 
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
 
+from tests.emulator_avr.avr_board import EEPROM_BYTES
 from tests.emulator_avr.building import Edit
 from tests.sequencer_proof.conftest import Plant
 from tests.sequencer_proof.link_abuse import LAST_BEGIN_US, Abuse, abuse_link, begins_us
 from tests.sequencer_proof.noise import STATES, Noise, make_noise
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import Broken
+from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.protocol.enums import ErrorCode
 
 
 @pytest.mark.parametrize("abuse", Abuse)
@@ -29,6 +33,7 @@ def test_noise_moves_nothing_and_stores_nothing(bench: Bench, noise: Noise, amou
         assert found.rejected > 20
     else:
         assert found.refusals > amount // 2 < found.answers
+        assert found.arms_refused[ErrorCode.STALE_TOKEN] > 10
 
 
 @pytest.mark.parametrize("abuse", [Abuse.GARBAGE, Abuse.SILENT])
@@ -51,6 +56,12 @@ def test_an_arm_with_any_token_is_found(plant: Plant) -> None:
     )
     with pytest.raises(Broken, match="ARMED after noise in SAFE"):
         make_noise(trusting, Noise.FRAMES, 600, drops=1, seed=3)
+
+
+def test_noise_at_a_board_that_cannot_be_armed_proves_nothing(bench: Bench) -> None:
+    new = replace(bench, eeprom=b"\xff" * EEPROM_BYTES)
+    with pytest.raises(BoardRefusal, match="maneuver"):
+        make_noise(new, Noise.FRAMES, 600, drops=1, seed=3)
 
 
 def test_settings_that_are_stored_unchecked_are_found(plant: Plant) -> None:

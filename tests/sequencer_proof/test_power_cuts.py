@@ -52,6 +52,14 @@ def test_a_store_that_marks_first_and_trusts_its_mark_is_found(plant: Plant) -> 
         cut_points(hasty, Record.SETTINGS, History.BOTH_SLOTS, seed=1, sample=6)
 
 
+def test_a_store_that_takes_an_upload_cut_short_for_damage_is_found(plant: Plant) -> None:
+    early = plant(
+        Edit(SLOT_PAIR, "write_if_different(marker, kErased);", "write_if_different(marker, kMarked);")
+    )
+    with pytest.raises(Broken, match=r"STORE_DAMAGED"):
+        cut_points(early, Record.SETTINGS, History.ONE_SLOT, seed=1, sample=2)
+
+
 def test_a_byte_that_is_written_with_what_it_holds_is_found(plant: Plant) -> None:
     wasteful = plant(Edit(SLOT_PAIR, "if (memory_.read(address) != value) memory_.write", "memory_.write"))
     with pytest.raises(Broken, match="was written with what it held"):

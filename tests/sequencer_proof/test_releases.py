@@ -7,6 +7,7 @@ import pytest
 from tests.emulator_avr.building import Edit
 from tests.sequencer.board import build_board_library
 from tests.sequencer_proof.conftest import Plant
+from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.releases import avr_releases, judge, native_releases
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import CYCLES_PER_TICK, Broken
@@ -25,7 +26,7 @@ def test_native_releases_are_on_time(tmp_path_factory: pytest.TempPathFactory) -
 
 
 def test_releases_of_the_image_are_on_time(bench: Bench) -> None:
-    found = avr_releases(bench, seed=1, count=10)
+    found = avr_releases(bench, Chatter.SLOW, seed=1, count=10)
     judge(found.releases)
     errors = [error for release in found.releases for error in release.errors]
     assert max(map(abs, errors)) <= CYCLES_PER_TICK
@@ -34,8 +35,34 @@ def test_releases_of_the_image_are_on_time(bench: Bench) -> None:
     assert found.plan.strokes == tuple((s.joint, s.angle_cdeg, s.t_us) for s in wanted.strokes)
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_releases_with_fast_chatter_are_on_time(bench: Bench, seed: int) -> None:
+    found = avr_releases(bench, Chatter.BOTH, seed=seed, count=40)
+    judge(found.releases)
+
+
+def test_a_switch_that_fast_chatter_blinds_is_found(plant: Plant) -> None:
+    blind = plant(Edit("src/drivers/release_capture.cpp", "  aim(0);\n  aim(1);\n", ""))
+    with pytest.raises(Broken, match=r"us off its time|knocks"):
+        judge(avr_releases(blind, Chatter.FAST, seed=1, count=20).releases)
+
+
+def test_own_onsets_that_are_not_the_pins_are_found(plant: Plant) -> None:
+    hopeful = plant(
+        Edit(
+            "src/core/sequencer.cpp",
+            "us_from_ticks(began_at - released_at_)",
+            "us_from_ticks(began_at - released_at_ + 3)",
+        )
+    )
+    with pytest.raises(Broken, match="RUN_REPORT says"):
+        avr_releases(hopeful, Chatter.SLOW, seed=1, count=1)
+
+
 def test_the_same_seed_gives_the_same_figures(bench: Bench) -> None:
-    assert avr_releases(bench, seed=2, count=2) == avr_releases(bench, seed=2, count=2)
+    assert avr_releases(bench, Chatter.SLOW, seed=2, count=2) == avr_releases(
+        bench, Chatter.SLOW, seed=2, count=2
+    )
 
 
 def test_a_schedule_60_us_late_is_found(plant: Plant) -> None:
@@ -43,7 +70,7 @@ def test_a_schedule_60_us_late_is_found(plant: Plant) -> None:
         Edit("src/core/sequencer.cpp", SCHEDULED, "released_at + ticks_from_us(stroke.start_us + 60)")
     )
     with pytest.raises(Broken, match=r"a stroke began 60(\.\d+)? us off|59\.\d+ us off"):
-        judge(avr_releases(late, seed=1, count=1).releases)
+        judge(avr_releases(late, Chatter.SLOW, seed=1, count=1).releases)
 
 
 def test_a_pulse_cut_short_is_found(plant: Plant) -> None:
@@ -55,7 +82,7 @@ def test_a_pulse_cut_short_is_found(plant: Plant) -> None:
         )
     )
     with pytest.raises(Broken, match="pulse widths in order"):
-        avr_releases(short, seed=1, count=1)
+        avr_releases(short, Chatter.SLOW, seed=1, count=1)
 
 
 def test_waiting_changes_nothing(bench: Bench) -> None:

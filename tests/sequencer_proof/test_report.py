@@ -11,6 +11,7 @@ from tests.emulator_avr.avr_board import ResetCause
 from tests.emulator_avr.building import REPOSITORY, BuildError, Edit
 from tests.sequencer_proof.campaigns import Proof, judge_all, judge_stack
 from tests.sequencer_proof.conftest import Plant
+from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.link_abuse import Abuse, Abused
 from tests.sequencer_proof.noise import Noise, Noisy
 from tests.sequencer_proof.power_cuts import Cuts, History, Record
@@ -25,12 +26,14 @@ from tfsat_host.servo_settings import FACTORY
 
 REPORT = REPOSITORY / "docs" / "sequencer-proof.md"
 RELEASE = Release((-3, 0, 5, 16), Extremes(16_000, 28_448), Extremes(315_000, 322_000), 12)
+FAST_RELEASE = replace(RELEASE, errors=(-64, 320, 320, 320))
 STROKES = ((1, 5900, 700_000), (2, 7000, 1_050_000), (1, -5900, 1_470_000), (2, -7000, 1_820_000))
 PROOF = Proof(
     waits=[Wait(LONG_WAIT_US, 675_000, RELEASE)],
     native=[[RELEASE]],
     avr=[AvrReleases(Plan(STROKES, 2_231_765, FACTORY), [RELEASE, RELEASE], 600)],
-    knocks=[Knocks(3, 4, RELEASE)],
+    fast=[AvrReleases(Plan(STROKES, 2_231_765, FACTORY), [FAST_RELEASE], 610)],
+    knocks=[Knocks(3, 4, FAST_RELEASE)],
     cuts=[Cuts(Record.MANEUVER, History.ERASED, 22, 22, stored_afterwards=22, never_used=590)],
     rewrites=[0, 0],
     abused=[Abused(Abuse.PULLED, 251, 0, 580)],
@@ -72,7 +75,7 @@ def test_a_proof_with_a_late_stroke_or_a_rewritten_byte_is_none(bench: Bench) ->
 
 
 def test_the_stack_leaves_its_spare(bench: Bench) -> None:
-    judge_stack(avr_releases(bench, seed=9, count=1).never_used, bench.image)
+    judge_stack(avr_releases(bench, Chatter.SLOW, seed=9, count=1).never_used, bench.image)
     with pytest.raises(Broken, match="only 511 bytes of stack"):
         judge_stack(511, bench.image)
 

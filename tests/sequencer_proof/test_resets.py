@@ -59,6 +59,22 @@ def test_a_board_that_forgets_its_widths_is_found(plant: Plant) -> None:
         reset_board(limp, Moment.RUNNING, ResetCause.BROWN_OUT, count=1, seed=4)
 
 
+def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
+    restart = "  detector_.reset(now, retained_.knocks);\n  for (uint8_t joint"
+    forgetful = plant(
+        Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "retained_.knocks = 0"))
+    )
+    with pytest.raises(Broken, match="knocks are counted after the reset"):
+        reset_board(forgetful, Moment.ARMED_FIRST_OPEN, ResetCause.BROWN_OUT, count=4, seed=4)
+
+
+def test_a_board_that_forgets_its_run_is_found(plant: Plant) -> None:
+    kept = "if (cause == ResetCause::kPowerOn || !retained_.run.intact()) {"
+    forgetful = plant(Edit("src/core/sequencer.cpp", kept, "if (true) {"))
+    with pytest.raises(Broken, match="RUN_REPORT"):
+        reset_board(forgetful, Moment.RUNNING, ResetCause.WATCHDOG, count=1, seed=4)
+
+
 def test_a_board_without_its_watchdog_is_found(bench: Bench, tmp_path: Path) -> None:
     off = Edit("src/drivers/reset_cause.cpp", "wdt_enable(WDTO_1S)", "wdt_disable()")
     unfed = Edit("arduino_sequencer.ino", "  Watchdog::feed(sequencer.may_upload());\n", "")

@@ -5,7 +5,17 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 
-from tests.sequencer_proof.contacts import LATEST_SECOND_US, open_switches, opening
+from tests.sequencer_proof.contacts import (
+    LATEST_SECOND_US,
+    Chatter,
+    Contact,
+    bounce,
+    draw,
+    in_order,
+    open_switches,
+    opening,
+    play,
+)
 from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, Release, check_own_report, fly, measure
 from tests.sequencer_proof.rigs import Bench, Rig, arm, run_us
 from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, Broken, PinEdge, read_signal
@@ -52,7 +62,7 @@ def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
         last = {edge.pin: edge for edge in seen}
         seen = [edge for edge in last.values() if edge.high]
     rig.run_to(waited_us * CYCLES_PER_US)
-    contacts = opening(rng, rig.now, rig.resolution)
+    contacts = opening(rng, rig.now, rig.resolution, Chatter.SLOW)
     released = open_switches(rig, contacts)
     run_us(rig, plan.end_us + AFTER_RUN_US)
     release = measure([*seen, *rig.edges()], plan, released, contact_edges=len(contacts))
@@ -71,7 +81,10 @@ class Knocks:
 
 
 def knocks(bench: Bench, seed: int, count: int) -> Knocks:
-    """Knocks of both kinds in the image, then a release. Raises Broken where one is not counted, or moves a servo."""
+    """Knocks of both kinds with fast chatter in the image, then such a release.
+
+    Raises Broken where a knock is not counted, or moves a servo.
+    """
     rig = bench.rig()
     client = rig.connect()
     plan, rng = Plan.on(client), random.Random(seed)
@@ -80,7 +93,7 @@ def knocks(bench: Bench, seed: int, count: int) -> Knocks:
     for number in range(1, count + 1):
         both = rng.random() < 0.5
         both_switches += both
-        _knock(rig, rng, both=both)
+        knock(rig, rng, both=both)
         status = client.status()
         if (status.state, status.knocks) != (SequencerState.ARMED, number):
             raise Broken(f"after {number} knocks: {status.state.name}, {status.knocks} counted")
@@ -88,21 +101,26 @@ def knocks(bench: Bench, seed: int, count: int) -> Knocks:
     signal.check_widths()
     if signal.onsets:
         raise Broken("a knock moved a servo")
-    release = fly(rig, client, plan, rng)
+    release = fly(rig, client, plan, rng, Chatter.FAST)
     rig.close()
     return Knocks(count - both_switches, both_switches, release)
 
 
-def _knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
+def knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
     """One switch for 20 ms; or both, one after the other, together for less than the debounce."""
-    first = rng.randrange(2)
-    rig.set_switch(first, closed=False)
+    resolution, first = rig.resolution, rng.randrange(2)
+
+    def change(index: int, cycle: int, *, closed: bool) -> list[Contact]:
+        return bounce(rng, Contact(cycle, index, closed), resolution, Chatter.FAST)
+
+    contacts = change(first, rig.now, closed=False)
     if both:
-        rig.run_to(rig.now + rng.randint(1, LATEST_SECOND_US * CYCLES_PER_US))
-        rig.set_switch(1 - first, closed=False)
-        rig.run_to(rig.now + rng.randint(CYCLES_PER_US, (RELEASE_DEBOUNCE_US - 10) * CYCLES_PER_US))
+        second = rig.now + draw(rng, 1, LATEST_SECOND_US, resolution)
+        contacts = in_order([*contacts, *change(1 - first, second, closed=False)])
+        back = second + draw(rng, 1, RELEASE_DEBOUNCE_US - 10, resolution)
+        ends = max(back, contacts[-1].cycle + CYCLES_PER_US)
+        play(rig, in_order([*contacts, *change(0, ends, closed=True), *change(1, ends, closed=True)]))
     else:
-        run_us(rig, ONE_SWITCH_US)
-    for index in (0, 1):
-        rig.set_switch(index, closed=True)
+        ends = rig.now + ONE_SWITCH_US * CYCLES_PER_US
+        play(rig, [*contacts, *change(first, ends, closed=True)])
     run_us(rig, KNOCK_PAUSE_US)

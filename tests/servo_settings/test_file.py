@@ -68,11 +68,11 @@ def test_what_is_written_is_read_exactly(wanted: ServoSettings) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said", "held"),
     [
-        ("zero_us = 2000", "zero_us = 2000.5", "servo 1: zero_us was rounded from 2000.5 to 2000", 2000),
-        ("zero_us = 2000", "zero_us = 2001.5", "servo 1: zero_us was rounded from 2001.5 to 2002", 2002),
-        ("us_per_deg = 10.5", "us_per_deg = 10.5006", "from 10.5006 to 10.501: the board resolves 0.001", 10_501),
-        ("75.25", "75.256", "limits_deg was rounded from 75.256 to 75.26: the board resolves 0.01", 7526),
-        ("frame_ms = 12.5", "frame_ms = 12.50049", "frame_ms was rounded from 12.50049 to 12.5", 12_500),
+        ("zero_us = 2000", "zero_us = 2000.5", "rounded from 2000.5 to 2000 us: the board resolves 1 us.", 2000),
+        ("zero_us = 2000", "zero_us = 2001.5", "servo 1: zero_us was rounded from 2001.5 to 2002 us:", 2002),
+        ("us_per_deg = 10.5", "us_per_deg = 10.5006", "to 10.501 us per deg: the board resolves 0.001 us per", 10_501),
+        ("75.25", "75.256", "limits_deg was rounded from 75.256 to 75.26 deg: the board resolves 0.01 deg", 7526),
+        ("frame_ms = 12.5", "frame_ms = 12.50049", "from 12.50049 to 12.5 ms: the board resolves 0.001 ms", 12_500),
     ],
 )  # fmt: skip
 def test_rounding_is_said(old: str, new: str, said: str, held: int) -> None:

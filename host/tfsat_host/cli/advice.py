@@ -49,6 +49,19 @@ def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -
 
 
 @contextmanager
+def offering_emulated() -> Iterator[None]:
+    """Adds to "no board found": only for commands of which nobody could think that they had reached the robot."""
+    from tfsat_host.devices.port_errors import PortError, PortProblem
+
+    try:
+        yield
+    except PortError as error:
+        if error.code == PortProblem.NONE_FOUND:
+            error.next_step += "\nTo try the command without the board: add --emulated."
+        raise
+
+
+@contextmanager
 def interruptible(port: str) -> Iterator[None]:
     """Ctrl-C inside becomes `Interrupted`: only here does a board go on that the user should look at."""
     try:
@@ -92,7 +105,7 @@ _WRONG_STATES = {
     ("sequencer", "running"): ("running", "Wait until the maneuver is over, or tfsat-host disarm"),
     ("sequencer", "done"): ("done: its servos hold the end pose", "tfsat-host disarm"),
     ("sequencer", "jogging"): ("moving a joint", "tfsat-host disarm"),
-    ("sequencer", "fault"): ("in fault", "tfsat-host disarm"),
+    ("sequencer", "fault"): ("in fault", "tfsat-host status to see why and tfsat-host disarm to clear it"),
     ("logger", "recording"): ("recording already", "tfsat-host record stop"),
     ("logger", "stopping"): ("still closing its last recording", "Wait a second"),
 }

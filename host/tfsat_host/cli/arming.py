@@ -7,12 +7,12 @@ import os
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import device_option, refuse_emulated
+from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
 from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
-from tfsat_host.protocol.limits import JOINT_COUNT
+from tfsat_host.protocol.limits import JOINT_COUNT, START_POSE_TOLERANCE_CDEG
 from tfsat_host.units import cdeg_from_deg
 
 if TYPE_CHECKING:
@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 LARGEST_DEG = 180.0
 """No joint has more."""
 _MEANING = "Nothing was armed."
+_DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
+_EMULATED_DISARMED = (
+    "The emulated robot of this command was disarmed, no other: a robot on a cable is as it was. "
+    "For that one: tfsat-host disarm"
+)
 _LAST_RESORT = "Until disarm has said Disarmed the robot may move: stand clear and cut the sequencer's power."
 
 
@@ -63,21 +68,20 @@ def _angle_cdeg(text: str) -> int:
 
 
 def _arm(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.cli.maneuver_words import flight_words, maneuver_as_dict
     from tfsat_host.devices.arm_refusal import arm_refusal
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
     with open_sequencer(args, out) as sequencer:
         stored = sequencer.read_back()
-        refusal = arm_refusal(sequencer.status(), stored, sequencer.settings().settings, args.joints_cdeg)
+        status = sequencer.status()
+        refusal = arm_refusal(status, stored, sequencer.settings().settings, args.joints_cdeg)
         if refusal is not None:
             raise refusal
         recording = _look_at_logger(args, out)
-        out.note(
-            f"The {stored.origin.name.lower()} maneuver of {len(stored.strokes)} strokes would fly, "
-            f"ending {stored.end_us / 1e6:.2f} s after release. The servos will move to their start pose."
-        )
-        if not out.yes:
-            out.ask("Type ARM to arm: ", meaning=_MEANING, accept=("arm",))
+        out.note(flight_words(stored))
+        out.note(_servo_warning(status.state))
+        _demand_the_word(out)
         # After the question: the board heeds a report only while it is fresh, and a person may take a while.
         at_start_pose = None if args.joints_cdeg is None else sequencer.report_joints(args.joints_cdeg)
         sequencer.arm()
@@ -87,11 +91,41 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
                 "state": state.name.lower(),
                 "recording": recording,
                 "at_start_pose": at_start_pose,
+                "maneuver": maneuver_as_dict(stored),
                 "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
             },
             "Armed: when both switches open, the maneuver runs. Pulling the cable does not disarm.",
         )
     return 0
+
+
+def _servo_warning(state: SequencerState) -> str:
+    """What the servos do at the word, before any release."""
+    from tfsat_host.protocol.enums import SequencerState
+
+    warning = "Hands, hair and cables out of the joints' way."
+    if state == SequencerState.DONE:
+        return (
+            f"The servos hold the end pose now, each within {START_POSE_TOLERANCE_CDEG / 100:g} deg of its start pose "
+            "(further away, ARM is refused). At the arming they take joints 1, 2 and 3 to 0 deg at their full speed, "
+            f"before any release. {warning}"
+        )
+    return (
+        "The servos are limp now. At the arming, before any release, they take joints 1, 2 and 3 to the start pose, "
+        "0 deg: a joint that is elsewhere jumps there at the servo's full speed. Bring it to 0 deg first, by hand "
+        f"or with tfsat-host jog. {warning}"
+    )
+
+
+def _demand_the_word(out: Output) -> None:
+    if out.yes:
+        return
+    try:
+        out.ask("Type ARM to arm: ", meaning=_MEANING, accept=("arm",))
+    except KeyboardInterrupt:
+        raise Interrupted(
+            what="Interrupted.", meaning=_MEANING, next_step="Run the same command again when ready."
+        ) from None
 
 
 def _confirmed_state(sequencer: SequencerClient, args: argparse.Namespace) -> SequencerState:
@@ -126,9 +160,10 @@ def _disarm(args: argparse.Namespace, out: Output) -> int:
             {
                 "state": state.name.lower(),
                 "same_protocol": identity.speaks_this_protocol,
+                "emulated": args.emulated,
                 "device": {"port": sequencer.port, **identity.as_dict()},
             },
-            "Disarmed: the servos get no pulses and the release starts nothing.",
+            _EMULATED_DISARMED if args.emulated else _DISARMED,
         )
     return 0
 
@@ -144,12 +179,17 @@ def _look_at_logger(args: argparse.Namespace, out: Output) -> bool | None:
     from tfsat_host.protocol.enums import LoggerState
 
     if args.port is not None and not os.environ.get(port_variable("logger")):
-        out.note(f"The logger was not asked whether it records ({port_variable('logger')} names none).")
+        out.warn(
+            f"The logger was not asked whether it records: --port names the sequencer only. A drop that is not "
+            f"recorded leaves no data. To have it asked, set {port_variable('logger')}=PORT"
+        )
         return None
     try:
         port = find_port("logger")
     except PortError as error:
-        out.note(f"The logger was not asked whether it records. {error.what}")
+        out.warn(
+            f"The logger was not asked whether it records: a drop that is not recorded leaves no data. {error.what}"
+        )
         return None
     try:
         with closing(SerialTransport(port)) as transport:

@@ -21,6 +21,12 @@ def switch_words(switches_open: int) -> str:
     )
 
 
+def open_switches(switches_open: int) -> str:
+    """Which are open, named: `release switch 2`."""
+    numbers = [str(number) for number, closed in enumerate(switches_closed(switches_open), 1) if not closed]
+    return f"release switch{'es' if len(numbers) > 1 else ''} {' and '.join(numbers)}"
+
+
 def with_fault(state: str, fault: str) -> str:
     """A state and, unless there is none, the fault in it."""
     return state if fault == "none" else f"{state}: {fault.replace('_', ' ')}"

@@ -161,11 +161,12 @@ class Bench:
 @contextmanager
 def _bench(args: argparse.Namespace, out: Output) -> Iterator[Bench]:
     """The logger and whoever moves the robot."""
+    from tfsat_host.cli.advice import offering_emulated
     from tfsat_host.cli.connection import emulated_robot, open_logger
     from tfsat_host.devices.logger import LoggerClient
 
     if not args.emulated:
-        with open_logger(args, out) as logger:
+        with offering_emulated(), open_logger(args, out) as logger:
             yield Bench(logger, PersonAtPrompt(out), LEAD_S if out.yes else 0.0)
         return
     from tfsat_host.emulated.bench import EmulatedOperator

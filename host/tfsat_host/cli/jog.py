@@ -11,12 +11,12 @@ from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.connection import open_jog_client
 from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
 from tfsat_host.cli.output import Output
-from tfsat_host.cli.stopping import stop_wish
-from tfsat_host.protocol.limits import JOG_SPEED_CDEG_S, JOINT_COUNT
+from tfsat_host.cli.stopping import stop_wish, suspend_now
+from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S, JOINT_COUNT
 from tfsat_host.units import cdeg_from_deg
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.jogging import Jog
+    from tfsat_host.devices.jogging import Jog, JogClient, JogEnd
 
 LARGEST_DEG = 180.0
 """No joint of a servo has more; its own limits are on the board."""
@@ -53,38 +53,75 @@ def configure(parser: argparse.ArgumentParser) -> None:
     accept_negative_numbers(parser)
 
 
+class JogInterrupted(Interrupted):
+    """Ctrl-C or Ctrl-Z while the joint moved or was held; it was let go.
+
+    Attributes:
+        details: For `--json`: the joint, and the angle in deg that its servo was told last.
+    """
+
+    def __init__(self, jog: Jog, end: JogEnd, how: str) -> None:
+        from tfsat_host.devices.jog_end import from_here, jog_details, last_told
+
+        super().__init__(
+            what=how,
+            meaning=f"{last_told(jog.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe.",
+            next_step=from_here(end.angle_cdeg).capitalize(),
+        )
+        self.details = jog_details(jog.joint, end.angle_cdeg)
+
+
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, asks, moves, holds, lets go."""
     from tfsat_host.devices.jogging import Jog
 
     jog = Jog(args.joint, args.from_cdeg, args.to_cdeg)
     with open_jog_client(args, out) as sequencer:
-        sequencer.check(jog)
+        _check(sequencer, jog, args)
         out.note(_explanation(jog, args.hold_s))
+        if args.emulated:
+            out.note("The emulated robot begins anew with each command: all its joints are at 0 deg now.")
         if not out.yes:
             out.ask("Type JOG to move it: ", meaning="Nothing was moved.", accept=("jog",))
-        with stop_wish() as stopped, _progress(jog, out) as shown:
-            held = sequencer.run(jog, args.hold_s, stopped, shown)
-        if not held:
-            raise Interrupted(
-                what="Interrupted.",
-                meaning=f"Joint {jog.joint} was let go on its way; the sequencer is safe.",
-                next_step="The same command goes on, --from where the joint is now.",
-            )
-        out.result(
-            {
-                "joint": jog.joint,
-                "from_deg": jog.from_cdeg / 100,
-                "to_deg": jog.to_cdeg / 100,
-                "held_s": args.hold_s,
-                "state": "safe",
-                "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
-            },
-            f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
-            f"On from here: tfsat-host jog --joint {jog.joint} --from {jog.to_cdeg / 100:g} "
-            f"--to DEG{device_option(args)}",
-        )
-    return 0
+        with stop_wish(before_suspension=True) as stopped, _progress(jog, out) as shown:
+            end = sequencer.run(jog, args.hold_s, stopped, shown)
+        if end.held:
+            _show(sequencer, jog, args, out)
+            return 0
+    if not stopped.suspend:
+        raise JogInterrupted(jog, end, "Interrupted.")
+    out.note(f"Ctrl-Z: joint {jog.joint} was let go at {end.angle_cdeg / 100:g} deg; the jog has ended.")
+    suspend_now()
+    raise JogInterrupted(jog, end, "The jog has ended: Ctrl-Z let the joint go before the program stopped.")
+
+
+def _check(sequencer: JogClient, jog: Jog, args: argparse.Namespace) -> None:
+    """Raises BoardRefusal, and JogRefused with a command that fits the options."""
+    from tfsat_host.devices.jogging import JogRefused
+
+    try:
+        sequencer.check(jog)
+    except JogRefused as error:
+        error.next_step += device_option(args)
+        raise
+
+
+def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output) -> None:
+    on = f"tfsat-host jog --joint {jog.joint} --from {jog.to_cdeg / 100:g} --to DEG{device_option(args)}"
+    if args.emulated:
+        on = "the emulated robot has ended, and the next command finds it at 0 deg; tfsat-host emulate keeps one."
+    out.result(
+        {
+            "joint": jog.joint,
+            "from_deg": jog.from_cdeg / 100,
+            "to_deg": jog.to_cdeg / 100,
+            "held_s": args.hold_s,
+            "state": "safe",
+            "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
+        },
+        f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
+        f"On from here: {on}",
+    )
 
 
 def _explanation(jog: Jog, hold_s: float) -> str:
@@ -93,7 +130,8 @@ def _explanation(jog: Jog, hold_s: float) -> str:
     return (
         f"Joint {jog.joint} will move from {start_deg:g} to {jog.to_cdeg / 100:g} deg at "
         f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({jog.duration_s:.1f} s), {stay} and is let go. "
-        "The other joints stay limp. Ctrl-C lets it go at once.\n"
+        "The other joints stay limp. Ctrl-C or Ctrl-Z lets it go at once, and so does the board "
+        f"{JOG_IDLE_MS / 1000:g} s after this program's last order.\n"
         f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
         f"If it is elsewhere: bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
         "Hands, hair and cables out of the joint's way."

@@ -55,12 +55,25 @@ class Watched:
             try:
                 self.sequencer.update(self.clock() if both else until_s)
             except TfsatError as error:
-                self.sequencer, self.lost["sequencer"] = None, error
+                self._give_up(self.sequencer, error)
+                self.sequencer = None
         if self.logger is not None:
             try:
                 self.logger.update(until_s)
             except TfsatError as error:
-                self.logger, self.lost["logger"] = None, error
+                self._give_up(self.logger, error)
+                self.logger = None
+
+    def close(self) -> None:
+        """Leaves the boards as they were; one that cannot be asked any more notices that its port is closed."""
+        for watch in (self.sequencer, self.logger):
+            if watch is not None:
+                with suppress(TfsatError):
+                    watch.close()
+
+    def _give_up(self, watch: SequencerWatch | LoggerWatch, error: TfsatError) -> None:
+        self.lost[watch.name] = error
+        watch.give_up()
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -88,16 +101,37 @@ def run(args: argparse.Namespace, out: Output) -> int:
     sensors = load_robot(args.robot).angle_sensors
     with ExitStack() as stack:
         watched = _open(args, out, sensors, stack)
+        stack.callback(watched.close)
         stopped = stack.enter_context(stop_wish())
         with _shown(out) as show:
             _watch(watched, args.for_s, stopped, show)
         if not watched.any_left:
-            raise most_telling(list(watched.lost.values()))
-        for watch in (watched.sequencer, watched.logger):
-            if watch is not None:
-                with suppress(TfsatError):  # closing the port ends live sampling as well
-                    watch.close()
+            raise _all_lost(watched.lost)
     return 0
+
+
+class BoardsLost(TfsatError):
+    """Both boards were lost.
+
+    Attributes:
+        code: The first one's.
+        details: For `--json`: each board's own error.
+    """
+
+    def __init__(self, lost: dict[BoardName, TfsatError]) -> None:
+        first = next(iter(lost.values()))
+        super().__init__(
+            what=" ".join(f"{board.capitalize()}: {error.what}" for board, error in lost.items()),
+            meaning="Both boards were lost; what they do now is not known.",
+            next_step=first.next_step,
+        )
+        self.code = getattr(first, "code", None)
+        self.details = {"lost": {board: error_as_dict(error) for board, error in lost.items()}}
+
+
+def _all_lost(lost: dict[BoardName, TfsatError]) -> TfsatError:
+    """The only loss, or both in one."""
+    return BoardsLost(lost) if len(lost) > 1 else most_telling(list(lost.values()))
 
 
 def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack) -> Watched:
@@ -163,7 +197,7 @@ def _watch(
 @contextmanager
 def _shown(out: Output) -> Iterator[Callable[[float, Watched], None]]:
     """How it is shown: JSON lines, a picture in place, or a line a second."""
-    from tfsat_host.cli.monitor_picture import UNCALIBRATED, one_line
+    from tfsat_host.cli.monitor_words import UNCALIBRATED, one_line
 
     if out.json_mode:
         yield lambda t_s, watched: out.stream(_as_json(t_s, watched))
@@ -190,14 +224,13 @@ def _shown(out: Output) -> Iterator[Callable[[float, Watched], None]]:
 
 
 def _picture(watched: Watched) -> RenderableType:
-    from tfsat_host.cli.monitor_picture import picture
+    from tfsat_host.cli.monitor_picture import Picture
 
-    lost = [f"{board}: {error.what}" for board, error in watched.lost.items()]
-    return picture(watched.sequencer, watched.logger, lost)
+    return Picture(watched.sequencer, watched.logger, watched.lost)
 
 
 def _as_json(t_s: float, watched: Watched) -> dict[str, Any]:
-    from tfsat_host.cli.monitor_picture import logger_as_dict, sequencer_as_dict
+    from tfsat_host.cli.monitor_words import logger_as_dict, sequencer_as_dict
 
     shown: dict[str, Any] = {"t_s": round(t_s, 3), **dict.fromkeys(BOARDS)}
     shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from typing import Protocol
 
 from tfsat_host.devices.client import BoardIdentity, Client
@@ -36,6 +35,9 @@ class Watch(Protocol):
     def close(self) -> None:
         """Leaves the board as it was. Raises TfsatError when it is lost."""
 
+    def give_up(self) -> None:
+        """Lets go of a board that is lost; nothing is asked of it."""
+
 
 class SequencerWatch:
     """Asks for the status, rarely while the sequencer is armed or runs. Sends nothing else."""
@@ -65,6 +67,10 @@ class SequencerWatch:
     def close(self) -> None:
         """Nothing was switched on."""
 
+    def give_up(self) -> None:
+        """Closes the port."""
+        self._client.close()
+
 
 class LoggerWatch:
     """Takes live samples, and asks for the status between them."""
@@ -80,8 +86,7 @@ class LoggerWatch:
         self._asked_s = client.transport.now_s()
         self.meter = StreamMeter()
         self.reading: Reading | None = None
-        self._live = ExitStack()
-        self._scales = self._live.enter_context(self._board.live())
+        self._scales = self._board.start_live()
 
     @property
     def port(self) -> str:
@@ -103,4 +108,8 @@ class LoggerWatch:
 
     def close(self) -> None:
         """Switches live sampling off."""
-        self._live.close()
+        self._board.stop_live()
+
+    def give_up(self) -> None:
+        """Closes the port, which ends live sampling as well."""
+        self._client.close()

@@ -1,88 +1,138 @@
-"""What `monitor` shows of the boards: as JSON, as one line, and as a picture for a terminal."""
+"""The picture of `monitor` for a terminal: drawn anew in place, and never higher than the terminal."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import textwrap
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import TYPE_CHECKING
 
-from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
+from tfsat_host.cli.board_state import switch_words, with_fault
+from tfsat_host.cli.monitor_words import UNCALIBRATED, commanded_deg, error_words
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.remedies import REMEDIES
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from collections.abc import Mapping
+
+    from rich.console import Console, ConsoleOptions, RenderResult
 
     from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
-    from tfsat_host.monitoring.reading import BodyRate, JointReading
+    from tfsat_host.devices.discovery import BoardName
+    from tfsat_host.errors import TfsatError
+    from tfsat_host.monitoring.reading import BodyRate, JointReading, Reading
 
-UNCALIBRATED = (
-    "Rates as the gyros read them, bias and mounting included. "
-    "Joint angles by the robot file's zeros: uncalibrated."
-)
+ALWAYS = 0
+"""The rank of what is shown in the lowest terminal; the higher a rank, the sooner it is left out."""
+_ALARM, _NAME = "bold red", "bold"
+_READING, _ACTIVITY, _REFUSAL, _DOUBT, _IDENTITY, _GAP = 1, 2, 3, 4, 5, 6
+_BODY = "{:>4} {:>9} {:>9} {:>9} {:<8}"
+_NO_BODY = _BODY.format("", "", "", "", "")
+_JOINT = "   {:>5} {:>9} {:>8} {}"
 
 
-def sequencer_as_dict(watch: SequencerWatch) -> dict[str, Any]:
-    """For `--json`."""
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Lines that are shown together or not at all, none wider than the terminal."""
+
+    rank: int
+    lines: tuple[str, ...]
+    style: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What is known of both boards.
+
+    Attributes:
+        sequencer: None: it is not watched.
+        logger: Likewise.
+        lost: Why a board is not watched any more, by its name.
+    """
+
+    sequencer: SequencerWatch | None
+    logger: LoggerWatch | None
+    lost: Mapping[BoardName, TfsatError]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Rich asks how it looks in a terminal of this size."""
+        from rich.text import Text
+
+        # The terminal's last line is kept free: the prompt that comes at the end must not scroll the alarms away.
+        for block in fitted(self.blocks(options.max_width), console.height - 1):
+            for line in block.lines:
+                yield Text(line, style=block.style, no_wrap=True, overflow="ellipsis")
+
+    def blocks(self, width: int) -> list[Block]:
+        """All of it from top to bottom, alarms first."""
+        blocks = [Block(ALWAYS, _wrapped(text, width), _ALARM) for text in self._alarms()]
+        if self.sequencer is not None:
+            blocks += _sequencer(self.sequencer, width)
+        if self.logger is not None:
+            blocks += _logger(self.logger, width)
+            if self.logger.reading is not None:
+                blocks += [
+                    Block(_GAP, ("",)),
+                    Block(_READING, _table(self.logger.reading)),
+                    Block(_DOUBT, _wrapped(UNCALIBRATED, width)),
+                ]
+        return [*blocks, Block(ALWAYS, ("Ctrl-C ends it.",))]
+
+    def _alarms(self) -> list[str]:
+        texts = [f"LOST: {board}. {error.what}" for board, error in self.lost.items()]
+        if self.sequencer is not None:
+            status = self.sequencer.status
+            texts += _error("SEQUENCER FAULT", status.fault)
+            if status.resets_while_armed:
+                texts.append(f"RESTARTS: the sequencer restarted {status.resets_while_armed} x while armed.")
+        if self.logger is not None:
+            texts += _error("LOGGER ERROR", self.logger.status.error)
+            if self.logger.status.samples_dropped:
+                texts.append(f"DROPPED: {self.logger.status.samples_dropped} samples of the recording.")
+            if self.logger.reading is not None:
+                texts += _sensor_alarms(self.logger.reading)
+        return texts
+
+
+def fitted(blocks: list[Block], height: int) -> list[Block]:
+    """As many blocks as `height` lines hold, the most important ones, in their order.
+
+    Where even what is always shown is too much, its end is kept, and as much as fits from the top.
+    """
+    left = height
+    kept: set[int] = set()
+    for index in sorted(range(len(blocks)), key=lambda index: blocks[index].rank):
+        if blocks[index].rank == ALWAYS or len(blocks[index].lines) <= left:
+            kept.add(index)
+            left -= len(blocks[index].lines)
+    shown = [blocks[index] for index in sorted(kept)]
+    if left >= 0:
+        return shown
+    lines = [Block(ALWAYS, (line,), block.style) for block in shown for line in block.lines]
+    return [*lines[: max(height - 1, 0)], lines[-1]]
+
+
+def _sequencer(watch: SequencerWatch, width: int) -> list[Block]:
     status = watch.status
-    return {
-        "state": status.state.name.lower(),
-        "fault": status.fault.name.lower(),
-        "last_refusal": status.last_refusal.name.lower(),
-        "switches_closed": switches_closed(status.switches_open),
-        "knocks": status.knocks,
-        "strokes_started": status.strokes_started,
-        "resets_while_armed": status.resets_while_armed,
-        "commanded_deg": [angle_cdeg / 100 for angle_cdeg in status.joint_angle_cdeg],
-        "uptime_s": status.uptime_ms / 1000,
-    }
-
-
-def logger_as_dict(watch: LoggerWatch) -> dict[str, Any]:
-    """For `--json`."""
-    status, reading = watch.status, watch.reading
-    return {
-        "state": status.state.name.lower(),
-        "error": status.error.name.lower(),
-        "switches_closed": switches_closed(status.switches_open),
-        "session": f"{status.session:08x}",
-        "samples": status.samples,
-        "samples_dropped": status.samples_dropped,
-        "rate_hz": status.rate_hz,
-        "measured_rate_hz": watch.meter.rate_hz,
-        "live_missed": watch.meter.missed,
-        "live_gaps": watch.meter.gaps,
-        "bodies": [
-            {"rate_deg_s": body.rate_deg_s, "valid": body.valid, "clipped": body.clipped}
-            for body in (reading.bodies if reading else ())
-        ],
-        "angle_sensors": [
-            {
-                "joint": sensor.joint,
-                "sensor_deg": sensor.sensor_deg,
-                "joint_deg_uncalibrated": sensor.joint_deg,
-                "valid": sensor.valid,
-            }
-            for sensor in (reading.angles if reading else ())
-        ],
-    }
-
-
-def sequencer_rows(watch: SequencerWatch) -> list[tuple[str, str]]:
-    """Name and text of each line."""
-    status = watch.status
-    resets = f", {status.resets_while_armed} restarts while armed" if status.resets_while_armed else ""
-    commanded = ", ".join(
-        f"{joint} {angle_cdeg / 100:.2f}°" for joint, angle_cdeg in enumerate(status.joint_angle_cdeg, 1)
-    )
+    told = commanded_deg(status)
+    joints = enumerate(told or (), 1)
+    servos = "limp" if told is None else ", ".join(f"{joint} {angle_deg:.2f}°" for joint, angle_deg in joints)
     return [
-        ("state", with_fault(status.state.name.lower(), status.fault.name.lower()) + resets),
-        ("switches", switch_words(status.switches_open)),
-        ("last refusal", status.last_refusal.name.lower().replace("_", " ")),
-        ("knocks", str(status.knocks)),
-        ("strokes", f"{status.strokes_started} of the last run"),
-        ("commanded", commanded),
+        *_head(
+            watch,
+            with_fault(status.state.name.lower(), status.fault.name.lower()),
+            status.switches_open,
+            width,
+        ),
+        _row(_REFUSAL, "last refusal", error_words(status.last_refusal), width),
+        _row(
+            _ACTIVITY, "knocks", f"{status.knocks}; strokes of the last run: {status.strokes_started}", width
+        ),
+        _row(_ACTIVITY, "commanded", servos, width),
     ]
 
 
-def logger_rows(watch: LoggerWatch) -> list[tuple[str, str]]:
-    """Likewise."""
+def _logger(watch: LoggerWatch, width: int) -> list[Block]:
     status, meter = watch.status, watch.meter
     recording = "none since the start"
     if status.session:
@@ -90,106 +140,73 @@ def logger_rows(watch: LoggerWatch) -> list[tuple[str, str]]:
             f"session {status.session:08x}, {status.samples} samples, {status.samples_dropped} dropped"
         )
     measured = "–" if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
+    sampling = (
+        f"{measured} Hz measured, {status.rate_hz} Hz set; {meter.missed} not shown in {meter.gaps} gaps"
+    )
     return [
-        ("state", with_fault(status.state.name.lower(), status.error.name.lower())),
-        ("switches", switch_words(status.switches_open)),
-        ("recording", recording),
-        (
-            "sampling",
-            f"{measured} Hz measured, {status.rate_hz} Hz set; on their way here {meter.missed} lost in "
-            f"{meter.gaps} gaps",
+        *_head(
+            watch,
+            with_fault(status.state.name.lower(), status.error.name.lower()),
+            status.switches_open,
+            width,
         ),
+        _row(_ACTIVITY, "recording", recording, width),
+        _row(_ACTIVITY, "sampling", sampling, width),
     ]
 
 
-def one_line(t_s: float, sequencer: SequencerWatch | None, logger: LoggerWatch | None) -> str:
-    """All of it, short, for what is no terminal."""
-    parts = [f"{t_s:.1f} s"]
-    if sequencer is not None:
-        status = sequencer.status
-        parts.append(
-            f"sequencer {with_fault(status.state.name.lower(), status.fault.name.lower())}, "
-            f"switches {switch_words(status.switches_open)}, knocks {status.knocks}, "
-            f"strokes {status.strokes_started}, last refusal {status.last_refusal.name.lower()}"
-        )
-    if logger is not None:
-        meter, reading = logger.meter, logger.reading
-        rate = "–" if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
-        parts.append(f"logger {logger.status.state.name.lower()}, {rate} Hz, {meter.missed} lost")
-        if reading is not None:
-            rates = "; ".join(f"{body} {_rates(rate)}" for body, rate in enumerate(reading.bodies, 1))
-            parts.append(f"rates/(deg/s) {rates}")
-            parts.append(f"joints/deg (uncalibrated) {_joints(reading.angles)}")
-    return " | ".join(parts)
+def _head(watch: SequencerWatch | LoggerWatch, state: str, switches_open: int, width: int) -> list[Block]:
+    """State and switches, which are always shown, and who the board is."""
+    return [
+        Block(
+            ALWAYS,
+            _wrapped(f"{watch.name:<9}  {state}; switches {switch_words(switches_open)}", width),
+            _NAME,
+        ),
+        _row(_IDENTITY, "port", f"{watch.port}, {watch.identity.describe()}", width),
+    ]
 
 
-def _rates(body: BodyRate) -> str:
-    if not body.valid:
-        return "MISSING"
-    return " ".join(f"{rate:+.1f}" for rate in body.rate_deg_s) + (" CLIPPED" if body.clipped else "")
+def _row(rank: int, name: str, text: str, width: int) -> Block:
+    return Block(rank, _wrapped(f"  {name:<13} {text}", width, indent=16))
 
 
-def _joints(angles: tuple[JointReading, ...]) -> str:
-    joints = sorted({sensor.joint for sensor in angles})
-    return "; ".join(
-        f"{joint} "
-        + " / ".join(
-            f"{sensor.joint_deg:+.1f}" if sensor.valid else "MISSING"
-            for sensor in angles
-            if sensor.joint == joint
-        )
-        for joint in joints
-    )
+def _wrapped(text: str, width: int, indent: int = 2) -> tuple[str, ...]:
+    lines = textwrap.wrap(text, max(width, indent + 1), subsequent_indent=" " * indent, drop_whitespace=True)
+    return tuple(lines)
 
 
-def picture(sequencer: SequencerWatch | None, logger: LoggerWatch | None, lost: list[str]) -> RenderableType:
-    """For a terminal, drawn anew in place."""
-    from rich.console import Group
-    from rich.text import Text
-
-    parts: list[RenderableType] = []
-    for watch, rows in (
-        (sequencer, sequencer_rows(sequencer) if sequencer else []),
-        (logger, logger_rows(logger) if logger else []),
-    ):
-        if watch is not None:
-            parts.append(Text(f"{watch.name}  {watch.port}, {watch.identity.describe()}", style="bold"))
-            parts += [Text(f"  {name:<13} {text}") for name, text in rows]
-    if logger is not None and logger.reading is not None:
-        parts += [
-            _bodies_table(logger.reading.bodies),
-            _angles_table(logger.reading.angles),
-            Text(UNCALIBRATED),
-        ]
-    parts += [Text(text, style="bold red") for text in lost]
-    parts.append(Text("Ctrl-C ends it."))
-    return Group(*parts)
+def _error(name: str, code: ErrorCode) -> list[str]:
+    return [] if code == ErrorCode.NONE else [f"{name}: {' '.join(REMEDIES[code])}"]
 
 
-def _bodies_table(bodies: tuple[BodyRate, ...]) -> RenderableType:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for title in ("body", "x / deg/s", "y / deg/s", "z / deg/s"):
-        table.add_column(title, justify="right", min_width=9)
-    table.add_column("gyro")
-    for number, body in enumerate(bodies, 1):
-        said = "MISSING" if not body.valid else "CLIPPED" if body.clipped else "ok"
-        rates = [f"{rate:+.1f}" if body.valid else "–" for rate in body.rate_deg_s]
-        table.add_row(str(number), *rates, said)
-    return table
+def _sensor_alarms(reading: Reading) -> list[str]:
+    missing = [f"gyro {number}" for number, body in enumerate(reading.bodies, 1) if not body.valid]
+    missing += [f"an angle sensor of joint {sensor.joint}" for sensor in reading.angles if not sensor.valid]
+    clipped = [
+        f"gyro {number}" for number, body in enumerate(reading.bodies, 1) if body.valid and body.clipped
+    ]
+    alarms = (("MISSING", missing), ("CLIPPED", clipped))
+    return [f"{name}: {', '.join(which)}." for name, which in alarms if which]
 
 
-def _angles_table(angles: tuple[JointReading, ...]) -> RenderableType:
-    from rich import box
-    from rich.table import Table
+def _table(reading: Reading) -> tuple[str, ...]:
+    """Bodies on the left, angle sensors on the right: 77 columns."""
+    left = [_body(number, body) for number, body in enumerate(reading.bodies, 1)]
+    right = [_sensor(sensor) for sensor in reading.angles]
+    head = _BODY.format("body", "x / deg/s", "y / deg/s", "z / deg/s", "gyro")
+    head += _JOINT.format("joint", "angle/deg", "read/deg", "sensor")
+    rows = zip_longest(left, right, fillvalue="")
+    return (head, *(body.ljust(len(_NO_BODY)) + sensor for body, sensor in rows))
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for title in ("joint", "angle / deg", "as read / deg"):
-        table.add_column(title, justify="right", min_width=9)
-    table.add_column("angle sensor")
-    for sensor in angles:
-        shown = [f"{sensor.joint_deg:+.1f}", f"{sensor.sensor_deg:.1f}"] if sensor.valid else ["–", "–"]
-        table.add_row(str(sensor.joint), *shown, "ok" if sensor.valid else "MISSING")
-    return table
+
+def _body(number: int, body: BodyRate) -> str:
+    said = "MISSING" if not body.valid else "CLIPPED" if body.clipped else "ok"
+    rates = [f"{rate:+.1f}" if body.valid else "–" for rate in body.rate_deg_s]
+    return _BODY.format(number, *rates, said)
+
+
+def _sensor(sensor: JointReading) -> str:
+    if not sensor.valid:
+        return _JOINT.format(sensor.joint, "–", "–", "MISSING")
+    return _JOINT.format(sensor.joint, f"{sensor.joint_deg:+.1f}", f"{sensor.sensor_deg:.1f}", "ok")

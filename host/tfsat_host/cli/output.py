@@ -122,7 +122,7 @@ class Output:
             self._result_given = True
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
-        print(f"{self._paint('Error:', '1;31')} {error.what}", file=self._stderr)
+        print(f"{self._paint('Error:', '1;31')} {error.what}{_numbered(error)}", file=self._stderr)
         for text in (error.meaning, error.next_step):
             if text:
                 print("  " + text.replace("\n", "\n  "), file=self._stderr)
@@ -188,13 +188,31 @@ class Output:
         return f"\x1b[{sgr}m{text}\x1b[0m" if _coloured(self._stderr) else text
 
 
-def error_as_dict(error: TfsatError) -> dict[str, str]:
-    """For `--json`; `code` is a stable name where the error has one."""
-    shown = {"what": error.what, "meaning": error.meaning, "next_step": error.next_step}
+def error_as_dict(error: TfsatError) -> dict[str, Any]:
+    """For `--json`; `code` is a stable name where the error has one, `number` that of a board's refusal.
+
+    An error's `details`, where it has some, stand beside them.
+    """
+    shown: dict[str, Any] = {
+        "what": error.what,
+        "meaning": error.meaning,
+        "next_step": error.next_step,
+        **getattr(error, "details", {}),
+    }
     code = getattr(error, "code", None)
-    if code is not None:
-        shown["code"] = code.name.lower() if isinstance(code, IntEnum) else str(code)
-    return shown
+    if isinstance(code, IntEnum):
+        return {**shown, "code": code.name.lower(), "number": int(code)}
+    return shown if code is None else {**shown, "code": str(code)}
+
+
+def refusal_name(code: IntEnum) -> str:
+    """A board's refusal by number and name, as people quote it."""
+    return f"refusal {int(code)}, {code.name.lower()}"
+
+
+def _numbered(error: TfsatError) -> str:
+    code = getattr(error, "code", None)
+    return f" ({refusal_name(code)})" if isinstance(code, IntEnum) else ""
 
 
 def _coloured(stream: TextIO) -> bool:

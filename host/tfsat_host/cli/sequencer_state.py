@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.board_state import Rows, switch_words, switches_closed, with_fault
-from tfsat_host.cli.output import error_as_dict
+from tfsat_host.cli.board_state import Rows, open_switches, switch_words, switches_closed, with_fault
+from tfsat_host.cli.maneuver_words import maneuver_as_dict, maneuver_words
+from tfsat_host.cli.output import error_as_dict, refusal_name
+from tfsat_host.cli.run_words import run_as_dict, run_rows
 from tfsat_host.cli.servo_words import origin_words, servo_words, settings_as_dict
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.last_run import LastRun, last_run
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.remedies import REMEDIES
-from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
     from tfsat_host.devices.board_errors import BoardError
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 MOST_RESETS = 255
 """As many as the board counts."""
 _MAY_BE_ARMED = (SequencerState.SAFE, SequencerState.DONE, SequencerState.FAULT)
+_ARMED_ALREADY = (SequencerState.ARMED, SequencerState.RUNNING)
+_SENDS_TO_STATUS = re.compile(r" \(tfsat-host status[^)]*\)")
+"""An aside of the remedies for other commands' readers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +48,28 @@ class SelfReport:
             board.read_back(),
             board.settings(),
         )
-        refusal = arm_refusal(status, maneuver, settings.settings)
+        refusal = None
+        if status.state not in _ARMED_ALREADY:
+            refusal = arm_refusal(status, maneuver, settings.settings)
+            if refusal is not None:
+                refusal.next_step = _here(refusal.next_step)
         return cls(status, maneuver, settings, last_run(report, status, maneuver), refusal)
 
     @property
     def attention(self) -> list[str]:
         """What must not be overlooked, one sentence each."""
+        return [*self._open_switch(), *self._restarts()]
+
+    def _open_switch(self) -> list[str]:
+        status = self.status
+        if status.state != SequencerState.ARMED or not status.switches_open:
+            return []
+        return [
+            f"It is ARMED with {open_switches(status.switches_open)} open: the maneuver starts when both are. "
+            "Stand clear and close it, or: tfsat-host disarm"
+        ]
+
+    def _restarts(self) -> list[str]:
         status = self.status
         if not status.resets_while_armed:
             return []
@@ -72,27 +92,30 @@ def sequencer_state(board: SequencerClient) -> tuple[dict[str, Any], Rows]:
 
 def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
     status = report.status
-    told = status.state != SequencerState.SAFE
     return {
         "state": status.state.name.lower(),
         "attention": report.attention,
         "fault": status.fault.name.lower(),
-        "fault_explained": _explained(status.fault),
+        "fault_explained": explained(status.fault),
         "last_refusal": status.last_refusal.name.lower(),
-        "last_refusal_explained": _explained(status.last_refusal),
+        "last_refusal_explained": explained(status.last_refusal),
         "arm_refusal": None if report.refusal is None else error_as_dict(report.refusal),
         "switches_closed": switches_closed(status.switches_open),
         "reset_cause": status.reset_cause.name.lower(),
         "resets_while_armed": status.resets_while_armed,
         "strokes_started": status.strokes_started,
         "knocks": status.knocks,
-        "joint_angle_deg": [angle_cdeg / 100 for angle_cdeg in status.joint_angle_cdeg] if told else None,
+        "joint_angle_deg": _joint_angles_deg(status),
         "uptime_s": status.uptime_ms / 1000,
-        "image_crc": f"{status.image_crc:08x}",
+        "image_crc": None if natively else f"{status.image_crc:08x}",
         "ram_never_used_bytes": None if natively else status.ram_never_used_bytes,
         "frames_rejected": status.frames_rejected,
-        "maneuver": _maneuver_as_dict(report.maneuver),
-        "run": None if report.run is None else _run_as_dict(report.run),
+        "stores_damaged": {
+            "maneuver": bool(status.stores_damaged & 1),
+            "settings": bool(status.stores_damaged & 2),
+        },
+        "maneuver": maneuver_as_dict(report.maneuver),
+        "run": None if report.run is None else run_as_dict(report.run),
         "settings": {
             "origin": report.settings.origin.name.lower(),
             "generation": report.settings.generation,
@@ -101,35 +124,29 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
     }
 
 
-def _explained(code: ErrorCode) -> dict[str, str] | None:
+def explained(code: ErrorCode) -> dict[str, str | int] | None:
+    """A fault or refusal in words, for `--json`; None where there is none."""
     if code == ErrorCode.NONE:
         return None
-    return dict(zip(("what", "meaning", "next_step"), REMEDIES[code], strict=True))
+    what, meaning, next_step = REMEDIES[code]
+    return {"number": int(code), "what": what, "meaning": meaning, "next_step": _here(next_step)}
 
 
-def _maneuver_as_dict(stored: StoredManeuver) -> dict[str, Any]:
-    return {
-        "origin": stored.origin.name.lower(),
-        "strokes": [
-            {"t_s": start_us / US_PER_S, "joint": joint, "angle_deg": angle_cdeg / 100}
-            for joint, angle_cdeg, start_us in stored.strokes
-        ],
-        "end_s": round(Fraction(stored.end_us, US_PER_S) * 100) / 100,
-        "end_us": stored.end_us,
-        "crc": f"{stored.crc:04x}",
-    }
+def _here(next_step: str) -> str:
+    """A remedy for somebody who reads `status` already."""
+    return _SENDS_TO_STATUS.sub("", next_step)
 
 
-def _run_as_dict(run: LastRun) -> dict[str, Any]:
-    return {
-        "released_uptime_s": run.released_us / US_PER_S,
-        "since_release_s": run.since_release_s,
-        "bounces": run.bounces,
-        "strokes": [
-            {"start_us": onset.start_us, "scheduled_us": onset.scheduled_us, "error_us": onset.error_us}
-            for onset in run.onsets
-        ],
-    }
+def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
+    """What each servo is told to hold; None where it is limp.
+
+    While one joint is jogged the others are limp, and the board says 0 for them: so 0 means limp there, though
+    the jogged joint itself may be at 0.
+    """
+    if status.state == SequencerState.SAFE:
+        return [None] * len(status.joint_angle_cdeg)
+    jogging = status.state == SequencerState.JOGGING
+    return [None if jogging and not angle else angle / 100 for angle in status.joint_angle_cdeg]
 
 
 def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
@@ -138,19 +155,19 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
     rows += [("  ATTENTION", text) for text in report.attention]
     if status.fault != ErrorCode.NONE:
         what, meaning, cure = REMEDIES[status.fault]
-        rows += [("  fault", what), ("    means", meaning), ("    cure", cure)]
+        rows += [("  fault", what), ("    means", meaning), ("    cure", _here(cure))]
     if status.state in _MAY_BE_ARMED:
         rows.append(("  arming", _arming(report.refusal)))
     if status.last_refusal != ErrorCode.NONE:
-        rows.append(("  last refusal", " ".join(REMEDIES[status.last_refusal])))
-    rows.append(("  maneuver", _maneuver_words(report.maneuver)))
+        rows.append(("  last refusal", _refused_then(status.last_refusal)))
+    rows.append(("  maneuver", maneuver_words(report.maneuver)))
     rows += _servo_rows(report)
     rows += [
         ("  switches", switch_words(status.switches_open)),
         ("  knocks", str(status.knocks)),
         ("  last start", f"{_cause(status)}, {status.uptime_ms / 1000:.0f} s ago"),
     ]
-    rows += _run_rows(report.run)
+    rows += run_rows(report.run, status.state)
     if not natively:
         rows.append(("  memory", f"{status.ram_never_used_bytes} bytes of RAM never used"))
     rows.append(("  link", f"{status.frames_rejected} damaged frames since the last start"))
@@ -160,15 +177,16 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
 def _arming(refusal: BoardError | None) -> str:
     if refusal is None:
         return "nothing stands against it"
-    return f"would be refused. {refusal.what} {refusal.next_step}"
+    if refusal.code == ErrorCode.FAULT_LATCHED:
+        return (
+            f"would be refused ({refusal_name(refusal.code)}) until the fault is cleared: tfsat-host disarm"
+        )
+    return f"would be refused ({refusal_name(refusal.code)}). {refusal.what} {refusal.next_step}"
 
 
-def _maneuver_words(stored: StoredManeuver) -> str:
-    strokes = ", ".join(
-        f"{start_us / US_PER_S:.2f} s joint {joint} {angle_cdeg / 100:+g}°"
-        for joint, angle_cdeg, start_us in stored.strokes
-    )
-    return f"{strokes} ({stored.origin.name.lower()})"
+def _refused_then(code: ErrorCode) -> str:
+    what = REMEDIES[code][0]
+    return f"at the last ARM that the board itself refused: {what[:1].lower()}{what[1:-1]} ({refusal_name(code)})"
 
 
 def _servo_rows(report: SelfReport) -> Rows:
@@ -176,26 +194,18 @@ def _servo_rows(report: SelfReport) -> Rows:
     angles = ", ".join(f"{angle_cdeg / 100:g}°" for angle_cdeg in report.status.joint_angle_cdeg)
     doing = {
         SequencerState.SAFE: "limp",
-        SequencerState.JOGGING: f"one joint is moved, told {angles}; the others are limp",
+        SequencerState.JOGGING: f"{_jogged(report.status)}; the others are limp",
     }.get(report.status.state, f"told to hold {angles}")
     summary = f"{origin_words(report.settings.origin)}, a pulse each {settings.frame_us / 1000:g} ms; {doing}"
     joints = [(f"    joint {joint}", servo_words(servo)) for joint, servo in enumerate(settings.servos, 1)]
     return [("  servos", summary), *joints]
 
 
-def _run_rows(run: LastRun | None) -> Rows:
-    if run is None:
-        return [("  last run", "none since the last start")]
-    edge = f"released {run.released_us / US_PER_S:.6f} s after the start, {run.since_release_s:.1f} s ago"
-    rows = [("  last run", f"{edge}; {run.bounces} edges of bounce")]
-    for number, onset in enumerate(run.onsets, 1):
-        error = (
-            "its schedule is not on the board any more"
-            if onset.error_us is None
-            else f"{onset.error_us:+d} us from the schedule"
-        )
-        rows.append((f"    stroke {number}", f"began at {onset.start_us / US_PER_S:.6f} s, {error}"))
-    return rows
+def _jogged(status: SequencerStatusReply) -> str:
+    for joint, angle_cdeg in enumerate(status.joint_angle_cdeg, 1):
+        if angle_cdeg:
+            return f"joint {joint} is moved, told {angle_cdeg / 100:g}°"
+    return "one joint is moved, told 0°"
 
 
 def _cause(status: SequencerStatusReply) -> str:

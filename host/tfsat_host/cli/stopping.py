@@ -3,28 +3,59 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import FrameType
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Windows has no SIGHUP."""
+_SUSPEND: signal.Signals | None = getattr(signal, "SIGTSTP", None)
+"""Ctrl-Z; Windows has none."""
+
+
+class StopWish:
+    """Says when called whether the user wants to stop.
+
+    Attributes:
+        suspend: He typed Ctrl-Z: `suspend_now` once everything is in order.
+    """
+
+    def __init__(self) -> None:
+        self.suspend = False
+        self._wished = False
+
+    def __call__(self) -> bool:
+        """Whether to stop."""
+        return self._wished
+
+    def heard(self, number: int, _frame: FrameType | None) -> None:
+        """A signal's handler; a second Ctrl-C interrupts at once."""
+        if number == _SUSPEND:
+            self.suspend = True
+        elif self._wished:
+            raise KeyboardInterrupt
+        self._wished = True
 
 
 @contextlib.contextmanager
-def stop_wish() -> Iterator[Callable[[], bool]]:
-    """Gives a function that says whether the user wants to stop; a second Ctrl-C interrupts at once."""
-    wished = False
+def stop_wish(*, before_suspension: bool = False) -> Iterator[StopWish]:
+    """Gives the user's wish to stop.
 
-    def wish(_number: int, _frame: FrameType | None) -> None:
-        nonlocal wished
-        if wished:
-            raise KeyboardInterrupt
-        wished = True
-
-    before = {number: signal.signal(number, wish) for number in _SIGNALS}
+    Args:
+        before_suspension: Ctrl-Z is such a wish as well, for what must not go on while nobody watches it.
+    """
+    wish = StopWish()
+    numbers = [*_SIGNALS, _SUSPEND] if before_suspension and _SUSPEND is not None else _SIGNALS
+    before = {number: signal.signal(number, wish.heard) for number in numbers}
     try:
-        yield lambda: wished
+        yield wish
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def suspend_now() -> None:
+    """Stops this process as Ctrl-Z does; returns when it is continued."""
+    if _SUSPEND is not None:
+        os.kill(os.getpid(), _SUSPEND)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from tfsat_host.cli.advice import device_option
+from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.connection import open_sequencer
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import RefusedError
@@ -26,7 +26,7 @@ def upload(schedule: Schedule, args: argparse.Namespace, out: Output) -> dict[st
         LimitsRefusal: a stroke leaves its joint's limits in the board's servo settings.
         TfsatError: no board, another board, a refusal, or what was read back differs.
     """
-    with open_sequencer(args, out) as sequencer:
+    with offering_emulated(), open_sequencer(args, out) as sequencer:
         _check_limits(schedule, sequencer.settings().settings, args)
         with out.progress(f"uploading to {sequencer.port}"):
             result = sequencer.upload(schedule)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.advice import device_option
+from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
@@ -90,7 +90,7 @@ def _show(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_sequencer
     from tfsat_host.cli.servo_words import comparison, origin_words
 
-    with open_sequencer(args, out) as sequencer:
+    with offering_emulated(), open_sequencer(args, out) as sequencer:
         stored = sequencer.settings()
         result = {**_stored_as_dict(stored), "device": _device(sequencer)}
     if args.out is not None:
@@ -129,7 +129,7 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
     from tfsat_host.cli.servo_words import comparison, settings_as_dict
     from tfsat_host.servo_settings import find_misfit
 
-    with open_sequencer(args, out) as sequencer:
+    with offering_emulated(), open_sequencer(args, out) as sequencer:
         _insist_on_safe(sequencer)
         before = sequencer.settings()
         if settings != before.settings:
@@ -177,5 +177,5 @@ def _stored_as_dict(stored: StoredSettings) -> dict[str, Any]:
     }
 
 
-def _device(sequencer: SequencerClient) -> dict[str, str]:
+def _device(sequencer: SequencerClient) -> dict[str, str | None]:
     return {"port": sequencer.port, **sequencer.identity.as_dict()}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from tfsat_host.devices.board_errors import BoardError, board_error
 from tfsat_host.devices.maneuver_transfer import StoredManeuver
-from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.protocol.messages import ArmRequest, ErrorReply, SequencerStatusReply
 from tfsat_host.protocol.remedies import REMEDIES
@@ -29,20 +29,37 @@ def arm_refusal(
             the board has from somebody else is not seen here.
     """
     if status.state == SequencerState.FAULT:
-        return _refusal(ErrorCode.FAULT_LATCHED, f"A fault is latched: {_words(status.fault)}")
+        return _fault_latched(status.fault)
     if status.state not in (SequencerState.SAFE, SequencerState.DONE):
         return _refusal(ErrorCode.WRONG_STATE)
+    if status.stores_damaged:
+        return _refusal(ErrorCode.STORE_DAMAGED, _damaged(status.stores_damaged))
+    if maneuver.origin == Origin.FACTORY:
+        return _refusal(ErrorCode.NO_MANEUVER)
     misfit = find_misfit(maneuver.moves, settings)
     if misfit is not None:
         return _refusal(ErrorCode.SETTINGS_DO_NOT_FIT, f"The stored maneuver does not fit: {misfit.words}.")
     if status.switches_open:
-        return _refusal(ErrorCode.SWITCH_OPEN)
+        return _refusal(ErrorCode.SWITCH_OPEN, detail=status.switches_open)
+    held = joints_off_start_pose(status.joint_angle_cdeg) if status.state == SequencerState.DONE else []
+    if held:
+        return _not_at_start_pose(
+            held,
+            "is held",
+            "tfsat-host disarm lets the servos go. Then bring the joint to 0 deg by hand or with tfsat-host jog, "
+            "and arm again.",
+        )
     away = joints_off_start_pose(joints_cdeg or ())
-    if away:
-        where = ", ".join(f"joint {joint} is at {angle_cdeg / 100:g} deg" for joint, angle_cdeg in away)
-        allowed = f"0 ± {START_POSE_TOLERANCE_CDEG / 100:g} deg"
-        return _refusal(ErrorCode.NOT_AT_START_POSE, f"The start pose is {allowed}, but {where}.")
-    return None
+    return _not_at_start_pose(away, "is") if away else None
+
+
+def _damaged(stores: int) -> str:
+    names = [
+        name for bit, name in enumerate(("the stored maneuver", "the servo settings")) if stores >> bit & 1
+    ]
+    verb = "are" if stores > 1 else "is"
+    said = " and ".join(names)
+    return f"{said[:1].upper()}{said[1:]} {verb} damaged in the board's EEPROM."
 
 
 def joints_off_start_pose(joints_cdeg: Sequence[int]) -> list[tuple[int, int]]:
@@ -54,14 +71,28 @@ def joints_off_start_pose(joints_cdeg: Sequence[int]) -> list[tuple[int, int]]:
     ]
 
 
-def _refusal(code: ErrorCode, what: str | None = None) -> BoardError:
-    """The board's own refusal, with `what` where the host knows more than the board would say."""
-    error = board_error(ErrorReply(ArmRequest.TYPE, code, -1))
-    if what is not None:
-        error.what = what
+def _refusal(
+    code: ErrorCode, what: str | None = None, next_step: str | None = None, *, detail: int = -1
+) -> BoardError:
+    """The board's own refusal, with other words where the host knows more than the board would say."""
+    error = board_error(ErrorReply(ArmRequest.TYPE, code, detail))
+    error.what = what or error.what
+    error.next_step = next_step or error.next_step
     return error
 
 
-def _words(fault: ErrorCode) -> str:
-    what = REMEDIES[fault][0]
-    return what[:1].lower() + what[1:]
+def _not_at_start_pose(
+    away: Sequence[tuple[int, int]], verb: str, next_step: str | None = None
+) -> BoardError:
+    where = ", ".join(f"joint {joint} {verb} at {angle_cdeg / 100:g} deg" for joint, angle_cdeg in away)
+    allowed = f"0 ± {START_POSE_TOLERANCE_CDEG / 100:g} deg"
+    return _refusal(ErrorCode.NOT_AT_START_POSE, f"The start pose is {allowed}, but {where}.", next_step)
+
+
+def _fault_latched(fault: ErrorCode) -> BoardError:
+    what, _, cure = REMEDIES[fault]
+    return _refusal(
+        ErrorCode.FAULT_LATCHED,
+        f"A fault is latched: {what[:1].lower()}{what[1:]}",
+        f"{cure} Only tfsat-host disarm clears the fault.",
+    )

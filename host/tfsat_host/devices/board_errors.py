@@ -7,7 +7,7 @@ from enum import StrEnum
 from tfsat_host.devices.identity import BoardIdentity
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import Board, ErrorCode
-from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH
+from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH, SWITCH_COUNT
 from tfsat_host.protocol.messages import ErrorReply, JogRequest
 from tfsat_host.protocol.remedies import REMEDIES
 
@@ -20,6 +20,7 @@ _INTERLOCKS = (
     ErrorCode.NOT_AT_START_POSE,
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
+    ErrorCode.STORE_DAMAGED,
 )
 _ABOUT_STROKES = (
     ErrorCode.STEP_MISSING,
@@ -57,9 +58,18 @@ def _where(reply: ErrorReply) -> str:
         return ""
     if reply.request == JogRequest.TYPE:
         return f" (joint {reply.detail})"
+    if reply.code == ErrorCode.SWITCH_OPEN:
+        return _switches(reply.detail)
     if reply.code == ErrorCode.SETTING_OUT_OF_RANGE:
         return f" (joint {reply.detail + 1})" if reply.detail < JOINT_COUNT else " (the frame)"
     return f" (stroke {reply.detail + 1})" if reply.code in _ABOUT_STROKES else ""
+
+
+def _switches(bits: int) -> str:
+    numbers = [str(bit + 1) for bit in range(SWITCH_COUNT) if bits >> bit & 1]
+    if not numbers:
+        return ""
+    return f" (switch{'es' if len(numbers) > 1 else ''} {' and '.join(numbers)})"
 
 
 class BoardRefusal(BoardError, RefusedError):

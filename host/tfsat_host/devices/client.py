@@ -46,19 +46,19 @@ class Client:
         self._sequence = 0
         self._live: deque[LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
 
-    def request(self, message: Payload, reply_type: type[Reply]) -> Reply:
-        """Sends `message` and returns the board's reply.
+    def request(self, message: Payload, reply_type: type[Reply], *, attempts: int = ATTEMPTS) -> Reply:
+        """Sends `message`, up to `attempts` times, and returns the board's reply.
 
         Raises:
             BoardError: the board refused (BoardRefusal where an interlock did).
-            NoAnswer: nothing came back after several attempts.
+            NoAnswer: nothing came back after all attempts.
             PortError: the connection broke.
             ProtocolError: the reply has an unknown value or a wrong length.
         """
         request_type = message.TYPE
         self._sequence = (self._sequence + 1) & 0xFF
         frame = encode_frame(Frame(request_type, self._sequence, message.encode()))
-        for _ in range(ATTEMPTS):
+        for _ in range(attempts):
             # A zero first ends whatever a broken cable left half-sent.
             self.transport.write(b"\0" + frame)
             payload = self._await(request_type)

@@ -56,12 +56,12 @@ class BoardIdentity:
             parts.append(f"serial number {self.serial}")
         return ", ".join(parts)
 
-    def as_dict(self) -> dict[str, str]:
-        """For `--json`."""
+    def as_dict(self) -> dict[str, str | None]:
+        """For `--json`; a core that runs natively has no image."""
         return {
             "board": self.board.name.lower(),
             "serial": self.serial,
             "firmware": self.firmware,
-            "image_crc": self.image_crc,
+            "image_crc": None if self.runs_natively else self.image_crc,
             "protocol_hash": self.protocol_hash,
         }

@@ -2,39 +2,38 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tfsat_host.devices.board_errors import BoardRefusal, board_error
+from tfsat_host.devices.board_errors import BoardRefusal, NoAnswer, board_error
+from tfsat_host.devices.jog_end import (
+    IDLE_S,
+    JogEnd,
+    JogError,
+    JogRefused,
+    ended_by_board,
+    not_let_go,
+    stalled,
+)
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
-from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS, JOG_SPEED_CDEG_S
+from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_SPEED_CDEG_S
 from tfsat_host.protocol.messages import (
     ErrorReply,
     JogReply,
     JogRequest,
-    SequencerStatusReply,
     SettingsReadReply,
     SettingsReadRequest,
 )
 
+__all__ = ["Jog", "JogClient", "JogEnd", "JogError", "JogRefused"]
+
 POLL_S = 0.1
-ORDER_S = JOG_IDLE_MS / 1000 / 4
-"""The board lets go after JOG_IDLE_MS without an order: three may get lost."""
+ORDER_S = IDLE_S / 4
+"""The board lets go after IDLE_S without an order: two may get lost."""
 GRACE_S = 2.0
 """Beyond the time that the way takes at the board's speed."""
-
-
-class JogError(TfsatError):
-    """A jog did not go as ordered."""
-
-
-class JogRefused(RefusedError):
-    """The jog would leave the limits that the board keeps."""
-
-    code = "joint-limits"
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,105 +75,120 @@ class JogClient(SequencerClient):
                     what=f"{option} {angle_cdeg / 100:g} is outside joint {jog.joint}'s limits, "
                     f"{settings.min_cdeg / 100:g} to {settings.max_cdeg / 100:g} deg.",
                     meaning="Nothing was moved; the servo would have been driven against its stop.",
-                    next_step="Name angles within the limits, which are part of the board's servo settings.",
+                    next_step="Name angles within the limits, which are part of the board's servo settings: "
+                    "tfsat-host upload-servos --show",
                 )
 
-    def run(self, jog: Jog, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]) -> bool:
+    def run(
+        self, jog: Jog, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]
+    ) -> JogEnd:
         """Moves the joint, holds it, and lets it go; afterwards the board is safe.
 
         Args:
             jog: The way; `check` it first.
             hold_s: How long to hold the joint at the way's end.
-            stopped: Asked several times a second whether to let go now.
+            stopped: Asked several times a second whether to let go now. A KeyboardInterrupt ends the jog as well.
             shown: Told the angle that the servo is commanded to, 0.01 deg.
-
-        Returns:
-            Whether the joint arrived and was held for all of `hold_s`.
 
         Raises:
             BoardRefusal: the board was not safe.
             JogError: the board ended the jog by itself, did not bring the joint to its end, or did not say
                 that it let go.
-            PortError, NoAnswer: the connection broke; the board lets go when it notices.
+            NoAnswer: the first order was not answered; the joint was let go.
         """
+        motion = _Motion(self, jog)
+        held = False
         try:
-            held = self._move_and_hold(jog, hold_s, stopped, shown)
+            held = motion.move_and_hold(hold_s, stopped, shown)
         except BoardRefusal:  # the board does not jog: there is nothing to let go
             raise
+        except KeyboardInterrupt:
+            self._let_go(motion)
         except BaseException:
-            self._let_go(jog.joint)
+            self._let_go(motion)
             raise
-        self._let_go(jog.joint)
-        return held
+        else:
+            self._let_go(motion)
+        return JogEnd(held, motion.angle_cdeg)
 
-    def _move_and_hold(
-        self, jog: Jog, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]
-    ) -> bool:
-        now_s = self._client.transport.now_s
-        angle_cdeg = self._order(jog, jog.from_cdeg)
-        started_s = ordered_s = now_s()
-        arrived_s: float | None = None
-        while not stopped():
-            shown(angle_cdeg)
-            if arrived_s is None and angle_cdeg == jog.to_cdeg:
-                arrived_s = now_s()
-            if arrived_s is not None and now_s() - arrived_s >= hold_s:
-                return True
-            if arrived_s is None and now_s() - started_s > jog.duration_s + GRACE_S:
-                raise _stalled(jog, angle_cdeg)
-            self._client.wait(POLL_S)
-            angle_cdeg = self._angle_while_jogging(jog.joint)
-            if now_s() - ordered_s >= ORDER_S:
-                angle_cdeg = self._order(jog, angle_cdeg)
-                ordered_s = now_s()
-        return False
+    def order(self, jog: Jog, angle_cdeg: int) -> int:
+        """Sends the order once; the angle that the servo is told then, 0.01 deg. Raises NoAnswer, BoardRefusal.
 
-    def _order(self, jog: Jog, angle_cdeg: int) -> int:
-        """Where the joint is goes with each order: a board that has just restarted does not jerk it back."""
+        Never repeated unseen: a host that froze in between would move a joint that the board has let go.
+        Where the joint is goes with each order: a board that has just restarted does not jerk it back.
+        """
         request = JogRequest(jog.joint, angle_cdeg, jog.to_cdeg, JOG_CONFIRM)
-        return self._client.request(request, JogReply).angle_cdeg
+        return self._client.request(request, JogReply, attempts=1).angle_cdeg
 
-    def _angle_while_jogging(self, joint: int) -> int:
-        status = self.status()
-        if status.state != SequencerState.JOGGING:
-            raise _ended_by_board(joint, status)
-        return status.joint_angle_cdeg[joint - 1]
+    def now_s(self) -> float:
+        """Seconds on the transport's clock."""
+        return self._client.transport.now_s()
 
-    def _let_go(self, joint: int) -> None:
+    def wait(self, duration_s: float) -> None:
+        """Lets time pass. Raises PortError."""
+        self._client.wait(duration_s)
+
+    def _let_go(self, motion: _Motion) -> None:
         """Disarms, and asks again whether it is so."""
+        joint, angle_cdeg = motion.jog.joint, motion.angle_cdeg
         try:
             self.disarm()
             state = self.status().state
         except TfsatError as error:
-            raise self._held_error(joint, error.what) from error
+            raise not_let_go(joint, angle_cdeg, self.port, error.what) from error
         if state != SequencerState.SAFE:
-            raise self._held_error(joint, f"The sequencer says that it is {state.name.lower()}.")
-
-    def _held_error(self, joint: int, reason: str) -> JogError:
-        port = shlex.quote(self.port)
-        return JogError(
-            what=f"The sequencer did not confirm that it let joint {joint} go. {reason}",
-            meaning="It lets go when it notices the closed port, or "
-            f"{JOG_IDLE_MS // 1000} s after the last order; until then the servo may hold the joint.",
-            next_step=f"Keep hands off. tfsat-host status --port {port} shows whether it is safe; if not, "
-            f"tfsat-host disarm --port {port}, or cut the sequencer's power.",
-        )
+            reason = f"The sequencer says that it is {state.name.lower()}."
+            raise not_let_go(joint, angle_cdeg, self.port, reason)
 
 
-def _stalled(jog: Jog, angle_cdeg: int) -> JogError:
-    return JogError(
-        what=f"Joint {jog.joint} was commanded to {angle_cdeg / 100:g} deg only after "
-        f"{jog.duration_s + GRACE_S:.0f} s; {jog.to_cdeg / 100:g} deg was asked for.",
-        meaning="The joint was let go.",
-        next_step="Run the same command again from where the joint is now; if it recurs, report it.",
-    )
+class _Motion:
+    """One jog under way.
 
+    Attributes:
+        jog: The way.
+        angle_cdeg: What the servo was told last, as far as the board has said.
+    """
 
-def _ended_by_board(joint: int, status: SequencerStatusReply) -> JogError:
-    restarted = status.reset_cause.name.lower().replace("_", " ")
-    return JogError(
-        what=f"The sequencer ended the jog by itself: it is {status.state.name.lower()}, "
-        f"up for {status.uptime_ms / 1000:.0f} s, last started by {restarted}.",
-        meaning=f"Joint {joint} was let go. A servo that stalls can pull the supply down and restart the board.",
-        next_step="Check the battery and that nothing blocks the joint; then the same command, --from where it is now.",
-    )
+    def __init__(self, board: JogClient, jog: Jog) -> None:
+        self.jog = jog
+        self.angle_cdeg = jog.from_cdeg
+        self._board = board
+        self._uptime_ms = 0
+        self._ordered_s = 0.0
+
+    def move_and_hold(self, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]) -> bool:
+        """Whether it arrived and was held; False when it was stopped. Raises JogError and what requests raise."""
+        now_s = self._board.now_s
+        self._uptime_ms = self._board.status().uptime_ms
+        self.angle_cdeg = self._board.order(self.jog, self.jog.from_cdeg)
+        started_s = self._ordered_s = now_s()
+        longest_s = self.jog.duration_s + GRACE_S
+        arrived_s: float | None = None
+        while not stopped():
+            shown(self.angle_cdeg)
+            if arrived_s is None and self.angle_cdeg == self.jog.to_cdeg:
+                arrived_s = now_s()
+            if arrived_s is not None and now_s() - arrived_s >= hold_s:
+                return True
+            if arrived_s is None and now_s() - started_s > longest_s:
+                raise stalled(self.jog.joint, self.angle_cdeg, self.jog.to_cdeg, longest_s)
+            self._board.wait(min(POLL_S, self._ordered_s + ORDER_S - now_s()))
+            self._look()
+            if now_s() - self._ordered_s >= ORDER_S:
+                self._order_again()
+        return False
+
+    def _look(self) -> None:
+        """Asks for the angle before each order: only a joint that is still held is moved on."""
+        status = self._board.status()
+        if status.state != SequencerState.JOGGING:
+            raise ended_by_board(self.jog.joint, self.angle_cdeg, status, self._uptime_ms)
+        self._uptime_ms = status.uptime_ms
+        self.angle_cdeg = status.joint_angle_cdeg[self.jog.joint - 1]
+
+    def _order_again(self) -> None:
+        try:
+            self.angle_cdeg = self._board.order(self.jog, self.angle_cdeg)
+        except NoAnswer:  # one may get lost; whether the joint is still held is asked before the next
+            return
+        self._ordered_s = self._board.now_s()

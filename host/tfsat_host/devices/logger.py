@@ -115,15 +115,23 @@ class LoggerClient:
     @contextmanager
     def live(self) -> Iterator[LiveReply]:
         """Live sampling while the block runs; gives rate and scales."""
-        self._client.live_samples(0.0)  # what a former block left unread is of another time
-        reply = self._client.request(LiveRequest(1), LiveReply)
+        reply = self.start_live()
         try:
             yield reply
         finally:
-            self._client.request(LiveRequest(0), LiveReply)
+            self.stop_live()
+
+    def start_live(self) -> LiveReply:
+        """Switches live sampling on, until `stop_live` or until the port is closed; gives rate and scales."""
+        self._client.live_samples(0.0)  # what was left unread is of another time
+        return self._client.request(LiveRequest(1), LiveReply)
+
+    def stop_live(self) -> None:
+        """Switches live sampling off."""
+        self._client.request(LiveRequest(0), LiveReply)
 
     def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[LiveSampleStream]:
-        """Samples that have arrived since the last call, inside `live()`.
+        """Samples that have arrived since the last call, while live sampling is on.
 
         Raises:
             TfsatError: none came within `timeout_s`.

@@ -45,8 +45,7 @@ def none_found_error(board: str, others: Sequence[str], variable: str) -> PortEr
         PortProblem.NONE_FOUND,
         what=f"No {board} found: no serial port looks like one.{seen}",
         next_step=f"{_PLUG[board]} with a cable that carries data, or name its port with --port PORT "
-        f"(or {variable}=PORT); tfsat-host ports lists them.\n"
-        "Without the board: add --emulated to use the emulated robot.",
+        f"(or {variable}=PORT); tfsat-host ports lists them.",
     )
 
 

@@ -82,7 +82,7 @@ class SequencerClient:
         return self._client.request(SequencerStatusRequest(), SequencerStatusReply)
 
     def run_report(self) -> RunReportReply:
-        """The last run since the board started, by its own timer."""
+        """The last run since power was switched on, by the board's own timer."""
         return self._client.request(RunReportRequest(), RunReportReply)
 
     def upload(self, schedule: Schedule) -> UploadResult:

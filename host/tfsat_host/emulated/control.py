@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
 from tfsat_host.errors import TfsatError
 
 LONGEST_WAIT_S = 3600.0
@@ -42,6 +42,9 @@ class Bench(Protocol):
 
     def set_cable(self, board: BoardIndex, plugged: bool) -> None:
         """Plugs or pulls a board's USB cable; without it its port goes."""
+
+    def reset(self, cause: Reset) -> None:
+        """Restarts the sequencer; its port goes and comes. Raises TfsatError without power."""
 
     def save_card(self, path: Path | None) -> tuple[Path, int]:
         """Copies the card's recording; where to, and its bytes. Raises TfsatError."""
@@ -146,6 +149,14 @@ def _cable(bench: Bench, words: list[str]) -> str:
     return ""
 
 
+def _reset(bench: Bench, words: list[str]) -> str:
+    causes = {cause.name.lower().replace("_", "-"): cause for cause in Reset}
+    if words[0].lower() not in causes:
+        raise ControlError(f"There is no reset {words[0]!r}: {', '.join(causes)}.")
+    bench.reset(causes[words[0].lower()])
+    return ""
+
+
 def _drop(bench: Bench, words: list[str]) -> str:
     _not_falling(bench)
     fall_s = _duration_s(words[0], LONGEST_FALL_S) if words else FALL_S
@@ -234,6 +245,7 @@ _VERBS = {
     "knock": _Verb("knock 1|2 DURATION", (2, 2), _knock),
     "power": _Verb("power sequencer|logger on|off", (2, 2), _power),
     "cable": _Verb("cable sequencer|logger plug|pull", (2, 2), _cable),
+    "reset": _Verb("reset watchdog|brown-out|button", (1, 1), _reset),
     "drop": _Verb("drop [DURATION]", (0, 1), _drop),
     "angles": _Verb("angles", (0, 0), _angles),
     "card": _Verb("card [FILE]", (0, 1), _card),

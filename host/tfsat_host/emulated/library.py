@@ -70,6 +70,8 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
     "tfsat_read": (c_size_t, [c_void_p, c_int, POINTER(c_uint8), c_size_t]),
     "tfsat_set_power": (None, [c_void_p, c_int, c_int]),
     "tfsat_set_cable": (None, [c_void_p, c_int, c_int]),
+    "tfsat_set_port": (None, [c_void_p, c_int]),
+    "tfsat_reset": (None, [c_void_p, c_int]),
     "tfsat_eeprom_get": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
     "tfsat_eeprom_set": (None, [c_void_p, c_char_p, c_size_t]),
     "tfsat_eeprom_writes": (c_uint32, [c_void_p]),

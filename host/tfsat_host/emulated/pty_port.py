@@ -35,6 +35,11 @@ class PtyPort:
         return self._device
 
     @property
+    def is_open(self) -> bool:
+        """A client had the port open at the last `read`."""
+        return self._client
+
+    @property
     def has_room(self) -> bool:
         """All that the board has sent was passed on, so that it may send more."""
         return not self._unsent

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from tfsat_host.emulated.build import Variant, ensure_built
 from tfsat_host.emulated.imperfections import Imperfections, draw
-from tfsat_host.emulated.library import TRUTH_COLUMNS, RobotConfig, load_library
+from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library
+from tfsat_host.emulated.robot_config import robot_config
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.robot import RobotModel, load_robot
@@ -40,6 +41,14 @@ class BoardIndex(IntEnum):
 
     SEQUENCER = 0
     LOGGER = 1
+
+
+class Reset(IntEnum):
+    """Restarts of the sequencer with its supply on, as api.h numbers them."""
+
+    WATCHDOG = 0
+    BROWN_OUT = 1
+    BUTTON = 2
 
 
 class EmulatedRobot:
@@ -80,8 +89,8 @@ class EmulatedRobot:
             session_seed = secrets.randbits(64) if seed is None else seed
         drawn_from = DEFAULT_SEED if seed is None else seed
         self.imperfections = imperfections or draw(drawn_from)
-        config = _config(self.model, self.imperfections, drawn_from)
-        config.session_seed = session_seed
+        _require_the_boards_numbers(self.model)
+        config = robot_config(self.model, self.imperfections, drawn_from, session_seed)
         error = ctypes.create_string_buffer(512)
         path = None if hex_path is None else str(hex_path).encode()
         self._robot = self._library.tfsat_robot_new(ctypes.byref(config), path, error, len(error))
@@ -142,6 +151,14 @@ class EmulatedRobot:
     def set_cable(self, board: BoardIndex, plugged: bool) -> None:
         """Plugs or pulls a USB cable; the boards have their own supply."""
         self._library.tfsat_set_cable(self._robot, board, int(plugged))
+
+    def set_port(self, is_open: bool) -> None:
+        """Opens or closes the sequencer's serial port as a program on the host does (DTR); open at first."""
+        self._library.tfsat_set_port(self._robot, int(is_open))
+
+    def reset(self, cause: Reset) -> None:
+        """Restarts the sequencer with its supply on; nothing happens to a board without power."""
+        self._library.tfsat_reset(self._robot, cause)
 
     def eeprom(self) -> bytes:
         """The sequencer's EEPROM."""
@@ -253,44 +270,10 @@ def _switch(index: int) -> int:
     return index - 1
 
 
-def _config(model: RobotModel, wrong: Imperfections, seed: int) -> RobotConfig:
+def _require_the_boards_numbers(model: RobotModel) -> None:
     if model.n_bodies != IMU_COUNT or model.n_joints != JOINT_COUNT or len(model.imus) != IMU_COUNT:
         raise EmulationError(
             what=f"{model.name} has {model.n_bodies} bodies, {model.n_joints} joints and {len(model.imus)} IMUs.",
             meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each and {JOINT_COUNT} joints.",
             next_step="Emulate robots/drop_tower.toml or one like it.",
         )
-    config = RobotConfig(seed=seed, base_body=model.base, temperature_c=25.0)
-    values: dict[str, object] = {
-        "joint_inner": model.joint_inner,
-        "joint_outer": model.joint_outer,
-        "angle_direction": [sensor.direction for sensor in model.angle_sensors],
-        "body_mass_kg": model.mass_kg,
-        "body_com_m": model.com_m,
-        "body_inertia_kg_m2": model.inertia_kg_m2,
-        "body_origin_m": model.origin_m,
-        "joint_axis": model.joint_axis,
-        "joint_point_m": model.joint_point_m,
-        "servo_reference_pulse_us": [servo.reference_pulse_us for servo in model.servos],
-        "servo_reference_angle_rad": [servo.reference_angle_rad for servo in model.servos],
-        "servo_pulse_us_per_rad": [servo.pulse_us_per_rad for servo in model.servos],
-        "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in model.servos],
-        "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in model.servos],
-        "joint_min_rad": model.joint_limits_rad[:, 0],
-        "joint_max_rad": model.joint_limits_rad[:, 1],
-        "imu_position_m": [imu.position_m for imu in model.imus],
-        "imu_sensor_to_body": [
-            turn @ imu.sensor_to_body for turn, imu in zip(wrong.mounting, model.imus, strict=True)
-        ],
-        "gyro_bias_rad_s": wrong.gyro_bias_rad_s,
-        "gyro_scale": wrong.gyro_scale,
-        "angle_zero_offset_rad": wrong.angle_zero_rad
-        + [sensor.zero_offset_rad for sensor in model.angle_sensors],
-    }
-    for name, value in values.items():
-        field = getattr(config, name)
-        field[:] = np.ravel(np.asarray(value)).tolist()
-    config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
-    config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
-    config.angle_noise_rad = wrong.angle_noise_rad
-    return config

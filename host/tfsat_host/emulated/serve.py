@@ -10,7 +10,7 @@ from pathlib import Path
 from tfsat_host.emulated.control_sources import ControlSocket, TypedLines
 from tfsat_host.emulated.pacing import STEP_US, Pacer
 from tfsat_host.emulated.pty_port import PtyPort
-from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot, EmulationError, Reset
 from tfsat_host.emulated.served_folder import ServedFolder
 from tfsat_host.emulated.state import save_eeprom
 from tfsat_host.errors import TfsatError
@@ -54,6 +54,8 @@ class RobotServer:
         """STEP_US of virtual time, bytes passed on both ways. Raises EmulationError."""
         for board, port in self._ports.items():
             data = self._untaken[board] or port.read()
+            if board == BoardIndex.SEQUENCER:
+                self._robot.set_port(port.is_open)
             if data:
                 self._untaken[board] = data[self._robot.write(board, data) :]
         self._robot.advance(STEP_US)
@@ -72,6 +74,20 @@ class RobotServer:
         """Plugs or pulls a board's USB cable; without it its port goes."""
         self._cabled[board] = plugged
         self._robot.set_cable(board, plugged)
+        self._update_port(board)
+
+    def reset(self, cause: Reset) -> None:
+        """Restarts the sequencer; as its USB restarts too, its port goes and comes. Raises EmulationError."""
+        board = BoardIndex.SEQUENCER
+        if not self._powered[board]:
+            raise EmulationError(
+                what="The sequencer has no power.",
+                meaning="Nothing was changed.",
+                next_step="First: power sequencer on",
+            )
+        self._robot.reset(cause)
+        self._ports[board].pull()
+        self._untaken[board] = b""
         self._update_port(board)
 
     def save_card(self, path: Path | None = None) -> tuple[Path, int]:

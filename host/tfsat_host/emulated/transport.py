@@ -13,7 +13,10 @@ _WRITE_TIMEOUT_S = 1.0
 
 
 class EmulatedTransport:
-    """One board of an emulated robot in this process, as a `Transport`."""
+    """One board of an emulated robot in this process, as a `Transport`.
+
+    The sequencer's port is open, for the board to see (DTR), from here until `close`.
+    """
 
     def __init__(
         self, robot: EmulatedRobot, board: BoardIndex, on_close: Callable[[], None] = lambda: None
@@ -21,6 +24,7 @@ class EmulatedTransport:
         self._robot = robot
         self._board = board
         self._on_close = on_close
+        self._set_port(True)
 
     @property
     def name(self) -> str:
@@ -58,4 +62,9 @@ class EmulatedTransport:
 
     def close(self) -> None:
         """Ends the connection; the robot lives on."""
+        self._set_port(False)
         self._on_close()
+
+    def _set_port(self, is_open: bool) -> None:
+        if self._board == BoardIndex.SEQUENCER:
+            self._robot.set_port(is_open)

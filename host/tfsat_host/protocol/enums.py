@@ -137,7 +137,7 @@ class ErrorCode(IntEnum):
     SWITCH_OPEN = 15
     """A release switch is open."""
     NO_MANEUVER = 16
-    """The stored maneuver is not valid."""
+    """No valid maneuver was uploaded."""
     STALE_TOKEN = 17
     """The request belongs to an earlier state of the board."""
     FAULT_LATCHED = 18
@@ -158,6 +158,8 @@ class ErrorCode(IntEnum):
     """A servo setting makes no sense."""
     SETTINGS_DO_NOT_FIT = 26
     """The stored maneuver leaves a joint's limits in the servo settings."""
+    STORE_DAMAGED = 27
+    """The stored maneuver or the servo settings are damaged in the EEPROM."""
     NO_CARD = 40
     """No SD card."""
     CARD_FULL = 41

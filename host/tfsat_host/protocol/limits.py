@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("f50e0bf2b50974fc")
+PROTOCOL_HASH = bytes.fromhex("0443150bf877f1da")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -59,8 +59,8 @@ JOG_SPEED_CDEG_S = 1500
 """Speed of a jog: slow enough to watch, and to let go of."""
 JOG_CONFIRM = 4869959
 """The flag that a jog must carry: 'JOG'."""
-JOG_IDLE_MS = 20000
-"""A jogged joint that gets no further order goes limp after this."""
+JOG_IDLE_MS = 1000
+"""A jogged joint that gets no further order goes limp after this: a host that froze must not let it go on."""
 STROKE_LINE_US = 1000
 """The sequencer's stroke line stays high this long from each stroke's first pulse."""
 RELEASE_DEBOUNCE_US = 5000

@@ -310,16 +310,17 @@ class SequencerStatusReply(Payload):
         reset_cause: Why the board last started.
         resets_while_armed: Restarts that this arming has survived; 255 stands for more.
         strokes_started: Strokes of the last run whose new pulse has begun.
-        knocks: Knocks since arming; see release.
+        knocks: Knocks since arming; see release. They survive a reset.
         joint_angle_cdeg: Angle that each servo is told to hold; 0 where it gets no pulses.
         uptime_ms: Since the board started.
         image_crc: CRC-32/ISO-HDLC of the flashed image.
         ram_never_used_bytes: Low-water mark of free RAM since the board started.
         frames_rejected: Frames that arrived damaged, since the board started.
+        stores_damaged: Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
     """
 
     TYPE: ClassVar[int] = 0x82
-    SIZE: ClassVar[int] = 29
+    SIZE: ClassVar[int] = 30
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
         ("fault", ErrorCode, None),
@@ -335,6 +336,7 @@ class SequencerStatusReply(Payload):
         ("image_crc", "I", None),
         ("ram_never_used_bytes", "H", None),
         ("frames_rejected", "H", None),
+        ("stores_damaged", "B", None),
     )
 
     state: SequencerState
@@ -351,6 +353,7 @@ class SequencerStatusReply(Payload):
     image_crc: int
     ram_never_used_bytes: int
     frames_rejected: int
+    stores_damaged: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,9 +370,9 @@ class RunReportReply(Payload):
     """The last run, as measured by the sequencer's own timer.
 
     Attributes:
-        released: 1: there was a run since the board started. 0: the rest is zero.
+        released: 1: there was a run since power was switched on. 0: the rest is zero.
         bounces: Edges of both switches from the release's first edge to its confirmation.
-        release_ms: The release edge on the clock of uptime_ms: whole milliseconds.
+        release_ms: The release edge on the clock of uptime_ms: whole milliseconds. After a reset: of the uptime before it.
         release_us: And microseconds beyond those, 0 to 999.
         stroke_count: Strokes whose new pulse has begun.
         start_us: Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.

@@ -85,11 +85,11 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
     ),
     ErrorCode.SWITCH_OPEN: (
         "A release switch is open.",
-        "Armed now, the robot would start at once.",
+        "The robot is not seated: armed like this, it could not tell its release.",
         "Seat the robot in the releaser until both switches are closed, then arm again.",
     ),
     ErrorCode.NO_MANEUVER: (
-        "The stored maneuver is not valid.",
+        "No valid maneuver was uploaded.",
         "There is nothing to fly.",
         "tfsat-host upload-sequence 59 70",
     ),
@@ -142,6 +142,11 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "The stored maneuver leaves a joint's limits in the servo settings.",
         "Armed now, a servo would be driven against its stop.",
         "Upload a smaller maneuver, or correct the joint's limits with tfsat-host upload-servos.",
+    ),
+    ErrorCode.STORE_DAMAGED: (
+        "The stored maneuver or the servo settings are damaged in the EEPROM.",
+        "What is left may be older than what you uploaded last.",
+        "Upload both again: tfsat-host upload-sequence, and tfsat-host upload-servos. If it recurs, replace the Arduino Micro.",
     ),
     ErrorCode.NO_CARD: (
         "No SD card.",

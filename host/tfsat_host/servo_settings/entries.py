@@ -21,6 +21,7 @@ _WANTED = {
     "servo": "Describe each joint's servo below its own line [[servo]].",
     "joint": f"Give a joint's number, 1 to {JOINT_COUNT}.",
 }
+_UNITS = {"frame_ms": "ms", "zero_us": "us", "us_per_deg": "us per deg", "limits_deg": "deg"}
 
 
 class Entries:
@@ -108,7 +109,8 @@ class Entries:
         if whole != wanted:
             place = f"{self._table} {self._index + 1}: {key}" if self._table else key
             notices.append(
-                f"{place} was rounded from {value} to {whole / scale:g}: the board resolves {1 / scale:g}."
+                f"{place} was rounded from {value} to {whole / scale:g} {_UNITS[key]}: "
+                f"the board resolves {1 / scale:g} {_UNITS[key]}."
             )
         return whole
 

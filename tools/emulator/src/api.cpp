@@ -98,6 +98,17 @@ std::unique_ptr<SequencerBoard> make_sequencer(const char* hex_path, std::string
 #endif
 }
 
+ResetCause reset_cause(int cause) {
+  switch (cause) {
+    case TFSAT_RESET_WATCHDOG:
+      return ResetCause::kWatchdog;
+    case TFSAT_RESET_BROWN_OUT:
+      return ResetCause::kBrownOut;
+    default:
+      return ResetCause::kExternal;
+  }
+}
+
 }  // namespace
 
 size_t tfsat_config_bytes(void) { return sizeof(TfsatRobotConfig); }
@@ -158,6 +169,10 @@ void tfsat_set_cable(TfsatRobot* robot, int board, int plugged) {
     robot->robot.logger().set_cable(plugged != 0);
   }
 }
+
+void tfsat_set_port(TfsatRobot* robot, int open) { robot->robot.sequencer().set_port(open != 0); }
+
+void tfsat_reset(TfsatRobot* robot, int cause) { robot->robot.sequencer().reset(reset_cause(cause)); }
 
 void tfsat_eeprom_get(TfsatRobot* robot, uint8_t* image, size_t n) {
   robot->robot.sequencer().eeprom_get(image, n);

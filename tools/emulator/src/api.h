@@ -43,6 +43,7 @@ typedef struct {
 } TfsatRobotConfig;
 
 enum { TFSAT_SEQUENCER = 0, TFSAT_LOGGER = 1 };
+enum { TFSAT_RESET_WATCHDOG = 0, TFSAT_RESET_BROWN_OUT = 1, TFSAT_RESET_BUTTON = 2 };
 
 // To see that caller and library mean the same structure.
 size_t tfsat_config_bytes(void);
@@ -64,6 +65,10 @@ size_t tfsat_write(TfsatRobot* robot, int board, const uint8_t* data, size_t n);
 size_t tfsat_read(TfsatRobot* robot, int board, uint8_t* data, size_t capacity);
 void tfsat_set_power(TfsatRobot* robot, int board, int on);
 void tfsat_set_cable(TfsatRobot* robot, int board, int plugged);
+// The sequencer's: a program on the host opens or closes its serial port (DTR); it is open at first.
+void tfsat_set_port(TfsatRobot* robot, int open);
+// The sequencer restarts with its supply on. Nothing happens without power.
+void tfsat_reset(TfsatRobot* robot, int cause);
 void tfsat_eeprom_get(TfsatRobot* robot, uint8_t* image, size_t n);
 void tfsat_eeprom_set(TfsatRobot* robot, const uint8_t* image, size_t n);
 // Changes of the EEPROM by the board since it was made.

@@ -3,14 +3,14 @@
 namespace tfsat {
 namespace sequencer {
 
-void ReleaseDetector::reset(tick_t now) {
+void ReleaseDetector::reset(tick_t now, uint16_t knocks) {
   open_ = 0;
   opening_ = false;
   touched_ = false;
   disagrees_ = false;
   released_ = false;
   last_change_ = now;
-  knocks_ = 0;
+  knocks_ = knocks;
 }
 
 void ReleaseDetector::on_edge(const SwitchEdge& edge) {

@@ -17,8 +17,8 @@ namespace sequencer {
 
 class ReleaseDetector {
  public:
-  // Starts watching; both switches must be closed now.
-  void reset(tick_t now);
+  // Starts watching; both switches must be closed now. Goes on counting knocks from `knocks`.
+  void reset(tick_t now, uint16_t knocks);
   void on_edge(const SwitchEdge& edge);
   // Call often, after the edges, with the switches' present levels. True once, when a release is
   // certain.

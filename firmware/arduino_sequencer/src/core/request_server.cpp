@@ -82,6 +82,8 @@ Reply RequestServer::status(uint8_t* reply) {
   status.image_crc = identity_.image_crc;
   status.ram_never_used_bytes = health_.ram_never_used_bytes();
   status.frames_rejected = frames_rejected_;
+  status.stores_damaged = static_cast<uint8_t>((sequencer_.maneuvers().damaged() ? 1 : 0) |
+                                               (sequencer_.settings().damaged() ? 2 : 0));
   return send(status, reply);
 }
 

@@ -8,6 +8,24 @@
 namespace tfsat {
 namespace sequencer {
 
+// The last run's report: a blow at the landing may reset the board. Under a checksum of its own,
+// because it changes while the board runs.
+struct RetainedRun {
+  protocol::RunReportReply report;
+  uint16_t crc;
+
+  bool intact() const { return crc == checksum(); }
+  void seal() { crc = checksum(); }
+
+ private:
+  uint16_t checksum() const {
+    const uint8_t* bytes = reinterpret_cast<const uint8_t*>(&report);
+    uint16_t sum = 0x5EA1;
+    for (size_t i = 0; i < sizeof report; ++i) sum = protocol::crc16_update(sum, bytes[i]);
+    return sum;
+  }
+};
+
 // Lies in uninitialised memory: no constructor may touch it. After power-on it holds anything, and
 // intact() says no.
 struct RetainedState {
@@ -15,9 +33,11 @@ struct RetainedState {
   protocol::ErrorCode fault;
   uint8_t resets;  // while armed
   uint8_t driven;  // bit i: servo i gets pulses
+  uint16_t knocks;  // since arming
   uint16_t token;
   int16_t held_cdeg[protocol::kJointCount];  // what each servo is told
   BegunCount begun;                          // counted by interrupts: not under the checksum
+  RetainedRun run;             // likewise
   uint16_t crc;
 
   bool intact() const { return crc == checksum(); }
@@ -27,6 +47,7 @@ struct RetainedState {
     fault = protocol::ErrorCode::kNone;
     resets = 0;
     driven = 0;
+    knocks = 0;
     for (int16_t& angle : held_cdeg) angle = 0;
     seal();
   }
@@ -39,6 +60,7 @@ struct RetainedState {
     sum = protocol::crc16_update(sum, static_cast<uint8_t>(fault));
     sum = protocol::crc16_update(sum, resets);
     sum = protocol::crc16_update(sum, driven);
+    sum = add(sum, knocks);
     sum = add(sum, token);
     for (int16_t angle : held_cdeg) sum = add(sum, static_cast<uint16_t>(angle));
     return sum;

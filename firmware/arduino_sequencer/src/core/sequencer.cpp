@@ -10,6 +10,14 @@ namespace {
 constexpr uint32_t kDebounceTicks = ticks_from_us(kReleaseDebounceUs);
 constexpr uint8_t kMostResets = 255;
 
+bool near_start_pose(const int16_t (&angle_cdeg)[kJointCount]) {
+  constexpr int16_t tolerance = static_cast<int16_t>(kStartPoseToleranceCdeg);
+  for (int16_t angle : angle_cdeg) {
+    if (angle > tolerance || angle < -tolerance) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 constexpr uint16_t Sequencer::kManeuverAddress;
@@ -28,6 +36,10 @@ void Sequencer::start(tick_t now, ResetCause cause) {
   const bool kept = cause != ResetCause::kPowerOn && retained_.intact();
   const SequencerState before = kept ? retained_.state : SequencerState::kSafe;
   if (kept) token_ = static_cast<uint16_t>(retained_.token + 1);  // none from before the reset fits
+  if (cause == ResetCause::kPowerOn || !retained_.run.intact()) {
+    retained_.run.report = RunReportReply{};
+    retained_.run.seal();
+  }
   retained_.token = token_;
   switch (before) {
     case SequencerState::kArmed:
@@ -46,6 +58,7 @@ void Sequencer::start(tick_t now, ResetCause cause) {
     default:
       retained_.clear();
   }
+  detector_.reset(now, retained_.knocks);
   for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
     if (retained_.driven & (1u << (joint - 1))) hold(joint, retained_.held_cdeg[joint - 1]);
   }
@@ -126,6 +139,7 @@ ErrorCode Sequencer::arm(uint16_t token, tick_t now) {
   if (state_ == SequencerState::kArmed && token == accepted_token_) return ErrorCode::kNone;
   last_refusal_ = refusal(token);
   if (last_refusal_ != ErrorCode::kNone) return last_refusal_;
+  retained_.knocks = 0;
   begin_watch(now);
   for (uint8_t joint = 1; joint <= kJointCount; ++joint) hold(joint, 0);
   accepted_token_ = token;
@@ -138,7 +152,7 @@ void Sequencer::begin_watch(tick_t now) {
   SwitchEdge stale;
   while (switches_.take_edge(stale)) {
   }
-  detector_.reset(now);
+  detector_.reset(now, retained_.knocks);
   strokes_started_ = 0;
 }
 
@@ -147,11 +161,16 @@ ErrorCode Sequencer::refusal(uint16_t token) {
   const bool at_rest = state_ == SequencerState::kSafe || state_ == SequencerState::kDone;
   if (!at_rest || resuming_ || storing()) return ErrorCode::kWrongState;
   if (token != token_) return ErrorCode::kStaleToken;
-  if (!maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
+  if (maneuvers_.damaged() || settings_.damaged()) return ErrorCode::kStoreDamaged;
+  const bool stored = maneuvers_.origin() != Origin::kFactory;
+  if (!stored || !maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
   if (!fits_settings()) return ErrorCode::kSettingsDoNotFit;
   if (switches_.levels() != 0) return ErrorCode::kSwitchOpen;
+  if (state_ == SequencerState::kDone && !near_start_pose(retained_.held_cdeg)) {
+    return ErrorCode::kNotAtStartPose;
+  }
   const bool fresh = reported_ && uptime_ms_ - reported_ms_ < kJointReportAgeMs;
-  return fresh && !at_start_pose() ? ErrorCode::kNotAtStartPose : ErrorCode::kNone;
+  return fresh && !near_start_pose(reported_cdeg_) ? ErrorCode::kNotAtStartPose : ErrorCode::kNone;
 }
 
 bool Sequencer::fits_settings() const {
@@ -169,15 +188,7 @@ bool Sequencer::report_joints(const int16_t (&angle_cdeg)[kJointCount]) {
   for (uint8_t i = 0; i < kJointCount; ++i) reported_cdeg_[i] = angle_cdeg[i];
   reported_ = true;
   reported_ms_ = uptime_ms_;
-  return at_start_pose();
-}
-
-bool Sequencer::at_start_pose() const {
-  constexpr int16_t tolerance = static_cast<int16_t>(kStartPoseToleranceCdeg);
-  for (int16_t angle : reported_cdeg_) {
-    if (angle > tolerance || angle < -tolerance) return false;
-  }
-  return true;
+  return near_start_pose(reported_cdeg_);
 }
 
 void Sequencer::disarm() {
@@ -206,7 +217,12 @@ void Sequencer::resume(tick_t now) {
 void Sequencer::watch_release(tick_t now) {
   SwitchEdge edge;
   while (switches_.take_edge(edge)) detector_.on_edge(edge);
-  if (detector_.poll(now, switches_.levels())) begin_run(detector_.released_at());
+  const bool released = detector_.poll(now, switches_.levels());
+  if (detector_.knocks() != retained_.knocks) {
+    retained_.knocks = detector_.knocks();
+    retained_.seal();
+  }
+  if (released) begin_run(detector_.released_at());
 }
 
 // The whole schedule goes to the servo driver at once: from here on, hardware and its interrupts
@@ -221,9 +237,10 @@ void Sequencer::begin_run(tick_t released_at) {
                      released_at + ticks_from_us(stroke.start_us),
                      settings_.current().pulse_ticks(stroke.joint, target));
   }
-  run_ = RunReportReply{};
-  run_.released = 1;
-  run_.bounces = detector_.bounces();
+  RunReportReply& report = retained_.run.report;
+  report = RunReportReply{};
+  report.released = 1;
+  report.bounces = detector_.bounces();
   note_release_time();
   enter(SequencerState::kRunning);
 }
@@ -232,8 +249,9 @@ void Sequencer::begin_run(tick_t released_at) {
 void Sequencer::note_release_time() {
   const uint32_t before_us = us_from_ticks(last_ms_ - released_at_);
   const uint32_t whole_ms = (before_us + 999) / 1000;
-  run_.release_ms = uptime_ms_ - whole_ms;
-  run_.release_us = static_cast<uint16_t>(whole_ms * 1000 - before_us);
+  retained_.run.report.release_ms = uptime_ms_ - whole_ms;
+  retained_.run.report.release_us = static_cast<uint16_t>(whole_ms * 1000 - before_us);
+  retained_.run.seal();
 }
 
 void Sequencer::watch_run(tick_t now) {
@@ -249,14 +267,16 @@ void Sequencer::watch_run(tick_t now) {
 
 void Sequencer::note_strokes() {
   const Maneuver& maneuver = maneuvers_.current();
+  RunReportReply& report = retained_.run.report;
   const uint8_t begun = servos_.changes_begun();
-  for (; strokes_started_ < begun && strokes_started_ < maneuver.stroke_count; ++strokes_started_) {
+  while (strokes_started_ < begun && strokes_started_ < maneuver.stroke_count) {
+    const tick_t began_at = servos_.change_began_at(strokes_started_);
+    report.start_us[strokes_started_] = us_from_ticks(began_at - released_at_);
     const uint8_t joint = maneuver.strokes[strokes_started_].joint;
-    run_.start_us[strokes_started_] =
-        us_from_ticks(servos_.change_began_at(strokes_started_) - released_at_);
-    note_held(joint, maneuver.angle_before(static_cast<uint8_t>(strokes_started_ + 1), joint));
+    report.stroke_count = ++strokes_started_;
+    retained_.run.seal();
+    note_held(joint, maneuver.angle_before(strokes_started_, joint));
   }
-  run_.stroke_count = strokes_started_;
 }
 
 ErrorCode Sequencer::jog(const JogRequest& request) {

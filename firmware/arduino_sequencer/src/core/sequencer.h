@@ -63,7 +63,7 @@ class Sequencer {
   const int16_t (&held_cdeg() const)[protocol::kJointCount] { return retained_.held_cdeg; }
   const Jog& jogging() const { return jog_; }
   uint32_t uptime_ms() const { return uptime_ms_; }
-  const protocol::RunReportReply& run_report() const { return run_; }
+  const protocol::RunReportReply& run_report() const { return retained_.run.report; }
   Stored<Maneuver>& maneuvers() { return maneuvers_; }
   Stored<Settings>& settings() { return settings_; }
 
@@ -74,7 +74,6 @@ class Sequencer {
   void note_held(uint8_t joint, int16_t angle_cdeg);
   ErrorCode refusal(uint16_t token);
   bool fits_settings() const;
-  bool at_start_pose() const;
   void begin_watch(tick_t now);
   void note_begun();
   void resume(tick_t now);
@@ -93,7 +92,6 @@ class Sequencer {
   Stored<Settings> settings_;
   ReleaseDetector detector_;
   Jog jog_;
-  protocol::RunReportReply run_ = {};
   tick_t released_at_ = 0;
   tick_t last_ms_ = 0;
   tick_t resume_since_ = 0;

@@ -11,16 +11,22 @@ constexpr uint8_t SlotPair::kGenerationBytes;
 
 void SlotPair::load() {
   for (uint8_t slot = 0; slot < 2; ++slot) {
-    if (!stage(slot) || staged_generation_ <= generation_ || !adopt()) continue;
-    generation_ = staged_generation_;
-    slot_ = slot;
+    if (memory_.read(slot_address(slot)) != kMarked) continue;
+    if (!stage(slot)) {
+      note_damage(slot, true);
+    } else if (staged_generation_ > generation_) {
+      const bool adopted = adopt();
+      note_damage(slot, !adopted);
+      if (!adopted) continue;
+      generation_ = staged_generation_;
+      slot_ = slot;
+    }
   }
 }
 
-// Stages what the slot holds; false unless it is complete and undamaged.
+// Stages what the slot holds; false unless it is undamaged.
 bool SlotPair::stage(uint8_t slot) {
-  uint16_t address = slot_address(slot);
-  if (memory_.read(address++) != kMarked) return false;
+  uint16_t address = static_cast<uint16_t>(slot_address(slot) + 1);
   staged_generation_ = 0;
   for (uint8_t i = 0; i < kGenerationBytes; ++i) {
     staged_generation_ |= static_cast<uint32_t>(memory_.read(address++)) << (8 * i);
@@ -34,7 +40,7 @@ bool SlotPair::stage(uint8_t slot) {
 void SlotPair::begin() {
   failed_ = false;
   changed_ =
-      generation_ == 0 ||
+      damaged_slots_ != 0 || generation_ == 0 ||
       !slot_holds(slot_, kGenerationBytes, static_cast<uint8_t>(kGenerationBytes + record_bytes_));
   if (!changed_) return;
   staged_generation_ = generation_ + 1;
@@ -67,12 +73,18 @@ void SlotPair::poll() {
   }
 }
 
+void SlotPair::note_damage(uint8_t slot, bool damaged) {
+  const uint8_t bit = static_cast<uint8_t>(1u << slot);
+  damaged_slots_ = static_cast<uint8_t>(damaged ? damaged_slots_ | bit : damaged_slots_ & ~bit);
+}
+
 // All is written, once: everything is read back before it is believed.
 void SlotPair::finish() {
   stage_ = Stage::kIdle;
   const uint8_t written = other_slot();
   failed_ = memory_.read(slot_address(written)) != kMarked ||
             !slot_holds(written, 0, content_bytes()) || !adopt();
+  note_damage(written, failed_);
   if (failed_) return;
   generation_ = staged_generation_;
   slot_ = written;

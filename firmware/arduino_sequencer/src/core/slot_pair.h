@@ -38,6 +38,9 @@ class SlotPair {
   // The memory did not keep what the last begin() wrote. The record from before is still current.
   bool failed() const { return failed_; }
   void forget_failure() { failed_ = false; }
+  // load() found a slot that was complete once and is not any more, or not of this layout: what is
+  // current may be older than what was stored last. Storing anew mends it.
+  bool damaged() const { return damaged_slots_ != 0; }
   // The last begin() changed the memory.
   bool changed() const { return changed_; }
 
@@ -67,6 +70,7 @@ class SlotPair {
   uint16_t content_crc() const;
   bool slot_holds(uint8_t slot, uint8_t first, uint8_t end);
   bool stage(uint8_t slot);
+  void note_damage(uint8_t slot, bool damaged);
   void write_if_different(uint16_t address, uint8_t value);
   void finish();
 
@@ -82,6 +86,7 @@ class SlotPair {
   Stage stage_ = Stage::kIdle;
   bool failed_ = false;
   bool changed_ = false;
+  uint8_t damaged_slots_ = 0;  // bit i: slot i
 };
 
 // A Record has: kSize; decode(bytes, size) from its canonical form; valid(); and factory().

@@ -22,6 +22,10 @@ constexpr uint8_t kClear = 2, kSet = 3;
 
 volatile uint16_t& compare_register(uint8_t channel) { return (&OCR1A)[channel]; }
 
+bool line_is_high(uint8_t channel) {
+  return (PINB & static_cast<uint8_t>(_BV(PB5) << channel)) != 0;
+}
+
 constexpr uint8_t interrupt_bit(uint8_t channel) {
   return static_cast<uint8_t>(_BV(OCIE1A) << channel);
 }
@@ -114,7 +118,7 @@ void Timer1Servos::prepare_next_edge(uint8_t channel) {
   bool prepared = false;
   while (!prepared) {
     if (c.next == Edge::kRise) {
-      if (c.pulse.begins_change) {
+      if (c.pulse.begins_change && line_is_high(channel)) {
         changes_.began(c.pulse.rise);
         begin_stroke_mark();
       }

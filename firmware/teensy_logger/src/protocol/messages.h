@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0xF5, 0x0E, 0x0B, 0xF2, 0xB5, 0x09, 0x74, 0xFC};
+constexpr uint8_t kProtocolHash[8] = {0x04, 0x43, 0x15, 0x0B, 0xF8, 0x77, 0xF1, 0xDA};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -65,8 +65,8 @@ constexpr uint32_t kJointReportAgeMs = 30000;
 constexpr uint32_t kJogSpeedCdegS = 1500;
 // The flag that a jog must carry: 'JOG'.
 constexpr uint32_t kJogConfirm = 4869959;
-// A jogged joint that gets no further order goes limp after this.
-constexpr uint32_t kJogIdleMs = 20000;
+// A jogged joint that gets no further order goes limp after this: a host that froze must not let it go on.
+constexpr uint32_t kJogIdleMs = 1000;
 // The sequencer's stroke line stays high this long from each stroke's first pulse.
 constexpr uint32_t kStrokeLineUs = 1000;
 // Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
@@ -172,7 +172,7 @@ enum class ErrorCode : uint8_t {
   kSpeedOutOfRange = 13,  // The joint speed is outside 10 to 400 deg/s.
   kStoreFailed = 14,  // The EEPROM did not keep what was written.
   kSwitchOpen = 15,  // A release switch is open.
-  kNoManeuver = 16,  // The stored maneuver is not valid.
+  kNoManeuver = 16,  // No valid maneuver was uploaded.
   kStaleToken = 17,  // The request belongs to an earlier state of the board.
   kFaultLatched = 18,  // A fault is latched.
   kIndexOutOfRange = 19,  // A step index is beyond the maneuver's end.
@@ -183,6 +183,7 @@ enum class ErrorCode : uint8_t {
   kJogNotConfirmed = 24,  // The jog did not carry its flag.
   kSettingOutOfRange = 25,  // A servo setting makes no sense.
   kSettingsDoNotFit = 26,  // The stored maneuver leaves a joint's limits in the servo settings.
+  kStoreDamaged = 27,  // The stored maneuver or the servo settings are damaged in the EEPROM.
   kNoCard = 40,  // No SD card.
   kCardFull = 41,  // The card has no room for a recording.
   kCardWriteFailed = 42,  // The card refused a write.
@@ -649,7 +650,7 @@ struct SequencerStatusRequest {
 // What the sequencer is doing.
 struct SequencerStatusReply {
   static constexpr uint8_t kType = 0x82;
-  static constexpr size_t kSize = 29;
+  static constexpr size_t kSize = 30;
 
   SequencerState state;  // State machine.
   ErrorCode fault;  // The latched fault, or none.
@@ -659,12 +660,13 @@ struct SequencerStatusReply {
   ResetCause reset_cause;  // Why the board last started.
   uint8_t resets_while_armed;  // Restarts that this arming has survived; 255 stands for more.
   uint8_t strokes_started;  // Strokes of the last run whose new pulse has begun.
-  uint16_t knocks;  // Knocks since arming; see release.
+  uint16_t knocks;  // Knocks since arming; see release. They survive a reset.
   int16_t joint_angle_cdeg[3];  // Angle that each servo is told to hold; 0 where it gets no pulses.
   uint32_t uptime_ms;  // Since the board started.
   uint32_t image_crc;  // CRC-32/ISO-HDLC of the flashed image.
   uint16_t ram_never_used_bytes;  // Low-water mark of free RAM since the board started.
   uint16_t frames_rejected;  // Frames that arrived damaged, since the board started.
+  uint8_t stores_damaged;  // Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -681,6 +683,7 @@ struct SequencerStatusReply {
     out.u32(image_crc);
     out.u16(ram_never_used_bytes);
     out.u16(frames_rejected);
+    out.u8(stores_damaged);
   }
 
   void read(Reader& in) {
@@ -698,6 +701,7 @@ struct SequencerStatusReply {
     image_crc = in.u32();
     ram_never_used_bytes = in.u16();
     frames_rejected = in.u16();
+    stores_damaged = in.u8();
   }
 
   // `out` must hold kSize bytes.
@@ -735,9 +739,9 @@ struct RunReportReply {
   static constexpr uint8_t kType = 0x84;
   static constexpr size_t kSize = 74;
 
-  uint8_t released;  // 1: there was a run since the board started. 0: the rest is zero.
+  uint8_t released;  // 1: there was a run since power was switched on. 0: the rest is zero.
   uint16_t bounces;  // Edges of both switches from the release's first edge to its confirmation.
-  uint32_t release_ms;  // The release edge on the clock of uptime_ms: whole milliseconds.
+  uint32_t release_ms;  // The release edge on the clock of uptime_ms: whole milliseconds. After a reset: of the uptime before it.
   uint16_t release_us;  // And microseconds beyond those, 0 to 999.
   uint8_t stroke_count;  // Strokes whose new pulse has begun.
   uint32_t start_us[16];  // Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.

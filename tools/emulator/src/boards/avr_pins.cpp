@@ -46,6 +46,24 @@ void AvrPins::connect(Timer16* timer1, Timer16* timer3) {
   capture_ = {timer1, timer3};
   for (size_t i = 0; i < taps_.size(); ++i)
     taps_[i].attach(avr_, kWatched[i], &AvrPins::on_port_write, this);
+  const auto& present = avr_->io[AVR_DATA_TO_IO(reg::kPinb)].r;
+  simavr_pinb_read_ = present.c;
+  simavr_pinb_param_ = present.param;
+  replace_read(avr_, reg::kPinb, &AvrPins::on_pinb_read, this);
+}
+
+// PINx shows what is on the pin, also where a timer drives it; simavr shows PORTx there.
+uint8_t AvrPins::on_pinb_read(avr_t* avr, avr_io_addr_t address, void* self) {
+  const AvrPins& pins = *static_cast<AvrPins*>(self);
+  if (pins.simavr_pinb_read_ != nullptr)
+    pins.simavr_pinb_read_(avr, address, pins.simavr_pinb_param_);
+  uint8_t& value = avr->data[address];
+  for (int i = 0; i < Timer16::kChannels; ++i) {
+    const uint8_t mask = static_cast<uint8_t>(1 << kOutputPins[i].bit);
+    if (!bit_of(avr, kOutputPins[i].ddr_register(), kOutputPins[i].bit)) continue;
+    value = static_cast<uint8_t>(pins.high_[i] ? value | mask : value & ~mask);
+  }
+  return value;
 }
 
 void AvrPins::on_port_write(void* self, uint8_t) {

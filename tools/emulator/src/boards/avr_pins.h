@@ -37,6 +37,7 @@ class AvrPins : public CompareOutputListener {
   void set_output(int pin, bool high, uint64_t cycle);
   void update_switch(int index, uint64_t cycle);
   static void on_port_write(void* self, uint8_t);
+  static uint8_t on_pinb_read(avr_t* avr, avr_io_addr_t address, void* self);
 
   avr_t* avr_;
   Timer16* timer1_ = nullptr;
@@ -45,6 +46,8 @@ class AvrPins : public CompareOutputListener {
   std::array<bool, kSwitches> closed_{};
   std::array<bool, kOutputs> high_{};
   std::array<WriteTap, 8> taps_;
+  avr_io_read_t simavr_pinb_read_ = nullptr;
+  void* simavr_pinb_param_ = nullptr;
   std::deque<PinEdge> edges_;
 };
 

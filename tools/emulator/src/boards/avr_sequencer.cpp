@@ -8,6 +8,12 @@
 namespace tfsat {
 namespace emulator {
 
+namespace {
+
+constexpr uint32_t kBaud = 115200;
+
+}  // namespace
+
 AvrSequencer::AvrSequencer(const std::string& hex_path) : machine_(new AvrMachine(hex_path)) {}
 AvrSequencer::~AvrSequencer() = default;
 
@@ -22,6 +28,7 @@ void AvrSequencer::set_switch(int index, bool closed) {
 }
 
 void AvrSequencer::set_cable(bool plugged) { machine_->usb.set_cable(plugged); }
+void AvrSequencer::set_port(bool open) { set_port(open, kBaud); }
 void AvrSequencer::set_port(bool open, uint32_t baud) { machine_->usb.set_port(open, baud); }
 void AvrSequencer::set_usb_stage_pause(uint32_t polls) { machine_->usb.set_stage_pause(polls); }
 bool AvrSequencer::link_ready() const { return machine_->usb.configured(); }

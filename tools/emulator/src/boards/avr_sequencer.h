@@ -33,6 +33,8 @@ class AvrSequencer : public SequencerBoard {
   void advance_to_cycle(uint64_t cycle);
   void set_switch(int index, bool closed) override;
   void set_cable(bool plugged) override;
+  // At 115200 baud.
+  void set_port(bool open) override;
   size_t write(const uint8_t* data, size_t n) override;
   size_t read(uint8_t* data, size_t capacity) override;
   bool take_edge(PinEdge& edge) override;
@@ -41,7 +43,7 @@ class AvrSequencer : public SequencerBoard {
   // Byte writes begun: lets a test cut the power at each one.
   uint32_t eeprom_writes() const override;
 
-  // A program on the host opens or closes the serial port (DTR). Plugging in opens it at 115200.
+  // Likewise, at another rate.
   void set_port(bool open, uint32_t baud);
   // A busy host: it rests this many polls of 125 us after each stage of a control transfer. 0 at
   // first.

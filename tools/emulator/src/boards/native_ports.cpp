@@ -137,8 +137,13 @@ void NativeStream::set_plugged(bool plugged) {
   if (!plugged) clear();
 }
 
+void NativeStream::set_port(bool open) {
+  port_open_ = open;
+  if (!open) to_host_.clear();
+}
+
 size_t NativeStream::host_write(const uint8_t* data, size_t size) {
-  if (!plugged_) return 0;
+  if (!connected()) return 0;
   const size_t taken = std::min(size, kCapacity - to_board_.size());
   to_board_.insert(to_board_.end(), data, data + taken);
   return taken;

@@ -104,14 +104,16 @@ class NativeHealth : public sequencer::Health {
   uint16_t ram_never_used_bytes() override { return UINT16_MAX; }
 };
 
-// The USB cable: bytes both ways, lost when it is pulled.
+// The USB cable and the host's end of it: bytes both ways, lost when the cable is pulled. A closed
+// port (DTR) loses what the host has not read.
 class NativeStream : public protocol::ByteStream {
  public:
-  bool connected() override { return plugged_; }
+  bool connected() override { return plugged_ && port_open_; }
   int read() override;
   size_t write(const uint8_t* data, size_t size) override;
 
   void set_plugged(bool plugged);
+  void set_port(bool open);
   size_t host_write(const uint8_t* data, size_t size);
   size_t host_read(uint8_t* data, size_t capacity);
   void clear();
@@ -123,6 +125,7 @@ class NativeStream : public protocol::ByteStream {
   std::deque<uint8_t> to_board_;
   std::deque<uint8_t> to_host_;
   bool plugged_ = true;
+  bool port_open_ = true;
 };
 
 }  // namespace emulator

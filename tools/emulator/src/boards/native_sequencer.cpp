@@ -58,6 +58,7 @@ NativeSequencer::~NativeSequencer() = default;
 void NativeSequencer::start(protocol::ResetCause cause) {
   running_ = std::make_unique<Running>(eeprom_, retained_, now_us_, cause);
   running_->stream.set_plugged(plugged_);
+  running_->stream.set_port(port_open_);
   for (int i = 0; i < static_cast<int>(protocol::kSwitchCount); ++i) {
     running_->switches.set(i, switch_open_[i], 0);
   }
@@ -114,6 +115,11 @@ void NativeSequencer::set_switch(int index, bool closed) {
 void NativeSequencer::set_cable(bool plugged) {
   plugged_ = plugged;
   if (running_) running_->stream.set_plugged(plugged);
+}
+
+void NativeSequencer::set_port(bool open) {
+  port_open_ = open;
+  if (running_) running_->stream.set_port(open);
 }
 
 size_t NativeSequencer::write(const uint8_t* data, size_t n) {

@@ -21,6 +21,7 @@ class NativeSequencer : public SequencerBoard {
   void advance_to(uint64_t t_us) override;
   void set_switch(int index, bool closed) override;
   void set_cable(bool plugged) override;
+  void set_port(bool open) override;
   size_t write(const uint8_t* data, size_t n) override;
   size_t read(uint8_t* data, size_t capacity) override;
   bool take_edge(PinEdge& edge) override;
@@ -42,6 +43,7 @@ class NativeSequencer : public SequencerBoard {
   uint64_t now_us_ = 0;
   bool switch_open_[protocol::kSwitchCount] = {false, false};
   bool plugged_ = true;
+  bool port_open_ = true;
 };
 
 }  // namespace emulator

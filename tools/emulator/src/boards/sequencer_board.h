@@ -37,6 +37,10 @@ class SequencerBoard {
   // USB cable to the host. Pulling it drops what is under way in both directions.
   virtual void set_cable(bool plugged) = 0;
 
+  // A program on the host opens or closes the board's serial port (DTR). It is open at first, and
+  // stays as it is while the cable is pulled.
+  virtual void set_port(bool open) = 0;
+
   // Host -> board; returns how many bytes were taken. Board -> host; returns how many were given.
   virtual size_t write(const uint8_t* data, size_t n) = 0;
   virtual size_t read(uint8_t* data, size_t capacity) = 0;

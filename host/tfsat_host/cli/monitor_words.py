@@ -1,0 +1,126 @@
+"""What `monitor` says of the boards: as JSON, and as one line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
+from tfsat_host.cli.sequencer_state import explained
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.remedies import REMEDIES
+
+if TYPE_CHECKING:
+    from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
+    from tfsat_host.monitoring.reading import BodyRate, JointReading
+    from tfsat_host.protocol.messages import SequencerStatusReply
+
+UNCALIBRATED = (
+    "Rates as the gyros read them, bias and mounting included. "
+    "Joint angles by the robot file's zeros: uncalibrated."
+)
+
+
+def sequencer_as_dict(watch: SequencerWatch) -> dict[str, Any]:
+    """For `--json`."""
+    status = watch.status
+    return {
+        "state": status.state.name.lower(),
+        "fault": status.fault.name.lower(),
+        "fault_explained": explained(status.fault),
+        "last_refusal": status.last_refusal.name.lower(),
+        "last_refusal_explained": explained(status.last_refusal),
+        "switches_closed": switches_closed(status.switches_open),
+        "knocks": status.knocks,
+        "strokes_started": status.strokes_started,
+        "resets_while_armed": status.resets_while_armed,
+        "commanded_deg": commanded_deg(status),
+        "uptime_s": status.uptime_ms / 1000,
+    }
+
+
+def commanded_deg(status: SequencerStatusReply) -> list[float] | None:
+    """What each servo is told; None: the servos are limp."""
+    if status.state == SequencerState.SAFE:
+        return None
+    return [angle_cdeg / 100 for angle_cdeg in status.joint_angle_cdeg]
+
+
+def logger_as_dict(watch: LoggerWatch) -> dict[str, Any]:
+    """For `--json`."""
+    status, reading = watch.status, watch.reading
+    return {
+        "state": status.state.name.lower(),
+        "error": status.error.name.lower(),
+        "error_explained": explained(status.error),
+        "switches_closed": switches_closed(status.switches_open),
+        "session": f"{status.session:08x}",
+        "samples": status.samples,
+        "samples_dropped": status.samples_dropped,
+        "rate_hz": status.rate_hz,
+        "measured_rate_hz": watch.meter.rate_hz,
+        "live_missed": watch.meter.missed,
+        "live_gaps": watch.meter.gaps,
+        "bodies": [
+            {"rate_deg_s": body.rate_deg_s, "valid": body.valid, "clipped": body.clipped}
+            for body in (reading.bodies if reading else ())
+        ],
+        "angle_sensors": [
+            {
+                "joint": sensor.joint,
+                "sensor_deg": sensor.sensor_deg,
+                "joint_deg_uncalibrated": sensor.joint_deg,
+                "valid": sensor.valid,
+            }
+            for sensor in (reading.angles if reading else ())
+        ],
+    }
+
+
+def error_words(code: ErrorCode) -> str:
+    """A fault or refusal for people: its name and its sentence."""
+    if code == ErrorCode.NONE:
+        return "none"
+    return f"{code.name.lower().replace('_', ' ')}: {REMEDIES[code][0]}"
+
+
+def one_line(t_s: float, sequencer: SequencerWatch | None, logger: LoggerWatch | None) -> str:
+    """All of it, short, for what is no terminal."""
+    parts = [f"{t_s:.1f} s"]
+    if sequencer is not None:
+        status = sequencer.status
+        told = commanded_deg(status)
+        servos = "limp" if told is None else " ".join(f"{angle_deg:.2f}" for angle_deg in told)
+        parts.append(
+            f"sequencer {with_fault(status.state.name.lower(), status.fault.name.lower())}, "
+            f"switches {switch_words(status.switches_open)}, knocks {status.knocks}, "
+            f"strokes {status.strokes_started}, commanded {servos}, last refusal {error_words(status.last_refusal)}"
+        )
+    if logger is not None:
+        meter, reading = logger.meter, logger.reading
+        rate = "–" if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
+        state = with_fault(logger.status.state.name.lower(), logger.status.error.name.lower())
+        parts.append(f"logger {state}, {rate} Hz, {meter.missed} lost")
+        if reading is not None:
+            rates = "; ".join(f"{body} {_rates(rate)}" for body, rate in enumerate(reading.bodies, 1))
+            parts.append(f"rates/(deg/s) {rates}")
+            parts.append(f"joints/deg (uncalibrated) {_joints(reading.angles)}")
+    return " | ".join(parts)
+
+
+def _rates(body: BodyRate) -> str:
+    if not body.valid:
+        return "MISSING"
+    return " ".join(f"{rate:+.1f}" for rate in body.rate_deg_s) + (" CLIPPED" if body.clipped else "")
+
+
+def _joints(angles: tuple[JointReading, ...]) -> str:
+    joints = sorted({sensor.joint for sensor in angles})
+    return "; ".join(
+        f"{joint} "
+        + " / ".join(
+            f"{sensor.joint_deg:+.1f}" if sensor.valid else "MISSING"
+            for sensor in angles
+            if sensor.joint == joint
+        )
+        for joint in joints
+    )

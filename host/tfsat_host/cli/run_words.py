@@ -1,0 +1,60 @@
+"""The sequencer's last run, as JSON and as lines of `status`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tfsat_host.cli.board_state import Rows
+from tfsat_host.devices.last_run import LastRun
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.units import US_PER_S
+
+
+def run_as_dict(run: LastRun) -> dict[str, Any]:
+    """The release and each onset beside its schedule; null where that is not known."""
+    return {
+        "released_uptime_s": run.released_us / US_PER_S,
+        "since_release_s": run.since_release_s,
+        "bounces": run.bounces,
+        "strokes_planned": run.planned,
+        "strokes": [
+            {"start_us": onset.start_us, "scheduled_us": onset.scheduled_us, "error_us": onset.error_us}
+            for onset in run.onsets
+        ],
+    }
+
+
+def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
+    """The run in a line, and a line for each stroke that has begun."""
+    if run is None:
+        return [("  last run", "none since power was switched on")]
+    rows = [
+        ("  last run", "; ".join([_released(run), *_extent(run, state), f"{run.bounces} edges of bounce"]))
+    ]
+    for number, onset in enumerate(run.onsets, 1):
+        error = (
+            "no stroke of the maneuver on the board is known to be this one"
+            if onset.error_us is None
+            else f"{onset.error_us:+d} us from the schedule"
+        )
+        rows.append((f"    stroke {number}", f"began at {onset.start_us / US_PER_S:.6f} s, {error}"))
+    return rows
+
+
+def _released(run: LastRun) -> str:
+    edge = f"released {run.released_us / US_PER_S:.6f} s after the start"
+    if run.since_release_s is None:
+        return f"{edge} before the last reset, or since"
+    return f"{edge}, {run.since_release_s:.1f} s ago"
+
+
+def _extent(run: LastRun, state: SequencerState) -> list[str]:
+    """How far the run came, unless it came to its end."""
+    begun = len(run.onsets)
+    if state == SequencerState.RUNNING:
+        return [f"{begun} of {run.planned} strokes so far"]
+    if begun == 0:
+        return ["it ended before its first stroke"]
+    if run.planned is None or begun == run.planned:
+        return []
+    return [f"it ended after {begun} of {run.planned} strokes"]

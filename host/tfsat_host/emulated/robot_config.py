@@ -1,0 +1,54 @@
+"""What the emulated robot's library is told of a robot: its bodies, and what its sensors do wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfsat_host.emulated.imperfections import Imperfections
+from tfsat_host.emulated.library import RobotConfig
+from tfsat_host.robot import RobotModel
+
+
+def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> RobotConfig:
+    """The library's structure, in SI units and the robot file's frames.
+
+    Args:
+        model: As many bodies, joints and IMUs as the structure has room for.
+        wrong: The sensors' hidden errors.
+        seed: For noise and contact bounce.
+        session_seed: For the logger's session ids.
+    """
+    config = RobotConfig(seed=seed, session_seed=session_seed, base_body=model.base, temperature_c=25.0)
+    values: dict[str, object] = {
+        "joint_inner": model.joint_inner,
+        "joint_outer": model.joint_outer,
+        "angle_direction": [sensor.direction for sensor in model.angle_sensors],
+        "body_mass_kg": model.mass_kg,
+        "body_com_m": model.com_m,
+        "body_inertia_kg_m2": model.inertia_kg_m2,
+        "body_origin_m": model.origin_m,
+        "joint_axis": model.joint_axis,
+        "joint_point_m": model.joint_point_m,
+        "servo_reference_pulse_us": [servo.reference_pulse_us for servo in model.servos],
+        "servo_reference_angle_rad": [servo.reference_angle_rad for servo in model.servos],
+        "servo_pulse_us_per_rad": [servo.pulse_us_per_rad for servo in model.servos],
+        "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in model.servos],
+        "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in model.servos],
+        "joint_min_rad": model.joint_limits_rad[:, 0],
+        "joint_max_rad": model.joint_limits_rad[:, 1],
+        "imu_position_m": [imu.position_m for imu in model.imus],
+        "imu_sensor_to_body": [
+            turn @ imu.sensor_to_body for turn, imu in zip(wrong.mounting, model.imus, strict=True)
+        ],
+        "gyro_bias_rad_s": wrong.gyro_bias_rad_s,
+        "gyro_scale": wrong.gyro_scale,
+        "angle_zero_offset_rad": wrong.angle_zero_rad
+        + [sensor.zero_offset_rad for sensor in model.angle_sensors],
+    }
+    for name, value in values.items():
+        field = getattr(config, name)
+        field[:] = np.ravel(np.asarray(value)).tolist()
+    config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
+    config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
+    config.angle_noise_rad = wrong.angle_noise_rad
+    return config

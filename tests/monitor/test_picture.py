@@ -1,0 +1,119 @@
+"""The monitor's picture in terminals of several sizes: nothing wider, nothing higher, alarms first."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
+from tfsat_host.cli.monitor_picture import Picture
+from tfsat_host.devices.client import Client
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.protocol.enums import ErrorCode, LoggerState, SequencerState
+from tfsat_host.robot import load_robot
+
+
+@pytest.fixture
+def picture() -> Iterator[Picture]:
+    """Both boards at rest."""
+    with EmulatedRobot() as robot:
+        robot.advance(SETTLE_US)
+        clients = [Client(EmulatedTransport(robot, board)) for board in BoardIndex]
+        sequencer, logger = (
+            SequencerWatch(clients[0], clients[0].hello()),
+            LoggerWatch(clients[1], clients[1].hello(), load_robot(None).angle_sensors),
+        )
+        logger.update(clients[1].transport.now_s() + 0.1)
+        yield Picture(sequencer, logger, {})
+
+
+def drawn(picture: Picture, width: int, height: int) -> list[str]:
+    stream = io.StringIO()
+    Console(file=stream, width=width, height=height, no_color=True, legacy_windows=False).print(picture)
+    lines = stream.getvalue().splitlines()
+    assert len(lines) < height
+    assert all(len(line) <= width for line in lines)
+    return lines
+
+
+def troubled(picture: Picture) -> Picture:
+    """A fault, a refusal, a failed card, a gyro that is missing and one that is clipped."""
+    sequencer, logger = picture.sequencer, picture.logger
+    assert sequencer is not None and logger is not None and logger.reading is not None
+    sequencer.status = replace(
+        sequencer.status,
+        state=SequencerState.FAULT,
+        fault=ErrorCode.RESET_WHILE_ARMED,
+        last_refusal=ErrorCode.SWITCH_OPEN,
+        resets_while_armed=1,
+        switches_open=2,
+    )
+    logger.status = replace(
+        logger.status,
+        state=LoggerState.FAILED,
+        error=ErrorCode.CARD_WRITE_FAILED,
+        session=7,
+        samples_dropped=3,
+    )
+    bodies = list(logger.reading.bodies)
+    bodies[1], bodies[2] = replace(bodies[1], valid=False), replace(bodies[2], clipped=True)
+    logger.reading = replace(logger.reading, bodies=tuple(bodies))
+    return picture
+
+
+def test_at_80x24_all_readings_are_shown(picture: Picture) -> None:
+    text = "\n".join(drawn(picture, 80, 24))
+    for words in (
+        "sequencer  safe; switches 1 closed, 2 closed",
+        "last refusal  none",
+        "commanded     limp",
+        "logger     idle; switches 1 closed, 2 closed",
+        "280 Hz set",
+        "joint angle/deg read/deg sensor",
+        "uncalibrated",
+    ):
+        assert words in text
+    assert text.splitlines()[-1] == "Ctrl-C ends it."
+
+
+@pytest.mark.parametrize(("width", "height"), [(80, 24), (120, 40)])
+def test_alarms_stand_at_the_top_with_their_words(picture: Picture, width: int, height: int) -> None:
+    lines = drawn(troubled(picture), width, height)
+    text = " ".join(" ".join(lines).split())
+    assert lines[0].startswith("SEQUENCER FAULT: The board restarted while it was armed")
+    for words in (
+        "then disarm, seat the robot and arm.",
+        "RESTARTS: the sequencer restarted 1 x while armed.",
+        "LOGGER ERROR: ",
+        "DROPPED: 3 samples of the recording.",
+        "MISSING: gyro 2.",
+        "CLIPPED: gyro 3.",
+        "sequencer fault: reset while armed; switches 1 closed, 2 OPEN",
+        "logger failed",
+        "body x / deg/s",
+    ):
+        assert words in text
+    assert lines[-1] == "Ctrl-C ends it."
+    if height == 40:
+        assert "last refusal switch open: A release switch is open." in text
+        assert "firmware" in text and "uncalibrated" in text
+
+
+def test_a_low_terminal_keeps_alarms_states_and_the_way_out(picture: Picture) -> None:
+    lost = PortError(PortProblem.LOST, what="The connection on robot/logger was lost.", next_step="")
+    lines = drawn(Picture(picture.sequencer, None, {"logger": lost}), 80, 6)
+    assert lines[0] == "LOST: logger. The connection on robot/logger was lost."
+    assert lines[1] == "sequencer  safe; switches 1 closed, 2 closed"
+    assert lines[-1] == "Ctrl-C ends it."
+
+
+def test_what_does_not_fit_at_all_is_cut_below_the_alarms(picture: Picture) -> None:
+    lines = drawn(troubled(picture), 80, 5)
+    assert lines[0].startswith("SEQUENCER FAULT")
+    assert len(lines) == 4 and lines[-1] == "Ctrl-C ends it."

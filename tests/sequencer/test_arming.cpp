@@ -1,0 +1,83 @@
+// What a board needs before it arms: a maneuver that somebody uploaded, and servos near their start.
+#include "bench.h"
+
+using namespace tfsat::sequencer;
+using namespace tfsat::protocol;
+using tfsat_test::Bench;
+using tfsat_test::bytes_of;
+using tfsat_test::erased_eeprom;
+using tfsat_test::uploaded_eeprom;
+
+namespace {
+
+void check_refused(Bench& bench, ErrorCode reason) {
+  const bool held = bench.servos.held;
+  const SequencerState state = bench.core.state();
+  CHECK(bench.arm() == reason && bench.core.last_refusal() == reason);
+  bench.run_ms(20);
+  CHECK(bench.core.state() == state && bench.servos.held == held);
+}
+
+Maneuver one_stroke(uint8_t joint, int16_t angle_cdeg) {
+  Maneuver maneuver = Maneuver::factory();
+  maneuver.stroke_count = 1;
+  maneuver.strokes[0] = Stroke{joint, angle_cdeg, 700000};
+  return maneuver;
+}
+
+// Flies what is stored and hangs the robot up again.
+void fly(Bench& bench, uint8_t strokes) {
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  bench.open_both();
+  bench.run_ms(20);
+  bench.strokes_begin(strokes);
+  bench.run_ms(2500);
+  CHECK(bench.core.state() == SequencerState::kDone);
+  bench.close_both();
+  bench.run_ms(20);
+}
+
+}  // namespace
+
+TEST_CASE(a_board_to_which_nothing_was_uploaded_does_not_arm) {
+  const std::vector<uint8_t> foreign(1024, 0x33);
+  for (const std::vector<uint8_t>& eeprom : {erased_eeprom(), foreign}) {
+    Bench bench(0, eeprom);
+    CHECK(bench.core.maneuvers().origin() == Origin::kFactory);
+    check_refused(bench, ErrorCode::kNoManeuver);
+    bench.send(SettingsWriteRequest::kType, bytes_of(Settings::factory()));
+    bench.run_ms(100);
+    CHECK(bench.core.settings().origin() == Origin::kUploaded);
+    check_refused(bench, ErrorCode::kNoManeuver);
+    bench.send_strokes(Maneuver::factory());
+    bench.run_ms(100);
+    check_refused(bench, ErrorCode::kNoManeuver);
+    bench.send_commit(Maneuver::factory());
+    bench.run_ms(100);
+    CHECK(bench.arm() == ErrorCode::kNone);
+  }
+}
+
+TEST_CASE(a_servo_that_a_run_left_far_from_its_start_does_not_snap_back) {
+  for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
+    for (const int16_t angle : {1, 999, 1000, 1001, 9000}) {
+      Bench bench(0, uploaded_eeprom(one_stroke(joint, angle)));
+      fly(bench, 1);
+      CHECK(bench.core.held_cdeg()[joint - 1] == angle);
+      const int16_t at_start[kJointCount] = {0, 0, 0};
+      CHECK(bench.core.report_joints(at_start));  // what is told to the servo counts
+      if (angle > static_cast<int16_t>(kStartPoseToleranceCdeg)) {
+        check_refused(bench, ErrorCode::kNotAtStartPose);
+        CHECK(bench.core.held_cdeg()[joint - 1] == angle);
+        bench.core.disarm();  // limp: from here the joints are in somebody's hands
+      }
+      CHECK(bench.arm() == ErrorCode::kNone);
+    }
+  }
+}
+
+TEST_CASE(a_run_that_led_back_to_the_start_can_be_flown_again) {
+  Bench bench;
+  for (int run = 0; run < 3; ++run) fly(bench, 4);
+}
