@@ -42,7 +42,12 @@ def test_releases_with_fast_chatter_are_on_time(bench: Bench, seed: int) -> None
 
 
 def test_a_switch_that_fast_chatter_blinds_is_found(plant: Plant) -> None:
-    blind = plant(Edit("src/drivers/release_capture.cpp", "  aim(0);\n  aim(1);\n", ""))
+    capture, begin = "src/drivers/release_capture.cpp", "void ReleaseCapture::on_capture(uint8_t index) {\n"
+    trusting = (
+        "  const bool captured = ((index == 0 ? TCCR1B : TCCR3B) & kRisingEdge) != 0;\n"
+        "  const auto is_open = [captured](uint8_t) { return captured; };\n"
+    )
+    blind = plant(Edit(capture, begin, begin + trusting), Edit(capture, "  aim(0);\n  aim(1);\n", ""))
     with pytest.raises(Broken, match=r"us off its time|knocks"):
         judge(avr_releases(blind, Chatter.FAST, seed=1, count=20).releases)
 

@@ -14,6 +14,9 @@ namespace {
 
 ReleaseCapture* instance;
 
+// Of the capture unit in one interrupt: some 50 us at the most, a tenth of the shortest pulse.
+constexpr uint8_t kMostTurns = 8;
+
 // Timer 1 and Timer 3 have the same bits in the same places.
 constexpr uint8_t kRisingEdge = _BV(ICES1), kNoiseCanceler = _BV(ICNC1), kCaptureFlag = _BV(ICF1);
 
@@ -52,17 +55,20 @@ void ReleaseCapture::begin() {
   }
 }
 
-// While the capture unit waits for the other edge, the contact may have moved back already: that
-// edge is then stamped with the present time, and the next one is waited for.
+// While the capture unit is turned round, the contact may have moved on already: such an edge is stamped
+// with the present time, and the next one is waited for. Chatter of some microseconds is followed so
+// for a while; what comes after that, aim() finds.
 void ReleaseCapture::on_capture(uint8_t index) {
   volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
   volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
-  const bool opened = (control & kRisingEdge) != 0;
-  push(TickClock::extend(index == 0 ? ICR1 : ICR3), index, opened);
-  wait_for(control, flags, !opened);
-  if (is_open(index) == opened) return;
-  push(TickClock::now(), index, !opened);
-  wait_for(control, flags, opened);
+  bool open = (control & kRisingEdge) != 0;
+  push(TickClock::extend(index == 0 ? ICR1 : ICR3), index, open);
+  wait_for(control, flags, !open);
+  for (uint8_t turn = 0; turn < kMostTurns && is_open(index) != open; ++turn) {
+    open = !open;
+    push(TickClock::now(), index, open);
+    wait_for(control, flags, !open);
+  }
 }
 
 // A full queue keeps its oldest edges: the first is the release. levels() makes up for the rest.
