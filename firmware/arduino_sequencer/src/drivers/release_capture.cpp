@@ -71,9 +71,14 @@ void ReleaseCapture::on_capture(uint8_t index) {
   }
 }
 
-// A full queue keeps its oldest edges: the first is the release. levels() makes up for the rest.
+// A full queue keeps its oldest edges: the first is the release. levels() makes up for the rest. Until
+// then nothing more is captured: no noise may take the processor from the servos.
 void ReleaseCapture::push(tick_t at, uint8_t index, bool open) {
-  if (count_ == kQueueSize) return;
+  if (count_ == kQueueSize) {
+    TIMSK1 &= static_cast<uint8_t>(~_BV(ICIE1));
+    TIMSK3 &= static_cast<uint8_t>(~_BV(ICIE3));
+    return;
+  }
   SwitchEdge& edge = queue_[(head_ + count_) % kQueueSize];
   edge.at = at;
   edge.index = index;
@@ -100,13 +105,16 @@ bool ReleaseCapture::take_edge(SwitchEdge& edge) {
 void ReleaseCapture::aim(uint8_t index) {
   volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
   volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
+  volatile uint8_t& mask = index == 0 ? TIMSK1 : TIMSK3;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     const bool open = is_open(index);
     _delay_us(1);  // the noise canceler's four cycles and the synchronizer's: the flag is up to date
     const bool waits_for_opening = (control & kRisingEdge) != 0;
-    if (open == waits_for_opening && (flags & kCaptureFlag) == 0) {
-      push(TickClock::now(), index, open);
+    const bool off = (mask & _BV(ICIE1)) == 0;
+    if (off || (open == waits_for_opening && (flags & kCaptureFlag) == 0)) {
+      if (!off) push(TickClock::now(), index, open);
       wait_for(control, flags, !open);
+      mask |= _BV(ICIE1);
     }
   }
 }
