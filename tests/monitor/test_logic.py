@@ -26,6 +26,7 @@ from tfsat_host.protocol.messages import (
     Sample,
     SequencerStatusRequest,
 )
+from tfsat_host.protocol.record import Payload
 from tfsat_host.robot import AngleSensor
 
 SCALES = LiveReply(1, 280, 131.0, 16384.0, 4096)
@@ -89,8 +90,8 @@ def sent(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     types: list[int] = []
     request: Callable[..., object] = Client.request
 
-    def spy(self: Client, message: object, reply_type: object) -> object:
-        types.append(message.TYPE)  # type: ignore[attr-defined]
+    def spy(self: Client, message: Payload, reply_type: object) -> object:
+        types.append(message.TYPE)
         return request(self, message, reply_type)
 
     monkeypatch.setattr(Client, "request", spy)

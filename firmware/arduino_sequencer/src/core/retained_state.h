@@ -31,13 +31,14 @@ struct RetainedRun {
 struct RetainedState {
   protocol::SequencerState state;
   protocol::ErrorCode fault;
-  uint8_t resets;  // while armed
-  uint8_t driven;  // bit i: servo i gets pulses
-  uint16_t knocks;  // since arming
+  uint8_t resets;    // while armed
+  uint8_t driven;    // bit i: servo i gets pulses
+  uint16_t knocks;   // since arming
+  uint16_t records;  // which maneuver and settings were in force at the arming
   uint16_t token;
   int16_t held_cdeg[protocol::kJointCount];  // what each servo is told
   BegunCount begun;                          // counted by interrupts: not under the checksum
-  RetainedRun run;             // likewise
+  RetainedRun run;                           // likewise
   uint16_t crc;
 
   bool intact() const { return crc == checksum(); }
@@ -48,6 +49,7 @@ struct RetainedState {
     resets = 0;
     driven = 0;
     knocks = 0;
+    records = 0;
     for (int16_t& angle : held_cdeg) angle = 0;
     seal();
   }
@@ -61,6 +63,7 @@ struct RetainedState {
     sum = protocol::crc16_update(sum, resets);
     sum = protocol::crc16_update(sum, driven);
     sum = add(sum, knocks);
+    sum = add(sum, records);
     sum = add(sum, token);
     for (int16_t angle : held_cdeg) sum = add(sum, static_cast<uint16_t>(angle));
     return sum;

@@ -41,6 +41,14 @@ void Sequencer::start(tick_t now, ResetCause cause) {
     retained_.run.seal();
   }
   retained_.token = token_;
+  detector_.reset(now, retained_.knocks);
+  const bool held = before == SequencerState::kArmed || before == SequencerState::kRunning ||
+                    before == SequencerState::kFault;
+  if (held && (damaged() || retained_.records != records())) {
+    retained_.driven = 0;
+    latch(ErrorCode::kStoreDamaged);
+    return;
+  }
   switch (before) {
     case SequencerState::kArmed:
       if (retained_.resets < kMostResets) ++retained_.resets;
@@ -57,11 +65,16 @@ void Sequencer::start(tick_t now, ResetCause cause) {
       break;
     default:
       retained_.clear();
+      detector_.reset(now, 0);
   }
-  detector_.reset(now, retained_.knocks);
   for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
     if (retained_.driven & (1u << (joint - 1))) hold(joint, retained_.held_cdeg[joint - 1]);
   }
+}
+
+// A supply that dips can damage the EEPROM: what it holds now may be older than what was armed.
+uint16_t Sequencer::records() const {
+  return static_cast<uint16_t>(maneuvers_.generation() << 8 | (settings_.generation() & 0xFF));
 }
 
 // Strokes that began while the main loop hung are known to the interrupts' count alone. If that makes
@@ -140,6 +153,7 @@ ErrorCode Sequencer::arm(uint16_t token, tick_t now) {
   last_refusal_ = refusal(token);
   if (last_refusal_ != ErrorCode::kNone) return last_refusal_;
   retained_.knocks = 0;
+  retained_.records = records();
   begin_watch(now);
   for (uint8_t joint = 1; joint <= kJointCount; ++joint) hold(joint, 0);
   accepted_token_ = token;
@@ -161,7 +175,7 @@ ErrorCode Sequencer::refusal(uint16_t token) {
   const bool at_rest = state_ == SequencerState::kSafe || state_ == SequencerState::kDone;
   if (!at_rest || resuming_ || storing()) return ErrorCode::kWrongState;
   if (token != token_) return ErrorCode::kStaleToken;
-  if (maneuvers_.damaged() || settings_.damaged()) return ErrorCode::kStoreDamaged;
+  if (damaged()) return ErrorCode::kStoreDamaged;
   const bool stored = maneuvers_.origin() != Origin::kFactory;
   if (!stored || !maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
   if (!fits_settings()) return ErrorCode::kSettingsDoNotFit;

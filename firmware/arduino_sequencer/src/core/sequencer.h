@@ -75,6 +75,8 @@ class Sequencer {
   ErrorCode refusal(uint16_t token);
   bool fits_settings() const;
   void begin_watch(tick_t now);
+  bool damaged() const { return maneuvers_.damaged() || settings_.damaged(); }
+  uint16_t records() const;
   void note_begun();
   void resume(tick_t now);
   void watch_release(tick_t now);
