@@ -60,7 +60,7 @@ def test_a_board_that_forgets_its_widths_is_found(plant: Plant) -> None:
 
 
 def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
-    restart = "  detector_.reset(now, retained_.knocks);\n  for (uint8_t joint"
+    restart = "  detector_.reset(now, retained_.knocks);\n  const bool held"
     forgetful = plant(
         Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "retained_.knocks = 0"))
     )
