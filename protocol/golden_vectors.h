@@ -181,7 +181,7 @@ static const uint8_t kFrameLoggerStatusRequest[] = {0x05, 0x03, 0x06, 0x9A, 0x28
 inline size_t build_LoggerStatusReply(uint8_t* payload) {
   protocol::LoggerStatusReply message;
   message.state = protocol::LoggerState::kIdle;
-  message.error = protocol::ErrorCode::kStoreDamaged;
+  message.error = protocol::ErrorCode::kFaultLatched;
   message.imu_present = 82u;
   message.switches_open = 240u;
   message.session = 2399253447u;
@@ -196,6 +196,13 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
   message.who_am_i[2] = 30u;
   message.who_am_i[3] = 189u;
   message.uptime_ms = 1533275839u;
+  message.card = protocol::CardState::kFailing;
+  message.card_free_mib = 2547180082u;
+  message.phase = protocol::DropPhase::kWaiting;
+  message.ram_holds_drop = 212u;
+  message.late_ticks = 1920552799u;
+  message.settings_origin = protocol::Origin::kUploaded;
+  message.unix_us = 12603397028241181865ull;
   message.encode(payload);
   return protocol::LoggerStatusReply::kSize;
 }
@@ -203,16 +210,16 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
 inline bool matches_LoggerStatusReply(const uint8_t* payload, size_t size) {
   protocol::LoggerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kIdle && message.error == protocol::ErrorCode::kStoreDamaged && message.imu_present == 82u && message.switches_open == 240u && message.session == 2399253447u && message.samples == 758721920u && message.samples_dropped == 3413157690u && message.blocks_written == 1772626163u && message.ring_blocks == 2015u && message.ring_peak_blocks == 42519u && message.rate_hz == 17486u && message.who_am_i[0] == 226u && message.who_am_i[1] == 128u && message.who_am_i[2] == 30u && message.who_am_i[3] == 189u && message.uptime_ms == 1533275839u;
+  return message.state == protocol::LoggerState::kIdle && message.error == protocol::ErrorCode::kFaultLatched && message.imu_present == 82u && message.switches_open == 240u && message.session == 2399253447u && message.samples == 758721920u && message.samples_dropped == 3413157690u && message.blocks_written == 1772626163u && message.ring_blocks == 2015u && message.ring_peak_blocks == 42519u && message.rate_hz == 17486u && message.who_am_i[0] == 226u && message.who_am_i[1] == 128u && message.who_am_i[2] == 30u && message.who_am_i[3] == 189u && message.uptime_ms == 1533275839u && message.card == protocol::CardState::kFailing && message.card_free_mib == 2547180082u && message.phase == protocol::DropPhase::kWaiting && message.ram_holds_drop == 212u && message.late_ticks == 1920552799u && message.settings_origin == protocol::Origin::kUploaded && message.unix_us == 12603397028241181865ull;
 }
 
-static const uint8_t kPayloadLoggerStatusReply[] = {0x00, 0x1B, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B};
-static const uint8_t kFrameLoggerStatusReply[] = {0x03, 0x83, 0x07, 0x24, 0x1B, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B, 0xAC, 0x21, 0x00};
+static const uint8_t kPayloadLoggerStatusReply[] = {0x00, 0x12, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B, 0x06, 0x32, 0xE2, 0xD2, 0x97, 0x00, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x01, 0xA9, 0x8C, 0x87, 0x4F, 0xD2, 0x42, 0xE8, 0xAE};
+static const uint8_t kFrameLoggerStatusReply[] = {0x03, 0x83, 0x07, 0x27, 0x12, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B, 0x06, 0x32, 0xE2, 0xD2, 0x97, 0x11, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x01, 0xA9, 0x8C, 0x87, 0x4F, 0xD2, 0x42, 0xE8, 0xAE, 0xDC, 0x4F, 0x00};
 
 inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
   protocol::ManeuverBeginRequest message;
-  message.stroke_count = 249u;
-  message.speed_cdeg_s = 38866u;
+  message.stroke_count = 77u;
+  message.speed_cdeg_s = 60247u;
   message.encode(payload);
   return protocol::ManeuverBeginRequest::kSize;
 }
@@ -220,15 +227,15 @@ inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
 inline bool matches_ManeuverBeginRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 249u && message.speed_cdeg_s == 38866u;
+  return message.stroke_count == 77u && message.speed_cdeg_s == 60247u;
 }
 
-static const uint8_t kPayloadManeuverBeginRequest[] = {0xF9, 0xD2, 0x97};
-static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0xF9, 0xD2, 0x97, 0x4D, 0x6D, 0x00};
+static const uint8_t kPayloadManeuverBeginRequest[] = {0x4D, 0x57, 0xEB};
+static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0x4D, 0x57, 0xEB, 0x04, 0x14, 0x00};
 
 inline size_t build_ManeuverBeginReply(uint8_t* payload) {
   protocol::ManeuverBeginReply message;
-  message.stroke_count = 54u;
+  message.stroke_count = 137u;
   message.encode(payload);
   return protocol::ManeuverBeginReply::kSize;
 }
@@ -236,18 +243,18 @@ inline size_t build_ManeuverBeginReply(uint8_t* payload) {
 inline bool matches_ManeuverBeginReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 54u;
+  return message.stroke_count == 137u;
 }
 
-static const uint8_t kPayloadManeuverBeginReply[] = {0x36};
-static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x36, 0xA8, 0x58, 0x00};
+static const uint8_t kPayloadManeuverBeginReply[] = {0x89};
+static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x89, 0x9C, 0x0E, 0x00};
 
 inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
   protocol::ManeuverStrokeRequest message;
-  message.index = 212u;
-  message.joint = 114u;
-  message.angle_cdeg = 4272;
-  message.start_us = 2934457042u;
+  message.index = 39u;
+  message.joint = 197u;
+  message.angle_cdeg = 25653;
+  message.start_us = 40670948u;
   message.encode(payload);
   return protocol::ManeuverStrokeRequest::kSize;
 }
@@ -255,15 +262,15 @@ inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
 inline bool matches_ManeuverStrokeRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 212u && message.joint == 114u && message.angle_cdeg == 4272 && message.start_us == 2934457042u;
+  return message.index == 39u && message.joint == 197u && message.angle_cdeg == 25653 && message.start_us == 40670948u;
 }
 
-static const uint8_t kPayloadManeuverStrokeRequest[] = {0xD4, 0x72, 0xB0, 0x10, 0xD2, 0x42, 0xE8, 0xAE};
-static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0xD4, 0x72, 0xB0, 0x10, 0xD2, 0x42, 0xE8, 0xAE, 0x17, 0x2C, 0x00};
+static const uint8_t kPayloadManeuverStrokeRequest[] = {0x27, 0xC5, 0x35, 0x64, 0xE4, 0x96, 0x6C, 0x02};
+static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0x27, 0xC5, 0x35, 0x64, 0xE4, 0x96, 0x6C, 0x02, 0x60, 0x50, 0x00};
 
 inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
   protocol::ManeuverStrokeReply message;
-  message.index = 77u;
+  message.index = 160u;
   message.encode(payload);
   return protocol::ManeuverStrokeReply::kSize;
 }
@@ -271,15 +278,15 @@ inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
 inline bool matches_ManeuverStrokeReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 77u;
+  return message.index == 160u;
 }
 
-static const uint8_t kPayloadManeuverStrokeReply[] = {0x4D};
-static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0x4D, 0x06, 0xC6, 0x00};
+static const uint8_t kPayloadManeuverStrokeReply[] = {0xA0};
+static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0xA0, 0x85, 0xEA, 0x00};
 
 inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
   protocol::ManeuverCommitRequest message;
-  message.crc = 60247u;
+  message.crc = 16091u;
   message.encode(payload);
   return protocol::ManeuverCommitRequest::kSize;
 }
@@ -287,16 +294,16 @@ inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
 inline bool matches_ManeuverCommitRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.crc == 60247u;
+  return message.crc == 16091u;
 }
 
-static const uint8_t kPayloadManeuverCommitRequest[] = {0x57, 0xEB};
-static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0x57, 0xEB, 0x03, 0xDC, 0x00};
+static const uint8_t kPayloadManeuverCommitRequest[] = {0xDB, 0x3E};
+static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0xDB, 0x3E, 0x2E, 0x19, 0x00};
 
 inline size_t build_ManeuverCommitReply(uint8_t* payload) {
   protocol::ManeuverCommitReply message;
-  message.stored = 137u;
-  message.written = 39u;
+  message.stored = 221u;
+  message.written = 123u;
   message.encode(payload);
   return protocol::ManeuverCommitReply::kSize;
 }
@@ -304,11 +311,11 @@ inline size_t build_ManeuverCommitReply(uint8_t* payload) {
 inline bool matches_ManeuverCommitReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 137u && message.written == 39u;
+  return message.stored == 221u && message.written == 123u;
 }
 
-static const uint8_t kPayloadManeuverCommitReply[] = {0x89, 0x27};
-static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0x89, 0x27, 0xE3, 0x18, 0x00};
+static const uint8_t kPayloadManeuverCommitReply[] = {0xDD, 0x7B};
+static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0xDD, 0x7B, 0xE1, 0x41, 0x00};
 
 inline size_t build_ManeuverInfoRequest(uint8_t* payload) {
   (void)payload;
@@ -326,12 +333,12 @@ static const uint8_t kFrameManeuverInfoRequest[] = {0x05, 0x13, 0x0E, 0xE1, 0xAA
 
 inline size_t build_ManeuverInfoReply(uint8_t* payload) {
   protocol::ManeuverInfoReply message;
-  message.origin = protocol::Origin::kUploaded;
-  message.stroke_count = 100u;
-  message.speed_cdeg_s = 620u;
-  message.crc = 41124u;
-  message.end_us = 1054575191u;
-  message.generation = 3709010961u;
+  message.origin = protocol::Origin::kFactory;
+  message.stroke_count = 183u;
+  message.speed_cdeg_s = 22000u;
+  message.crc = 62504u;
+  message.end_us = 2455756394u;
+  message.generation = 815224867u;
   message.encode(payload);
   return protocol::ManeuverInfoReply::kSize;
 }
@@ -339,15 +346,15 @@ inline size_t build_ManeuverInfoReply(uint8_t* payload) {
 inline bool matches_ManeuverInfoReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverInfoReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.stroke_count == 100u && message.speed_cdeg_s == 620u && message.crc == 41124u && message.end_us == 1054575191u && message.generation == 3709010961u;
+  return message.origin == protocol::Origin::kFactory && message.stroke_count == 183u && message.speed_cdeg_s == 22000u && message.crc == 62504u && message.end_us == 2455756394u && message.generation == 815224867u;
 }
 
-static const uint8_t kPayloadManeuverInfoReply[] = {0x01, 0x64, 0x6C, 0x02, 0xA4, 0xA0, 0x57, 0x8A, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD};
-static const uint8_t kFrameManeuverInfoReply[] = {0x13, 0x93, 0x0F, 0x01, 0x64, 0x6C, 0x02, 0xA4, 0xA0, 0x57, 0x8A, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD, 0x4F, 0x9F, 0x00};
+static const uint8_t kPayloadManeuverInfoReply[] = {0x00, 0xB7, 0xF0, 0x55, 0x28, 0xF4, 0x6A, 0xDE, 0x5F, 0x92, 0x23, 0x58, 0x97, 0x30};
+static const uint8_t kFrameManeuverInfoReply[] = {0x03, 0x93, 0x0F, 0x10, 0xB7, 0xF0, 0x55, 0x28, 0xF4, 0x6A, 0xDE, 0x5F, 0x92, 0x23, 0x58, 0x97, 0x30, 0xC3, 0xAB, 0x00};
 
 inline size_t build_ManeuverReadRequest(uint8_t* payload) {
   protocol::ManeuverReadRequest message;
-  message.index = 123u;
+  message.index = 206u;
   message.encode(payload);
   return protocol::ManeuverReadRequest::kSize;
 }
@@ -355,18 +362,18 @@ inline size_t build_ManeuverReadRequest(uint8_t* payload) {
 inline bool matches_ManeuverReadRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 123u;
+  return message.index == 206u;
 }
 
-static const uint8_t kPayloadManeuverReadRequest[] = {0x7B};
-static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0x7B, 0xB0, 0x9F, 0x00};
+static const uint8_t kPayloadManeuverReadRequest[] = {0xCE};
+static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0xCE, 0xCE, 0x68, 0x00};
 
 inline size_t build_ManeuverReadReply(uint8_t* payload) {
   protocol::ManeuverReadReply message;
-  message.index = 25u;
-  message.joint = 183u;
-  message.angle_cdeg = 22000;
-  message.start_us = 4096287920u;
+  message.index = 109u;
+  message.joint = 11u;
+  message.angle_cdeg = -22155;
+  message.start_us = 1202501827u;
   message.encode(payload);
   return protocol::ManeuverReadReply::kSize;
 }
@@ -374,15 +381,15 @@ inline size_t build_ManeuverReadReply(uint8_t* payload) {
 inline bool matches_ManeuverReadReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 25u && message.joint == 183u && message.angle_cdeg == 22000 && message.start_us == 4096287920u;
+  return message.index == 109u && message.joint == 11u && message.angle_cdeg == -22155 && message.start_us == 1202501827u;
 }
 
-static const uint8_t kPayloadManeuverReadReply[] = {0x19, 0xB7, 0xF0, 0x55, 0xB0, 0x64, 0x28, 0xF4};
-static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x19, 0xB7, 0xF0, 0x55, 0xB0, 0x64, 0x28, 0xF4, 0x89, 0x3A, 0x00};
+static const uint8_t kPayloadManeuverReadReply[] = {0x6D, 0x0B, 0x75, 0xA9, 0xC3, 0xB8, 0xAC, 0x47};
+static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x6D, 0x0B, 0x75, 0xA9, 0xC3, 0xB8, 0xAC, 0x47, 0x13, 0x8F, 0x00};
 
 inline size_t build_ArmRequest(uint8_t* payload) {
   protocol::ArmRequest message;
-  message.arm_token = 37471u;
+  message.arm_token = 58852u;
   message.encode(payload);
   return protocol::ArmRequest::kSize;
 }
@@ -390,15 +397,15 @@ inline size_t build_ArmRequest(uint8_t* payload) {
 inline bool matches_ArmRequest(const uint8_t* payload, size_t size) {
   protocol::ArmRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.arm_token == 37471u;
+  return message.arm_token == 58852u;
 }
 
-static const uint8_t kPayloadArmRequest[] = {0x5F, 0x92};
-static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0x5F, 0x92, 0xF7, 0x23, 0x00};
+static const uint8_t kPayloadArmRequest[] = {0xE4, 0xE5};
+static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0xE4, 0xE5, 0x70, 0xEF, 0x00};
 
 inline size_t build_ArmReply(uint8_t* payload) {
   protocol::ArmReply message;
-  message.state = protocol::SequencerState::kDone;
+  message.state = protocol::SequencerState::kFault;
   message.encode(payload);
   return protocol::ArmReply::kSize;
 }
@@ -406,11 +413,11 @@ inline size_t build_ArmReply(uint8_t* payload) {
 inline bool matches_ArmReply(const uint8_t* payload, size_t size) {
   protocol::ArmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kDone;
+  return message.state == protocol::SequencerState::kFault;
 }
 
-static const uint8_t kPayloadArmReply[] = {0x03};
-static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x03, 0x43, 0x17, 0x00};
+static const uint8_t kPayloadArmReply[] = {0x04};
+static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x04, 0xA4, 0x67, 0x00};
 
 inline size_t build_DisarmRequest(uint8_t* payload) {
   (void)payload;
@@ -428,7 +435,7 @@ static const uint8_t kFrameDisarmRequest[] = {0x05, 0x21, 0x14, 0x6D, 0x7A, 0x00
 
 inline size_t build_DisarmReply(uint8_t* payload) {
   protocol::DisarmReply message;
-  message.state = protocol::SequencerState::kFault;
+  message.state = protocol::SequencerState::kJogging;
   message.encode(payload);
   return protocol::DisarmReply::kSize;
 }
@@ -436,15 +443,16 @@ inline size_t build_DisarmReply(uint8_t* payload) {
 inline bool matches_DisarmReply(const uint8_t* payload, size_t size) {
   protocol::DisarmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kFault;
+  return message.state == protocol::SequencerState::kJogging;
 }
 
-static const uint8_t kPayloadDisarmReply[] = {0x04};
-static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x04, 0x32, 0xFA, 0x00};
+static const uint8_t kPayloadDisarmReply[] = {0x05};
+static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x05, 0x13, 0xEA, 0x00};
 
 inline size_t build_RecordStartRequest(uint8_t* payload) {
   protocol::RecordStartRequest message;
-  message.number = 1829129110u;
+  message.number = 3230310313u;
+  message.unix_us = 6828047896905163488ull;
   message.encode(payload);
   return protocol::RecordStartRequest::kSize;
 }
@@ -452,16 +460,16 @@ inline size_t build_RecordStartRequest(uint8_t* payload) {
 inline bool matches_RecordStartRequest(const uint8_t* payload, size_t size) {
   protocol::RecordStartRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 1829129110u;
+  return message.number == 3230310313u && message.unix_us == 6828047896905163488ull;
 }
 
-static const uint8_t kPayloadRecordStartRequest[] = {0x96, 0x4B, 0x06, 0x6D};
-static const uint8_t kFrameRecordStartRequest[] = {0x09, 0x40, 0x16, 0x96, 0x4B, 0x06, 0x6D, 0x28, 0xB6, 0x00};
+static const uint8_t kPayloadRecordStartRequest[] = {0xA9, 0x9F, 0x8A, 0xC0, 0xE0, 0xA2, 0x62, 0xBC, 0x62, 0x19, 0xC2, 0x5E};
+static const uint8_t kFrameRecordStartRequest[] = {0x11, 0x40, 0x16, 0xA9, 0x9F, 0x8A, 0xC0, 0xE0, 0xA2, 0x62, 0xBC, 0x62, 0x19, 0xC2, 0x5E, 0x31, 0x06, 0x00};
 
 inline size_t build_RecordStartReply(uint8_t* payload) {
   protocol::RecordStartReply message;
-  message.state = protocol::LoggerState::kStopping;
-  message.session = 2843033353u;
+  message.state = protocol::LoggerState::kIdle;
+  message.session = 2603683029u;
   message.encode(payload);
   return protocol::RecordStartReply::kSize;
 }
@@ -469,11 +477,11 @@ inline size_t build_RecordStartReply(uint8_t* payload) {
 inline bool matches_RecordStartReply(const uint8_t* payload, size_t size) {
   protocol::RecordStartReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kStopping && message.session == 2843033353u;
+  return message.state == protocol::LoggerState::kIdle && message.session == 2603683029u;
 }
 
-static const uint8_t kPayloadRecordStartReply[] = {0x02, 0x09, 0x3F, 0x75, 0xA9};
-static const uint8_t kFrameRecordStartReply[] = {0x0A, 0xC0, 0x17, 0x02, 0x09, 0x3F, 0x75, 0xA9, 0x11, 0xD8, 0x00};
+static const uint8_t kPayloadRecordStartReply[] = {0x00, 0xD5, 0x0C, 0x31, 0x9B};
+static const uint8_t kFrameRecordStartReply[] = {0x03, 0xC0, 0x17, 0x07, 0xD5, 0x0C, 0x31, 0x9B, 0x4F, 0x30, 0x00};
 
 inline size_t build_RecordStopRequest(uint8_t* payload) {
   (void)payload;
@@ -491,10 +499,10 @@ static const uint8_t kFrameRecordStopRequest[] = {0x05, 0x41, 0x18, 0xCB, 0xB0, 
 
 inline size_t build_RecordStopReply(uint8_t* payload) {
   protocol::RecordStopReply message;
-  message.state = protocol::LoggerState::kFailed;
-  message.session = 3856937596u;
-  message.samples = 2216406070u;
-  message.samples_dropped = 575874543u;
+  message.state = protocol::LoggerState::kStopping;
+  message.session = 3617587272u;
+  message.samples = 1977055746u;
+  message.samples_dropped = 336524219u;
   message.encode(payload);
   return protocol::RecordStopReply::kSize;
 }
@@ -502,15 +510,15 @@ inline size_t build_RecordStopReply(uint8_t* payload) {
 inline bool matches_RecordStopReply(const uint8_t* payload, size_t size) {
   protocol::RecordStopReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kFailed && message.session == 3856937596u && message.samples == 2216406070u && message.samples_dropped == 575874543u;
+  return message.state == protocol::LoggerState::kStopping && message.session == 3617587272u && message.samples == 1977055746u && message.samples_dropped == 336524219u;
 }
 
-static const uint8_t kPayloadRecordStopReply[] = {0x04, 0x7C, 0x32, 0xE4, 0xE5, 0x36, 0xAC, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22};
-static const uint8_t kFrameRecordStopReply[] = {0x12, 0xC1, 0x19, 0x04, 0x7C, 0x32, 0xE4, 0xE5, 0x36, 0xAC, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22, 0x7C, 0x73, 0x00};
+static const uint8_t kPayloadRecordStopReply[] = {0x02, 0x48, 0x00, 0xA0, 0xD7, 0x02, 0x7A, 0xD7, 0x75, 0xBB, 0xF3, 0x0E, 0x14};
+static const uint8_t kFrameRecordStopReply[] = {0x05, 0xC1, 0x19, 0x02, 0x48, 0x0D, 0xA0, 0xD7, 0x02, 0x7A, 0xD7, 0x75, 0xBB, 0xF3, 0x0E, 0x14, 0x2B, 0xD5, 0x00};
 
 inline size_t build_LiveRequest(uint8_t* payload) {
   protocol::LiveRequest message;
-  message.enabled = 192u;
+  message.enabled = 178u;
   message.encode(payload);
   return protocol::LiveRequest::kSize;
 }
@@ -518,19 +526,19 @@ inline size_t build_LiveRequest(uint8_t* payload) {
 inline bool matches_LiveRequest(const uint8_t* payload, size_t size) {
   protocol::LiveRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 192u;
+  return message.enabled == 178u;
 }
 
-static const uint8_t kPayloadLiveRequest[] = {0xC0};
-static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0xC0, 0xA5, 0x8A, 0x00};
+static const uint8_t kPayloadLiveRequest[] = {0xB2};
+static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0xB2, 0x70, 0xD4, 0x00};
 
 inline size_t build_LiveReply(uint8_t* payload) {
   protocol::LiveReply message;
-  message.enabled = 94u;
-  message.rate_hz = 64761u;
-  message.gyro_lsb_per_deg_s = 176.625f;
-  message.accel_lsb_per_g = 113.9375f;
-  message.angle_counts_per_turn = 3617587272u;
+  message.enabled = 80u;
+  message.rate_hz = 61109u;
+  message.gyro_lsb_per_deg_s = 187.125f;
+  message.accel_lsb_per_g = 124.4375f;
+  message.angle_counts_per_turn = 3378236948u;
   message.encode(payload);
   return protocol::LiveReply::kSize;
 }
@@ -538,52 +546,363 @@ inline size_t build_LiveReply(uint8_t* payload) {
 inline bool matches_LiveReply(const uint8_t* payload, size_t size) {
   protocol::LiveReply message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 94u && message.rate_hz == 64761u && message.gyro_lsb_per_deg_s == 176.625f && message.accel_lsb_per_g == 113.9375f && message.angle_counts_per_turn == 3617587272u;
+  return message.enabled == 80u && message.rate_hz == 61109u && message.gyro_lsb_per_deg_s == 187.125f && message.accel_lsb_per_g == 124.4375f && message.angle_counts_per_turn == 3378236948u;
 }
 
-static const uint8_t kPayloadLiveReply[] = {0x5E, 0xF9, 0xFC, 0x00, 0xA0, 0x30, 0x43, 0x00, 0xE0, 0xE3, 0x42, 0x48, 0x00, 0xA0, 0xD7};
-static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x5E, 0xF9, 0xFC, 0x04, 0xA0, 0x30, 0x43, 0x05, 0xE0, 0xE3, 0x42, 0x48, 0x05, 0xA0, 0xD7, 0x5E, 0xF5, 0x00};
+static const uint8_t kPayloadLiveReply[] = {0x50, 0xB5, 0xEE, 0x00, 0x20, 0x3B, 0x43, 0x00, 0xE0, 0xF8, 0x42, 0x14, 0xCE, 0x5B, 0xC9};
+static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x50, 0xB5, 0xEE, 0x04, 0x20, 0x3B, 0x43, 0x0A, 0xE0, 0xF8, 0x42, 0x14, 0xCE, 0x5B, 0xC9, 0x40, 0x35, 0x00};
+
+inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
+  protocol::LoggerSettingsWriteRequest message;
+  message.settings.rate_hz = 1482u;
+  message.settings.gyro_range_deg_s = 41986u;
+  message.settings.accel_range_g = 66u;
+  message.settings.dlpf_cfg = 224u;
+  message.settings.bus_khz = 32424u;
+  message.settings.after_landing_s = 7392u;
+  message.settings.file_mib = 47895u;
+  message.encode(payload);
+  return protocol::LoggerSettingsWriteRequest::kSize;
+}
+
+inline bool matches_LoggerSettingsWriteRequest(const uint8_t* payload, size_t size) {
+  protocol::LoggerSettingsWriteRequest message;
+  if (!message.decode(payload, size)) return false;
+  return message.settings.rate_hz == 1482u && message.settings.gyro_range_deg_s == 41986u && message.settings.accel_range_g == 66u && message.settings.dlpf_cfg == 224u && message.settings.bus_khz == 32424u && message.settings.after_landing_s == 7392u && message.settings.file_mib == 47895u;
+}
+
+static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0xCA, 0x05, 0x02, 0xA4, 0x42, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB};
+static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0xCA, 0x05, 0x02, 0xA4, 0x42, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0xB9, 0xC4, 0x00};
+
+inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
+  protocol::LoggerSettingsWriteReply message;
+  message.stored = 89u;
+  message.encode(payload);
+  return protocol::LoggerSettingsWriteReply::kSize;
+}
+
+inline bool matches_LoggerSettingsWriteReply(const uint8_t* payload, size_t size) {
+  protocol::LoggerSettingsWriteReply message;
+  if (!message.decode(payload, size)) return false;
+  return message.stored == 89u;
+}
+
+static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0x59};
+static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0x59, 0x68, 0xBF, 0x00};
+
+inline size_t build_LoggerSettingsReadRequest(uint8_t* payload) {
+  (void)payload;
+  return protocol::LoggerSettingsReadRequest::kSize;
+}
+
+inline bool matches_LoggerSettingsReadRequest(const uint8_t* payload, size_t size) {
+  (void)payload;
+  if (size != 0) return false;
+  return true;
+}
+
+static const uint8_t kPayloadLoggerSettingsReadRequest[] = {0};
+static const uint8_t kFrameLoggerSettingsReadRequest[] = {0x05, 0x46, 0x1E, 0x9A, 0x49, 0x00};
+
+inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
+  protocol::LoggerSettingsReadReply message;
+  message.origin = protocol::Origin::kUploaded;
+  message.settings.rate_hz = 13301u;
+  message.settings.gyro_range_deg_s = 53804u;
+  message.settings.accel_range_g = 112u;
+  message.settings.dlpf_cfg = 14u;
+  message.settings.bus_khz = 44243u;
+  message.settings.after_landing_s = 19210u;
+  message.settings.file_mib = 59714u;
+  message.rate_max_hz = 34681u;
+  message.encode(payload);
+  return protocol::LoggerSettingsReadReply::kSize;
+}
+
+inline bool matches_LoggerSettingsReadReply(const uint8_t* payload, size_t size) {
+  protocol::LoggerSettingsReadReply message;
+  if (!message.decode(payload, size)) return false;
+  return message.origin == protocol::Origin::kUploaded && message.settings.rate_hz == 13301u && message.settings.gyro_range_deg_s == 53804u && message.settings.accel_range_g == 112u && message.settings.dlpf_cfg == 14u && message.settings.bus_khz == 44243u && message.settings.after_landing_s == 19210u && message.settings.file_mib == 59714u && message.rate_max_hz == 34681u;
+}
+
+static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x01, 0xF5, 0x33, 0x2C, 0xD2, 0x70, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87};
+static const uint8_t kFrameLoggerSettingsReadReply[] = {0x14, 0xC6, 0x1F, 0x01, 0xF5, 0x33, 0x2C, 0xD2, 0x70, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0x44, 0x9C, 0x00};
+
+inline size_t build_ClockSetRequest(uint8_t* payload) {
+  protocol::ClockSetRequest message;
+  message.unix_us = 2716040641056482688ull;
+  message.encode(payload);
+  return protocol::ClockSetRequest::kSize;
+}
+
+inline bool matches_ClockSetRequest(const uint8_t* payload, size_t size) {
+  protocol::ClockSetRequest message;
+  if (!message.decode(payload, size)) return false;
+  return message.unix_us == 2716040641056482688ull;
+}
+
+static const uint8_t kPayloadClockSetRequest[] = {0x80, 0x25, 0xB2, 0xA5, 0x92, 0x50, 0xB1, 0x25};
+static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0x80, 0x25, 0xB2, 0xA5, 0x92, 0x50, 0xB1, 0x25, 0xE8, 0x97, 0x00};
+
+inline size_t build_ClockSetReply(uint8_t* payload) {
+  protocol::ClockSetReply message;
+  message.uptime_us = 14116755460379681173ull;
+  message.encode(payload);
+  return protocol::ClockSetReply::kSize;
+}
+
+inline bool matches_ClockSetReply(const uint8_t* payload, size_t size) {
+  protocol::ClockSetReply message;
+  if (!message.decode(payload, size)) return false;
+  return message.uptime_us == 14116755460379681173ull;
+}
+
+static const uint8_t kPayloadClockSetReply[] = {0x95, 0xA1, 0xFC, 0x24, 0x4C, 0xCA, 0xE8, 0xC3};
+static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0x95, 0xA1, 0xFC, 0x24, 0x4C, 0xCA, 0xE8, 0xC3, 0x96, 0x79, 0x00};
+
+inline size_t build_LogListRequest(uint8_t* payload) {
+  protocol::LogListRequest message;
+  message.from_number = 25120u;
+  message.encode(payload);
+  return protocol::LogListRequest::kSize;
+}
+
+inline bool matches_LogListRequest(const uint8_t* payload, size_t size) {
+  protocol::LogListRequest message;
+  if (!message.decode(payload, size)) return false;
+  return message.from_number == 25120u;
+}
+
+static const uint8_t kPayloadLogListRequest[] = {0x20, 0x62};
+static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0x20, 0x62, 0x3B, 0xCD, 0x00};
+
+inline size_t build_LogListReply(uint8_t* payload) {
+  protocol::LogListReply message;
+  message.found = 0u;
+  message.entry.number = 15558u;
+  message.entry.session = 3674090219u;
+  message.entry.blocks = 2033558693u;
+  message.entry.wall_clock_us = 1688038827094312488ull;
+  message.entry.closed = 181u;
+  message.encode(payload);
+  return protocol::LogListReply::kSize;
+}
+
+inline bool matches_LogListReply(const uint8_t* payload, size_t size) {
+  protocol::LogListReply message;
+  if (!message.decode(payload, size)) return false;
+  return message.found == 0u && message.entry.number == 15558u && message.entry.session == 3674090219u && message.entry.blocks == 2033558693u && message.entry.wall_clock_us == 1688038827094312488ull && message.entry.closed == 181u;
+}
+
+static const uint8_t kPayloadLogListReply[] = {0x00, 0xC6, 0x3C, 0xEB, 0x2A, 0xFE, 0xDA, 0xA5, 0xA4, 0x35, 0x79, 0x28, 0x06, 0x06, 0xA0, 0x5E, 0x1E, 0x6D, 0x17, 0xB5};
+static const uint8_t kFrameLogListReply[] = {0x03, 0xC8, 0x23, 0x16, 0xC6, 0x3C, 0xEB, 0x2A, 0xFE, 0xDA, 0xA5, 0xA4, 0x35, 0x79, 0x28, 0x06, 0x06, 0xA0, 0x5E, 0x1E, 0x6D, 0x17, 0xB5, 0xEE, 0x96, 0x00};
+
+inline size_t build_LogReadRequest(uint8_t* payload) {
+  protocol::LogReadRequest message;
+  message.number = 21468u;
+  message.session = 4061367179u;
+  message.first_block = 2420835652u;
+  message.count = 11906u;
+  message.encode(payload);
+  return protocol::LogReadRequest::kSize;
+}
+
+inline bool matches_LogReadRequest(const uint8_t* payload, size_t size) {
+  protocol::LogReadRequest message;
+  if (!message.decode(payload, size)) return false;
+  return message.number == 21468u && message.session == 4061367179u && message.first_block == 2420835652u && message.count == 11906u;
+}
+
+static const uint8_t kPayloadLogReadRequest[] = {0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x44, 0x05, 0x4B, 0x90, 0x82, 0x2E};
+static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x44, 0x05, 0x4B, 0x90, 0x82, 0x2E, 0xCC, 0xE4, 0x00};
+
+inline size_t build_LogReadReply(uint8_t* payload) {
+  protocol::LogReadReply message;
+  message.count = 52409u;
+  message.encode(payload);
+  return protocol::LogReadReply::kSize;
+}
+
+inline bool matches_LogReadReply(const uint8_t* payload, size_t size) {
+  protocol::LogReadReply message;
+  if (!message.decode(payload, size)) return false;
+  return message.count == 52409u;
+}
+
+static const uint8_t kPayloadLogReadReply[] = {0xB9, 0xCC};
+static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0xB9, 0xCC, 0x70, 0x15, 0x00};
+
+inline size_t build_LogEraseRequest(uint8_t* payload) {
+  protocol::LogEraseRequest message;
+  message.number = 27377u;
+  message.session = 153676842u;
+  message.encode(payload);
+  return protocol::LogEraseRequest::kSize;
+}
+
+inline bool matches_LogEraseRequest(const uint8_t* payload, size_t size) {
+  protocol::LogEraseRequest message;
+  if (!message.decode(payload, size)) return false;
+  return message.number == 27377u && message.session == 153676842u;
+}
+
+static const uint8_t kPayloadLogEraseRequest[] = {0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09};
+static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09, 0xFC, 0x86, 0x00};
+
+inline size_t build_LogEraseReply(uint8_t* payload) {
+  protocol::LogEraseReply message;
+  message.erased = 167u;
+  message.encode(payload);
+  return protocol::LogEraseReply::kSize;
+}
+
+inline bool matches_LogEraseReply(const uint8_t* payload, size_t size) {
+  protocol::LogEraseReply message;
+  if (!message.decode(payload, size)) return false;
+  return message.erased == 167u;
+}
+
+static const uint8_t kPayloadLogEraseReply[] = {0xA7};
+static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0xA7, 0xD6, 0x77, 0x00};
+
+inline size_t build_LogPartStream(uint8_t* payload) {
+  protocol::LogPartStream message;
+  message.block = 1167581085u;
+  message.part = 227u;
+  message.data[0] = 130u;
+  message.data[1] = 32u;
+  message.data[2] = 190u;
+  message.data[3] = 92u;
+  message.data[4] = 250u;
+  message.data[5] = 153u;
+  message.data[6] = 55u;
+  message.data[7] = 213u;
+  message.data[8] = 115u;
+  message.data[9] = 17u;
+  message.data[10] = 176u;
+  message.data[11] = 78u;
+  message.data[12] = 236u;
+  message.data[13] = 138u;
+  message.data[14] = 41u;
+  message.data[15] = 199u;
+  message.data[16] = 101u;
+  message.data[17] = 3u;
+  message.data[18] = 161u;
+  message.data[19] = 64u;
+  message.data[20] = 222u;
+  message.data[21] = 124u;
+  message.data[22] = 26u;
+  message.data[23] = 185u;
+  message.data[24] = 87u;
+  message.data[25] = 245u;
+  message.data[26] = 147u;
+  message.data[27] = 49u;
+  message.data[28] = 208u;
+  message.data[29] = 110u;
+  message.data[30] = 12u;
+  message.data[31] = 170u;
+  message.data[32] = 72u;
+  message.data[33] = 231u;
+  message.data[34] = 133u;
+  message.data[35] = 35u;
+  message.data[36] = 193u;
+  message.data[37] = 96u;
+  message.data[38] = 254u;
+  message.data[39] = 156u;
+  message.data[40] = 58u;
+  message.data[41] = 216u;
+  message.data[42] = 119u;
+  message.data[43] = 21u;
+  message.data[44] = 179u;
+  message.data[45] = 81u;
+  message.data[46] = 239u;
+  message.data[47] = 142u;
+  message.data[48] = 44u;
+  message.data[49] = 202u;
+  message.data[50] = 104u;
+  message.data[51] = 7u;
+  message.data[52] = 165u;
+  message.data[53] = 67u;
+  message.data[54] = 225u;
+  message.data[55] = 127u;
+  message.data[56] = 30u;
+  message.data[57] = 188u;
+  message.data[58] = 90u;
+  message.data[59] = 248u;
+  message.data[60] = 151u;
+  message.data[61] = 53u;
+  message.data[62] = 211u;
+  message.data[63] = 113u;
+  message.encode(payload);
+  return protocol::LogPartStream::kSize;
+}
+
+inline bool matches_LogPartStream(const uint8_t* payload, size_t size) {
+  protocol::LogPartStream message;
+  if (!message.decode(payload, size)) return false;
+  return message.block == 1167581085u && message.part == 227u && message.data[0] == 130u && message.data[1] == 32u && message.data[2] == 190u && message.data[3] == 92u && message.data[4] == 250u && message.data[5] == 153u && message.data[6] == 55u && message.data[7] == 213u && message.data[8] == 115u && message.data[9] == 17u && message.data[10] == 176u && message.data[11] == 78u && message.data[12] == 236u && message.data[13] == 138u && message.data[14] == 41u && message.data[15] == 199u && message.data[16] == 101u && message.data[17] == 3u && message.data[18] == 161u && message.data[19] == 64u && message.data[20] == 222u && message.data[21] == 124u && message.data[22] == 26u && message.data[23] == 185u && message.data[24] == 87u && message.data[25] == 245u && message.data[26] == 147u && message.data[27] == 49u && message.data[28] == 208u && message.data[29] == 110u && message.data[30] == 12u && message.data[31] == 170u && message.data[32] == 72u && message.data[33] == 231u && message.data[34] == 133u && message.data[35] == 35u && message.data[36] == 193u && message.data[37] == 96u && message.data[38] == 254u && message.data[39] == 156u && message.data[40] == 58u && message.data[41] == 216u && message.data[42] == 119u && message.data[43] == 21u && message.data[44] == 179u && message.data[45] == 81u && message.data[46] == 239u && message.data[47] == 142u && message.data[48] == 44u && message.data[49] == 202u && message.data[50] == 104u && message.data[51] == 7u && message.data[52] == 165u && message.data[53] == 67u && message.data[54] == 225u && message.data[55] == 127u && message.data[56] == 30u && message.data[57] == 188u && message.data[58] == 90u && message.data[59] == 248u && message.data[60] == 151u && message.data[61] == 53u && message.data[62] == 211u && message.data[63] == 113u;
+}
+
+static const uint8_t kPayloadLogPartStream[] = {0x9D, 0xDF, 0x97, 0x45, 0xE3, 0x82, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71};
+static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0x9D, 0xDF, 0x97, 0x45, 0xE3, 0x82, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x1B, 0x92, 0x00};
+
+inline size_t build_LogZerosStream(uint8_t* payload) {
+  protocol::LogZerosStream message;
+  message.first_block = 266682736u;
+  message.count = 44572u;
+  message.encode(payload);
+  return protocol::LogZerosStream::kSize;
+}
+
+inline bool matches_LogZerosStream(const uint8_t* payload, size_t size) {
+  protocol::LogZerosStream message;
+  if (!message.decode(payload, size)) return false;
+  return message.first_block == 266682736u && message.count == 44572u;
+}
+
+static const uint8_t kPayloadLogZerosStream[] = {0x70, 0x41, 0xE5, 0x0F, 0x1C, 0xAE};
+static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x70, 0x41, 0xE5, 0x0F, 0x1C, 0xAE, 0x1B, 0x8E, 0x00};
 
 inline size_t build_LiveSampleStream(uint8_t* payload) {
   protocol::LiveSampleStream message;
-  message.index = 1977055746u;
-  message.time_us = 1445360518006147934ull;
-  message.sample.time_offset_us = 1350428462u;
-  message.sample.flags = 61109u;
-  message.sample.imu[0].accel[0] = 11044;
-  message.sample.imu[0].accel[1] = -13989;
-  message.sample.imu[0].accel[2] = 26515;
-  message.sample.imu[0].temperature = 1482;
-  message.sample.imu[0].gyro[0] = -23550;
-  message.sample.imu[0].gyro[1] = 16953;
-  message.sample.imu[0].gyro[2] = -8079;
-  message.sample.imu[1].accel[0] = 7392;
-  message.sample.imu[1].accel[1] = -17641;
-  message.sample.imu[1].accel[2] = 22863;
-  message.sample.imu[1].temperature = -2170;
-  message.sample.imu[1].gyro[0] = -27202;
-  message.sample.imu[1].gyro[1] = 13301;
-  message.sample.imu[1].gyro[2] = -11732;
-  message.sample.imu[2].accel[0] = 3739;
-  message.sample.imu[2].accel[1] = -21293;
-  message.sample.imu[2].accel[2] = 19210;
-  message.sample.imu[2].temperature = -5822;
-  message.sample.imu[2].gyro[0] = -30855;
-  message.sample.imu[2].gyro[1] = 9649;
-  message.sample.imu[2].gyro[2] = -15384;
-  message.sample.imu[3].accel[0] = 87;
-  message.sample.imu[3].accel[1] = -24945;
-  message.sample.imu[3].accel[2] = 15558;
-  message.sample.imu[3].temperature = -9474;
-  message.sample.imu[3].gyro[0] = 31029;
-  message.sample.imu[3].gyro[1] = 5997;
-  message.sample.imu[3].gyro[2] = -19036;
-  message.sample.angle[0] = 21468u;
-  message.sample.angle[1] = 61971u;
-  message.sample.angle[2] = 36939u;
-  message.sample.angle[3] = 11906u;
-  message.sample.angle[4] = 52409u;
-  message.sample.angle[5] = 27377u;
+  message.index = 1280586979u;
+  message.time_us = 16900794015568515235ull;
+  message.sample.time_offset_us = 653959695u;
+  message.sample.flags = 50482u;
+  message.sample.imu[0].accel[0] = 417;
+  message.sample.imu[0].accel[1] = -24616;
+  message.sample.imu[0].accel[2] = 15888;
+  message.sample.imu[0].temperature = -9145;
+  message.sample.imu[0].gyro[0] = 31358;
+  message.sample.imu[0].gyro[1] = 6326;
+  message.sample.imu[0].gyro[2] = -18707;
+  message.sample.imu[1].accel[0] = -3236;
+  message.sample.imu[1].accel[1] = -28268;
+  message.sample.imu[1].accel[2] = 12235;
+  message.sample.imu[1].temperature = -12797;
+  message.sample.imu[1].gyro[0] = 27706;
+  message.sample.imu[1].gyro[1] = 2674;
+  message.sample.imu[1].gyro[2] = -22359;
+  message.sample.imu[2].accel[0] = -6888;
+  message.sample.imu[2].accel[1] = -31920;
+  message.sample.imu[2].accel[2] = 8583;
+  message.sample.imu[2].temperature = -16449;
+  message.sample.imu[2].gyro[0] = 24054;
+  message.sample.imu[2].gyro[1] = -978;
+  message.sample.imu[2].gyro[2] = -26011;
+  message.sample.imu[3].accel[0] = -10540;
+  message.sample.imu[3].accel[1] = 29963;
+  message.sample.imu[3].accel[2] = 4931;
+  message.sample.imu[3].temperature = -20102;
+  message.sample.imu[3].gyro[0] = 20402;
+  message.sample.imu[3].gyro[1] = -4631;
+  message.sample.imu[3].gyro[2] = -29663;
+  message.sample.angle[0] = 10840u;
+  message.sample.angle[1] = 51344u;
+  message.sample.angle[2] = 26311u;
+  message.sample.angle[3] = 1279u;
+  message.sample.angle[4] = 41782u;
+  message.sample.angle[5] = 16750u;
   message.encode(payload);
   return protocol::LiveSampleStream::kSize;
 }
@@ -591,17 +910,17 @@ inline size_t build_LiveSampleStream(uint8_t* payload) {
 inline bool matches_LiveSampleStream(const uint8_t* payload, size_t size) {
   protocol::LiveSampleStream message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 1977055746u && message.time_us == 1445360518006147934ull && message.sample.time_offset_us == 1350428462u && message.sample.flags == 61109u && message.sample.imu[0].accel[0] == 11044 && message.sample.imu[0].accel[1] == -13989 && message.sample.imu[0].accel[2] == 26515 && message.sample.imu[0].temperature == 1482 && message.sample.imu[0].gyro[0] == -23550 && message.sample.imu[0].gyro[1] == 16953 && message.sample.imu[0].gyro[2] == -8079 && message.sample.imu[1].accel[0] == 7392 && message.sample.imu[1].accel[1] == -17641 && message.sample.imu[1].accel[2] == 22863 && message.sample.imu[1].temperature == -2170 && message.sample.imu[1].gyro[0] == -27202 && message.sample.imu[1].gyro[1] == 13301 && message.sample.imu[1].gyro[2] == -11732 && message.sample.imu[2].accel[0] == 3739 && message.sample.imu[2].accel[1] == -21293 && message.sample.imu[2].accel[2] == 19210 && message.sample.imu[2].temperature == -5822 && message.sample.imu[2].gyro[0] == -30855 && message.sample.imu[2].gyro[1] == 9649 && message.sample.imu[2].gyro[2] == -15384 && message.sample.imu[3].accel[0] == 87 && message.sample.imu[3].accel[1] == -24945 && message.sample.imu[3].accel[2] == 15558 && message.sample.imu[3].temperature == -9474 && message.sample.imu[3].gyro[0] == 31029 && message.sample.imu[3].gyro[1] == 5997 && message.sample.imu[3].gyro[2] == -19036 && message.sample.angle[0] == 21468u && message.sample.angle[1] == 61971u && message.sample.angle[2] == 36939u && message.sample.angle[3] == 11906u && message.sample.angle[4] == 52409u && message.sample.angle[5] == 27377u;
+  return message.index == 1280586979u && message.time_us == 16900794015568515235ull && message.sample.time_offset_us == 653959695u && message.sample.flags == 50482u && message.sample.imu[0].accel[0] == 417 && message.sample.imu[0].accel[1] == -24616 && message.sample.imu[0].accel[2] == 15888 && message.sample.imu[0].temperature == -9145 && message.sample.imu[0].gyro[0] == 31358 && message.sample.imu[0].gyro[1] == 6326 && message.sample.imu[0].gyro[2] == -18707 && message.sample.imu[1].accel[0] == -3236 && message.sample.imu[1].accel[1] == -28268 && message.sample.imu[1].accel[2] == 12235 && message.sample.imu[1].temperature == -12797 && message.sample.imu[1].gyro[0] == 27706 && message.sample.imu[1].gyro[1] == 2674 && message.sample.imu[1].gyro[2] == -22359 && message.sample.imu[2].accel[0] == -6888 && message.sample.imu[2].accel[1] == -31920 && message.sample.imu[2].accel[2] == 8583 && message.sample.imu[2].temperature == -16449 && message.sample.imu[2].gyro[0] == 24054 && message.sample.imu[2].gyro[1] == -978 && message.sample.imu[2].gyro[2] == -26011 && message.sample.imu[3].accel[0] == -10540 && message.sample.imu[3].accel[1] == 29963 && message.sample.imu[3].accel[2] == 4931 && message.sample.imu[3].temperature == -20102 && message.sample.imu[3].gyro[0] == 20402 && message.sample.imu[3].gyro[1] == -4631 && message.sample.imu[3].gyro[2] == -29663 && message.sample.angle[0] == 10840u && message.sample.angle[1] == 51344u && message.sample.angle[2] == 26311u && message.sample.angle[3] == 1279u && message.sample.angle[4] == 41782u && message.sample.angle[5] == 16750u;
 }
 
-static const uint8_t kPayloadLiveSampleStream[] = {0x02, 0x7A, 0xD7, 0x75, 0x5E, 0x8B, 0x21, 0xB8, 0xBB, 0xF3, 0x0E, 0x14, 0x2E, 0xE7, 0x7D, 0x50, 0xB5, 0xEE, 0x24, 0x2B, 0x5B, 0xC9, 0x93, 0x67, 0xCA, 0x05, 0x02, 0xA4, 0x39, 0x42, 0x71, 0xE0, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x57, 0x00, 0x8F, 0x9E, 0xC6, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0xA4, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC, 0xF1, 0x6A};
-static const uint8_t kFrameLiveSampleStream[] = {0x40, 0x60, 0x1C, 0x02, 0x7A, 0xD7, 0x75, 0x5E, 0x8B, 0x21, 0xB8, 0xBB, 0xF3, 0x0E, 0x14, 0x2E, 0xE7, 0x7D, 0x50, 0xB5, 0xEE, 0x24, 0x2B, 0x5B, 0xC9, 0x93, 0x67, 0xCA, 0x05, 0x02, 0xA4, 0x39, 0x42, 0x71, 0xE0, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x57, 0x1B, 0x8F, 0x9E, 0xC6, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0xA4, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC, 0xF1, 0x6A, 0x9E, 0x7F, 0x00};
+static const uint8_t kPayloadLiveSampleStream[] = {0xE3, 0x34, 0x54, 0x4C, 0xA3, 0x50, 0x02, 0xE8, 0x9C, 0xAE, 0x8B, 0xEA, 0x0F, 0xA2, 0xFA, 0x26, 0x32, 0xC5, 0xA1, 0x01, 0xD8, 0x9F, 0x10, 0x3E, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41};
+static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0xE3, 0x34, 0x54, 0x4C, 0xA3, 0x50, 0x02, 0xE8, 0x9C, 0xAE, 0x8B, 0xEA, 0x0F, 0xA2, 0xFA, 0x26, 0x32, 0xC5, 0xA1, 0x01, 0xD8, 0x9F, 0x10, 0x3E, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0x41, 0x52, 0x00};
 
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
-  message.request = 9u;
-  message.code = protocol::ErrorCode::kResetWhileArmed;
-  message.detail = 1167581085;
+  message.request = 223u;
+  message.code = protocol::ErrorCode::kSpeedOutOfRange;
+  message.detail = 471112318;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
 }
@@ -609,30 +928,30 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 9u && message.code == protocol::ErrorCode::kResetWhileArmed && message.detail == 1167581085;
+  return message.request == 223u && message.code == protocol::ErrorCode::kSpeedOutOfRange && message.detail == 471112318;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0x09, 0x16, 0x9D, 0xDF, 0x97, 0x45};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x1D, 0x09, 0x16, 0x9D, 0xDF, 0x97, 0x45, 0x9C, 0xD6, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0xDF, 0x0D, 0x7E, 0x9A, 0x14, 0x1C};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0xDF, 0x0D, 0x7E, 0x9A, 0x14, 0x1C, 0xB8, 0x83, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
-  message.frame_us = 58319u;
-  message.servo[0].zero_us = 8254u;
-  message.servo[0].ns_per_deg = 48757u;
-  message.servo[0].reversed = 92u;
-  message.servo[0].min_cdeg = -1308;
-  message.servo[0].max_cdeg = -26340;
-  message.servo[1].zero_us = 54667u;
-  message.servo[1].ns_per_deg = 29634u;
-  message.servo[1].reversed = 17u;
-  message.servo[1].min_cdeg = -20431;
-  message.servo[1].max_cdeg = 20073;
-  message.servo[2].zero_us = 35544u;
-  message.servo[2].ns_per_deg = 10511u;
-  message.servo[2].reversed = 199u;
-  message.servo[2].min_cdeg = 25982;
-  message.servo[2].max_cdeg = 949;
+  message.frame_us = 47692u;
+  message.servo[0].zero_us = 63163u;
+  message.servo[0].ns_per_deg = 38130u;
+  message.servo[0].reversed = 51u;
+  message.servo[0].min_cdeg = -11935;
+  message.servo[0].max_cdeg = 28568;
+  message.servo[1].zero_us = 44039u;
+  message.servo[1].ns_per_deg = 19007u;
+  message.servo[1].reversed = 232u;
+  message.servo[1].min_cdeg = -31058;
+  message.servo[1].max_cdeg = 9445;
+  message.servo[2].zero_us = 24916u;
+  message.servo[2].ns_per_deg = 65420u;
+  message.servo[2].reversed = 157u;
+  message.servo[2].min_cdeg = 15355;
+  message.servo[2].max_cdeg = -9678;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -640,16 +959,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 58319u && message.servo[0].zero_us == 8254u && message.servo[0].ns_per_deg == 48757u && message.servo[0].reversed == 92u && message.servo[0].min_cdeg == -1308 && message.servo[0].max_cdeg == -26340 && message.servo[1].zero_us == 54667u && message.servo[1].ns_per_deg == 29634u && message.servo[1].reversed == 17u && message.servo[1].min_cdeg == -20431 && message.servo[1].max_cdeg == 20073 && message.servo[2].zero_us == 35544u && message.servo[2].ns_per_deg == 10511u && message.servo[2].reversed == 199u && message.servo[2].min_cdeg == 25982 && message.servo[2].max_cdeg == 949;
+  return message.frame_us == 47692u && message.servo[0].zero_us == 63163u && message.servo[0].ns_per_deg == 38130u && message.servo[0].reversed == 51u && message.servo[0].min_cdeg == -11935 && message.servo[0].max_cdeg == 28568 && message.servo[1].zero_us == 44039u && message.servo[1].ns_per_deg == 19007u && message.servo[1].reversed == 232u && message.servo[1].min_cdeg == -31058 && message.servo[1].max_cdeg == 9445 && message.servo[2].zero_us == 24916u && message.servo[2].ns_per_deg == 65420u && message.servo[2].reversed == 157u && message.servo[2].min_cdeg == 15355 && message.servo[2].max_cdeg == -9678;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0xCF, 0xE3, 0x3E, 0x20, 0x75, 0xBE, 0x5C, 0xE4, 0xFA, 0x1C, 0x99, 0x8B, 0xD5, 0xC2, 0x73, 0x11, 0x31, 0xB0, 0x69, 0x4E, 0xD8, 0x8A, 0x0F, 0x29, 0xC7, 0x7E, 0x65, 0xB5, 0x03};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x1E, 0xCF, 0xE3, 0x3E, 0x20, 0x75, 0xBE, 0x5C, 0xE4, 0xFA, 0x1C, 0x99, 0x8B, 0xD5, 0xC2, 0x73, 0x11, 0x31, 0xB0, 0x69, 0x4E, 0xD8, 0x8A, 0x0F, 0x29, 0xC7, 0x7E, 0x65, 0xB5, 0x03, 0x97, 0xC9, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0x4C, 0xBA, 0xBB, 0xF6, 0xF2, 0x94, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0x07, 0xAC, 0x3F, 0x4A, 0xE8, 0xAE, 0x86, 0xE5, 0x24, 0x54, 0x61, 0x8C, 0xFF, 0x9D, 0xFB, 0x3B, 0x32, 0xDA};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0x4C, 0xBA, 0xBB, 0xF6, 0xF2, 0x94, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0x07, 0xAC, 0x3F, 0x4A, 0xE8, 0xAE, 0x86, 0xE5, 0x24, 0x54, 0x61, 0x8C, 0xFF, 0x9D, 0xFB, 0x3B, 0x32, 0xDA, 0x8F, 0xC5, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 161u;
-  message.written = 64u;
+  message.stored = 120u;
+  message.written = 22u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -657,11 +976,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 161u && message.written == 64u;
+  return message.stored == 120u && message.written == 22u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0xA1, 0x40};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x1F, 0xA1, 0x40, 0xC3, 0xF7, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0x78, 0x16};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0x78, 0x16, 0x8A, 0xC9, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -675,28 +994,28 @@ inline bool matches_SettingsReadRequest(const uint8_t* payload, size_t size) {
 }
 
 static const uint8_t kPayloadSettingsReadRequest[] = {0};
-static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x20, 0xB8, 0x90, 0x00};
+static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x2E, 0x76, 0x71, 0x00};
 
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
-  message.origin = protocol::Origin::kUploaded;
-  message.generation = 2090061640u;
-  message.frame_us = 6859u;
-  message.servo[0].zero_us = 22330u;
-  message.servo[0].ns_per_deg = 62833u;
-  message.servo[0].reversed = 147u;
-  message.servo[0].min_cdeg = 12768;
-  message.servo[0].max_cdeg = -12264;
-  message.servo[1].zero_us = 3207u;
-  message.servo[1].ns_per_deg = 43710u;
-  message.servo[1].reversed = 72u;
-  message.servo[1].min_cdeg = -6355;
-  message.servo[1].max_cdeg = -31388;
-  message.servo[2].zero_us = 49619u;
-  message.servo[2].ns_per_deg = 24587u;
-  message.servo[2].reversed = 254u;
-  message.servo[2].min_cdeg = -25478;
-  message.servo[2].max_cdeg = 15025;
+  message.origin = protocol::Origin::kFactory;
+  message.generation = 1393592873u;
+  message.frame_us = 61768u;
+  message.servo[0].zero_us = 11702u;
+  message.servo[0].ns_per_deg = 52206u;
+  message.servo[0].reversed = 106u;
+  message.servo[0].min_cdeg = 2141;
+  message.servo[0].max_cdeg = -22892;
+  message.servo[1].zero_us = 58115u;
+  message.servo[1].ns_per_deg = 33083u;
+  message.servo[1].reversed = 31u;
+  message.servo[1].min_cdeg = -16982;
+  message.servo[1].max_cdeg = 23521;
+  message.servo[2].zero_us = 38992u;
+  message.servo[2].ns_per_deg = 13960u;
+  message.servo[2].reversed = 212u;
+  message.servo[2].min_cdeg = 29431;
+  message.servo[2].max_cdeg = 4398;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -704,17 +1023,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.generation == 2090061640u && message.frame_us == 6859u && message.servo[0].zero_us == 22330u && message.servo[0].ns_per_deg == 62833u && message.servo[0].reversed == 147u && message.servo[0].min_cdeg == 12768 && message.servo[0].max_cdeg == -12264 && message.servo[1].zero_us == 3207u && message.servo[1].ns_per_deg == 43710u && message.servo[1].reversed == 72u && message.servo[1].min_cdeg == -6355 && message.servo[1].max_cdeg == -31388 && message.servo[2].zero_us == 49619u && message.servo[2].ns_per_deg == 24587u && message.servo[2].reversed == 254u && message.servo[2].min_cdeg == -25478 && message.servo[2].max_cdeg == 15025;
+  return message.origin == protocol::Origin::kFactory && message.generation == 1393592873u && message.frame_us == 61768u && message.servo[0].zero_us == 11702u && message.servo[0].ns_per_deg == 52206u && message.servo[0].reversed == 106u && message.servo[0].min_cdeg == 2141 && message.servo[0].max_cdeg == -22892 && message.servo[1].zero_us == 58115u && message.servo[1].ns_per_deg == 33083u && message.servo[1].reversed == 31u && message.servo[1].min_cdeg == -16982 && message.servo[1].max_cdeg == 23521 && message.servo[2].zero_us == 38992u && message.servo[2].ns_per_deg == 13960u && message.servo[2].reversed == 212u && message.servo[2].min_cdeg == 29431 && message.servo[2].max_cdeg == 4398;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x01, 0x48, 0xCF, 0x93, 0x7C, 0xCB, 0x1A, 0x3A, 0x57, 0x71, 0xF5, 0x93, 0xE0, 0x31, 0x18, 0xD0, 0x87, 0x0C, 0xBE, 0xAA, 0x48, 0x2D, 0xE7, 0x64, 0x85, 0xD3, 0xC1, 0x0B, 0x60, 0xFE, 0x7A, 0x9C, 0xB1, 0x3A};
-static const uint8_t kFrameSettingsReadReply[] = {0x27, 0x96, 0x21, 0x01, 0x48, 0xCF, 0x93, 0x7C, 0xCB, 0x1A, 0x3A, 0x57, 0x71, 0xF5, 0x93, 0xE0, 0x31, 0x18, 0xD0, 0x87, 0x0C, 0xBE, 0xAA, 0x48, 0x2D, 0xE7, 0x64, 0x85, 0xD3, 0xC1, 0x0B, 0x60, 0xFE, 0x7A, 0x9C, 0xB1, 0x3A, 0x85, 0x1D, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0x29, 0x8A, 0x10, 0x53, 0x48, 0xF1, 0xB6, 0x2D, 0xEE, 0xCB, 0x6A, 0x5D, 0x08, 0x94, 0xA6, 0x03, 0xE3, 0x3B, 0x81, 0x1F, 0xAA, 0xBD, 0xE1, 0x5B, 0x50, 0x98, 0x88, 0x36, 0xD4, 0xF7, 0x72, 0x2E, 0x11};
+static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0x29, 0x8A, 0x10, 0x53, 0x48, 0xF1, 0xB6, 0x2D, 0xEE, 0xCB, 0x6A, 0x5D, 0x08, 0x94, 0xA6, 0x03, 0xE3, 0x3B, 0x81, 0x1F, 0xAA, 0xBD, 0xE1, 0x5B, 0x50, 0x98, 0x88, 0x36, 0xD4, 0xF7, 0x72, 0x2E, 0x11, 0x0B, 0xB3, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = -10007;
-  message.angle_cdeg[1] = 30496;
-  message.angle_cdeg[2] = 5464;
+  message.angle_cdeg[0] = -20634;
+  message.angle_cdeg[1] = 19869;
+  message.angle_cdeg[2] = -5163;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -722,15 +1041,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == -10007 && message.angle_cdeg[1] == 30496 && message.angle_cdeg[2] == 5464;
+  return message.angle_cdeg[0] == -20634 && message.angle_cdeg[1] == 19869 && message.angle_cdeg[2] == -5163;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0xE9, 0xD8, 0x20, 0x77, 0x58, 0x15};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x22, 0xE9, 0xD8, 0x20, 0x77, 0x58, 0x15, 0xA4, 0x92, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0x66, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x66, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB, 0x6B, 0x07, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 179u;
+  message.at_start_pose = 138u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -738,18 +1057,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 179u;
+  return message.at_start_pose == 138u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0xB3};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x23, 0xB3, 0x6D, 0xDB, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0x8A};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x8A, 0x06, 0x19, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 81u;
-  message.from_cdeg = -4098;
-  message.to_cdeg = -29130;
-  message.confirm = 745383384u;
+  message.joint = 40u;
+  message.from_cdeg = -14725;
+  message.to_cdeg = 25778;
+  message.confirm = 48914617u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -757,16 +1076,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 81u && message.from_cdeg == -4098 && message.to_cdeg == -29130 && message.confirm == 745383384u;
+  return message.joint == 40u && message.from_cdeg == -14725 && message.to_cdeg == 25778 && message.confirm == 48914617u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0x51, 0xFE, 0xEF, 0x36, 0x8E, 0xD8, 0xA5, 0x6D, 0x2C};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x24, 0x51, 0xFE, 0xEF, 0x36, 0x8E, 0xD8, 0xA5, 0x6D, 0x2C, 0x04, 0x98, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0x28, 0x7B, 0xC6, 0xB2, 0x64, 0xB9, 0x60, 0xEA, 0x02};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x28, 0x7B, 0xC6, 0xB2, 0x64, 0xB9, 0x60, 0xEA, 0x02, 0xCE, 0xEC, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = -13659;
-  message.arrived = 104u;
+  message.angle_cdeg = -24287;
+  message.arrived = 63u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -774,11 +1093,11 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == -13659 && message.arrived == 104u;
+  return message.angle_cdeg == -24287 && message.arrived == 63u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0xA5, 0xCA, 0x68};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x25, 0xA5, 0xCA, 0x68, 0xEC, 0x1C, 0x00};
+static const uint8_t kPayloadJogReply[] = {0x21, 0xA1, 0x3F};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0x21, 0xA1, 0x3F, 0x8A, 0x3A, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
@@ -788,7 +1107,7 @@ static const Vector kVectors[] = {
     {"RunReportRequest", protocol::RunReportRequest::kType, 4, build_RunReportRequest, matches_RunReportRequest, kPayloadRunReportRequest, 0, kFrameRunReportRequest, 6},
     {"RunReportReply", protocol::RunReportReply::kType, 5, build_RunReportReply, matches_RunReportReply, kPayloadRunReportReply, 74, kFrameRunReportReply, 80},
     {"LoggerStatusRequest", protocol::LoggerStatusRequest::kType, 6, build_LoggerStatusRequest, matches_LoggerStatusRequest, kPayloadLoggerStatusRequest, 0, kFrameLoggerStatusRequest, 6},
-    {"LoggerStatusReply", protocol::LoggerStatusReply::kType, 7, build_LoggerStatusReply, matches_LoggerStatusReply, kPayloadLoggerStatusReply, 34, kFrameLoggerStatusReply, 40},
+    {"LoggerStatusReply", protocol::LoggerStatusReply::kType, 7, build_LoggerStatusReply, matches_LoggerStatusReply, kPayloadLoggerStatusReply, 54, kFrameLoggerStatusReply, 60},
     {"ManeuverBeginRequest", protocol::ManeuverBeginRequest::kType, 8, build_ManeuverBeginRequest, matches_ManeuverBeginRequest, kPayloadManeuverBeginRequest, 3, kFrameManeuverBeginRequest, 9},
     {"ManeuverBeginReply", protocol::ManeuverBeginReply::kType, 9, build_ManeuverBeginReply, matches_ManeuverBeginReply, kPayloadManeuverBeginReply, 1, kFrameManeuverBeginReply, 7},
     {"ManeuverStrokeRequest", protocol::ManeuverStrokeRequest::kType, 10, build_ManeuverStrokeRequest, matches_ManeuverStrokeRequest, kPayloadManeuverStrokeRequest, 8, kFrameManeuverStrokeRequest, 14},
@@ -803,22 +1122,36 @@ static const Vector kVectors[] = {
     {"ArmReply", protocol::ArmReply::kType, 19, build_ArmReply, matches_ArmReply, kPayloadArmReply, 1, kFrameArmReply, 7},
     {"DisarmRequest", protocol::DisarmRequest::kType, 20, build_DisarmRequest, matches_DisarmRequest, kPayloadDisarmRequest, 0, kFrameDisarmRequest, 6},
     {"DisarmReply", protocol::DisarmReply::kType, 21, build_DisarmReply, matches_DisarmReply, kPayloadDisarmReply, 1, kFrameDisarmReply, 7},
-    {"RecordStartRequest", protocol::RecordStartRequest::kType, 22, build_RecordStartRequest, matches_RecordStartRequest, kPayloadRecordStartRequest, 4, kFrameRecordStartRequest, 10},
+    {"RecordStartRequest", protocol::RecordStartRequest::kType, 22, build_RecordStartRequest, matches_RecordStartRequest, kPayloadRecordStartRequest, 12, kFrameRecordStartRequest, 18},
     {"RecordStartReply", protocol::RecordStartReply::kType, 23, build_RecordStartReply, matches_RecordStartReply, kPayloadRecordStartReply, 5, kFrameRecordStartReply, 11},
     {"RecordStopRequest", protocol::RecordStopRequest::kType, 24, build_RecordStopRequest, matches_RecordStopRequest, kPayloadRecordStopRequest, 0, kFrameRecordStopRequest, 6},
     {"RecordStopReply", protocol::RecordStopReply::kType, 25, build_RecordStopReply, matches_RecordStopReply, kPayloadRecordStopReply, 13, kFrameRecordStopReply, 19},
     {"LiveRequest", protocol::LiveRequest::kType, 26, build_LiveRequest, matches_LiveRequest, kPayloadLiveRequest, 1, kFrameLiveRequest, 7},
     {"LiveReply", protocol::LiveReply::kType, 27, build_LiveReply, matches_LiveReply, kPayloadLiveReply, 15, kFrameLiveReply, 21},
-    {"LiveSampleStream", protocol::LiveSampleStream::kType, 28, build_LiveSampleStream, matches_LiveSampleStream, kPayloadLiveSampleStream, 86, kFrameLiveSampleStream, 92},
-    {"ErrorReply", protocol::ErrorReply::kType, 29, build_ErrorReply, matches_ErrorReply, kPayloadErrorReply, 6, kFrameErrorReply, 12},
-    {"SettingsWriteRequest", protocol::SettingsWriteRequest::kType, 30, build_SettingsWriteRequest, matches_SettingsWriteRequest, kPayloadSettingsWriteRequest, 29, kFrameSettingsWriteRequest, 35},
-    {"SettingsWriteReply", protocol::SettingsWriteReply::kType, 31, build_SettingsWriteReply, matches_SettingsWriteReply, kPayloadSettingsWriteReply, 2, kFrameSettingsWriteReply, 8},
-    {"SettingsReadRequest", protocol::SettingsReadRequest::kType, 32, build_SettingsReadRequest, matches_SettingsReadRequest, kPayloadSettingsReadRequest, 0, kFrameSettingsReadRequest, 6},
-    {"SettingsReadReply", protocol::SettingsReadReply::kType, 33, build_SettingsReadReply, matches_SettingsReadReply, kPayloadSettingsReadReply, 34, kFrameSettingsReadReply, 40},
-    {"JointReportRequest", protocol::JointReportRequest::kType, 34, build_JointReportRequest, matches_JointReportRequest, kPayloadJointReportRequest, 6, kFrameJointReportRequest, 12},
-    {"JointReportReply", protocol::JointReportReply::kType, 35, build_JointReportReply, matches_JointReportReply, kPayloadJointReportReply, 1, kFrameJointReportReply, 7},
-    {"JogRequest", protocol::JogRequest::kType, 36, build_JogRequest, matches_JogRequest, kPayloadJogRequest, 9, kFrameJogRequest, 15},
-    {"JogReply", protocol::JogReply::kType, 37, build_JogReply, matches_JogReply, kPayloadJogReply, 3, kFrameJogReply, 9},
+    {"LoggerSettingsWriteRequest", protocol::LoggerSettingsWriteRequest::kType, 28, build_LoggerSettingsWriteRequest, matches_LoggerSettingsWriteRequest, kPayloadLoggerSettingsWriteRequest, 12, kFrameLoggerSettingsWriteRequest, 18},
+    {"LoggerSettingsWriteReply", protocol::LoggerSettingsWriteReply::kType, 29, build_LoggerSettingsWriteReply, matches_LoggerSettingsWriteReply, kPayloadLoggerSettingsWriteReply, 1, kFrameLoggerSettingsWriteReply, 7},
+    {"LoggerSettingsReadRequest", protocol::LoggerSettingsReadRequest::kType, 30, build_LoggerSettingsReadRequest, matches_LoggerSettingsReadRequest, kPayloadLoggerSettingsReadRequest, 0, kFrameLoggerSettingsReadRequest, 6},
+    {"LoggerSettingsReadReply", protocol::LoggerSettingsReadReply::kType, 31, build_LoggerSettingsReadReply, matches_LoggerSettingsReadReply, kPayloadLoggerSettingsReadReply, 15, kFrameLoggerSettingsReadReply, 21},
+    {"ClockSetRequest", protocol::ClockSetRequest::kType, 32, build_ClockSetRequest, matches_ClockSetRequest, kPayloadClockSetRequest, 8, kFrameClockSetRequest, 14},
+    {"ClockSetReply", protocol::ClockSetReply::kType, 33, build_ClockSetReply, matches_ClockSetReply, kPayloadClockSetReply, 8, kFrameClockSetReply, 14},
+    {"LogListRequest", protocol::LogListRequest::kType, 34, build_LogListRequest, matches_LogListRequest, kPayloadLogListRequest, 2, kFrameLogListRequest, 8},
+    {"LogListReply", protocol::LogListReply::kType, 35, build_LogListReply, matches_LogListReply, kPayloadLogListReply, 20, kFrameLogListReply, 26},
+    {"LogReadRequest", protocol::LogReadRequest::kType, 36, build_LogReadRequest, matches_LogReadRequest, kPayloadLogReadRequest, 12, kFrameLogReadRequest, 18},
+    {"LogReadReply", protocol::LogReadReply::kType, 37, build_LogReadReply, matches_LogReadReply, kPayloadLogReadReply, 2, kFrameLogReadReply, 8},
+    {"LogEraseRequest", protocol::LogEraseRequest::kType, 38, build_LogEraseRequest, matches_LogEraseRequest, kPayloadLogEraseRequest, 6, kFrameLogEraseRequest, 12},
+    {"LogEraseReply", protocol::LogEraseReply::kType, 39, build_LogEraseReply, matches_LogEraseReply, kPayloadLogEraseReply, 1, kFrameLogEraseReply, 7},
+    {"LogPartStream", protocol::LogPartStream::kType, 40, build_LogPartStream, matches_LogPartStream, kPayloadLogPartStream, 69, kFrameLogPartStream, 75},
+    {"LogZerosStream", protocol::LogZerosStream::kType, 41, build_LogZerosStream, matches_LogZerosStream, kPayloadLogZerosStream, 6, kFrameLogZerosStream, 12},
+    {"LiveSampleStream", protocol::LiveSampleStream::kType, 42, build_LiveSampleStream, matches_LiveSampleStream, kPayloadLiveSampleStream, 86, kFrameLiveSampleStream, 92},
+    {"ErrorReply", protocol::ErrorReply::kType, 43, build_ErrorReply, matches_ErrorReply, kPayloadErrorReply, 6, kFrameErrorReply, 12},
+    {"SettingsWriteRequest", protocol::SettingsWriteRequest::kType, 44, build_SettingsWriteRequest, matches_SettingsWriteRequest, kPayloadSettingsWriteRequest, 29, kFrameSettingsWriteRequest, 35},
+    {"SettingsWriteReply", protocol::SettingsWriteReply::kType, 45, build_SettingsWriteReply, matches_SettingsWriteReply, kPayloadSettingsWriteReply, 2, kFrameSettingsWriteReply, 8},
+    {"SettingsReadRequest", protocol::SettingsReadRequest::kType, 46, build_SettingsReadRequest, matches_SettingsReadRequest, kPayloadSettingsReadRequest, 0, kFrameSettingsReadRequest, 6},
+    {"SettingsReadReply", protocol::SettingsReadReply::kType, 47, build_SettingsReadReply, matches_SettingsReadReply, kPayloadSettingsReadReply, 34, kFrameSettingsReadReply, 40},
+    {"JointReportRequest", protocol::JointReportRequest::kType, 48, build_JointReportRequest, matches_JointReportRequest, kPayloadJointReportRequest, 6, kFrameJointReportRequest, 12},
+    {"JointReportReply", protocol::JointReportReply::kType, 49, build_JointReportReply, matches_JointReportReply, kPayloadJointReportReply, 1, kFrameJointReportReply, 7},
+    {"JogRequest", protocol::JogRequest::kType, 50, build_JogRequest, matches_JogRequest, kPayloadJogRequest, 9, kFrameJogRequest, 15},
+    {"JogReply", protocol::JogReply::kType, 51, build_JogReply, matches_JogReply, kPayloadJogReply, 3, kFrameJogReply, 9},
 };
 
 }  // namespace golden

@@ -47,7 +47,7 @@ types:
         doc: 'Specific force x, y, z.'
       - id: temperature
         type: s2
-        doc: 'Die temperature.'
+        doc: 'Die temperature: counts / temperature_lsb_per_c + temperature_offset_c.'
       - id: gyro
         type: s2
         repeat: expr
@@ -199,6 +199,17 @@ types:
         repeat: expr
         repeat-expr: 4
         doc: 'Register 0x75 of each IMU; 0 where none answered.'
+      - id: bus_khz
+        type: u2
+        doc: 'Clock of the I2C buses.'
+      - id: after_landing_s
+        type: u2
+        doc: 'The recording closes by itself this long after the landing.'
+      - id: schema
+        type: u1
+        repeat: expr
+        repeat-expr: 384
+        doc: 'This layout in words, ASCII, padded with zeros: a file found in ten years explains itself.'
       - id: wall_clock_us
         type: u8
         doc: 'Unix time at time_us, if the host set the clock; else 0.'
@@ -223,7 +234,78 @@ types:
       - id: interval_max_us
         type: u4
         doc: 'Longest time between two samples.'
+      - id: jitter_rms_us
+        type: f4
+        doc: 'Root mean square of how far the times between samples were from the nominal one.'
+      - id: late_ticks
+        type: u4
+        doc: 'Times between samples over one and a half nominal ones: ticks without a sample.'
+      - id: ring_blocks
+        type: u4
+        doc: 'Blocks that the ring can hold.'
+      - id: card_stall_max_ms
+        type: u4
+        doc: 'Longest time that the card took nothing.'
+      - id: blocks_rewritten
+        type: u4
+        doc: 'Blocks that were written a second time after the landing.'
+      - id: stop_reason
+        type: u1
+        enum: stop_reason
+        doc: 'Why the recording ended.'
+  logger_settings:
+    doc: 'How the logger samples and records.'
+    seq:
+      - id: rate_hz
+        type: u2
+        doc: 'Sampling rate.'
+      - id: gyro_range_deg_s
+        type: u2
+        doc: 'Full scale, +-: 250, 500, 1000 or 2000.'
+      - id: accel_range_g
+        type: u1
+        doc: 'Full scale, +-: 2, 4, 8 or 16.'
+      - id: dlpf_cfg
+        type: u1
+        doc: 'MPU-6050 CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.'
+      - id: bus_khz
+        type: u2
+        doc: 'Clock of the I2C buses: 100 or 400.'
+      - id: after_landing_s
+        type: u2
+        doc: 'A recording closes by itself this long after the landing.'
+      - id: file_mib
+        type: u2
+        doc: 'Room that a recording takes on the card.'
+  log_entry:
+    doc: 'A recording that the logger can hand over.'
+    seq:
+      - id: number
+        type: u2
+        doc: 'Of its file, DROP0001.BIN and up; 0 is what RAM holds.'
+      - id: session
+        type: u4
+        doc: 'Random id of the recording; 0: its first block says nothing.'
+      - id: blocks
+        type: u4
+        doc: 'Blocks of the file; unused room included where it was not closed.'
+      - id: wall_clock_us
+        type: u8
+        doc: 'Unix time of its start, or 0.'
+      - id: closed
+        type: u1
+        doc: '1: its last block is its footer.'
 enums:
+  stop_reason:
+    1:
+      id: host
+      doc: 'A host asked for it.'
+    2:
+      id: landing
+      doc: 'The time after the landing was over.'
+    3:
+      id: file_full
+      doc: 'The file had no more room.'
   block_kind:
     1:
       id: header
@@ -253,3 +335,24 @@ enums:
     6:
       id: samples_dropped
       doc: 'The ring was full: value = samples lost.'
+    7:
+      id: release
+      doc: 'The logger believes a release, see [release]; time = its first edge, arg = 1. arg = 0: both switches closed again, it was none.'
+    8:
+      id: landing
+      doc: 'The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release.'
+    9:
+      id: ring_high_water
+      doc: 'More of the ring than ever waits for the card: arg = quarters of the ring, value = blocks.'
+    10:
+      id: card_lost
+      doc: 'The card stopped answering: arg = error code. It is tried again for as long as the ring has room.'
+    11:
+      id: card_back
+      doc: 'The card takes blocks again: value = milliseconds that it was gone.'
+    12:
+      id: rewritten
+      doc: 'The last seconds were written a second time: value = blocks.'
+    13:
+      id: sampling_late
+      doc: 'Ticks of the sampling timer passed without a sample: value = microseconds since the sample before.'

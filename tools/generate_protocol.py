@@ -13,11 +13,13 @@ import argparse
 import sys
 from pathlib import Path
 
-from protocol_generator import cpp, golden, kaitai, markdown, python
+from protocol_generator import cpp, golden, kaitai, log_format, markdown, python
 from protocol_generator.spec import Spec, SpecError, load_spec
 
 ROOT = Path(__file__).resolve().parent.parent
 SKETCHES = ("arduino_sequencer", "teensy_logger")
+RELEASE_RULE = ("ticks.h", "switch_edge.h", "release_detector.h", "release_detector.cpp")
+"""Files of the sequencer's core that the logger follows a drop with: both must mean the same release."""
 
 
 def outputs(spec: Spec) -> dict[Path, str]:
@@ -31,7 +33,12 @@ def outputs(spec: Spec) -> dict[Path, str]:
     for sketch in SKETCHES:
         folder = ROOT / "firmware" / sketch / "src" / "protocol"
         files.update({folder / name: text for name, text in headers.items()})
+    core = ROOT / "firmware" / "arduino_sequencer" / "src" / "core"
+    for name in RELEASE_RULE:
+        note = f"// Copied from {(core / name).relative_to(ROOT).as_posix()} by tools/generate_protocol.py.\n"
+        files[ROOT / "firmware" / "teensy_logger" / "src" / "release" / name] = note + (core / name).read_text()
     files[ROOT / "protocol" / "reference.md"] = markdown.generate(spec)
+    files[ROOT / "docs" / "log-format.md"] = log_format.generate(spec)
     files[ROOT / "protocol" / "tfsat_log.ksy"] = kaitai.generate(spec)
     files[ROOT / "protocol" / "golden_vectors.json"] = golden.generate_json(spec)
     files[ROOT / "protocol" / "golden_vectors.h"] = golden.generate_cpp(spec)

@@ -18,8 +18,10 @@ TEXT = TOML.read_text(encoding="utf-8")
 GENERATED_FOLDERS = (
     "firmware/arduino_sequencer/src/protocol",
     "firmware/teensy_logger/src/protocol",
+    "firmware/teensy_logger/src/release",
     "host/tfsat_host/protocol",
 )
+SEQUENCER_CORE = "firmware/arduino_sequencer/src/core"
 
 
 def generate(tree: Path, *options: str) -> subprocess.CompletedProcess[str]:
@@ -32,8 +34,9 @@ def tree(tmp_path: Path) -> Path:
     """A copy of what the generator reads and writes."""
     no_caches = shutil.ignore_patterns("__pycache__")
     shutil.copy(REPOSITORY / "tools" / "generate_protocol.py", _folder(tmp_path / "tools"))
-    for folder in ("tools/protocol_generator", "protocol", *GENERATED_FOLDERS):
+    for folder in ("tools/protocol_generator", "protocol", SEQUENCER_CORE, *GENERATED_FOLDERS):
         shutil.copytree(REPOSITORY / folder, tmp_path / folder, ignore=no_caches)
+    shutil.copy(REPOSITORY / "docs" / "log-format.md", _folder(tmp_path / "docs"))
     return tmp_path
 
 
@@ -62,6 +65,7 @@ def test_every_generated_file_is_watched(tree: Path) -> None:
                 path.unlink()
     for name in ("reference.md", "tfsat_log.ksy", "golden_vectors.json", "golden_vectors.h"):
         (tree / "protocol" / name).unlink()
+    (tree / "docs" / "log-format.md").unlink()
     missing = set(before) - set(files(tree))
     assert len(missing) > 20
     done = generate(tree)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .schema import schema_text
 from .spec import SCALARS, BlockLayout, Enum, Field, Spec, Struct, camel
 
 _HEAD = """\
@@ -55,8 +56,17 @@ def _constants(spec: Spec) -> str:
         f"constexpr size_t kSamplesOffset = {layout.header_bytes};",
         f"constexpr size_t kEventsOffset = {layout.events_offset};",
         f"constexpr size_t kBlockCrcOffset = {layout.crc_offset};",
+        "",
+        "// LogHeader::schema.",
+        "constexpr char kLogSchema[] =",
+        *(f'    "{line}"' for line in _pieces(schema_text(spec), 90)),
     ]
+    lines[-1] += ";"
     return "\n".join(lines) + "\n"
+
+
+def _pieces(text: str, length: int) -> list[str]:
+    return [text[start : start + length] for start in range(0, len(text), length)]
 
 
 def _enum(enum: Enum) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import keyword
 import re
 import tomllib
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ class Field:
     kind: str
     count: int | None
     doc: str
+    unit: str = ""  # of one count, where the name does not say it
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,10 @@ def _fields(raw: list[dict[str, str]], known: set[str]) -> tuple[Field, ...]:
         match = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", entry["type"])
         if match is None or match[1] not in known:
             raise SpecError(f"field {entry['name']}: unknown type {entry['type']}")
-        fields.append(Field(entry["name"], match[1], int(match[2]) if match[2] else None, entry["doc"]))
+        if keyword.iskeyword(entry["name"]):
+            raise SpecError(f"field {entry['name']}: a word of Python's own")
+        count = int(match[2]) if match[2] else None
+        fields.append(Field(entry["name"], match[1], count, entry["doc"], entry.get("unit", "")))
     return tuple(fields)
 
 

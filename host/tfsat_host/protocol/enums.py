@@ -70,7 +70,48 @@ class LoggerState(IntEnum):
     STOPPED = 3
     """The last recording was closed cleanly."""
     FAILED = 4
-    """The card refused; see the error code."""
+    """The card refused; see the error code. RAM keeps the newest seconds, after a landing the drop."""
+
+
+class CardState(IntEnum):
+    """What the logger knows of its card."""
+
+    UNKNOWN = 0
+    """Not looked at yet."""
+    READY = 1
+    """A recording would find room."""
+    MISSING = 2
+    """No card, or one without contact."""
+    UNREADABLE = 3
+    """A card without a file system that the logger knows."""
+    FULL = 4
+    """No room for a recording."""
+    WRITE_PROTECTED = 5
+    """The card's own registers forbid writing."""
+    FAILING = 6
+    """It refused a write, or has been busy for too long."""
+
+
+class DropPhase(IntEnum):
+    """Where in a drop the recording is, by the release switches and the accelerometers."""
+
+    WAITING = 0
+    """Not released."""
+    FALLING = 1
+    """Released."""
+    LANDED = 2
+    """Landed; the recording closes by itself after a while."""
+
+
+class StopReason(IntEnum):
+    """Why a recording ended."""
+
+    HOST = 1
+    """A host asked for it."""
+    LANDING = 2
+    """The time after the landing was over."""
+    FILE_FULL = 3
+    """The file had no more room."""
 
 
 class BlockKind(IntEnum):
@@ -99,6 +140,20 @@ class EventCode(IntEnum):
     """A card write took long: value = milliseconds."""
     SAMPLES_DROPPED = 6
     """The ring was full: value = samples lost."""
+    RELEASE = 7
+    """The logger believes a release, see [release]; time = its first edge, arg = 1. arg = 0: both switches closed again, it was none."""
+    LANDING = 8
+    """The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release."""
+    RING_HIGH_WATER = 9
+    """More of the ring than ever waits for the card: arg = quarters of the ring, value = blocks."""
+    CARD_LOST = 10
+    """The card stopped answering: arg = error code. It is tried again for as long as the ring has room."""
+    CARD_BACK = 11
+    """The card takes blocks again: value = milliseconds that it was gone."""
+    REWRITTEN = 12
+    """The last seconds were written a second time: value = blocks."""
+    SAMPLING_LATE = 13
+    """Ticks of the sampling timer passed without a sample: value = microseconds since the sample before."""
 
 
 class ErrorCode(IntEnum):
@@ -161,14 +216,32 @@ class ErrorCode(IntEnum):
     STORE_DAMAGED = 27
     """The stored maneuver or the servo settings are damaged in the EEPROM."""
     NO_CARD = 40
-    """No SD card."""
+    """No SD card answers."""
     CARD_FULL = 41
     """The card has no room for a recording."""
     CARD_WRITE_FAILED = 42
     """The card refused a write."""
     SENSOR_MISSING = 43
-    """An IMU does not answer, or is not an MPU-6050."""
+    """An IMU does not answer."""
     BUS_STUCK = 44
     """An I2C bus is held low."""
     NOT_RECORDING = 45
     """There is no recording to stop."""
+    SENSOR_FROZEN = 46
+    """An IMU repeats the same reading."""
+    SENSOR_FOREIGN = 47
+    """What answers at an IMU's address is not an MPU-6050 (WHO_AM_I)."""
+    CARD_WRITE_PROTECTED = 48
+    """The card forbids writing."""
+    CARD_UNREADABLE = 49
+    """The card has no file system that the logger knows."""
+    RATE_TOO_HIGH = 50
+    """The I2C buses cannot carry this sampling rate."""
+    LOGGER_SETTING_OUT_OF_RANGE = 51
+    """A setting of the logger makes no sense."""
+    NO_SUCH_LOG = 52
+    """There is no such recording."""
+    LOG_CHANGED = 53
+    """The recording under this number is another than the one asked for."""
+    RAM_HOLDS_DROP = 54
+    """The logger's RAM holds a drop that no card has."""

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("0443150bf877f1da")
+PROTOCOL_HASH = bytes.fromhex("12bf1a9896ac4117")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -68,7 +68,55 @@ RELEASE_DEBOUNCE_US = 5000
 RELEASE_CHATTER_US = 60000
 """Contacts that still chatter this long after both were first open belong to a shaken robot, not to a release: the time starts anew."""
 SAMPLE_RATE_HZ = 280
-"""Default sampling rate (paper, sec. robot)."""
+"""Factory setting: sampling rate (paper, sec. robot)."""
+SAMPLE_RATE_MIN_HZ = 10
+"""Slowest sampling rate that a setting may ask for."""
+SAMPLE_RATE_MAX_HZ = 1000
+"""Fastest sampling rate: the MPU-6050's accelerometer makes no more values (RM-MPU-6000A rev. 4.2, p. 11)."""
+IMU_BURST_BITS = 156
+"""Bits on the bus for one 14-byte burst: 17 bytes of 9 bits, 3 for start, restart and stop."""
+IMUS_PER_BUS = 2
+"""An MPU-6050 has two addresses, so a bus carries two."""
+SAMPLING_MARGIN_US = 200
+"""Of each sampling period, kept for a sensor that fails and for the processor."""
+GYRO_RANGE_FACTORY_DEG_S = 500
+"""Factory setting: the paper's range."""
+ACCEL_RANGE_FACTORY_G = 16
+"""Factory setting: the widest, for the landing."""
+DLPF_FACTORY = 3
+"""Factory setting: 42 Hz, 4.8 ms."""
+BUS_FACTORY_KHZ = 400
+"""Factory setting: I2C fast mode."""
+AFTER_LANDING_FACTORY_S = 30
+"""Factory setting: a recording goes on this long after the landing, then closes by itself."""
+AFTER_LANDING_MIN_S = 5
+"""Least time that a recording goes on after the landing: longer than a fall, should a shock in it be taken for the landing."""
+AFTER_LANDING_MAX_S = 600
+"""Most."""
+FILE_FACTORY_MIB = 32
+"""Factory setting: room that a recording takes on the card; 23 minutes at 280 Hz."""
+FILE_MIN_MIB = 1
+"""Least room."""
+FILE_MAX_MIB = 1024
+"""Most."""
+LANDING_SHOCK_G = 6
+"""A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g."""
+LANDING_EARLIEST_US = 300000
+"""No landing is believed before this time after the release."""
+LANDING_LATEST_US = 5000000
+"""By this time after the release the robot has landed, whatever the sensors say."""
+REWRITE_AFTER_LANDING_US = 1000000
+"""This long after the landing, the blow is over, and what RAM holds of the fall is written a second time."""
+REWRITE_AFTER_RELEASE_US = 4000000
+"""And not before this time after the release, should a shock in the fall be taken for the landing."""
+REWRITE_BEFORE_RELEASE_US = 1000000
+"""The second copy begins this long before the release, or where RAM does."""
+FROZEN_US = 100000
+"""An IMU whose output does not change by one bit for this long has stopped measuring: its noise alone is some counts."""
+LOG_PART_BYTES = 64
+"""A block crosses the cable in parts of this size."""
+LOG_READ_BLOCKS = 128
+"""Most blocks that one log_read sends."""
 BLOCK_BYTES = 512
 """A block on the card."""
 BLOCK_MAGIC = 827541076

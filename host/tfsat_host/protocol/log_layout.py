@@ -71,6 +71,9 @@ LOG_HEADER_DTYPE: list[tuple[Any, ...]] = [
     ("accel_range_g", "u1"),
     ("dlpf_cfg", "u1"),
     ("who_am_i", "u1", (4,)),
+    ("bus_khz", "<u2"),
+    ("after_landing_s", "<u2"),
+    ("schema", "u1", (384,)),
     ("wall_clock_us", "<u8"),
 ]
 
@@ -81,6 +84,30 @@ LOG_FOOTER_DTYPE: list[tuple[Any, ...]] = [
     ("ring_peak_blocks", "<u4"),
     ("interval_min_us", "<u4"),
     ("interval_max_us", "<u4"),
+    ("jitter_rms_us", "<f4"),
+    ("late_ticks", "<u4"),
+    ("ring_blocks", "<u4"),
+    ("card_stall_max_ms", "<u4"),
+    ("blocks_rewritten", "<u4"),
+    ("stop_reason", "u1"),
+]
+
+LOGGER_SETTINGS_DTYPE: list[tuple[Any, ...]] = [
+    ("rate_hz", "<u2"),
+    ("gyro_range_deg_s", "<u2"),
+    ("accel_range_g", "u1"),
+    ("dlpf_cfg", "u1"),
+    ("bus_khz", "<u2"),
+    ("after_landing_s", "<u2"),
+    ("file_mib", "<u2"),
+]
+
+LOG_ENTRY_DTYPE: list[tuple[Any, ...]] = [
+    ("number", "<u2"),
+    ("session", "<u4"),
+    ("blocks", "<u4"),
+    ("wall_clock_us", "<u8"),
+    ("closed", "u1"),
 ]
 
 DATA_BLOCK_DTYPE: list[tuple[Any, ...]] = [

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .enums import BlockKind, Board, ErrorCode, EventCode, LoggerState, Origin, ResetCause, SequencerState
+from .enums import BlockKind, Board, CardState, DropPhase, ErrorCode, EventCode, LoggerState, Origin, ResetCause, SequencerState, StopReason
 from .record import Layout, Payload, Record
 
 
@@ -18,7 +18,7 @@ class ImuReading(Record):
 
     Attributes:
         accel: Specific force x, y, z.
-        temperature: Die temperature.
+        temperature: Die temperature: counts / temperature_lsb_per_c + temperature_offset_c.
         gyro: Angular rate x, y, z.
     """
 
@@ -178,10 +178,13 @@ class LogHeader(Record):
         accel_range_g: Full scale, +-.
         dlpf_cfg: MPU-6050 CONFIG.DLPF_CFG.
         who_am_i: Register 0x75 of each IMU; 0 where none answered.
+        bus_khz: Clock of the I2C buses.
+        after_landing_s: The recording closes by itself this long after the landing.
+        schema: This layout in words, ASCII, padded with zeros: a file found in ten years explains itself.
         wall_clock_us: Unix time at time_us, if the host set the clock; else 0.
     """
 
-    SIZE: ClassVar[int] = 64
+    SIZE: ClassVar[int] = 452
     LAYOUT: ClassVar[Layout] = (
         ("protocol_hash", "B", 8),
         ("firmware_version", "B", 3),
@@ -198,6 +201,9 @@ class LogHeader(Record):
         ("accel_range_g", "B", None),
         ("dlpf_cfg", "B", None),
         ("who_am_i", "B", 4),
+        ("bus_khz", "H", None),
+        ("after_landing_s", "H", None),
+        ("schema", "B", 384),
         ("wall_clock_us", "Q", None),
     )
 
@@ -216,6 +222,9 @@ class LogHeader(Record):
     accel_range_g: int
     dlpf_cfg: int
     who_am_i: bytes
+    bus_khz: int
+    after_landing_s: int
+    schema: bytes
     wall_clock_us: int
 
 
@@ -230,9 +239,15 @@ class LogFooter(Record):
         ring_peak_blocks: Most blocks that ever waited for the card.
         interval_min_us: Shortest time between two samples.
         interval_max_us: Longest time between two samples.
+        jitter_rms_us: Root mean square of how far the times between samples were from the nominal one.
+        late_ticks: Times between samples over one and a half nominal ones: ticks without a sample.
+        ring_blocks: Blocks that the ring can hold.
+        card_stall_max_ms: Longest time that the card took nothing.
+        blocks_rewritten: Blocks that were written a second time after the landing.
+        stop_reason: Why the recording ended.
     """
 
-    SIZE: ClassVar[int] = 24
+    SIZE: ClassVar[int] = 45
     LAYOUT: ClassVar[Layout] = (
         ("samples", "I", None),
         ("samples_dropped", "I", None),
@@ -240,6 +255,12 @@ class LogFooter(Record):
         ("ring_peak_blocks", "I", None),
         ("interval_min_us", "I", None),
         ("interval_max_us", "I", None),
+        ("jitter_rms_us", "f", None),
+        ("late_ticks", "I", None),
+        ("ring_blocks", "I", None),
+        ("card_stall_max_ms", "I", None),
+        ("blocks_rewritten", "I", None),
+        ("stop_reason", StopReason, None),
     )
 
     samples: int
@@ -248,6 +269,74 @@ class LogFooter(Record):
     ring_peak_blocks: int
     interval_min_us: int
     interval_max_us: int
+    jitter_rms_us: float
+    late_ticks: int
+    ring_blocks: int
+    card_stall_max_ms: int
+    blocks_rewritten: int
+    stop_reason: StopReason
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerSettings(Record):
+    """How the logger samples and records.
+
+    Attributes:
+        rate_hz: Sampling rate.
+        gyro_range_deg_s: Full scale, +-: 250, 500, 1000 or 2000.
+        accel_range_g: Full scale, +-: 2, 4, 8 or 16.
+        dlpf_cfg: MPU-6050 CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.
+        bus_khz: Clock of the I2C buses: 100 or 400.
+        after_landing_s: A recording closes by itself this long after the landing.
+        file_mib: Room that a recording takes on the card.
+    """
+
+    SIZE: ClassVar[int] = 12
+    LAYOUT: ClassVar[Layout] = (
+        ("rate_hz", "H", None),
+        ("gyro_range_deg_s", "H", None),
+        ("accel_range_g", "B", None),
+        ("dlpf_cfg", "B", None),
+        ("bus_khz", "H", None),
+        ("after_landing_s", "H", None),
+        ("file_mib", "H", None),
+    )
+
+    rate_hz: int
+    gyro_range_deg_s: int
+    accel_range_g: int
+    dlpf_cfg: int
+    bus_khz: int
+    after_landing_s: int
+    file_mib: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogEntry(Record):
+    """A recording that the logger can hand over.
+
+    Attributes:
+        number: Of its file, DROP0001.BIN and up; 0 is what RAM holds.
+        session: Random id of the recording; 0: its first block says nothing.
+        blocks: Blocks of the file; unused room included where it was not closed.
+        wall_clock_us: Unix time of its start, or 0.
+        closed: 1: its last block is its footer.
+    """
+
+    SIZE: ClassVar[int] = 19
+    LAYOUT: ClassVar[Layout] = (
+        ("number", "H", None),
+        ("session", "I", None),
+        ("blocks", "I", None),
+        ("wall_clock_us", "Q", None),
+        ("closed", "B", None),
+    )
+
+    number: int
+    session: int
+    blocks: int
+    wall_clock_us: int
+    closed: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -424,10 +513,17 @@ class LoggerStatusReply(Payload):
         rate_hz: Sampling rate.
         who_am_i: Register 0x75 of each IMU.
         uptime_ms: Since the board started.
+        card: The card, looked at every two seconds while nothing is recorded.
+        card_free_mib: Free room on it, counted when the logger met it and after each recording.
+        phase: Of the present or last recording.
+        ram_holds_drop: 1: RAM holds a drop that no card has. Keep the power on and fetch it.
+        late_ticks: Ticks of the sampling timer without a sample, since the board started.
+        settings_origin: Of the settings in force.
+        unix_us: Time of day, or 0 when no host has set it.
     """
 
     TYPE: ClassVar[int] = 0x83
-    SIZE: ClassVar[int] = 34
+    SIZE: ClassVar[int] = 54
     LAYOUT: ClassVar[Layout] = (
         ("state", LoggerState, None),
         ("error", ErrorCode, None),
@@ -442,6 +538,13 @@ class LoggerStatusReply(Payload):
         ("rate_hz", "H", None),
         ("who_am_i", "B", 4),
         ("uptime_ms", "I", None),
+        ("card", CardState, None),
+        ("card_free_mib", "I", None),
+        ("phase", DropPhase, None),
+        ("ram_holds_drop", "B", None),
+        ("late_ticks", "I", None),
+        ("settings_origin", Origin, None),
+        ("unix_us", "Q", None),
     )
 
     state: LoggerState
@@ -457,6 +560,13 @@ class LoggerStatusReply(Payload):
     rate_hz: int
     who_am_i: bytes
     uptime_ms: int
+    card: CardState
+    card_free_mib: int
+    phase: DropPhase
+    ram_holds_drop: int
+    late_ticks: int
+    settings_origin: Origin
+    unix_us: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -722,24 +832,27 @@ class DisarmReply(Payload):
 
 @dataclass(frozen=True, slots=True)
 class RecordStartRequest(Payload):
-    """Starts a recording.
+    """Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 
     Attributes:
         number: Chosen at random by the host.
+        unix_us: Time of day; 0 leaves the clock as it is.
     """
 
     TYPE: ClassVar[int] = 0x40
-    SIZE: ClassVar[int] = 4
+    SIZE: ClassVar[int] = 12
     LAYOUT: ClassVar[Layout] = (
         ("number", "I", None),
+        ("unix_us", "Q", None),
     )
 
     number: int
+    unix_us: int
 
 
 @dataclass(frozen=True, slots=True)
 class RecordStartReply(Payload):
-    """Starts a recording.
+    """Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 
     Attributes:
         state: Afterwards.
@@ -836,6 +949,266 @@ class LiveReply(Payload):
     gyro_lsb_per_deg_s: float
     accel_lsb_per_g: float
     angle_counts_per_turn: int
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerSettingsWriteRequest(Payload):
+    """Checks, stores and uses new settings; not while recording. rate_too_high: detail = the highest rate in Hz that the buses carry.
+
+    Attributes:
+        settings: All of them.
+    """
+
+    TYPE: ClassVar[int] = 0x45
+    SIZE: ClassVar[int] = 12
+    LAYOUT: ClassVar[Layout] = (
+        ("settings", LoggerSettings, None),
+    )
+
+    settings: LoggerSettings
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerSettingsWriteReply(Payload):
+    """Checks, stores and uses new settings; not while recording. rate_too_high: detail = the highest rate in Hz that the buses carry.
+
+    Attributes:
+        stored: 1: stored, checked by reading back.
+    """
+
+    TYPE: ClassVar[int] = 0xC5
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("stored", "B", None),
+    )
+
+    stored: int
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerSettingsReadRequest(Payload):
+    """The settings in force."""
+
+    TYPE: ClassVar[int] = 0x46
+    SIZE: ClassVar[int] = 0
+    LAYOUT: ClassVar[Layout] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerSettingsReadReply(Payload):
+    """The settings in force.
+
+    Attributes:
+        origin: Factory or uploaded.
+        settings: All of them.
+        rate_max_hz: What the buses carry at this clock.
+    """
+
+    TYPE: ClassVar[int] = 0xC6
+    SIZE: ClassVar[int] = 15
+    LAYOUT: ClassVar[Layout] = (
+        ("origin", Origin, None),
+        ("settings", LoggerSettings, None),
+        ("rate_max_hz", "H", None),
+    )
+
+    origin: Origin
+    settings: LoggerSettings
+    rate_max_hz: int
+
+
+@dataclass(frozen=True, slots=True)
+class ClockSetRequest(Payload):
+    """Sets the time of day.
+
+    Attributes:
+        unix_us: Unix time now.
+    """
+
+    TYPE: ClassVar[int] = 0x47
+    SIZE: ClassVar[int] = 8
+    LAYOUT: ClassVar[Layout] = (
+        ("unix_us", "Q", None),
+    )
+
+    unix_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class ClockSetReply(Payload):
+    """Sets the time of day.
+
+    Attributes:
+        uptime_us: The logger's clock at that moment.
+    """
+
+    TYPE: ClassVar[int] = 0xC7
+    SIZE: ClassVar[int] = 8
+    LAYOUT: ClassVar[Layout] = (
+        ("uptime_us", "Q", None),
+    )
+
+    uptime_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogListRequest(Payload):
+    """The first recording whose number is `from_number` or greater; not while recording.
+
+    Attributes:
+        from_number: 0 to begin with what RAM holds.
+    """
+
+    TYPE: ClassVar[int] = 0x48
+    SIZE: ClassVar[int] = 2
+    LAYOUT: ClassVar[Layout] = (
+        ("from_number", "H", None),
+    )
+
+    from_number: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogListReply(Payload):
+    """The first recording whose number is `from_number` or greater; not while recording.
+
+    Attributes:
+        found: 0: there is none, the rest is zero.
+        entry: The recording.
+    """
+
+    TYPE: ClassVar[int] = 0xC8
+    SIZE: ClassVar[int] = 20
+    LAYOUT: ClassVar[Layout] = (
+        ("found", "B", None),
+        ("entry", LogEntry, None),
+    )
+
+    found: int
+    entry: LogEntry
+
+
+@dataclass(frozen=True, slots=True)
+class LogReadRequest(Payload):
+    """Sends blocks of a recording as log_part and log_zeros; not while recording. A new log_read, or a closed port, ends the one before.
+
+    Attributes:
+        number: As in LogEntry.
+        session: As in LogEntry.
+        first_block: From 0.
+        count: At most log_read_blocks.
+    """
+
+    TYPE: ClassVar[int] = 0x49
+    SIZE: ClassVar[int] = 12
+    LAYOUT: ClassVar[Layout] = (
+        ("number", "H", None),
+        ("session", "I", None),
+        ("first_block", "I", None),
+        ("count", "H", None),
+    )
+
+    number: int
+    session: int
+    first_block: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogReadReply(Payload):
+    """Sends blocks of a recording as log_part and log_zeros; not while recording. A new log_read, or a closed port, ends the one before.
+
+    Attributes:
+        count: Blocks that will be sent: fewer at the end of the file.
+    """
+
+    TYPE: ClassVar[int] = 0xC9
+    SIZE: ClassVar[int] = 2
+    LAYOUT: ClassVar[Layout] = (
+        ("count", "H", None),
+    )
+
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogEraseRequest(Payload):
+    """Removes a recording from the card; number 0: gives up what RAM holds. Not while recording.
+
+    Attributes:
+        number: As in LogEntry.
+        session: As in LogEntry.
+    """
+
+    TYPE: ClassVar[int] = 0x4A
+    SIZE: ClassVar[int] = 6
+    LAYOUT: ClassVar[Layout] = (
+        ("number", "H", None),
+        ("session", "I", None),
+    )
+
+    number: int
+    session: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogEraseReply(Payload):
+    """Removes a recording from the card; number 0: gives up what RAM holds. Not while recording.
+
+    Attributes:
+        erased: 1.
+    """
+
+    TYPE: ClassVar[int] = 0xCA
+    SIZE: ClassVar[int] = 1
+    LAYOUT: ClassVar[Layout] = (
+        ("erased", "B", None),
+    )
+
+    erased: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogPartStream(Payload):
+    """A piece of a block, as asked for by log_read. A lost one is asked for again.
+
+    Attributes:
+        block: Of the recording.
+        part: From 0.
+        data: log_part_bytes of the block.
+    """
+
+    TYPE: ClassVar[int] = 0x61
+    SIZE: ClassVar[int] = 69
+    LAYOUT: ClassVar[Layout] = (
+        ("block", "I", None),
+        ("part", "B", None),
+        ("data", "B", 64),
+    )
+
+    block: int
+    part: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class LogZerosStream(Payload):
+    """Blocks that hold only zeros, as asked for by log_read.
+
+    Attributes:
+        first_block: Of the recording.
+        count: Blocks.
+    """
+
+    TYPE: ClassVar[int] = 0x62
+    SIZE: ClassVar[int] = 6
+    LAYOUT: ClassVar[Layout] = (
+        ("first_block", "I", None),
+        ("count", "H", None),
+    )
+
+    first_block: int
+    count: int
 
 
 @dataclass(frozen=True, slots=True)

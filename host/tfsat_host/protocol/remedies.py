@@ -149,22 +149,22 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "Upload both again: tfsat-host upload-sequence, and tfsat-host upload-servos. If it recurs, replace the Arduino Micro.",
     ),
     ErrorCode.NO_CARD: (
-        "No SD card.",
-        "Nothing would be recorded.",
-        "Insert a card and restart the logger.",
+        "No SD card answers.",
+        "Only the newest seconds stay, in the logger's RAM, until its power goes.",
+        "Push the card in until it clicks, then start the recording again. After a drop: keep the power on and run tfsat-host log fetch ram.",
     ),
     ErrorCode.CARD_FULL: (
         "The card has no room for a recording.",
-        "Nothing would be recorded.",
-        "Copy the recordings off the card and delete them.",
+        "Only the newest seconds stay, in the logger's RAM, until its power goes.",
+        "tfsat-host log fetch, then tfsat-host log erase; or put in another card.",
     ),
     ErrorCode.CARD_WRITE_FAILED: (
         "The card refused a write.",
-        "The recording has a gap or has ended.",
-        "Replace the card before the drop.",
+        "The recording has a gap or has ended; RAM keeps the newest seconds until the power goes.",
+        "Keep the power on and run tfsat-host log fetch ram. Replace the card before the next drop.",
     ),
     ErrorCode.SENSOR_MISSING: (
-        "An IMU does not answer, or is not an MPU-6050.",
+        "An IMU does not answer.",
         "That body's rates are not recorded.",
         "Check the wiring and the address jumper of that IMU.",
     ),
@@ -177,6 +177,51 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "There is no recording to stop.",
         "Nothing was changed.",
         "tfsat-host status shows what the logger does.",
+    ),
+    ErrorCode.SENSOR_FROZEN: (
+        "An IMU repeats the same reading.",
+        "It answers and does not measure: that body's rates are not recorded.",
+        "Switch the robot's power off and on; if it recurs, replace that IMU.",
+    ),
+    ErrorCode.SENSOR_FOREIGN: (
+        "What answers at an IMU's address is not an MPU-6050 (WHO_AM_I).",
+        "Its scales are unknown, so that body's rates are not recorded.",
+        "tfsat-host status shows what it answers; replace it by an MPU-6050.",
+    ),
+    ErrorCode.CARD_WRITE_PROTECTED: (
+        "The card forbids writing.",
+        "Only the newest seconds stay, in the logger's RAM, until its power goes.",
+        "Put in another card: its own registers say so, and no switch on it changes that.",
+    ),
+    ErrorCode.CARD_UNREADABLE: (
+        "The card has no file system that the logger knows.",
+        "Only the newest seconds stay, in the logger's RAM, until its power goes.",
+        "Format the card as FAT32 or exFAT with the SD Association's formatter, then start again.",
+    ),
+    ErrorCode.RATE_TOO_HIGH: (
+        "The I2C buses cannot carry this sampling rate.",
+        "The stored settings are unchanged.",
+        "Lower the rate, or raise the bus clock to 400 kHz.",
+    ),
+    ErrorCode.LOGGER_SETTING_OUT_OF_RANGE: (
+        "A setting of the logger makes no sense.",
+        "The stored settings are unchanged.",
+        "tfsat-host logger-settings --help lists what there is.",
+    ),
+    ErrorCode.NO_SUCH_LOG: (
+        "There is no such recording.",
+        "Nothing was changed.",
+        "tfsat-host log list",
+    ),
+    ErrorCode.LOG_CHANGED: (
+        "The recording under this number is another than the one asked for.",
+        "Nothing was read or erased.",
+        "tfsat-host log list, then the same command again.",
+    ),
+    ErrorCode.RAM_HOLDS_DROP: (
+        "The logger's RAM holds a drop that no card has.",
+        "A new recording would overwrite it.",
+        "tfsat-host log fetch ram, then start again. To give it up: tfsat-host log erase ram.",
     ),
 }
 """Error code: (what happened, what it means, what to do)."""

@@ -4,17 +4,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "ticks.h"
+#include "switch_edge.h"
 
 namespace tfsat {
 namespace sequencer {
-
-// One change of a release switch, stamped by hardware.
-struct SwitchEdge {
-  tick_t at;
-  uint8_t index;  // 0 or 1
-  bool open;
-};
 
 class ReleaseSwitches {
  public:

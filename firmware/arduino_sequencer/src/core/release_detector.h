@@ -7,10 +7,11 @@
 // then closed again for as long, is counted as a knock. Contacts that go on chattering for longer
 // than any release does start anew, so that a shaken robot's time never begins long before its
 // release.
-#pragma once
+#ifndef TFSAT_RELEASE_RELEASE_DETECTOR_H
+#define TFSAT_RELEASE_RELEASE_DETECTOR_H
 
 #include "../protocol/messages.h"
-#include "ports.h"
+#include "switch_edge.h"
 
 namespace tfsat {
 namespace sequencer {
@@ -53,3 +54,5 @@ class ReleaseDetector {
 
 }  // namespace sequencer
 }  // namespace tfsat
+
+#endif

@@ -1,5 +1,6 @@
 // Time on the sequencer: ticks of half a microsecond, as the ATmega32U4's timers count them.
-#pragma once
+#ifndef TFSAT_RELEASE_TICKS_H
+#define TFSAT_RELEASE_TICKS_H
 
 #include <stdint.h>
 
@@ -21,3 +22,5 @@ inline bool tick_before(tick_t a, tick_t b) { return static_cast<int32_t>(a - b)
 
 }  // namespace sequencer
 }  // namespace tfsat
+
+#endif

@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x04, 0x43, 0x15, 0x0B, 0xF8, 0x77, 0xF1, 0xDA};
+constexpr uint8_t kProtocolHash[8] = {0x12, 0xBF, 0x1A, 0x98, 0x96, 0xAC, 0x41, 0x17};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -73,8 +73,56 @@ constexpr uint32_t kStrokeLineUs = 1000;
 constexpr uint32_t kReleaseDebounceUs = 5000;
 // Contacts that still chatter this long after both were first open belong to a shaken robot, not to a release: the time starts anew.
 constexpr uint32_t kReleaseChatterUs = 60000;
-// Default sampling rate (paper, sec. robot).
+// Factory setting: sampling rate (paper, sec. robot).
 constexpr uint32_t kSampleRateHz = 280;
+// Slowest sampling rate that a setting may ask for.
+constexpr uint32_t kSampleRateMinHz = 10;
+// Fastest sampling rate: the MPU-6050's accelerometer makes no more values (RM-MPU-6000A rev. 4.2, p. 11).
+constexpr uint32_t kSampleRateMaxHz = 1000;
+// Bits on the bus for one 14-byte burst: 17 bytes of 9 bits, 3 for start, restart and stop.
+constexpr uint32_t kImuBurstBits = 156;
+// An MPU-6050 has two addresses, so a bus carries two.
+constexpr uint32_t kImusPerBus = 2;
+// Of each sampling period, kept for a sensor that fails and for the processor.
+constexpr uint32_t kSamplingMarginUs = 200;
+// Factory setting: the paper's range.
+constexpr uint32_t kGyroRangeFactoryDegS = 500;
+// Factory setting: the widest, for the landing.
+constexpr uint32_t kAccelRangeFactoryG = 16;
+// Factory setting: 42 Hz, 4.8 ms.
+constexpr uint32_t kDlpfFactory = 3;
+// Factory setting: I2C fast mode.
+constexpr uint32_t kBusFactoryKhz = 400;
+// Factory setting: a recording goes on this long after the landing, then closes by itself.
+constexpr uint32_t kAfterLandingFactoryS = 30;
+// Least time that a recording goes on after the landing: longer than a fall, should a shock in it be taken for the landing.
+constexpr uint32_t kAfterLandingMinS = 5;
+// Most.
+constexpr uint32_t kAfterLandingMaxS = 600;
+// Factory setting: room that a recording takes on the card; 23 minutes at 280 Hz.
+constexpr uint32_t kFileFactoryMib = 32;
+// Least room.
+constexpr uint32_t kFileMinMib = 1;
+// Most.
+constexpr uint32_t kFileMaxMib = 1024;
+// A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g.
+constexpr uint32_t kLandingShockG = 6;
+// No landing is believed before this time after the release.
+constexpr uint32_t kLandingEarliestUs = 300000;
+// By this time after the release the robot has landed, whatever the sensors say.
+constexpr uint32_t kLandingLatestUs = 5000000;
+// This long after the landing, the blow is over, and what RAM holds of the fall is written a second time.
+constexpr uint32_t kRewriteAfterLandingUs = 1000000;
+// And not before this time after the release, should a shock in the fall be taken for the landing.
+constexpr uint32_t kRewriteAfterReleaseUs = 4000000;
+// The second copy begins this long before the release, or where RAM does.
+constexpr uint32_t kRewriteBeforeReleaseUs = 1000000;
+// An IMU whose output does not change by one bit for this long has stopped measuring: its noise alone is some counts.
+constexpr uint32_t kFrozenUs = 100000;
+// A block crosses the cable in parts of this size.
+constexpr uint32_t kLogPartBytes = 64;
+// Most blocks that one log_read sends.
+constexpr uint32_t kLogReadBlocks = 128;
 // A block on the card.
 constexpr uint32_t kBlockBytes = 512;
 // The bytes 'TFS1' that every block begins with.
@@ -96,6 +144,13 @@ constexpr uint32_t kCardSyncMs = 250;
 constexpr size_t kSamplesOffset = 32;
 constexpr size_t kEventsOffset = 476;
 constexpr size_t kBlockCrcOffset = 508;
+
+// LogHeader::schema.
+constexpr char kLogSchema[] =
+    "tfsat log, little endian, 512 B blocks: head 32, 6 Sample, 2 Event, CRC-32 at 508. Sample:"
+    " time_offset_us u32, flags u16, imu ImuReading[4], angle u16[6] turn/angle_counts_per_turn"
+    ". ImuReading: accel i16[3] g/accel_lsb_per_g, temperature i16 C, gyro i16[3] deg/s/gyro_ls"
+    "b_per_deg_s. Event: time_us u64, code u8, index u8, arg u16, value i32.";
 
 // Kind of board that answers HELLO.
 enum class Board : uint8_t {
@@ -134,7 +189,32 @@ enum class LoggerState : uint8_t {
   kRecording = 1,  // Samples go to the card.
   kStopping = 2,  // The ring is being emptied and the footer written.
   kStopped = 3,  // The last recording was closed cleanly.
-  kFailed = 4,  // The card refused; see the error code.
+  kFailed = 4,  // The card refused; see the error code. RAM keeps the newest seconds, after a landing the drop.
+};
+
+// What the logger knows of its card.
+enum class CardState : uint8_t {
+  kUnknown = 0,  // Not looked at yet.
+  kReady = 1,  // A recording would find room.
+  kMissing = 2,  // No card, or one without contact.
+  kUnreadable = 3,  // A card without a file system that the logger knows.
+  kFull = 4,  // No room for a recording.
+  kWriteProtected = 5,  // The card's own registers forbid writing.
+  kFailing = 6,  // It refused a write, or has been busy for too long.
+};
+
+// Where in a drop the recording is, by the release switches and the accelerometers.
+enum class DropPhase : uint8_t {
+  kWaiting = 0,  // Not released.
+  kFalling = 1,  // Released.
+  kLanded = 2,  // Landed; the recording closes by itself after a while.
+};
+
+// Why a recording ended.
+enum class StopReason : uint8_t {
+  kHost = 1,  // A host asked for it.
+  kLanding = 2,  // The time after the landing was over.
+  kFileFull = 3,  // The file had no more room.
 };
 
 // What a block on the card holds.
@@ -152,6 +232,13 @@ enum class EventCode : uint8_t {
   kSensorRecovered = 4,  // A sensor answers again: index = IMU.
   kCardStall = 5,  // A card write took long: value = milliseconds.
   kSamplesDropped = 6,  // The ring was full: value = samples lost.
+  kRelease = 7,  // The logger believes a release, see [release]; time = its first edge, arg = 1. arg = 0: both switches closed again, it was none.
+  kLanding = 8,  // The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release.
+  kRingHighWater = 9,  // More of the ring than ever waits for the card: arg = quarters of the ring, value = blocks.
+  kCardLost = 10,  // The card stopped answering: arg = error code. It is tried again for as long as the ring has room.
+  kCardBack = 11,  // The card takes blocks again: value = milliseconds that it was gone.
+  kRewritten = 12,  // The last seconds were written a second time: value = blocks.
+  kSamplingLate = 13,  // Ticks of the sampling timer passed without a sample: value = microseconds since the sample before.
 };
 
 // Why a request was refused, what that means and what to do.
@@ -184,12 +271,21 @@ enum class ErrorCode : uint8_t {
   kSettingOutOfRange = 25,  // A servo setting makes no sense.
   kSettingsDoNotFit = 26,  // The stored maneuver leaves a joint's limits in the servo settings.
   kStoreDamaged = 27,  // The stored maneuver or the servo settings are damaged in the EEPROM.
-  kNoCard = 40,  // No SD card.
+  kNoCard = 40,  // No SD card answers.
   kCardFull = 41,  // The card has no room for a recording.
   kCardWriteFailed = 42,  // The card refused a write.
-  kSensorMissing = 43,  // An IMU does not answer, or is not an MPU-6050.
+  kSensorMissing = 43,  // An IMU does not answer.
   kBusStuck = 44,  // An I2C bus is held low.
   kNotRecording = 45,  // There is no recording to stop.
+  kSensorFrozen = 46,  // An IMU repeats the same reading.
+  kSensorForeign = 47,  // What answers at an IMU's address is not an MPU-6050 (WHO_AM_I).
+  kCardWriteProtected = 48,  // The card forbids writing.
+  kCardUnreadable = 49,  // The card has no file system that the logger knows.
+  kRateTooHigh = 50,  // The I2C buses cannot carry this sampling rate.
+  kLoggerSettingOutOfRange = 51,  // A setting of the logger makes no sense.
+  kNoSuchLog = 52,  // There is no such recording.
+  kLogChanged = 53,  // The recording under this number is another than the one asked for.
+  kRamHoldsDrop = 54,  // The logger's RAM holds a drop that no card has.
 };
 
 // One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.
@@ -197,7 +293,7 @@ struct ImuReading {
   static constexpr size_t kSize = 14;
 
   int16_t accel[3];  // Specific force x, y, z.
-  int16_t temperature;  // Die temperature.
+  int16_t temperature;  // Die temperature: counts / temperature_lsb_per_c + temperature_offset_c.
   int16_t gyro[3];  // Angular rate x, y, z.
 
   void write(Writer& out) const {
@@ -450,7 +546,7 @@ struct BlockHeader {
 
 // What was recorded, with which scales. Payload of a header block.
 struct LogHeader {
-  static constexpr size_t kSize = 64;
+  static constexpr size_t kSize = 452;
 
   uint8_t protocol_hash[8];  // Of the specification that the firmware was built with.
   uint8_t firmware_version[3];  // Major, minor, patch.
@@ -467,6 +563,9 @@ struct LogHeader {
   uint8_t accel_range_g;  // Full scale, +-.
   uint8_t dlpf_cfg;  // MPU-6050 CONFIG.DLPF_CFG.
   uint8_t who_am_i[4];  // Register 0x75 of each IMU; 0 where none answered.
+  uint16_t bus_khz;  // Clock of the I2C buses.
+  uint16_t after_landing_s;  // The recording closes by itself this long after the landing.
+  uint8_t schema[384];  // This layout in words, ASCII, padded with zeros: a file found in ten years explains itself.
   uint64_t wall_clock_us;  // Unix time at time_us, if the host set the clock; else 0.
 
   void write(Writer& out) const {
@@ -485,6 +584,9 @@ struct LogHeader {
     out.u8(accel_range_g);
     out.u8(dlpf_cfg);
     for (size_t i = 0; i < 4; ++i) out.u8(who_am_i[i]);
+    out.u16(bus_khz);
+    out.u16(after_landing_s);
+    for (size_t i = 0; i < 384; ++i) out.u8(schema[i]);
     out.u64(wall_clock_us);
   }
 
@@ -504,6 +606,9 @@ struct LogHeader {
     accel_range_g = in.u8();
     dlpf_cfg = in.u8();
     for (size_t i = 0; i < 4; ++i) who_am_i[i] = in.u8();
+    bus_khz = in.u16();
+    after_landing_s = in.u16();
+    for (size_t i = 0; i < 384; ++i) schema[i] = in.u8();
     wall_clock_us = in.u64();
   }
 
@@ -533,7 +638,7 @@ struct LogHeader {
 
 // Summary written when a recording is closed cleanly. Payload of a footer block.
 struct LogFooter {
-  static constexpr size_t kSize = 24;
+  static constexpr size_t kSize = 45;
 
   uint32_t samples;  // Samples taken, dropped ones included.
   uint32_t samples_dropped;  // Samples lost because the ring was full.
@@ -541,6 +646,12 @@ struct LogFooter {
   uint32_t ring_peak_blocks;  // Most blocks that ever waited for the card.
   uint32_t interval_min_us;  // Shortest time between two samples.
   uint32_t interval_max_us;  // Longest time between two samples.
+  float jitter_rms_us;  // Root mean square of how far the times between samples were from the nominal one.
+  uint32_t late_ticks;  // Times between samples over one and a half nominal ones: ticks without a sample.
+  uint32_t ring_blocks;  // Blocks that the ring can hold.
+  uint32_t card_stall_max_ms;  // Longest time that the card took nothing.
+  uint32_t blocks_rewritten;  // Blocks that were written a second time after the landing.
+  StopReason stop_reason;  // Why the recording ended.
 
   void write(Writer& out) const {
     out.u32(samples);
@@ -549,6 +660,12 @@ struct LogFooter {
     out.u32(ring_peak_blocks);
     out.u32(interval_min_us);
     out.u32(interval_max_us);
+    out.f32(jitter_rms_us);
+    out.u32(late_ticks);
+    out.u32(ring_blocks);
+    out.u32(card_stall_max_ms);
+    out.u32(blocks_rewritten);
+    out.u8(static_cast<uint8_t>(stop_reason));
   }
 
   void read(Reader& in) {
@@ -558,12 +675,124 @@ struct LogFooter {
     ring_peak_blocks = in.u32();
     interval_min_us = in.u32();
     interval_max_us = in.u32();
+    jitter_rms_us = in.f32();
+    late_ticks = in.u32();
+    ring_blocks = in.u32();
+    card_stall_max_ms = in.u32();
+    blocks_rewritten = in.u32();
+    stop_reason = static_cast<StopReason>(in.u8());
   }
 
   // `out` must hold kSize bytes.
   void encode(uint8_t* out) const {
 #ifdef TFSAT_WIRE_FORM_IN_MEMORY
     static_assert(sizeof(LogFooter) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// How the logger samples and records.
+struct LoggerSettings {
+  static constexpr size_t kSize = 12;
+
+  uint16_t rate_hz;  // Sampling rate.
+  uint16_t gyro_range_deg_s;  // Full scale, +-: 250, 500, 1000 or 2000.
+  uint8_t accel_range_g;  // Full scale, +-: 2, 4, 8 or 16.
+  uint8_t dlpf_cfg;  // MPU-6050 CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.
+  uint16_t bus_khz;  // Clock of the I2C buses: 100 or 400.
+  uint16_t after_landing_s;  // A recording closes by itself this long after the landing.
+  uint16_t file_mib;  // Room that a recording takes on the card.
+
+  void write(Writer& out) const {
+    out.u16(rate_hz);
+    out.u16(gyro_range_deg_s);
+    out.u8(accel_range_g);
+    out.u8(dlpf_cfg);
+    out.u16(bus_khz);
+    out.u16(after_landing_s);
+    out.u16(file_mib);
+  }
+
+  void read(Reader& in) {
+    rate_hz = in.u16();
+    gyro_range_deg_s = in.u16();
+    accel_range_g = in.u8();
+    dlpf_cfg = in.u8();
+    bus_khz = in.u16();
+    after_landing_s = in.u16();
+    file_mib = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LoggerSettings) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// A recording that the logger can hand over.
+struct LogEntry {
+  static constexpr size_t kSize = 19;
+
+  uint16_t number;  // Of its file, DROP0001.BIN and up; 0 is what RAM holds.
+  uint32_t session;  // Random id of the recording; 0: its first block says nothing.
+  uint32_t blocks;  // Blocks of the file; unused room included where it was not closed.
+  uint64_t wall_clock_us;  // Unix time of its start, or 0.
+  uint8_t closed;  // 1: its last block is its footer.
+
+  void write(Writer& out) const {
+    out.u16(number);
+    out.u32(session);
+    out.u32(blocks);
+    out.u64(wall_clock_us);
+    out.u8(closed);
+  }
+
+  void read(Reader& in) {
+    number = in.u16();
+    session = in.u32();
+    blocks = in.u32();
+    wall_clock_us = in.u64();
+    closed = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogEntry) == kSize, "no padding");
     memcpy(out, this, kSize);
 #else
     Writer writer(out);
@@ -797,7 +1026,7 @@ struct LoggerStatusRequest {
 // What the logger is doing.
 struct LoggerStatusReply {
   static constexpr uint8_t kType = 0x83;
-  static constexpr size_t kSize = 34;
+  static constexpr size_t kSize = 54;
 
   LoggerState state;  // State.
   ErrorCode error;  // Why the last recording failed, or none.
@@ -812,6 +1041,13 @@ struct LoggerStatusReply {
   uint16_t rate_hz;  // Sampling rate.
   uint8_t who_am_i[4];  // Register 0x75 of each IMU.
   uint32_t uptime_ms;  // Since the board started.
+  CardState card;  // The card, looked at every two seconds while nothing is recorded.
+  uint32_t card_free_mib;  // Free room on it, counted when the logger met it and after each recording.
+  DropPhase phase;  // Of the present or last recording.
+  uint8_t ram_holds_drop;  // 1: RAM holds a drop that no card has. Keep the power on and fetch it.
+  uint32_t late_ticks;  // Ticks of the sampling timer without a sample, since the board started.
+  Origin settings_origin;  // Of the settings in force.
+  uint64_t unix_us;  // Time of day, or 0 when no host has set it.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -827,6 +1063,13 @@ struct LoggerStatusReply {
     out.u16(rate_hz);
     for (size_t i = 0; i < 4; ++i) out.u8(who_am_i[i]);
     out.u32(uptime_ms);
+    out.u8(static_cast<uint8_t>(card));
+    out.u32(card_free_mib);
+    out.u8(static_cast<uint8_t>(phase));
+    out.u8(ram_holds_drop);
+    out.u32(late_ticks);
+    out.u8(static_cast<uint8_t>(settings_origin));
+    out.u64(unix_us);
   }
 
   void read(Reader& in) {
@@ -843,6 +1086,13 @@ struct LoggerStatusReply {
     rate_hz = in.u16();
     for (size_t i = 0; i < 4; ++i) who_am_i[i] = in.u8();
     uptime_ms = in.u32();
+    card = static_cast<CardState>(in.u8());
+    card_free_mib = in.u32();
+    phase = static_cast<DropPhase>(in.u8());
+    ram_holds_drop = in.u8();
+    late_ticks = in.u32();
+    settings_origin = static_cast<Origin>(in.u8());
+    unix_us = in.u64();
   }
 
   // `out` must hold kSize bytes.
@@ -1388,19 +1638,22 @@ struct DisarmReply {
   }
 };
 
-// Starts a recording.
+// Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 struct RecordStartRequest {
   static constexpr uint8_t kType = 0x40;
-  static constexpr size_t kSize = 4;
+  static constexpr size_t kSize = 12;
 
   uint32_t number;  // Chosen at random by the host.
+  uint64_t unix_us;  // Time of day; 0 leaves the clock as it is.
 
   void write(Writer& out) const {
     out.u32(number);
+    out.u64(unix_us);
   }
 
   void read(Reader& in) {
     number = in.u32();
+    unix_us = in.u64();
   }
 
   // `out` must hold kSize bytes.
@@ -1427,7 +1680,7 @@ struct RecordStartRequest {
   }
 };
 
-// Starts a recording.
+// Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 struct RecordStartReply {
   static constexpr uint8_t kType = 0xC0;
   static constexpr size_t kSize = 5;
@@ -1593,6 +1846,549 @@ struct LiveReply {
   void encode(uint8_t* out) const {
 #ifdef TFSAT_WIRE_FORM_IN_MEMORY
     static_assert(sizeof(LiveReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Checks, stores and uses new settings; not while recording. rate_too_high: detail = the highest rate in Hz that the buses carry.
+struct LoggerSettingsWriteRequest {
+  static constexpr uint8_t kType = 0x45;
+  static constexpr size_t kSize = 12;
+
+  LoggerSettings settings;  // All of them.
+
+  void write(Writer& out) const {
+    settings.write(out);
+  }
+
+  void read(Reader& in) {
+    settings.read(in);
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LoggerSettingsWriteRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Checks, stores and uses new settings; not while recording. rate_too_high: detail = the highest rate in Hz that the buses carry.
+struct LoggerSettingsWriteReply {
+  static constexpr uint8_t kType = 0xC5;
+  static constexpr size_t kSize = 1;
+
+  uint8_t stored;  // 1: stored, checked by reading back.
+
+  void write(Writer& out) const {
+    out.u8(stored);
+  }
+
+  void read(Reader& in) {
+    stored = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LoggerSettingsWriteReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// The settings in force.
+struct LoggerSettingsReadRequest {
+  static constexpr uint8_t kType = 0x46;
+  static constexpr size_t kSize = 0;
+};
+
+// The settings in force.
+struct LoggerSettingsReadReply {
+  static constexpr uint8_t kType = 0xC6;
+  static constexpr size_t kSize = 15;
+
+  Origin origin;  // Factory or uploaded.
+  LoggerSettings settings;  // All of them.
+  uint16_t rate_max_hz;  // What the buses carry at this clock.
+
+  void write(Writer& out) const {
+    out.u8(static_cast<uint8_t>(origin));
+    settings.write(out);
+    out.u16(rate_max_hz);
+  }
+
+  void read(Reader& in) {
+    origin = static_cast<Origin>(in.u8());
+    settings.read(in);
+    rate_max_hz = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LoggerSettingsReadReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Sets the time of day.
+struct ClockSetRequest {
+  static constexpr uint8_t kType = 0x47;
+  static constexpr size_t kSize = 8;
+
+  uint64_t unix_us;  // Unix time now.
+
+  void write(Writer& out) const {
+    out.u64(unix_us);
+  }
+
+  void read(Reader& in) {
+    unix_us = in.u64();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ClockSetRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Sets the time of day.
+struct ClockSetReply {
+  static constexpr uint8_t kType = 0xC7;
+  static constexpr size_t kSize = 8;
+
+  uint64_t uptime_us;  // The logger's clock at that moment.
+
+  void write(Writer& out) const {
+    out.u64(uptime_us);
+  }
+
+  void read(Reader& in) {
+    uptime_us = in.u64();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(ClockSetReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// The first recording whose number is `from_number` or greater; not while recording.
+struct LogListRequest {
+  static constexpr uint8_t kType = 0x48;
+  static constexpr size_t kSize = 2;
+
+  uint16_t from_number;  // 0 to begin with what RAM holds.
+
+  void write(Writer& out) const {
+    out.u16(from_number);
+  }
+
+  void read(Reader& in) {
+    from_number = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogListRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// The first recording whose number is `from_number` or greater; not while recording.
+struct LogListReply {
+  static constexpr uint8_t kType = 0xC8;
+  static constexpr size_t kSize = 20;
+
+  uint8_t found;  // 0: there is none, the rest is zero.
+  LogEntry entry;  // The recording.
+
+  void write(Writer& out) const {
+    out.u8(found);
+    entry.write(out);
+  }
+
+  void read(Reader& in) {
+    found = in.u8();
+    entry.read(in);
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogListReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Sends blocks of a recording as log_part and log_zeros; not while recording. A new log_read, or a closed port, ends the one before.
+struct LogReadRequest {
+  static constexpr uint8_t kType = 0x49;
+  static constexpr size_t kSize = 12;
+
+  uint16_t number;  // As in LogEntry.
+  uint32_t session;  // As in LogEntry.
+  uint32_t first_block;  // From 0.
+  uint16_t count;  // At most log_read_blocks.
+
+  void write(Writer& out) const {
+    out.u16(number);
+    out.u32(session);
+    out.u32(first_block);
+    out.u16(count);
+  }
+
+  void read(Reader& in) {
+    number = in.u16();
+    session = in.u32();
+    first_block = in.u32();
+    count = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogReadRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Sends blocks of a recording as log_part and log_zeros; not while recording. A new log_read, or a closed port, ends the one before.
+struct LogReadReply {
+  static constexpr uint8_t kType = 0xC9;
+  static constexpr size_t kSize = 2;
+
+  uint16_t count;  // Blocks that will be sent: fewer at the end of the file.
+
+  void write(Writer& out) const {
+    out.u16(count);
+  }
+
+  void read(Reader& in) {
+    count = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogReadReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Removes a recording from the card; number 0: gives up what RAM holds. Not while recording.
+struct LogEraseRequest {
+  static constexpr uint8_t kType = 0x4A;
+  static constexpr size_t kSize = 6;
+
+  uint16_t number;  // As in LogEntry.
+  uint32_t session;  // As in LogEntry.
+
+  void write(Writer& out) const {
+    out.u16(number);
+    out.u32(session);
+  }
+
+  void read(Reader& in) {
+    number = in.u16();
+    session = in.u32();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogEraseRequest) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Removes a recording from the card; number 0: gives up what RAM holds. Not while recording.
+struct LogEraseReply {
+  static constexpr uint8_t kType = 0xCA;
+  static constexpr size_t kSize = 1;
+
+  uint8_t erased;  // 1.
+
+  void write(Writer& out) const {
+    out.u8(erased);
+  }
+
+  void read(Reader& in) {
+    erased = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogEraseReply) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// A piece of a block, as asked for by log_read. A lost one is asked for again.
+struct LogPartStream {
+  static constexpr uint8_t kType = 0x61;
+  static constexpr size_t kSize = 69;
+
+  uint32_t block;  // Of the recording.
+  uint8_t part;  // From 0.
+  uint8_t data[64];  // log_part_bytes of the block.
+
+  void write(Writer& out) const {
+    out.u32(block);
+    out.u8(part);
+    for (size_t i = 0; i < 64; ++i) out.u8(data[i]);
+  }
+
+  void read(Reader& in) {
+    block = in.u32();
+    part = in.u8();
+    for (size_t i = 0; i < 64; ++i) data[i] = in.u8();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogPartStream) == kSize, "no padding");
+    memcpy(out, this, kSize);
+#else
+    Writer writer(out);
+    write(writer);
+#endif
+  }
+
+  // False, and nothing read, when the length is not kSize.
+  bool decode(const uint8_t* in, size_t size) {
+    if (size != kSize) return false;
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    memcpy(this, in, kSize);
+#else
+    Reader reader(in);
+    read(reader);
+#endif
+    return true;
+  }
+};
+
+// Blocks that hold only zeros, as asked for by log_read.
+struct LogZerosStream {
+  static constexpr uint8_t kType = 0x62;
+  static constexpr size_t kSize = 6;
+
+  uint32_t first_block;  // Of the recording.
+  uint16_t count;  // Blocks.
+
+  void write(Writer& out) const {
+    out.u32(first_block);
+    out.u16(count);
+  }
+
+  void read(Reader& in) {
+    first_block = in.u32();
+    count = in.u16();
+  }
+
+  // `out` must hold kSize bytes.
+  void encode(uint8_t* out) const {
+#ifdef TFSAT_WIRE_FORM_IN_MEMORY
+    static_assert(sizeof(LogZerosStream) == kSize, "no padding");
     memcpy(out, this, kSize);
 #else
     Writer writer(out);

@@ -23,22 +23,23 @@ void increment(std::atomic<uint32_t>& counter) {
 
 }  // namespace
 
-void BlockBuilder::begin(uint32_t session, const protocol::LogHeader& header, uint32_t max_blocks) {
+void BlockBuilder::begin(uint32_t session, const protocol::LogHeader& header,
+                         uint64_t unix_at_zero_us, uint32_t max_blocks) {
   ring_.reset();
   session_ = session;
   header_ = header;
+  unix_at_zero_us_ = unix_at_zero_us;
   max_blocks_ = max_blocks;
   block_ = nullptr;
   drops_to_note_ = 0;
-  interval_min_us_ = 0;
-  interval_max_us_ = 0;
+  intervals_.reset(header.rate_hz);
   samples_ = 0;
   dropped_ = 0;
   blocks_ = 0;
 }
 
 void BlockBuilder::add_sample(uint64_t t_us, Sample sample) {
-  measure_interval(t_us);
+  intervals_.add(t_us);
   if (block_ == nullptr && open(t_us) == nullptr) {
     drop_sample(t_us);
     return;
@@ -51,15 +52,6 @@ void BlockBuilder::add_sample(uint64_t t_us, Sample sample) {
   put_sample(*block_, block_samples_++, sample);
   increment(samples_);
   if (block_samples_ == kSamplesPerBlock) flush();
-}
-
-void BlockBuilder::measure_interval(uint64_t t_us) {
-  if (samples() > 0) {
-    const uint32_t interval_us = static_cast<uint32_t>(t_us - last_sample_us_);
-    if (samples() == 1 || interval_us < interval_min_us_) interval_min_us_ = interval_us;
-    if (interval_us > interval_max_us_) interval_max_us_ = interval_us;
-  }
-  last_sample_us_ = t_us;
 }
 
 void BlockBuilder::drop_sample(uint64_t t_us) {
@@ -90,19 +82,21 @@ void BlockBuilder::flush() {
   block_ = nullptr;
 }
 
-bool BlockBuilder::add_footer(uint64_t t_us) {
+bool BlockBuilder::add_footer(uint64_t t_us, protocol::LogFooter footer) {
   Block* block = ring_.acquire();
   if (block == nullptr) return false;
   first_sample_ = samples();
   block_samples_ = 0;
   block_events_ = 0;
-  protocol::LogFooter footer;
   footer.samples = samples();
   footer.samples_dropped = samples_dropped();
   footer.blocks = blocks() + 1;
   footer.ring_peak_blocks = ring_.peak();
-  footer.interval_min_us = interval_min_us_;
-  footer.interval_max_us = interval_max_us_;
+  footer.ring_blocks = ring_.capacity();
+  footer.interval_min_us = intervals_.min_us();
+  footer.interval_max_us = intervals_.max_us();
+  footer.jitter_rms_us = intervals_.rms_us();
+  footer.late_ticks = intervals_.late();
   put_whole(*block, BlockKind::kFooter, footer, t_us);
   return true;
 }
@@ -144,6 +138,7 @@ bool BlockBuilder::put_header_if_due(uint64_t t_us) {
   first_sample_ = samples();
   block_samples_ = 0;
   block_events_ = 0;
+  header_.wall_clock_us = unix_at_zero_us_ == 0 ? 0 : unix_at_zero_us_ + t_us;
   put_whole(*block, BlockKind::kHeader, header_, t_us);
   return true;
 }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "block_ring.h"
+#include "interval_stats.h"
 
 namespace tfsat {
 namespace logger {
@@ -20,7 +21,11 @@ class BlockBuilder {
   explicit BlockBuilder(BlockRing& ring) : ring_(ring) {}
 
   // A new recording of at most `max_blocks` blocks. Empties the ring. Only while nobody captures.
-  void begin(uint32_t session, const protocol::LogHeader& header, uint32_t max_blocks);
+  // `unix_at_zero_us`: Unix time at zero of the logger's clock; 0 when nobody has set it.
+  void begin(uint32_t session, const protocol::LogHeader& header, uint64_t unix_at_zero_us,
+             uint32_t max_blocks);
+  // No end to the blocks from now on: RAM takes them, not a file.
+  void forget_file() { max_blocks_ = UINT32_MAX; }
 
   // Producer. The sample's time_offset_us is filled in here. A sample that finds no room is
   // counted.
@@ -31,8 +36,9 @@ class BlockBuilder {
   void flush_if_due(uint64_t t_us);
   // Producer. Closes the block that has been begun, however little it holds.
   void flush();
-  // Closes the recording; false while the ring has no room. Only while nobody captures.
-  bool add_footer(uint64_t t_us);
+  // Closes the recording, with what the builder does not know of it filled in already; false while
+  // the ring has no room. Only while nobody captures.
+  bool add_footer(uint64_t t_us, protocol::LogFooter footer);
 
   // Samples taken, dropped ones included; of those, dropped; blocks made.
   uint32_t samples() const { return samples_.load(std::memory_order_relaxed); }
@@ -43,7 +49,6 @@ class BlockBuilder {
 
  private:
   Block* open(uint64_t t_us);
-  void measure_interval(uint64_t t_us);
   void drop_sample(uint64_t t_us);
   void note_drops();
   void append_event(const protocol::Event& event);
@@ -55,7 +60,8 @@ class BlockBuilder {
   BlockRing& ring_;
   protocol::LogHeader header_ = {};
   uint32_t session_ = 0;
-  uint32_t max_blocks_ = 0;
+  uint64_t unix_at_zero_us_ = 0;
+  std::atomic<uint32_t> max_blocks_{0};
 
   Block* block_ = nullptr;  // the data block being filled
   uint64_t opened_us_ = 0;
@@ -66,9 +72,7 @@ class BlockBuilder {
 
   uint64_t first_dropped_us_ = 0;
   uint32_t drops_to_note_ = 0;
-  uint64_t last_sample_us_ = 0;
-  uint32_t interval_min_us_ = 0;
-  uint32_t interval_max_us_ = 0;
+  IntervalStats intervals_;
   std::atomic<uint32_t> samples_{0};
   std::atomic<uint32_t> dropped_{0};
   std::atomic<uint32_t> blocks_{0};

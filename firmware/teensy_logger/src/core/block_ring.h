@@ -2,10 +2,12 @@
 // loop.
 //
 // Cards stall for 200 ms often and may for 500 ms; the ring is what keeps a stall from costing
-// samples.
+// samples. A block that the card has stays readable until its room is needed again, so the ring is
+// also the memory of the last seconds.
 #pragma once
 
 #include <stdint.h>
+#include <string.h>
 
 #include <atomic>
 
@@ -19,22 +21,17 @@ struct alignas(32) Block {
   uint8_t bytes[protocol::kBlockBytes];
 };
 
-// Blocks for this long without a card, rounded up to the power of two that the ring needs.
-constexpr uint32_t ring_blocks_for(uint32_t seconds, uint32_t rate_hz) {
-  const uint32_t needed = seconds * rate_hz / protocol::kSamplesPerBlock + 1;
-  uint32_t blocks = 1;
-  while (blocks < needed) blocks *= 2;
-  return blocks;
-}
-
-// 3 s at 1 kHz: 512 blocks, 256 KiB; 10.9 s at 280 Hz. Up to kCardSyncMs of them are with the card
-// already and wait to be safe there.
-constexpr uint32_t kRingBlocks = ring_blocks_for(3, 1000);
+// 448 KiB of the Teensy's RAM2, which the USB buffers share: 5.3 s at 1 kHz, 19 s at 280 Hz. A drop
+// from a second before the release to four seconds after it fits at every rate.
+constexpr uint32_t kRingBlocks = 896;
+static_assert(kRingBlocks * protocol::kSamplesPerBlock >=
+                  (protocol::kRewriteBeforeReleaseUs + protocol::kRewriteAfterReleaseUs) /
+                      (1000000u / protocol::kSampleRateMaxHz),
+              "a whole drop stays in RAM");
 
 // Single producer, single consumer, no lock. The memory is the caller's.
 class BlockRing {
  public:
-  // `capacity` must be a power of two.
   BlockRing(Block* blocks, uint32_t capacity) : blocks_(blocks), capacity_(capacity) {}
 
   // Producer. The next free block to fill, the same one until commit(); nullptr when all are taken.
@@ -60,6 +57,17 @@ class BlockRing {
     if (head_.load(std::memory_order_acquire) - tail <= n) return nullptr;
     return &blocks_[(tail + n) % capacity_];
   }
+  // Consumer. Copies block `index` (counted since reset()) if it is still there whole: the producer
+  // fills block committed() and with it overwrites the one `capacity` before.
+  bool copy(uint32_t index, Block& out) const {
+    if (committed() - index > capacity_ || index >= committed()) return false;
+    memcpy(out.bytes, blocks_[index % capacity_].bytes, sizeof out.bytes);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    return committed() - index < capacity_;
+  }
+  // Blocks handed over since reset().
+  uint32_t committed() const { return head_.load(std::memory_order_acquire); }
+
   // Consumer. The oldest block, or nullptr.
   const Block* front() const { return peek(0); }
 
@@ -77,7 +85,8 @@ class BlockRing {
 
   // Empties the ring. Only while nobody produces.
   void reset() {
-    tail_.store(head_.load(std::memory_order_acquire), std::memory_order_release);
+    head_.store(0, std::memory_order_relaxed);
+    tail_.store(0, std::memory_order_release);
     peak_.store(0, std::memory_order_relaxed);
   }
 

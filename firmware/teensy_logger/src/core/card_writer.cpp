@@ -4,12 +4,20 @@ namespace tfsat {
 namespace logger {
 
 using protocol::ErrorCode;
+using protocol::EventCode;
 
 ErrorCode CardWriter::open(uint32_t n_blocks) {
-  synced_ = 0;
+  position_ = 0;
+  safe_position_ = 0;
   unsynced_ = 0;
-  stall_ms_ = 0;
+  rewrite_next_ = 0;
+  rewrite_safe_ = 0;
+  rewrite_end_ = 0;
+  rewritten_ = 0;
+  rewritten_safe_ = 0;
+  stall_max_ms_ = 0;
   refusals_ = 0;
+  trouble_ = ErrorCode::kNone;
   refused_ = false;
   was_free_ = false;
   closed_ = false;
@@ -22,7 +30,10 @@ ErrorCode CardWriter::poll(uint64_t t_us) {
     const ErrorCode error = sink_.recover(t_us);
     if (error != ErrorCode::kNone) return refuse(error, t_us);
     refused_ = false;
-    unsynced_ = 0;  // the card may have forgotten them: they are written again
+    position_ = safe_position_;  // the card may have forgotten the rest: it is written again
+    unsynced_ = 0;
+    rewrite_next_ = rewrite_safe_;
+    rewritten_ = rewritten_safe_;
     busy_since_us_ = t_us;
   }
 
@@ -38,49 +49,95 @@ ErrorCode CardWriter::poll(uint64_t t_us) {
 
   if (sync_due(t_us)) {
     const ErrorCode result = sink_.sync();
-    if (result == ErrorCode::kNone) mark_synced();
+    if (result == ErrorCode::kNone) mark_synced(t_us);
     return take(result, t_us);
   }
 
   const Block* block = ring_.peek(unsynced_);
+  copy_turn_ = rewriting() && (block == nullptr || !copy_turn_);
+  if (copy_turn_) return rewrite_one(t_us);
   if (block == nullptr) return ErrorCode::kNone;
-  const ErrorCode result = sink_.write(synced_ + unsynced_, block->bytes);
-  if (result == ErrorCode::kNone && unsynced_++ == 0) unsynced_since_us_ = t_us;
+  const ErrorCode result = write_block(t_us, block->bytes);
+  if (result == ErrorCode::kNone) ++unsynced_;
+  return take(result, t_us);
+}
+
+ErrorCode CardWriter::write_block(uint64_t t_us, const uint8_t* block) {
+  const ErrorCode result = sink_.write(position_, block);
+  if (result == ErrorCode::kNone && position_++ == safe_position_) unsynced_since_us_ = t_us;
+  return result;
+}
+
+void CardWriter::rewrite(uint32_t first, uint32_t max_blocks) {
+  const uint32_t end = ring_.committed();
+  const uint32_t oldest = end > ring_.capacity() ? end - ring_.capacity() : 0;
+  if (first < oldest) first = oldest;
+  if (end - first > max_blocks) first = end - max_blocks;
+  rewrite_next_ = first;
+  rewrite_safe_ = first;
+  rewrite_end_ = end;
+}
+
+// New samples take the room of the oldest blocks meanwhile: a block that is gone is passed over.
+ErrorCode CardWriter::rewrite_one(uint64_t t_us) {
+  if (!ring_.copy(rewrite_next_, copy_)) {
+    ++rewrite_next_;
+    return ErrorCode::kNone;
+  }
+  const ErrorCode result = write_block(t_us, copy_.bytes);
+  if (result == ErrorCode::kNone) {
+    ++rewrite_next_;
+    ++rewritten_;
+  }
   return take(result, t_us);
 }
 
 // Half a ring of blocks that only wait to be safe is enough: the other half is for new ones.
 bool CardWriter::sync_due(uint64_t t_us) const {
-  if (unsynced_ == 0) return false;
+  if (position_ == safe_position_) return false;
   return t_us - unsynced_since_us_ >= protocol::kCardSyncMs * 1000 ||
          unsynced_ >= ring_.capacity() / 2;
 }
 
 ErrorCode CardWriter::close(uint64_t t_us) {
-  const ErrorCode result = sink_.close(synced_ + unsynced_);
+  const ErrorCode result = sink_.close(position_);
   if (result == ErrorCode::kNone) {
-    mark_synced();
+    mark_synced(t_us);
     closed_ = true;
   }
   return take(result, t_us);
 }
 
-void CardWriter::mark_synced() {
+void CardWriter::mark_synced(uint64_t t_us) {
   ring_.release(unsynced_);
-  synced_ += unsynced_;
   unsynced_ = 0;
+  safe_position_ = position_;
+  if (rewrite_safe_ != rewrite_next_ && !rewriting()) {
+    note(t_us, EventCode::kRewritten, 0, rewritten_);
+  }
+  rewrite_safe_ = rewrite_next_;
+  rewritten_safe_ = rewritten_;
 }
 
 // What the card said to a block, a sync or the closing.
 ErrorCode CardWriter::take(ErrorCode result, uint64_t t_us) {
   if (result != ErrorCode::kNone) return refuse(result, t_us);
-  if (refusals_ > 0) note_stall(t_us);
+  if (refusals_ > 0) {
+    note_stall(t_us);
+    const uint64_t gone_ms = (t_us - refused_since_us_) / 1000;
+    note(t_us, EventCode::kCardBack, 0, static_cast<uint32_t>(gone_ms));
+  }
   refusals_ = 0;
+  trouble_ = ErrorCode::kNone;
   return ErrorCode::kNone;
 }
 
 ErrorCode CardWriter::refuse(ErrorCode error, uint64_t t_us) {
-  if (refusals_++ == 0) refused_since_us_ = t_us;
+  if (refusals_++ == 0) {
+    refused_since_us_ = t_us;
+    note(t_us, EventCode::kCardLost, static_cast<uint16_t>(error), 0);
+  }
+  trouble_ = error;
   refused_ = true;
   retry_at_us_ = t_us + kRetryUs;
   const bool ring_full = ring_.waiting() == ring_.capacity();
@@ -94,20 +151,28 @@ ErrorCode CardWriter::refuse(ErrorCode error, uint64_t t_us) {
 void CardWriter::note_stall(uint64_t t_us) {
   const uint64_t took_us = t_us - last_free_us_;
   if (was_free_ && took_us >= kStallUs) {
-    stall_began_us_ = last_free_us_;
-    stall_ms_ = static_cast<uint32_t>(took_us / 1000);
+    const uint32_t took_ms = static_cast<uint32_t>(took_us / 1000);
+    if (took_ms > stall_max_ms_) stall_max_ms_ = took_ms;
+    note(last_free_us_, EventCode::kCardStall, 0, took_ms);
   }
   last_free_us_ = t_us;
   was_free_ = true;
 }
 
-bool CardWriter::take_stall(protocol::Event& event) {
-  if (stall_ms_ == 0) return false;
-  event = protocol::Event();
-  event.time_us = stall_began_us_;
-  event.code = protocol::EventCode::kCardStall;
-  event.value = static_cast<int32_t>(stall_ms_);
-  stall_ms_ = 0;
+void CardWriter::note(uint64_t t_us, EventCode code, uint16_t arg, uint32_t value) {
+  protocol::Event event = {};
+  event.time_us = t_us;
+  event.code = code;
+  event.arg = arg;
+  event.value = static_cast<int32_t>(value);
+  events_.push(event);
+}
+
+bool CardWriter::take_event(protocol::Event& event) {
+  const protocol::Event* oldest = events_.front();
+  if (oldest == nullptr) return false;
+  event = *oldest;
+  events_.pop();
   return true;
 }
 

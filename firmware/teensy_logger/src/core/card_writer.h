@@ -3,10 +3,15 @@
 // A block stays in the ring until a sync() has made it safe. A card that loses its contact (the jolt
 // of the release) forgets what it had not programmed; once it is back, those blocks are written
 // again. It is tried for as long as the ring has room, so that nothing is lost that the ring holds.
+//
+// After the landing, what RAM still holds of the fall is written a second time, behind everything
+// else: a blow or a failing supply may have spoiled the first copy in ways that the card itself does
+// not notice. The decoder takes whichever copy is whole.
 #pragma once
 
 #include "block_ring.h"
 #include "ports.h"
+#include "spsc_queue.h"
 
 namespace tfsat {
 namespace logger {
@@ -29,39 +34,61 @@ class CardWriter {
   protocol::ErrorCode open(uint32_t n_blocks);
   // One step: at most one block or one sync. An error ends the recording.
   protocol::ErrorCode poll(uint64_t t_us);
+  // Writes the ring's blocks from `first` up to now again, if they are still there; at most
+  // `max_blocks`.
+  void rewrite(uint32_t first, uint32_t max_blocks);
   // Everything that was in the ring is with the card, and the card is not busy.
-  bool drained() { return !refused_ && ring_.waiting() == unsynced_ && !sink_.busy(); }
+  bool drained() {
+    return !refused_ && !rewriting() && ring_.waiting() == unsynced_ && !sink_.busy();
+  }
   // Closes the drained file. A refusal is met in poll(); closed() tells. An error ends the
   // recording.
   protocol::ErrorCode close(uint64_t t_us);
   bool closed() const { return closed_; }
 
-  uint32_t blocks_written() const { return synced_ + unsynced_; }
-  // A stall that has ended; false when there was none since the last call.
-  bool take_stall(protocol::Event& event);
+  // Why the card takes nothing now, or kNone.
+  protocol::ErrorCode trouble() const { return trouble_; }
+  uint32_t blocks_written() const { return position_; }
+  uint32_t blocks_rewritten() const { return rewritten_; }
+  uint32_t stall_max_ms() const { return stall_max_ms_; }
+  // Interrupt. A stall that has ended, a card lost or back, a second copy that is whole.
+  bool take_event(protocol::Event& event);
 
  private:
+  bool rewriting() const { return rewrite_next_ != rewrite_end_; }
+  protocol::ErrorCode write_block(uint64_t t_us, const uint8_t* block);
+  protocol::ErrorCode rewrite_one(uint64_t t_us);
   bool sync_due(uint64_t t_us) const;
   protocol::ErrorCode take(protocol::ErrorCode result, uint64_t t_us);
   protocol::ErrorCode refuse(protocol::ErrorCode error, uint64_t t_us);
-  void mark_synced();
+  void mark_synced(uint64_t t_us);
   void note_stall(uint64_t t_us);
+  void note(uint64_t t_us, protocol::EventCode code, uint16_t arg, uint32_t value);
 
   BlockRing& ring_;
   BlockSink& sink_;
-  uint32_t synced_ = 0;    // blocks of the file that are safe
-  uint32_t unsynced_ = 0;  // behind them, with the card and still in the ring
+  SpscQueue<protocol::Event, 16> events_;
+  Block copy_;
+  uint32_t position_ = 0;       // of the file, where the next block goes
+  uint32_t safe_position_ = 0;  // everything before is safe
+  uint32_t unsynced_ = 0;       // blocks of the ring behind it, with the card and still in the ring
+  uint32_t rewrite_next_ = 0;   // number in the ring
+  uint32_t rewrite_safe_ = 0;
+  uint32_t rewrite_end_ = 0;
+  uint32_t rewritten_ = 0;
+  uint32_t rewritten_safe_ = 0;
   uint64_t unsynced_since_us_ = 0;
   uint64_t last_free_us_ = 0;
   uint64_t busy_since_us_ = 0;
-  uint64_t stall_began_us_ = 0;
   uint64_t refused_since_us_ = 0;
   uint64_t retry_at_us_ = 0;
-  uint32_t stall_ms_ = 0;
+  uint32_t stall_max_ms_ = 0;
   uint32_t refusals_ = 0;  // in a row
+  protocol::ErrorCode trouble_ = protocol::ErrorCode::kNone;
   bool refused_ = false;   // recover() comes next
   bool was_free_ = false;
   bool closed_ = false;
+  bool copy_turn_ = false;
 };
 
 }  // namespace logger

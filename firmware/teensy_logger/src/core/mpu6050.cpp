@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "settings.h"
+
 namespace tfsat {
 namespace logger {
 
@@ -9,28 +11,25 @@ using protocol::ErrorCode;
 
 namespace {
 
-constexpr uint8_t kRegSmplrtDiv = 0x19;    // RM p. 11; 0x19 to 0x1C are read back together
-constexpr uint8_t kRegAccelXoutH = 0x3B;   // RM p. 29; burst up to GYRO_ZOUT_L 0x48, p. 31
-constexpr uint8_t kRegPwrMgmt1 = 0x6B;     // RM p. 40
-constexpr uint8_t kRegWhoAmI = 0x75;       // RM p. 45
+constexpr uint8_t kRegSmplrtDiv = 0x19;  // RM p. 11; 0x19 to 0x1C are written and read in a row
+constexpr uint8_t kRegAccelXoutH = 0x3B;  // RM p. 29; burst up to GYRO_ZOUT_L 0x48, p. 31
+constexpr uint8_t kRegPwrMgmt1 = 0x6B;    // RM p. 40
+constexpr uint8_t kRegWhoAmI = 0x75;      // RM p. 45
+constexpr uint8_t kDeviceReset = 0x80;    // PWR_MGMT_1
 
 struct RegisterValue {
   uint8_t reg;
   uint8_t value;
 };
 
-constexpr RegisterValue kConfiguration[] = {
-    {kRegPwrMgmt1, 0x01},              // awake, clock from the x gyro (RM p. 40 recommends a gyro)
-    {0x6C, 0x00},                      // PWR_MGMT_2, RM p. 42: all axes on
-    {0x6A, 0x00},                      // USER_CTRL, RM p. 38: no FIFO, no auxiliary bus
-    {0x38, 0x00},                      // INT_ENABLE, RM p. 27: the interrupt pin is not wired
-    {kRegSmplrtDiv, 0x00},             // output rate = 1 kHz
-    {0x1A, mpu6050::kDlpfCfg},         // CONFIG, RM p. 13
-    {0x1B, 1 << 3},                    // GYRO_CONFIG, RM p. 14: FS_SEL 1
-    {0x1C, 3 << 3},                    // ACCEL_CONFIG, RM p. 15: AFS_SEL 3
+// The same for all settings.
+constexpr RegisterValue kWakeUp[] = {
+    {kRegPwrMgmt1, 0x01},  // awake, clock from the x gyro (RM p. 40 recommends a gyro)
+    {0x6C, 0x00},          // PWR_MGMT_2, RM p. 42: all axes on
+    {0x6A, 0x00},          // USER_CTRL, RM p. 38: no FIFO, no auxiliary bus
+    {0x38, 0x00},          // INT_ENABLE, RM p. 27: the interrupt pin is not wired
 };
-constexpr uint8_t kSteps = sizeof kConfiguration / sizeof kConfiguration[0];
-constexpr uint8_t kVerifiedSteps = 4;  // the last four stand in a row from kRegSmplrtDiv
+constexpr uint8_t kWakeUpSteps = sizeof kWakeUp / sizeof kWakeUp[0];
 
 ErrorCode error_of(I2cResult result) {
   return result == I2cResult::kNack ? ErrorCode::kSensorMissing : ErrorCode::kBusStuck;
@@ -44,18 +43,42 @@ bool at_end_of_range(int16_t value) { return value == INT16_MAX || value == INT1
 
 }  // namespace
 
+void Mpu6050::apply(const protocol::LoggerSettings& settings) {
+  settings_[0] = 0;                  // SMPLRT_DIV, RM p. 11: the output is as fast as it can be
+  settings_[1] = settings.dlpf_cfg;  // CONFIG, RM p. 13
+  settings_[2] = static_cast<uint8_t>(gyro_fs_sel(settings.gyro_range_deg_s) << 3);  // RM p. 14
+  settings_[3] = static_cast<uint8_t>(accel_afs_sel(settings.accel_range_g) << 3);   // RM p. 15
+  phase_ = Phase::kIdentify;
+  wait_until_us_ = 0;
+  error_ = ErrorCode::kNone;
+  fresh_ = false;
+}
+
+uint8_t Mpu6050::value_of_step() const {
+  return step_ < kWakeUpSteps ? kWakeUp[step_].value : settings_[step_ - kWakeUpSteps];
+}
+
 bool Mpu6050::start(I2cBus& bus, uint64_t t_us) {
   fresh_ = false;
   if (t_us < wait_until_us_) return false;
   switch (phase_) {
+    case Phase::kUnused:
+      return false;
+    case Phase::kReset:
+      bus.start_write(address_, kRegPwrMgmt1, kDeviceReset);
+      return true;
     case Phase::kIdentify:
       bus.start_read(address_, kRegWhoAmI, buffer_, 1);
       return true;
-    case Phase::kConfigure:
-      bus.start_write(address_, kConfiguration[step_].reg, kConfiguration[step_].value);
+    case Phase::kConfigure: {
+      const uint8_t reg = step_ < kWakeUpSteps
+                              ? kWakeUp[step_].reg
+                              : static_cast<uint8_t>(kRegSmplrtDiv + step_ - kWakeUpSteps);
+      bus.start_write(address_, reg, value_of_step());
       return true;
+    }
     case Phase::kVerify:
-      bus.start_read(address_, kRegSmplrtDiv, buffer_, kVerifiedSteps);
+      bus.start_read(address_, kRegSmplrtDiv, buffer_, sizeof settings_);
       return true;
     case Phase::kSettle:
     case Phase::kRunning:
@@ -78,33 +101,27 @@ void Mpu6050::finish(I2cResult result, uint64_t t_us) {
 // anew before anything it says is believed again.
 void Mpu6050::fail(ErrorCode error, uint64_t t_us) {
   error_ = error;
+  fresh_ = false;
   phase_ = Phase::kIdentify;
   wait_until_us_ = t_us + kRetryUs;
 }
 
 void Mpu6050::accept(uint64_t t_us) {
   switch (phase_) {
+    case Phase::kUnused:
+      return;
+    case Phase::kReset:
+      phase_ = Phase::kIdentify;
+      wait_until_us_ = t_us + kResetUs;
+      return;
     case Phase::kIdentify:
-      who_am_i_ = buffer_[0];
-      if (who_am_i_ != mpu6050::kWhoAmIValue) {
-        fail(ErrorCode::kSensorMissing, t_us);
-        return;
-      }
-      step_ = 0;
-      phase_ = Phase::kConfigure;
+      accept_identity(t_us);
       return;
     case Phase::kConfigure:
-      if (++step_ == kSteps) phase_ = Phase::kVerify;
+      if (++step_ == kWakeUpSteps + sizeof settings_) phase_ = Phase::kVerify;
       return;
     case Phase::kVerify:
-      for (uint8_t i = 0; i < kVerifiedSteps; ++i) {
-        if (buffer_[i] != kConfiguration[kSteps - kVerifiedSteps + i].value) {
-          fail(ErrorCode::kSensorMissing, t_us);
-          return;
-        }
-      }
-      phase_ = Phase::kSettle;
-      wait_until_us_ = t_us + kSettleUs;
+      accept_settings(t_us);
       return;
     case Phase::kSettle:
     case Phase::kRunning:
@@ -113,29 +130,63 @@ void Mpu6050::accept(uint64_t t_us) {
   }
 }
 
-// All zeros is what a sensor says that restarted and sleeps: the temperature alone would have to be
-// 36.53 deg C to the count.
-void Mpu6050::accept_burst(uint64_t t_us) {
-  static const uint8_t kAsleep[sizeof buffer_] = {};
-  if (memcmp(buffer_, kAsleep, sizeof buffer_) == 0) {
-    fail(ErrorCode::kSensorMissing, t_us);
+void Mpu6050::accept_identity(uint64_t t_us) {
+  who_am_i_ = buffer_[0];
+  if (who_am_i_ != mpu6050::kWhoAmIValue) {
+    fail(ErrorCode::kSensorForeign, t_us);
     return;
   }
+  step_ = 0;
+  phase_ = Phase::kConfigure;
+}
+
+// What does not keep its ranges has other registers, and thus other scales.
+void Mpu6050::accept_settings(uint64_t t_us) {
+  if (memcmp(buffer_, settings_, sizeof settings_) != 0) {
+    fail(ErrorCode::kSensorForeign, t_us);
+    return;
+  }
+  phase_ = Phase::kSettle;
+  wait_until_us_ = t_us + kSettleUs;
+  watch_.restart();
+}
+
+void Mpu6050::accept_burst(uint64_t t_us) {
   for (uint8_t axis = 0; axis < 3; ++axis) {
     reading_.accel[axis] = big_endian(buffer_ + 2 * axis);
     reading_.gyro[axis] = big_endian(buffer_ + 8 + 2 * axis);
   }
   reading_.temperature = big_endian(buffer_ + 6);
+  clipped_axes_ = 0;
+  for (uint8_t axis = 0; axis < 3; ++axis) {
+    clipped_axes_ += at_end_of_range(reading_.accel[axis]);
+    clipped_axes_ += at_end_of_range(reading_.gyro[axis]);
+  }
+  if (!believable(t_us)) return;
   phase_ = Phase::kRunning;
   error_ = ErrorCode::kNone;
   fresh_ = true;
 }
 
-bool Mpu6050::clipped() const {
-  for (uint8_t axis = 0; axis < 3; ++axis) {
-    if (at_end_of_range(reading_.accel[axis]) || at_end_of_range(reading_.gyro[axis])) return true;
+// All zeros is what a sensor says that restarted and sleeps: the temperature alone would have to be
+// 36.53 deg C to the count. One that stands still is reset; then its output must move before it is
+// believed.
+bool Mpu6050::believable(uint64_t t_us) {
+  static const uint8_t kAsleep[sizeof buffer_] = {};
+  if (memcmp(buffer_, kAsleep, sizeof buffer_) == 0) {
+    fail(mistrusted_ ? ErrorCode::kSensorFrozen : ErrorCode::kSensorMissing, t_us);
+    return false;
   }
-  return false;
+  watch_.take(buffer_, clipped_axes_ == kAxes, t_us);
+  if (watch_.frozen()) {
+    fail(ErrorCode::kSensorFrozen, t_us);
+    phase_ = Phase::kReset;
+    wait_until_us_ = t_us;
+    mistrusted_ = true;
+    return false;
+  }
+  mistrusted_ = mistrusted_ && !watch_.moved();
+  return !mistrusted_;
 }
 
 }  // namespace logger

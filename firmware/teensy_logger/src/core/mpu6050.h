@@ -5,6 +5,7 @@
 // and "Product Specification", PS-MPU-6000A-00 rev. 3.4 (PS).
 #pragma once
 
+#include "freeze_watch.h"
 #include "ports.h"
 
 namespace tfsat {
@@ -13,19 +14,6 @@ namespace logger {
 namespace mpu6050 {
 
 constexpr uint8_t kWhoAmIValue = 0x68;  // RM p. 45: the same at both addresses
-
-// Low-pass filter 42 Hz, delay 4.8 ms, output at 1 kHz (RM p. 13). The paper's 5 Hz (its table of
-// the MPU-6050) delays by 18.6 ms and smears a stroke over 0.1 s; narrower filtering can be done
-// afterwards.
-constexpr uint8_t kDlpfCfg = 3;
-// FS_SEL 1 (RM p. 14, 31): the paper's range.
-constexpr uint16_t kGyroRangeDegS = 500;
-constexpr float kGyroLsbPerDegS = 65.5f;
-// AFS_SEL 3 (RM p. 15, 29). The landing is a blow of 10 to 100 g, so its onset is worth the widest
-// range. It costs nothing in the fall: one count is 0.49 mg, and noise alone (400 ug/sqrt(Hz), PS
-// 6.2) is 2.6 mg.
-constexpr uint8_t kAccelRangeG = 16;
-constexpr float kAccelLsbPerG = 2048.0f;
 // RM p. 30.
 constexpr float kTemperatureLsbPerC = 340.0f;
 constexpr float kTemperatureOffsetC = 36.53f;
@@ -38,8 +26,14 @@ class Mpu6050 {
   static constexpr uint32_t kRetryUs = 100000;
   // From waking to valid rates: PS 6.1 gives 30 ms.
   static constexpr uint32_t kSettleUs = 50000;
+  // From DEVICE_RESET to the next access (RM p. 41).
+  static constexpr uint32_t kResetUs = 100000;
 
   explicit Mpu6050(uint8_t address) : address_(address) {}
+
+  // Ranges and filter. The sensor is identified and configured anew; before the first call it is
+  // left alone.
+  void apply(const protocol::LoggerSettings& settings);
 
   // Begins the transfer that this instant calls for; false when it calls for none.
   bool start(I2cBus& bus, uint64_t t_us);
@@ -52,29 +46,42 @@ class Mpu6050 {
   bool fresh() const { return fresh_; }
   const protocol::ImuReading& reading() const { return reading_; }
   // An axis stood at the end of its range.
-  bool clipped() const;
+  bool clipped() const { return clipped_axes_ > 0; }
 
   // Register 0x75 as last read; 0 when nobody answers.
   uint8_t who_am_i() const { return who_am_i_; }
   // Why it is not running, or none.
   protocol::ErrorCode error() const { return error_; }
+  // For kSensorFrozen: how long before the last burst its output first stood still.
+  uint64_t still_us() const { return watch_.still_us(); }
 
  private:
-  enum class Phase : uint8_t { kIdentify, kConfigure, kVerify, kSettle, kRunning };
+  enum class Phase : uint8_t {
+    kUnused, kReset, kIdentify, kConfigure, kVerify, kSettle, kRunning
+  };
+  static constexpr uint8_t kAxes = 6;
 
+  uint8_t value_of_step() const;
   void fail(protocol::ErrorCode error, uint64_t t_us);
   void accept(uint64_t t_us);
+  void accept_identity(uint64_t t_us);
+  void accept_settings(uint64_t t_us);
   void accept_burst(uint64_t t_us);
+  bool believable(uint64_t t_us);
 
   uint8_t buffer_[protocol::ImuReading::kSize] = {};
+  uint8_t settings_[4] = {};  // registers SMPLRT_DIV to ACCEL_CONFIG
   protocol::ImuReading reading_ = {};
+  FreezeWatch watch_;
   uint64_t wait_until_us_ = 0;
   uint8_t address_;
   uint8_t who_am_i_ = 0;
   uint8_t step_ = 0;
-  Phase phase_ = Phase::kIdentify;
+  uint8_t clipped_axes_ = 0;
+  Phase phase_ = Phase::kUnused;
   protocol::ErrorCode error_ = protocol::ErrorCode::kNone;
   bool fresh_ = false;
+  bool mistrusted_ = false;  // it has frozen, and not moved since
 };
 
 }  // namespace logger

@@ -17,23 +17,23 @@ enum class I2cResult : uint8_t {
   kBusy,     // still under way
   kDone,     // all bytes were transferred
   kNack,     // nobody answers at this address
-  kTimeout,  // not over after kI2cDeadlineUs; the driver has given the transfer up
+  kTimeout,  // not over after its deadline; the driver has given the transfer up
   kStuck,    // a line is held low: nothing was sent
 };
 
-// A 14-byte burst takes 390 us at 400 kHz; whatever takes longer than this is broken.
-constexpr uint32_t kI2cDeadlineUs = 600;
-
-// One I2C master at 400 kHz, called from the interrupt. Transfers are begun and polled, so that two
-// buses run side by side; the driver ends each transfer within kI2cDeadlineUs by itself.
+// One I2C master, called from the interrupt. Transfers are begun and polled, so that two buses run
+// side by side; the driver ends each transfer within i2c_deadline_us() (timing.h) by itself.
 class I2cBus {
  public:
+  // Before the first transfer, and between two.
+  virtual void set_clock(uint16_t khz) = 0;
   // Begin one transfer. `data` must stay until poll() returns something other than kBusy.
   virtual void start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) = 0;
   virtual void start_write(uint8_t address, uint8_t reg, uint8_t value) = 0;
   // The outcome of the transfer that was begun last.
   virtual I2cResult poll() = 0;
-  // Clocks a bus free that a slave holds low, and starts the master afresh. At most 0.3 ms.
+  // Clocks a bus free that a slave holds low, and starts the master afresh. At most
+  // kI2cRecoveryUs (timing.h).
   virtual void recover() = 0;
 
  protected:
@@ -93,9 +93,49 @@ class BlockSink {
   virtual protocol::ErrorCode sync() = 0;
   // Shortens the file to `n_blocks` and closes it: the only change of metadata since open().
   virtual protocol::ErrorCode close(uint32_t n_blocks) = 0;
+  // Looks at the card while no file is open: kNone when a file of `n_blocks` would find room. May
+  // take a second the first time that it meets a card, a millisecond afterwards.
+  virtual protocol::ErrorCode inspect(uint32_t n_blocks) = 0;
+  // Room on the card when it was counted last.
+  virtual uint32_t free_mib() = 0;
 
  protected:
   ~BlockSink() = default;
+};
+
+// The recordings on the card. Called from the main loop while nothing is recorded.
+class LogArchive {
+ public:
+  // The recording whose number is the first from `from` on: its number and size; false if none.
+  virtual bool find(uint16_t from, uint16_t& number, uint32_t& n_blocks) = 0;
+  // One block of it; kNoSuchLog beyond its end.
+  virtual protocol::ErrorCode read(uint16_t number, uint32_t index, uint8_t* block) = 0;
+  virtual protocol::ErrorCode erase(uint16_t number) = 0;
+
+ protected:
+  ~LogArchive() = default;
+};
+
+// The timer that calls Logger::sample(). Called from the main loop.
+class SampleTimer {
+ public:
+  virtual void start(uint16_t rate_hz) = 0;
+  // No call comes after it returns.
+  virtual void stop() = 0;
+
+ protected:
+  ~SampleTimer() = default;
+};
+
+// A few bytes that outlast the power. Called from the main loop while nothing is recorded: writing
+// may hold up interrupts.
+class NonVolatile {
+ public:
+  virtual void load(uint8_t* bytes, uint8_t size) = 0;
+  virtual void save(const uint8_t* bytes, uint8_t size) = 0;
+
+ protected:
+  ~NonVolatile() = default;
 };
 
 // Where session ids come from. Called from the main loop.

@@ -1,12 +1,14 @@
 // One recording after another: capture in the interrupt, card in the main loop, states between
 // them.
 //
-// Whatever the card does, capture goes on: while it is busy or gone the ring fills, when it has
-// failed the ring keeps what it holds, and samples that find no room are counted.
+// Whatever the card does, capture goes on. While it is busy or gone the ring fills. When it has
+// failed, or there was none from the start, the ring keeps the newest seconds, and stops when the
+// robot has landed: the drop stays in RAM until the power goes or a host has fetched it.
 #pragma once
 
 #include "block_builder.h"
 #include "card_writer.h"
+#include "drop_watch.h"
 #include "spsc_queue.h"
 
 namespace tfsat {
@@ -19,15 +21,22 @@ class Recorder {
  public:
   Recorder(Block* ring_blocks, uint32_t ring_capacity, BlockSink& sink);
 
+  struct Plan {
+    uint32_t session;           // not 0
+    protocol::LogHeader header;
+    uint64_t unix_at_zero_us;   // 0: nobody has set the clock
+    uint32_t file_blocks;
+    uint16_t after_landing_s;
+  };
+
   // Main loop. Starts a recording under a number; the number of the present or last recording
-  // starts nothing. `session` must not be 0. Errors: kWrongState while another recording runs, and
-  // what the card says; then the number is not used up.
-  protocol::ErrorCode start(uint32_t number, uint32_t session, const protocol::LogHeader& header,
-                            uint32_t file_blocks);
+  // starts nothing. When the card refuses, the state is failed with its error, and capture goes on
+  // in RAM. Errors: kWrongState while another recording runs, kRamHoldsDrop.
+  protocol::ErrorCode start(uint32_t number, const Plan& plan);
   // The number belongs to the present or last recording.
-  bool knows(uint32_t number) const { return session_ != 0 && number == number_; }
+  bool knows(uint32_t number) const { return session() != 0 && number == number_; }
   // Main loop. Ends the recording; a second call changes nothing. Error: kNotRecording.
-  protocol::ErrorCode stop();
+  protocol::ErrorCode stop(protocol::StopReason reason = protocol::StopReason::kHost);
   // Main loop. At most one block to the card.
   void poll(uint64_t t_us);
 
@@ -35,12 +44,32 @@ class Recorder {
   void capture(uint64_t t_us, const protocol::Sample& sample, EventQueue& events);
   // Interrupt. Samples go into the log.
   bool capturing() const { return capture_ != Capture::kOff; }
-  // Interrupt. A stall of the card to be logged.
-  bool take_card_event(protocol::Event& event);
+  // Interrupt. What happened to the card or to the drop, to be logged.
+  bool take_event(protocol::Event& event) {
+    return writer_.take_event(event) || watch_.take_event(event);
+  }
+  // Interrupt.
+  DropWatch& watch() { return watch_; }
+
+  // Main loop, while nothing is captured: what RAM holds, block by block.
+  uint32_t ram_blocks() const;
+  bool copy_from_ram(uint32_t index, Block& out) const;
+  // RAM holds a drop that no card has.
+  bool ram_holds_drop() const;
+  // Somebody has fetched it, or gives it up.
+  void release_ram() { ram_released_ = true; }
 
   protocol::LoggerState state() const { return state_; }
+  protocol::DropPhase phase() const { return watch_.phase(); }
   protocol::ErrorCode error() const { return error_; }
-  uint32_t session() const { return session_; }
+  // Why the card takes nothing now, or kNone.
+  protocol::ErrorCode card_trouble() const { return writer_.trouble(); }
+  // A file of the card is in use.
+  bool uses_card() const {
+    return state_ == protocol::LoggerState::kRecording ||
+           state_ == protocol::LoggerState::kStopping;
+  }
+  uint32_t session() const { return plan_.session; }
   uint32_t samples() const { return builder_.samples(); }
   uint32_t samples_dropped() const { return builder_.samples_dropped(); }
   uint32_t blocks_written() const { return writer_.blocks_written(); }
@@ -48,22 +77,44 @@ class Recorder {
   uint32_t ring_peak_blocks() const { return ring_.peak(); }
 
  private:
-  // Who owns the builder: the interrupt, unless capture is off.
-  enum class Capture : uint8_t { kOff, kOn, kFinishing };
+  // Who owns the builder: the interrupt, unless capture is off. kNewest: RAM only, the oldest block
+  // makes room.
+  enum class Capture : uint8_t { kOff, kOn, kNewest, kFinishing };
+  static constexpr uint8_t kQuarters = 4;
+  // One instant begins no more blocks: a header, a data block of samples, one of events, and one to
+  // spare.
+  static constexpr uint32_t kBlocksAnInstant = 4;
 
+  void follow_drop(uint64_t t_us);
+  void after_fall(uint64_t t_us);
+  uint32_t first_block_of_drop() const;
   void finish(uint64_t t_us);
   void fail(protocol::ErrorCode error);
+  void note_high_water(uint64_t t_us, EventQueue& events);
 
   BlockRing ring_;
   BlockBuilder builder_;
   CardWriter writer_;
-  SpscQueue<protocol::Event, 4> card_events_;
+  DropWatch watch_;
+  Plan plan_ = {};
   std::atomic<Capture> capture_{Capture::kOff};
   protocol::LoggerState state_ = protocol::LoggerState::kIdle;
   protocol::ErrorCode error_ = protocol::ErrorCode::kNone;
+  protocol::StopReason stop_reason_ = protocol::StopReason::kHost;
   uint32_t number_ = 0;
-  uint32_t session_ = 0;
+  uint32_t file_reserve_blocks_ = 0;  // for the second copy
   bool footer_added_ = false;
+  bool ram_released_ = false;
+
+  // The drop as the main loop has followed it.
+  protocol::DropPhase followed_ = protocol::DropPhase::kWaiting;
+  uint64_t released_us_ = 0;
+  uint64_t landed_us_ = 0;
+  uint32_t released_at_block_ = 0;
+  bool fall_kept_ = false;
+
+  // Interrupt.
+  uint8_t high_water_quarters_ = 0;
 };
 
 }  // namespace logger

@@ -3,6 +3,7 @@
 namespace tfsat {
 namespace logger {
 
+using protocol::ErrorCode;
 using protocol::EventCode;
 using protocol::kAngleSensorCount;
 using protocol::kImuCount;
@@ -11,61 +12,96 @@ using protocol::kSwitchCount;
 Sampler::Sampler(I2cBus& bus_a, I2cBus& bus_b, Adc& adc, Inputs& inputs)
     : lanes_{Lane(bus_a), Lane(bus_b)}, adc_(adc), inputs_(inputs) {}
 
+void Sampler::apply(const protocol::LoggerSettings& settings) {
+  for (Lane& lane : lanes_) lane.apply(settings);
+  for (Told& told : told_) told = {};
+}
+
+void Sampler::Lane::apply(const protocol::LoggerSettings& settings) {
+  bus_.set_clock(settings.bus_khz);
+  for (Mpu6050& imu : imus_) imu.apply(settings);
+}
+
+void Sampler::Lane::begin(uint64_t t_us) {
+  next_ = 0;
+  recovered_ = false;
+  if (needs_recovery_) recover();
+  start_next(t_us);
+}
+
 bool Sampler::Lane::advance(uint64_t t_us) {
   if (transferring_) {
     const I2cResult result = bus_.poll();
     if (result == I2cResult::kBusy) return true;
     finish(result, t_us);
   }
+  return start_next(t_us);
+}
+
+bool Sampler::Lane::start_next(uint64_t t_us) {
   while (next_ < kImusPerBus) {
-    if (imus_[next_].start(bus_, t_us)) {
-      transferring_ = true;
-      return true;
-    }
+    if (imus_[next_].start(bus_, t_us)) return transferring_ = true;
     ++next_;
   }
   return false;
 }
 
+// A bus that breaks down is clocked free once an instant, which is what timing.h has time for. At
+// the second breakdown it is given up until the next instant.
 void Sampler::Lane::finish(I2cResult result, uint64_t t_us) {
   transferring_ = false;
-  imus_[next_++].finish(result, t_us);
-  if (result == I2cResult::kTimeout || result == I2cResult::kStuck) bus_.recover();
+  const bool broke_down = result == I2cResult::kTimeout || result == I2cResult::kStuck;
+  if (broke_down && recovered_) {
+    while (next_ < kImusPerBus) imus_[next_++].finish(result, t_us);
+    needs_recovery_ = true;
+    return;
+  }
+  // On a stuck bus the addressed sensor is not to blame: its transfer is begun again.
+  if (result != I2cResult::kStuck) imus_[next_++].finish(result, t_us);
+  if (broke_down) recover();
+}
+
+void Sampler::Lane::recover() {
+  bus_.recover();
+  recovered_ = true;
+  needs_recovery_ = false;
 }
 
 void Sampler::sample(uint64_t t_us, Instant& instant) {
   instant = Instant();
   instant.t_us = t_us;
+  for (Lane& lane : lanes_) lane.begin(t_us);
+  read_pins(instant.sample);
+  finish_transfers(t_us);
+  take_readings(instant);
+}
 
-  uint16_t& flags = instant.sample.flags;
-  const uint8_t converted = adc_.read(instant.sample.angle);
+void Sampler::read_pins(protocol::Sample& sample) {
+  const uint8_t converted = adc_.read(sample.angle);
   for (uint8_t i = 0; i < kAngleSensorCount; ++i) {
     if (converted & (1u << i)) {
-      flags |= sample_flags::angle_valid(i);
+      sample.flags |= sample_flags::angle_valid(i);
     } else {
-      instant.sample.angle[i] = 0;
+      sample.angle[i] = 0;
     }
   }
   const uint8_t open = inputs_.switches_open();
   for (uint8_t i = 0; i < kSwitchCount; ++i) {
-    if (open & (1u << i)) flags |= sample_flags::switch_open(i);
+    if (open & (1u << i)) sample.flags |= sample_flags::switch_open(i);
   }
-  read_imus(instant);
 }
 
-void Sampler::read_imus(Instant& instant) {
-  bool was_running[kImuCount];
-  for (uint8_t i = 0; i < kImuCount; ++i) was_running[i] = imu(i).running();
-
-  for (Lane& lane : lanes_) lane.begin();
+void Sampler::finish_transfers(uint64_t t_us) {
   bool more;
   do {
     more = false;
-    for (Lane& lane : lanes_) more |= lane.advance(instant.t_us);
+    for (Lane& lane : lanes_) more |= lane.advance(t_us);
   } while (more);
+}
 
+void Sampler::take_readings(Instant& instant) {
   for (uint8_t i = 0; i < kImuCount; ++i) {
-    note_change(i, was_running[i], instant);
+    note_change(i, instant);
     if (!imu(i).fresh()) continue;
     instant.sample.imu[i] = imu(i).reading();
     instant.sample.flags |= sample_flags::imu_valid(i);
@@ -73,15 +109,20 @@ void Sampler::read_imus(Instant& instant) {
   }
 }
 
-void Sampler::note_change(uint8_t imu_index, bool was_running, Instant& instant) const {
+// An event when a sensor stops, when the cause becomes another, and when it runs again.
+void Sampler::note_change(uint8_t imu_index, Instant& instant) {
   const Mpu6050& sensor = imu(imu_index);
-  if (sensor.running() == was_running) return;
+  Told& told = told_[imu_index];
+  if (sensor.running() == told.running && sensor.error() == told.error) return;
+  const bool was_running = told.running;
+  told = {sensor.running(), sensor.error()};
   protocol::Event& event = instant.events[instant.event_count++];
   event.time_us = instant.t_us;
-  event.code = was_running ? EventCode::kSensorFault : EventCode::kSensorRecovered;
+  event.code = told.running ? EventCode::kSensorRecovered : EventCode::kSensorFault;
   event.index = imu_index;
-  event.arg = static_cast<uint16_t>(sensor.error());
-  event.value = 0;
+  event.arg = static_cast<uint16_t>(told.error);
+  const bool froze = was_running && told.error == ErrorCode::kSensorFrozen;
+  event.value = froze ? static_cast<int32_t>(sensor.still_us()) : 0;
 }
 
 uint8_t Sampler::imu_present() const {

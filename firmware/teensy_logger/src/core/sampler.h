@@ -20,18 +20,23 @@ constexpr uint16_t imu_clipped(uint32_t imu) { return static_cast<uint16_t>(1u <
 struct Instant {
   uint64_t t_us;
   protocol::Sample sample;                       // time_offset_us is 0; invalid sensors read 0
-  protocol::Event events[protocol::kImuCount];   // sensors that failed or came back
+  protocol::Event events[protocol::kImuCount];   // sensors that failed, or came back
   uint8_t event_count;
 };
 
-// Bodies 1 and 2 are on bus A at 0x68 and 0x69, bodies 3 and 4 on bus B. At 400 kHz the bursts of
-// bodies 1 and 3 begin about 0.03 ms after the instant's time, those of 2 and 4 about 0.42 ms after
-// it.
+// Bodies 1 and 2 are on bus A at 0x68 and 0x69, bodies 3 and 4 on bus B. The bursts of bodies 1 and
+// 3 begin at the instant's time, those of 2 and 4 one burst later: 0.39 ms at 400 kHz, 1.56 ms at
+// 100 kHz. The angles are converted while the first bursts are under way.
 class Sampler {
  public:
   Sampler(I2cBus& bus_a, I2cBus& bus_b, Adc& adc, Inputs& inputs);
 
-  // Called from the interrupt. Takes at most four transfer deadlines, two a bus.
+  // Bus clocks, ranges and filters; all IMUs are identified and configured anew. Nothing is read
+  // before the first call. Not while sample() can be called.
+  void apply(const protocol::LoggerSettings& settings);
+
+  // Called from the interrupt. Two bursts long (0.8 ms at 400 kHz), and whatever fails, shorter than
+  // the period of the highest rate that the buses carry (timing.h).
   void sample(uint64_t t_us, Instant& instant);
 
   // Bits 0-3: IMU 1-4 answers.
@@ -39,33 +44,46 @@ class Sampler {
   void copy_who_am_i(uint8_t who_am_i[protocol::kImuCount]) const;
 
  private:
-  static constexpr uint8_t kImusPerBus = 2;
-  static constexpr uint8_t kBusCount = 2;
+  static constexpr uint8_t kImusPerBus = protocol::kImusPerBus;
+  static constexpr uint8_t kBusCount = protocol::kImuCount / kImusPerBus;
 
   // One bus with its sensors, read one after the other while the other bus does the same.
   class Lane {
    public:
     explicit Lane(I2cBus& bus) : bus_(bus) {}
 
-    void begin() { next_ = 0; }
+    void apply(const protocol::LoggerSettings& settings);
+    // A new instant: its first transfer goes out.
+    void begin(uint64_t t_us);
     // Moves on as far as is possible now; false when all sensors of this instant are through.
     bool advance(uint64_t t_us);
     const Mpu6050& imu(uint8_t i) const { return imus_[i]; }
 
    private:
+    bool start_next(uint64_t t_us);
     void finish(I2cResult result, uint64_t t_us);
+    void recover();
 
     I2cBus& bus_;
     Mpu6050 imus_[kImusPerBus] = {Mpu6050(0x68), Mpu6050(0x69)};
     uint8_t next_ = 0;
     bool transferring_ = false;
+    bool recovered_ = false;     // at this instant
+    bool needs_recovery_ = false;
   };
 
   const Mpu6050& imu(uint8_t i) const { return lanes_[i / kImusPerBus].imu(i % kImusPerBus); }
-  void read_imus(Instant& instant);
-  void note_change(uint8_t imu_index, bool was_running, Instant& instant) const;
+  void read_pins(protocol::Sample& sample);
+  void finish_transfers(uint64_t t_us);
+  void take_readings(Instant& instant);
+  void note_change(uint8_t imu_index, Instant& instant);
 
   Lane lanes_[kBusCount];
+  // As last told by an event.
+  struct Told {
+    bool running;
+    protocol::ErrorCode error;
+  } told_[protocol::kImuCount] = {};
   Adc& adc_;
   Inputs& inputs_;
 };

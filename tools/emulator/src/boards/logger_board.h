@@ -18,7 +18,6 @@ namespace tfsat {
 namespace emulator {
 
 struct LoggerBoardParameters {
-  uint32_t file_blocks = 32768;       // 16 MiB: 11.7 minutes at 280 Hz
   uint32_t loop_us = 500;             // time of one pass of the main loop
   logger::Identity identity = {{'E', 'M', 'U', 'L', 'A', 'T', 'E', 'D'}, 0};  // what HELLO tells
 };
@@ -52,6 +51,10 @@ class LoggerBoard {
   // The sequencer's stroke line rises.
   void stroke_edge(uint64_t t_us);
 
+  // What outlasts the power: the stored settings.
+  const std::vector<uint8_t>& memory() const { return memory_; }
+  void set_memory(const std::vector<uint8_t>& bytes);
+
   // USB cable with a program that holds the port open. Pulling it drops what is under way.
   void set_cable(bool plugged);
   // Host -> board; returns how many bytes were taken. Board -> host; returns how many were given.
@@ -60,6 +63,7 @@ class LoggerBoard {
 
  private:
   class Firmware;
+  static constexpr size_t kMemoryBytes = 64;
 
   uint64_t board_us(uint64_t t_us) const { return t_us - powered_us_; }
 
@@ -70,10 +74,10 @@ class LoggerBoard {
   uint64_t seed_;
   LoggerBoardParameters parameters_;
   std::vector<logger::Block> ring_;
+  std::vector<uint8_t> memory_;         // outlasts the power
   std::unique_ptr<Firmware> firmware_;  // present while there is power
   uint64_t now_us_ = 0;
   uint64_t powered_us_ = 0;
-  uint64_t sample_count_ = 0;  // since power-up
   uint64_t next_loop_us_ = 0;
   uint64_t boots_ = 0;
   bool switch_closed_[2] = {true, true};

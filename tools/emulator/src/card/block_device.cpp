@@ -4,21 +4,57 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 
 namespace tfsat {
 namespace emulator {
 
 BlockDevice::BlockDevice(const CardParameters& parameters) : parameters_(parameters) {}
 
-CardResult BlockDevice::preallocate(uint32_t n_blocks) {
+CardResult BlockDevice::state() const {
   if (!present_) return CardResult::kAbsent;
-  cache_.clear();
+  switch (defect_) {
+    case CardDefect::kNone: break;
+    case CardDefect::kWriteProtected: return CardResult::kWriteProtected;
+    case CardDefect::kUnreadable: return CardResult::kUnreadable;
+    case CardDefect::kFailing: return CardResult::kFailed;
+  }
+  return CardResult::kOk;
+}
+
+uint32_t BlockDevice::used_blocks() const {
+  size_t bytes = medium_.size();
+  for (const auto& [number, file] : older_) bytes += file.size();
+  return static_cast<uint32_t>(bytes / kBlockBytes) + foreign_blocks_;
+}
+
+uint32_t BlockDevice::free_blocks() const {
+  return present_ ? parameters_.capacity_blocks - std::min(used_blocks(), parameters_.capacity_blocks)
+                  : 0;
+}
+
+void BlockDevice::fill_up_to(uint32_t free) {
+  foreign_blocks_ = 0;
+  foreign_blocks_ = parameters_.capacity_blocks - used_blocks() - free;
+}
+
+CardResult BlockDevice::inspect(uint32_t n_blocks) const {
+  if (state() != CardResult::kOk) return state();
+  return free_blocks() < n_blocks ? CardResult::kOutOfRange : CardResult::kOk;
+}
+
+CardResult BlockDevice::preallocate(uint32_t n_blocks) {
+  const CardResult result = inspect(n_blocks);
+  if (result != CardResult::kOk) return result;
+  flush();
+  if (newest_ != 0) older_[newest_] = std::move(medium_);
+  ++newest_;
   medium_.assign(static_cast<size_t>(n_blocks) * kBlockBytes, 0);
   return CardResult::kOk;
 }
 
 CardResult BlockDevice::write(uint64_t t_us, uint32_t block_index, const uint8_t* data) {
-  if (!present_) return CardResult::kAbsent;
+  if (state() != CardResult::kOk) return state();
   if (busy(t_us)) return CardResult::kBusy;
   if (block_index >= n_blocks()) return CardResult::kOutOfRange;
   cache_.push_back({block_index, std::vector<uint8_t>(data, data + kBlockBytes)});
@@ -45,6 +81,64 @@ CardResult BlockDevice::truncate(uint32_t n_blocks_to_keep) {
   if (n_blocks_to_keep < n_blocks())
     medium_.resize(static_cast<size_t>(n_blocks_to_keep) * kBlockBytes);
   return CardResult::kOk;
+}
+
+const std::vector<uint8_t>* BlockDevice::find_file(uint16_t number) const {
+  if (number != 0 && number == newest_) return &medium_;
+  const auto found = older_.find(number);
+  return found == older_.end() ? nullptr : &found->second;
+}
+
+bool BlockDevice::find(uint16_t from, uint16_t& number, uint32_t& n_blocks) const {
+  if (!present_ || defect_ == CardDefect::kUnreadable) return false;
+  const auto older = older_.lower_bound(from);
+  if (older == older_.end() && (newest_ < from || newest_ == 0)) return false;
+  number = older == older_.end() ? newest_ : older->first;
+  n_blocks = static_cast<uint32_t>(find_file(number)->size() / kBlockBytes);
+  return true;
+}
+
+CardResult BlockDevice::read(uint16_t number, uint32_t block_index, uint8_t* data) const {
+  if (!present_) return CardResult::kAbsent;
+  const std::vector<uint8_t>* file = find_file(number);
+  if (file == nullptr || (size_t{block_index} + 1) * kBlockBytes > file->size()) {
+    return CardResult::kOutOfRange;
+  }
+  std::copy_n(file->begin() + static_cast<std::ptrdiff_t>(block_index * kBlockBytes), kBlockBytes,
+              data);
+  return CardResult::kOk;
+}
+
+CardResult BlockDevice::erase(uint16_t number) {
+  if (state() != CardResult::kOk) return state();
+  if (find_file(number) == nullptr) return CardResult::kOutOfRange;
+  older_.erase(number);
+  if (number != newest_) return CardResult::kOk;
+  medium_.clear();
+  newest_ = 0;
+  if (!older_.empty()) {
+    auto last = std::prev(older_.end());
+    newest_ = last->first;
+    medium_ = std::move(last->second);
+    older_.erase(last);
+  }
+  return CardResult::kOk;
+}
+
+void BlockDevice::put_file(uint16_t number, const std::vector<uint8_t>& bytes) {
+  if (number <= newest_) {
+    (number == newest_ ? medium_ : older_[number]) = bytes;
+    return;
+  }
+  if (newest_ != 0) older_[newest_] = std::move(medium_);
+  newest_ = number;
+  medium_ = bytes;
+}
+
+std::vector<uint8_t> BlockDevice::file(uint16_t number) const {
+  if (number != 0 && number == newest_) return bytes();
+  const std::vector<uint8_t>* found = find_file(number);
+  return found == nullptr ? std::vector<uint8_t>() : *found;
 }
 
 void BlockDevice::stall_until(uint64_t t_us) { busy_until_us_ = std::max(busy_until_us_, t_us); }
@@ -108,6 +202,7 @@ bool BlockDevice::load(const std::string& path, std::string& error) {
     return false;
   }
   medium_ = std::move(all);
+  if (newest_ == 0) newest_ = 1;
   cache_.clear();
   return true;
 }

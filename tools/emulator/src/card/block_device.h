@@ -1,16 +1,27 @@
-// The SD card as the logger sees its one file: 512-byte blocks, busy times, what a power cut takes.
+// The SD card as the logger sees it: files of 512-byte blocks, busy times, what a power cut takes.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace tfsat {
 namespace emulator {
 
-enum class CardResult : uint8_t { kOk, kBusy, kOutOfRange, kAbsent };
+enum class CardResult : uint8_t {
+  kOk,
+  kBusy,
+  kOutOfRange,  // beyond the file, or no room
+  kAbsent,
+  kWriteProtected,
+  kUnreadable,  // no file system
+  kFailed,      // it takes no block any more
+};
+
+enum class CardDefect : uint8_t { kNone, kWriteProtected, kUnreadable, kFailing };
 
 enum class PowerCut : uint8_t {
   kLosesCache,           // what the card had not programmed yet is gone
@@ -21,6 +32,7 @@ struct CardParameters {
   uint32_t write_us = 250;      // busy after a block
   uint32_t sync_us = 1000;      // busy after a sync
   uint32_t cache_blocks = 0;    // the card's own RAM: written, but lost in a power cut until synced
+  uint32_t capacity_blocks = 1u << 22;  // 2 GiB
 };
 
 class BlockDevice {
@@ -29,8 +41,11 @@ class BlockDevice {
 
   explicit BlockDevice(const CardParameters& parameters = CardParameters());
 
-  // A contiguous zero-filled file of this many blocks, on the medium when the call returns.
+  // The next file: contiguous, zero-filled, of this many blocks, on the medium when the call returns.
   CardResult preallocate(uint32_t n_blocks);
+  // Whether such a file would find room.
+  CardResult inspect(uint32_t n_blocks) const;
+  uint32_t free_blocks() const;
   bool busy(uint64_t t_us) const { return t_us < busy_until_us_; }
   CardResult write(uint64_t t_us, uint32_t block_index, const uint8_t data[kBlockBytes]);
   // Flushes the cache. The card is busy afterwards; its data is safe at once.
@@ -38,13 +53,24 @@ class BlockDevice {
   // Clean stop: flushes and shortens the file to `n_blocks`; longer than it is changes nothing.
   CardResult truncate(uint32_t n_blocks);
 
+  // The files, by number from 1 up: the first from `from` on; a block of one; its end.
+  bool find(uint16_t from, uint16_t& number, uint32_t& n_blocks) const;
+  CardResult read(uint16_t number, uint32_t block_index, uint8_t data[kBlockBytes]) const;
+  CardResult erase(uint16_t number);
+  // A file as it lies on the medium, put there by hand.
+  void put_file(uint16_t number, const std::vector<uint8_t>& bytes);
+  std::vector<uint8_t> file(uint16_t number) const;
+
   // What a person or a bad card does.
+  void set_defect(CardDefect defect) { defect_ = defect; }
+  void fill_up_to(uint32_t free_blocks);  // somebody else's files
   void stall_until(uint64_t t_us);     // the next transfers find the card busy until then
   // Out of its contacts the card has no supply: what it had not programmed is lost.
   void set_present(bool present);
   bool present() const { return present_; }
   void power_cut(PowerCut kind);
 
+  // Of the newest file.
   uint32_t n_blocks() const { return static_cast<uint32_t>(medium_.size() / kBlockBytes); }
   size_t unsynced_blocks() const { return cache_.size(); }
   uint64_t blocks_written() const { return blocks_written_; }
@@ -60,11 +86,18 @@ class BlockDevice {
     uint32_t index;
     std::vector<uint8_t> data;
   };
+  CardResult state() const;
+  uint32_t used_blocks() const;
+  const std::vector<uint8_t>* find_file(uint16_t number) const;
   static void program(const CachedBlock& block, size_t n_bytes, std::vector<uint8_t>& medium);
   void flush();
 
   CardParameters parameters_;
-  std::vector<uint8_t> medium_;
+  std::vector<uint8_t> medium_;                      // the newest file
+  std::map<uint16_t, std::vector<uint8_t>> older_;  // the others
+  uint16_t newest_ = 0;                              // its number; 0: there is none
+  uint32_t foreign_blocks_ = 0;
+  CardDefect defect_ = CardDefect::kNone;
   std::deque<CachedBlock> cache_;  // oldest first
   uint64_t busy_until_us_ = 0;
   uint64_t blocks_written_ = 0;

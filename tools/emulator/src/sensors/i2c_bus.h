@@ -45,7 +45,14 @@ class I2cBus {
   bool stuck() const { return stuck_; }
   void clock_free() { stuck_ = shorted_; }
 
+  // Fault: the slave at this address, once addressed, holds the clock low until the master gives
+  // the transfer up and clocks the bus free. kNobody: none does.
+  static constexpr uint8_t kNobody = 0x80;
+  void set_hanging(uint8_t address) { hanging_address_ = address; }
+  bool hangs(uint8_t address) const { return address == hanging_address_; }
+
   // How long a transfer keeps the bus (I2C: 9 clocks a byte, about 1 for each start and stop).
+  static uint64_t nack_duration_us(uint32_t clock_hz) { return bits_us(9 + 2, clock_hz); }
   static uint64_t write_duration_us(size_t n, uint32_t clock_hz) {
     return bits_us(9 * (2 + n) + 2, clock_hz);
   }
@@ -69,6 +76,7 @@ class I2cBus {
 
   Slot slots_[kMaxDevices] = {};
   int n_devices_ = 0;
+  uint8_t hanging_address_ = kNobody;
   bool stuck_ = false, shorted_ = false;
 };
 

@@ -32,7 +32,9 @@ bool gyro_at_8khz(uint8_t config) { return (config & 7u) == 0 || (config & 7u) =
 }  // namespace
 
 Mpu6050::Mpu6050(const Mpu6050Parameters& parameters)
-    : parameters_(parameters), noise_(parameters.seed) {
+    : parameters_(parameters),
+      noise_(parameters.seed),
+      temperature_noise_(~parameters.seed) {
   reset_registers();
 }
 
@@ -43,7 +45,11 @@ void Mpu6050::power_up(uint64_t t_us) {
 }
 
 void Mpu6050::reset_registers() {
-  std::fill(std::begin(registers_), std::end(registers_), uint8_t{0});
+  if (fault_ == Mpu6050Fault::kFrozenUntilReset) fault_ = Mpu6050Fault::kNone;
+  const bool data_stay = fault_ == Mpu6050Fault::kFrozen;
+  std::fill(std::begin(registers_), registers_ + kAccelXoutH, uint8_t{0});
+  if (!data_stay) std::fill(registers_ + kAccelXoutH, registers_ + kGyroZoutL + 1, uint8_t{0});
+  std::fill(registers_ + kGyroZoutL + 1, std::end(registers_), uint8_t{0});
   registers_[kPwrMgmt1] = kSleep;
   registers_[kWhoAmI] = parameters_.who_am_i;
   configure_filters();
@@ -131,7 +137,9 @@ void Mpu6050::sample(uint64_t t_us, const Vec3& rate_rad_s, const Vec3& specific
 }
 
 void Mpu6050::tick(const Truth& truth) {
-  if ((registers_[kPwrMgmt1] & kSleep) != 0 || fault_ != Mpu6050Fault::kNone) return;
+  if ((registers_[kPwrMgmt1] & kSleep) != 0 || frozen() || fault_ == Mpu6050Fault::kDead) {
+    return;
+  }
   // White noise of density d has the standard deviation d sqrt(rate / 2) at the conversion rate.
   const double spread = std::sqrt(0.5 / LowPass::kTick_s);
   for (int i = 0; i < 6; ++i) {
@@ -159,7 +167,9 @@ void Mpu6050::update_data_registers(double temperature_c) {
     put_word(static_cast<uint8_t>(kAccelXoutH + 2 * i), accel_held_[i] * accel_lsb);
     put_word(static_cast<uint8_t>(kGyroXoutH + 2 * i), filters_[i].output() * gyro_lsb);
   }
-  put_word(kTempOutH, (temperature_c - 36.53) * 340.0);  // RM registers 65 and 66
+  const double measured_c =
+      temperature_c + parameters_.temperature_noise_c * temperature_noise_.normal();
+  put_word(kTempOutH, (measured_c - 36.53) * 340.0);  // RM registers 65 and 66
   if ((registers_[kIntEnable] & kDataReady) != 0) registers_[kIntStatus] |= kDataReady;
 }
 

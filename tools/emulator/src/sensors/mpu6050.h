@@ -34,7 +34,7 @@ constexpr uint8_t kSleep = 0x40;        // PWR_MGMT_1 bit 6, set after power-up
 constexpr uint8_t kDataReady = 0x01;    // INT_ENABLE and INT_STATUS bit 0
 }  // namespace mpu6050
 
-// An ideal chip by default: every error is off.
+// An ideal chip by default: every error of gyro and accelerometer is off.
 struct Mpu6050Parameters {
   Mat3 sensor_to_body = Mat3::identity();  // misalignment: rotation from sensor to body frame
   Vec3 gyro_bias_rad_s;                    // sensor axes
@@ -44,13 +44,20 @@ struct Mpu6050Parameters {
   Vec3 accel_bias_m_s2;
   Vec3 accel_scale{1.0, 1.0, 1.0};
   double accel_noise_m_s2_rthz = 0.0;      // white; PS 6.2 typical: 400 ug/sqrt(Hz)
+  // Of each value. PS gives none; assumed. An output that never moves would be a frozen chip's.
+  double temperature_noise_c = 0.01;
   uint8_t who_am_i = 0x68;                 // other parts and clones answer otherwise
   uint64_t gyro_startup_us = 30000;        // PS 6.1: from sleep to valid data
   uint64_t reset_us = 10000;               // DEVICE_RESET to acknowledging again; assumed
   uint64_t seed = 1;
 };
 
-enum class Mpu6050Fault : uint8_t { kNone, kDead, kFrozen };  // dead: no acknowledge
+enum class Mpu6050Fault : uint8_t {
+  kNone,
+  kDead,              // no acknowledge
+  kFrozen,            // the data registers keep their values, whatever the master does
+  kFrozenUntilReset,  // the same until DEVICE_RESET or a loss of power
+};
 
 class Mpu6050 : public I2cDevice {
  public:
@@ -66,6 +73,11 @@ class Mpu6050 : public I2cDevice {
   bool read(uint8_t reg, uint8_t* data, size_t n) override;
 
   void power_up(uint64_t t_us);  // all registers as after power-on
+  // Another part in this one's place: powers it up.
+  void replace(uint8_t who_am_i, uint64_t t_us) {
+    parameters_.who_am_i = who_am_i;
+    power_up(t_us);
+  }
   void set_fault(Mpu6050Fault fault) { fault_ = fault; }
 
  private:
@@ -76,6 +88,9 @@ class Mpu6050 : public I2cDevice {
   Truth measured(const Vec3& rate_rad_s, const Vec3& specific_force_m_s2,
                  double temperature_c) const;
   bool ready() const { return now_us_ >= reset_until_us_; }
+  bool frozen() const {
+    return fault_ == Mpu6050Fault::kFrozen || fault_ == Mpu6050Fault::kFrozenUntilReset;
+  }
   void reset_registers();
   void configure_filters();
   void write_register(uint8_t reg, uint8_t value);
@@ -86,6 +101,7 @@ class Mpu6050 : public I2cDevice {
   Mpu6050Parameters parameters_;
   Mpu6050Fault fault_ = Mpu6050Fault::kNone;
   Noise noise_;
+  Noise temperature_noise_;
   uint8_t registers_[128] = {};
   LowPass filters_[6];
   double accel_held_[3] = {};       // the accelerometer's output changes at 1 kHz

@@ -1,0 +1,19 @@
+// A change of a release switch.
+#ifndef TFSAT_RELEASE_SWITCH_EDGE_H
+#define TFSAT_RELEASE_SWITCH_EDGE_H
+
+#include "ticks.h"
+
+namespace tfsat {
+namespace sequencer {
+
+struct SwitchEdge {
+  tick_t at;      // stamped by hardware
+  uint8_t index;  // 0 or 1
+  bool open;
+};
+
+}  // namespace sequencer
+}  // namespace tfsat
+
+#endif

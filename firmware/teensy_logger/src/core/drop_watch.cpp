@@ -1,0 +1,102 @@
+#include "drop_watch.h"
+
+namespace tfsat {
+namespace logger {
+
+using protocol::DropPhase;
+using protocol::EventCode;
+
+namespace {
+
+constexpr float kEndOfRangeCounts = 32767.0f;
+
+// The release rule counts in the sequencer's ticks, which wrap; it only looks at differences.
+sequencer::tick_t ticks(uint64_t t_us) {
+  return sequencer::ticks_from_us(static_cast<uint32_t>(t_us));
+}
+
+}  // namespace
+
+void DropWatch::reset(float counts_per_g) {
+  const float shock = counts_per_g * static_cast<float>(protocol::kLandingShockG);
+  counts_per_g_ = counts_per_g;
+  shock_counts_ = static_cast<uint32_t>(shock < kEndOfRangeCounts ? shock : kEndOfRangeCounts);
+  phase_ = DropPhase::kWaiting;
+  closed_ = false;
+  seated_ = false;
+  events_.clear();
+}
+
+void DropWatch::on_edge(const Edge& edge) {
+  if (!seated_ || edge.source != Edge::Source::kSwitch) return;
+  detector_.on_edge(sequencer::SwitchEdge{ticks(edge.t_us), edge.index, edge.open});
+}
+
+void DropWatch::poll(uint64_t t_us, uint8_t switches_open, uint32_t peak_counts) {
+  note_seated(t_us, switches_open);
+  if (phase() == DropPhase::kWaiting) {
+    note_release(t_us, switches_open);
+  } else if (phase() == DropPhase::kFalling) {
+    note_landing(t_us, peak_counts);
+  }
+}
+
+void DropWatch::seat(uint64_t t_us) {
+  detector_.reset(ticks(t_us), 0);
+  seated_ = true;
+}
+
+// A recording may begin before the robot is seated, and a release may turn out to be none.
+void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
+  if (switches_open != 0) {
+    closed_ = false;
+    return;
+  }
+  if (!closed_) {
+    closed_ = true;
+    closed_since_us_ = t_us;
+  }
+  if (t_us - closed_since_us_ < kSeatedUs) return;
+  if (!seated_) seat(t_us);
+  if (phase() == DropPhase::kWaiting) return;
+  phase_ = DropPhase::kWaiting;
+  note(released_us_, EventCode::kRelease, 0, 0);
+  seat(t_us);
+}
+
+void DropWatch::note_release(uint64_t t_us, uint8_t switches_open) {
+  if (!seated_ || !detector_.poll(ticks(t_us), switches_open)) return;
+  const uint32_t ago_ticks = ticks(t_us) - detector_.released_at();
+  released_us_ = t_us - sequencer::us_from_ticks(ago_ticks);
+  phase_ = DropPhase::kFalling;
+  note(released_us_, EventCode::kRelease, 1, 0);
+}
+
+void DropWatch::note_landing(uint64_t t_us, uint32_t peak_counts) {
+  const uint64_t fallen_us = t_us - released_us_;
+  const bool shock = peak_counts >= shock_counts_ && fallen_us >= protocol::kLandingEarliestUs;
+  if (!shock && fallen_us < protocol::kLandingLatestUs) return;
+  phase_ = DropPhase::kLanded;
+  const float mg = static_cast<float>(peak_counts) * 1000.0f / counts_per_g_;
+  note(t_us, EventCode::kLanding, shock ? 1 : 0, shock ? static_cast<int32_t>(mg) : 0);
+}
+
+void DropWatch::note(uint64_t t_us, EventCode code, uint16_t arg, int32_t value) {
+  protocol::Event event = {};
+  event.time_us = t_us;
+  event.code = code;
+  event.arg = arg;
+  event.value = value;
+  events_.push(event);
+}
+
+bool DropWatch::take_event(protocol::Event& event) {
+  const protocol::Event* oldest = events_.front();
+  if (oldest == nullptr) return false;
+  event = *oldest;
+  events_.pop();
+  return true;
+}
+
+}  // namespace logger
+}  // namespace tfsat

@@ -1,0 +1,55 @@
+// Where in a drop the robot is: released by its switches, landed by its accelerometers or by time.
+//
+// The release follows the sequencer's own rule, by the sequencer's own code. The landing is only
+// looked for after it, so no knock in the lift ends a recording.
+#pragma once
+
+#include <atomic>
+
+#include "../release/release_detector.h"
+#include "ports.h"
+#include "spsc_queue.h"
+
+namespace tfsat {
+namespace logger {
+
+class DropWatch {
+ public:
+  // Both switches closed again for this long: it was no release, or somebody has seated the robot.
+  static constexpr uint32_t kSeatedUs = 200000;
+
+  // A recording begins. `counts_per_g`: of the accelerometers; at the end of its range a sensor
+  // shows a shock, too.
+  void reset(float counts_per_g);
+  // Interrupt. Edges come in order of time, before the poll() of the instant that took them.
+  void on_edge(const Edge& edge);
+  // Interrupt, at each instant. `peak_counts`: the greatest specific force on any axis.
+  void poll(uint64_t t_us, uint8_t switches_open, uint32_t peak_counts);
+  // Interrupt. What happened, to be logged.
+  bool take_event(protocol::Event& event);
+
+  // Both.
+  protocol::DropPhase phase() const { return phase_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr uint8_t kBothOpen = (1u << protocol::kSwitchCount) - 1;
+
+  void seat(uint64_t t_us);
+  void note_seated(uint64_t t_us, uint8_t switches_open);
+  void note_release(uint64_t t_us, uint8_t switches_open);
+  void note_landing(uint64_t t_us, uint32_t peak_counts);
+  void note(uint64_t t_us, protocol::EventCode code, uint16_t arg, int32_t value);
+
+  sequencer::ReleaseDetector detector_;
+  SpscQueue<protocol::Event, 4> events_;
+  std::atomic<protocol::DropPhase> phase_{protocol::DropPhase::kWaiting};
+  float counts_per_g_ = 1.0f;
+  uint32_t shock_counts_ = UINT32_MAX;
+  uint64_t released_us_ = 0;
+  uint64_t closed_since_us_ = 0;
+  bool closed_ = false;  // both switches, since closed_since_us_
+  bool seated_ = false;  // the detector watches
+};
+
+}  // namespace logger
+}  // namespace tfsat

@@ -1,0 +1,50 @@
+// What an I2C bus carries: how long transfers take, and how often all sensors can be read.
+//
+// A bus reads its two IMUs one after the other while the other bus does the same. Whatever fails,
+// the next sampling instant must not wait for it.
+#pragma once
+
+#include <stdint.h>
+
+#include "../protocol/messages.h"
+
+namespace tfsat {
+namespace logger {
+
+// One 14-byte burst: 390 us at 400 kHz.
+constexpr uint32_t imu_burst_us(uint16_t bus_khz) {
+  return (protocol::kImuBurstBits * 1000u + bus_khz - 1) / bus_khz;
+}
+
+// A transfer that takes longer than a burst and a little is broken. The little: before a start the
+// master waits until the bus is idle, 8 us, and then for each rise of the clock, 0.3 us at most
+// (UM10204 rev. 7, table 10, fast mode), 47 us a burst. Slower lines need stronger pull-ups.
+constexpr uint32_t kI2cIdleUs = 8;
+constexpr uint32_t kI2cSlackUs = kI2cIdleUs + 47;
+constexpr uint32_t i2c_deadline_us(uint16_t bus_khz) { return imu_burst_us(bus_khz) + kI2cSlackUs; }
+
+// Lines that are not idle this long after a transfer was begun are held low.
+constexpr uint32_t kI2cStuckUs = 30;
+
+// Nine clocks of 4 us, a stop and a new start of the master.
+constexpr uint32_t kI2cRecoveryUs = 60;
+
+// The worst that can happen to a bus at one instant (sampler.cpp): it is found stuck, clocked free,
+// and then both transfers run into their deadlines.
+static_assert(kI2cStuckUs + kI2cRecoveryUs + protocol::kImusPerBus * kI2cSlackUs <=
+                  protocol::kSamplingMarginUs,
+              "no fault may delay the next instant");
+
+// The highest sampling rate that the buses carry at this clock.
+constexpr uint16_t max_rate_hz(uint16_t bus_khz) {
+  const uint32_t period_us =
+      protocol::kImusPerBus * imu_burst_us(bus_khz) + protocol::kSamplingMarginUs;
+  const uint32_t rate_hz = 1000000u / period_us;
+  return static_cast<uint16_t>(rate_hz < protocol::kSampleRateMaxHz ? rate_hz
+                                                                    : protocol::kSampleRateMaxHz);
+}
+
+static_assert(max_rate_hz(400) == protocol::kSampleRateMaxHz, "1 kHz at 400 kHz");
+
+}  // namespace logger
+}  // namespace tfsat

@@ -1,0 +1,74 @@
+// The emulated card behind the ports of the logger's core: the file of a recording, and the files
+// that are there already.
+#pragma once
+
+#include "../../../../firmware/teensy_logger/src/core/ports.h"
+#include "../card/block_device.h"
+
+namespace tfsat {
+namespace emulator {
+
+class CardPort final : public logger::BlockSink, public logger::LogArchive {
+ public:
+  explicit CardPort(BlockDevice& card) : card_(card) {}
+
+  protocol::ErrorCode open(uint32_t n_blocks) override {
+    return error_of(card_.preallocate(n_blocks));
+  }
+  protocol::ErrorCode poll(uint64_t t_us) override {
+    t_us_ = t_us;
+    return protocol::ErrorCode::kNone;
+  }
+  bool busy() override { return card_.busy(world_us()); }
+  protocol::ErrorCode recover(uint64_t t_us) override {
+    t_us_ = t_us;
+    return card_.present() ? protocol::ErrorCode::kNone : protocol::ErrorCode::kNoCard;
+  }
+  protocol::ErrorCode write(uint32_t index, const uint8_t* block) override {
+    return error_of(card_.write(world_us(), index, block));
+  }
+  protocol::ErrorCode sync() override { return error_of(card_.sync(world_us())); }
+  protocol::ErrorCode close(uint32_t n_blocks) override {
+    return error_of(card_.truncate(n_blocks));
+  }
+  protocol::ErrorCode inspect(uint32_t n_blocks) override {
+    return error_of(card_.inspect(n_blocks));
+  }
+  uint32_t free_mib() override { return card_.free_blocks() / 2048; }
+
+  bool find(uint16_t from, uint16_t& number, uint32_t& n_blocks) override {
+    return card_.find(from, number, n_blocks);
+  }
+  protocol::ErrorCode read(uint16_t number, uint32_t index, uint8_t* block) override {
+    return log_error_of(card_.read(number, index, block));
+  }
+  protocol::ErrorCode erase(uint16_t number) override { return log_error_of(card_.erase(number)); }
+
+  void set_powered_at(uint64_t t_us) { powered_us_ = t_us; }
+
+ private:
+  uint64_t world_us() const { return powered_us_ + t_us_; }
+  static protocol::ErrorCode error_of(CardResult result) {
+    using protocol::ErrorCode;
+    switch (result) {
+      case CardResult::kOk: return ErrorCode::kNone;
+      case CardResult::kAbsent: return ErrorCode::kNoCard;
+      case CardResult::kOutOfRange: return ErrorCode::kCardFull;
+      case CardResult::kWriteProtected: return ErrorCode::kCardWriteProtected;
+      case CardResult::kUnreadable: return ErrorCode::kCardUnreadable;
+      case CardResult::kBusy:
+      case CardResult::kFailed: break;
+    }
+    return ErrorCode::kCardWriteFailed;
+  }
+  static protocol::ErrorCode log_error_of(CardResult result) {
+    return result == CardResult::kOutOfRange ? protocol::ErrorCode::kNoSuchLog : error_of(result);
+  }
+
+  BlockDevice& card_;
+  uint64_t powered_us_ = 0;
+  uint64_t t_us_ = 0;
+};
+
+}  // namespace emulator
+}  // namespace tfsat
