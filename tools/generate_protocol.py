@@ -36,7 +36,9 @@ def outputs(spec: Spec) -> dict[Path, str]:
     core = ROOT / "firmware" / "arduino_sequencer" / "src" / "core"
     for name in RELEASE_RULE:
         note = f"// Copied from {(core / name).relative_to(ROOT).as_posix()} by tools/generate_protocol.py.\n"
-        files[ROOT / "firmware" / "teensy_logger" / "src" / "release" / name] = note + (core / name).read_text()
+        files[ROOT / "firmware" / "teensy_logger" / "src" / "release" / name] = (
+            note + (core / name).read_text()
+        )
     files[ROOT / "protocol" / "reference.md"] = markdown.generate(spec)
     files[ROOT / "docs" / "log-format.md"] = log_format.generate(spec)
     files[ROOT / "protocol" / "tfsat_log.ksy"] = kaitai.generate(spec)

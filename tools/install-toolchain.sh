@@ -1,5 +1,6 @@
 #!/bin/sh
-# Installs what `make test` needs beyond Python packages: compilers for the PC and both boards, and simavr.
+# Installs what `make test` needs beyond Python packages: compilers for the PC and both boards, and the
+# emulators simavr and QEMU.
 # With apt (Debian, Ubuntu) it installs what is missing, as root or through sudo; elsewhere it says what to
 # install and why, and fails. When nothing is missing it does nothing.
 set -eu
@@ -19,6 +20,7 @@ avrdude                                 writes the Arduino Micro'"'"'s flash, as
 gcc-arm-none-eabi                       compiler for the Teensy 4.1 (logger)
 libnewlib-arm-none-eabi                 C library for the Teensy 4.1
 libstdc++-arm-none-eabi-newlib          C++ library for the Teensy 4.1
+qemu-system-arm                         emulator that runs the logger'"'"'s core on a Cortex-M7
 clang                                   compiler with libFuzzer, for the fuzz tests
 llvm                                    names functions and lines in what a sanitizer reports
 '
@@ -37,7 +39,7 @@ say_what_to_install() {
 
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
     # No apt: believe what can be seen, by its commands.
-    for tool in g++ make avr-gcc simavr avrdude arm-none-eabi-g++ clang++; do
+    for tool in g++ make avr-gcc simavr avrdude arm-none-eabi-g++ qemu-system-arm clang++; do
         command -v "$tool" >/dev/null 2>&1 || say_what_to_install "$tool is missing, and this system has no apt."
     done
     echo "toolchain: no apt here; the commands are present, libraries are taken on trust" >&2

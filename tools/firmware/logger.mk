@@ -24,7 +24,7 @@ BOARD := -D__IMXRT1062__ -DTEENSYDUINO=159 -DARDUINO=10813 -DARDUINO_TEENSY41 -D
 CXX_FLAGS := $(CPU) $(BOARD) -O2 -ffunction-sections -fdata-sections -std=gnu++17 -fno-exceptions \
   -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit -Wall -Wextra -Werror -MMD -I$(STANDINS)
 LINK_FLAGS := $(CPU) -O2 -nostartfiles --specs=nano.specs --specs=nosys.specs -Wl,--gc-sections \
-  -Wl,--no-warnings -T $(STANDINS)/teensy41.ld
+  -T $(STANDINS)/teensy41.ld
 
 SOURCES := $(sort $(shell find $(SKETCH)/src -name '*.cpp'))
 OBJECTS := $(patsubst $(SKETCH)/%,$(BUILD)/%.o,$(SOURCES)) $(BUILD)/$(NAME).ino.o $(BUILD)/standins.o

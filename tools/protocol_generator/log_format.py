@@ -79,12 +79,12 @@ blocks = {{}}
 with open(sys.argv[1], "rb") as file:
     while len(block := file.read({layout.block_bytes})) == {layout.block_bytes}:
         magic, _, kind, samples, _, session, number = struct.unpack_from("<4s4B2I", block)
-        crc, = struct.unpack_from("<I", block, {layout.crc_offset})
+        (crc,) = struct.unpack_from("<I", block, {layout.crc_offset})
         if magic == b"{spec.limit("block_magic").to_bytes(4, "little").decode()}" \
 and crc == zlib.crc32(block[:{layout.crc_offset}]):
             blocks.setdefault(number, (kind, samples, block))
 for kind, samples, block in (blocks[number] for number in sorted(blocks)):
-    time_us, = struct.unpack_from("<Q", block, 24)
+    (time_us,) = struct.unpack_from("<Q", block, 24)
     for slot in range(samples if kind == {_value(spec, "BlockKind", "data")} else 0):
         offset_us, flags, *counts = struct.unpack_from("<IH28h6H", block, \
 {layout.header_bytes} + slot * {layout.sample_bytes})

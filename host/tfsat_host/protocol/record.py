@@ -6,6 +6,7 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
+from itertools import islice
 from typing import Any, ClassVar, Self, TypeVar
 
 from tfsat_host.errors import TfsatError
@@ -81,11 +82,12 @@ def _flatten(record: Record) -> Iterator[Any]:
 def _build(record: type[AnyRecord], scalars: Iterator[Any]) -> AnyRecord:
     values = []
     for _, kind, count in record.LAYOUT:
-        items = [_item(kind, scalars) for _ in range(1 if count is None else count)]
         if count is None:
-            values.append(items[0])
+            values.append(_item(kind, scalars))
+        elif kind == "B":
+            values.append(bytes(islice(scalars, count)))
         else:
-            values.append(bytes(items) if kind == "B" else tuple(items))
+            values.append(tuple(_item(kind, scalars) for _ in range(count)))
     return record(*values)
 
 

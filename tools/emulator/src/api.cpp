@@ -1,5 +1,6 @@
 #include "api.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -98,6 +99,24 @@ std::unique_ptr<SequencerBoard> make_sequencer(const char* hex_path, std::string
 #endif
 }
 
+CardDefect card_defect(int defect) {
+  switch (defect) {
+    case TFSAT_CARD_WRITE_PROTECTED:
+      return CardDefect::kWriteProtected;
+    case TFSAT_CARD_UNREADABLE:
+      return CardDefect::kUnreadable;
+    case TFSAT_CARD_FAILING:
+      return CardDefect::kFailing;
+    default:
+      return CardDefect::kNone;
+  }
+}
+
+// At most `n` of the bytes.
+void copy_out(const std::vector<uint8_t>& bytes, uint8_t* data, size_t n) {
+  std::copy_n(bytes.begin(), std::min(n, bytes.size()), data);
+}
+
 ResetCause reset_cause(int cause) {
   switch (cause) {
     case TFSAT_RESET_WATCHDOG:
@@ -186,11 +205,48 @@ uint32_t tfsat_eeprom_writes(const TfsatRobot* robot) {
   return robot->robot.sequencer().eeprom_writes();
 }
 
+size_t tfsat_logger_memory_bytes(TfsatRobot* robot) { return robot->robot.logger().memory().size(); }
+
+void tfsat_logger_memory_get(TfsatRobot* robot, uint8_t* memory, size_t n) {
+  copy_out(robot->robot.logger().memory(), memory, n);
+}
+
+void tfsat_logger_memory_set(TfsatRobot* robot, const uint8_t* memory, size_t n) {
+  robot->robot.logger().set_memory(std::vector<uint8_t>(memory, memory + n));
+}
+
 size_t tfsat_card_size(TfsatRobot* robot) { return robot->robot.card().bytes().size(); }
 
 void tfsat_card_read(TfsatRobot* robot, uint8_t* data, size_t n) {
-  const std::vector<uint8_t> bytes = robot->robot.card().bytes();
-  std::memcpy(data, bytes.data(), n < bytes.size() ? n : bytes.size());
+  copy_out(robot->robot.card().bytes(), data, n);
+}
+
+int tfsat_card_next_file(TfsatRobot* robot, int from) {
+  return robot->robot.card().next_file(static_cast<uint16_t>(from));
+}
+
+size_t tfsat_card_file_size(TfsatRobot* robot, int number) {
+  return robot->robot.card().file(static_cast<uint16_t>(number)).size();
+}
+
+void tfsat_card_file_read(TfsatRobot* robot, int number, uint8_t* data, size_t n) {
+  copy_out(robot->robot.card().file(static_cast<uint16_t>(number)), data, n);
+}
+
+void tfsat_card_put_file(TfsatRobot* robot, int number, const uint8_t* data, size_t n) {
+  robot->robot.card().put_file(static_cast<uint16_t>(number), std::vector<uint8_t>(data, data + n));
+}
+
+void tfsat_card_set_present(TfsatRobot* robot, int present) {
+  robot->robot.card().set_present(present != 0);
+}
+
+void tfsat_card_set_defect(TfsatRobot* robot, int defect) {
+  robot->robot.card().set_defect(card_defect(defect));
+}
+
+void tfsat_card_fill(TfsatRobot* robot, uint32_t free_blocks) {
+  robot->robot.card().fill_up_to(free_blocks);
 }
 
 void tfsat_seat(TfsatRobot* robot) { robot->robot.seat(); }

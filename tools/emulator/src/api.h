@@ -44,6 +44,12 @@ typedef struct {
 
 enum { TFSAT_SEQUENCER = 0, TFSAT_LOGGER = 1 };
 enum { TFSAT_RESET_WATCHDOG = 0, TFSAT_RESET_BROWN_OUT = 1, TFSAT_RESET_BUTTON = 2 };
+enum {
+  TFSAT_CARD_GOOD = 0,
+  TFSAT_CARD_WRITE_PROTECTED = 1,
+  TFSAT_CARD_UNREADABLE = 2,
+  TFSAT_CARD_FAILING = 3,
+};
 
 // To see that caller and library mean the same structure.
 size_t tfsat_config_bytes(void);
@@ -74,9 +80,25 @@ void tfsat_eeprom_set(TfsatRobot* robot, const uint8_t* image, size_t n);
 // Changes of the EEPROM by the board since it was made.
 uint32_t tfsat_eeprom_writes(const TfsatRobot* robot);
 
-// The card's file: its size, its bytes.
+// The logger's stored settings, which outlast its power. A board that is to heed what is set gets it
+// before its power.
+size_t tfsat_logger_memory_bytes(TfsatRobot* robot);
+void tfsat_logger_memory_get(TfsatRobot* robot, uint8_t* memory, size_t n);
+void tfsat_logger_memory_set(TfsatRobot* robot, const uint8_t* memory, size_t n);
+
+// The card's newest file: its size, its bytes.
 size_t tfsat_card_size(TfsatRobot* robot);
 void tfsat_card_read(TfsatRobot* robot, uint8_t* data, size_t n);
+// All its files, whatever is wrong with the card. The first number from `from` on, or 0 after the
+// last; the bytes of one; a file of whole blocks, put there by hand.
+int tfsat_card_next_file(TfsatRobot* robot, int from);
+size_t tfsat_card_file_size(TfsatRobot* robot, int number);
+void tfsat_card_file_read(TfsatRobot* robot, int number, uint8_t* data, size_t n);
+void tfsat_card_put_file(TfsatRobot* robot, int number, const uint8_t* data, size_t n);
+// Taken out or pushed in; what is wrong with it; files of others leave it this many free blocks.
+void tfsat_card_set_present(TfsatRobot* robot, int present);
+void tfsat_card_set_defect(TfsatRobot* robot, int defect);
+void tfsat_card_fill(TfsatRobot* robot, uint32_t free_blocks);
 
 // What a person does.
 void tfsat_seat(TfsatRobot* robot);

@@ -53,6 +53,7 @@ class BusPort final : public logger::I2cBus {
       return true;
     }
     if (!bus_.hangs(address)) return false;
+    bus_.set_stuck(true);
     end(logger::I2cResult::kTimeout, logger::i2c_deadline_us(khz_));
     return true;
   }

@@ -35,7 +35,8 @@ uint32_t BlockDevice::free_blocks() const {
 
 void BlockDevice::fill_up_to(uint32_t free) {
   foreign_blocks_ = 0;
-  foreign_blocks_ = parameters_.capacity_blocks - used_blocks() - free;
+  const uint32_t room = parameters_.capacity_blocks - used_blocks();
+  foreign_blocks_ = room - std::min(free, room);
 }
 
 CardResult BlockDevice::inspect(uint32_t n_blocks) const {
@@ -91,11 +92,16 @@ const std::vector<uint8_t>* BlockDevice::find_file(uint16_t number) const {
 
 bool BlockDevice::find(uint16_t from, uint16_t& number, uint32_t& n_blocks) const {
   if (!present_ || defect_ == CardDefect::kUnreadable) return false;
-  const auto older = older_.lower_bound(from);
-  if (older == older_.end() && (newest_ < from || newest_ == 0)) return false;
-  number = older == older_.end() ? newest_ : older->first;
+  number = next_file(from);
+  if (number == 0) return false;
   n_blocks = static_cast<uint32_t>(find_file(number)->size() / kBlockBytes);
   return true;
+}
+
+uint16_t BlockDevice::next_file(uint16_t from) const {
+  const auto older = older_.lower_bound(from);
+  if (older != older_.end()) return older->first;
+  return newest_ >= from ? newest_ : 0;
 }
 
 CardResult BlockDevice::read(uint16_t number, uint32_t block_index, uint8_t* data) const {

@@ -60,10 +60,13 @@ class BlockDevice {
   // A file as it lies on the medium, put there by hand.
   void put_file(uint16_t number, const std::vector<uint8_t>& bytes);
   std::vector<uint8_t> file(uint16_t number) const;
+  // The first number from `from` on, whatever is wrong with the card; 0 after the last.
+  uint16_t next_file(uint16_t from) const;
 
   // What a person or a bad card does.
   void set_defect(CardDefect defect) { defect_ = defect; }
-  void fill_up_to(uint32_t free_blocks);  // somebody else's files
+  // Somebody else's files leave it so much room; more than it has: there are none.
+  void fill_up_to(uint32_t free_blocks);
   void stall_until(uint64_t t_us);     // the next transfers find the card busy until then
   // Out of its contacts the card has no supply: what it had not programmed is lost.
   void set_present(bool present);

@@ -22,7 +22,7 @@ class I2cBus {
   // The device stays the caller's. False if the address is taken or the bus is full.
   bool attach(uint8_t address, I2cDevice& device) {
     if (find(address) != nullptr || n_devices_ == kMaxDevices) return false;
-    slots_[n_devices_++] = {address, &device};
+    slots_[n_devices_++] = {address, &device, false};
     return true;
   }
 
@@ -45,11 +45,16 @@ class I2cBus {
   bool stuck() const { return stuck_; }
   void clock_free() { stuck_ = shorted_; }
 
-  // Fault: the slave at this address, once addressed, holds the clock low until the master gives
-  // the transfer up and clocks the bus free. kNobody: none does.
-  static constexpr uint8_t kNobody = 0x80;
-  void set_hanging(uint8_t address) { hanging_address_ = address; }
-  bool hangs(uint8_t address) const { return address == hanging_address_; }
+  // Fault: the slave at this address stops in the middle of each of its transfers and holds the bus
+  // until it is clocked free.
+  void set_hanging(uint8_t address, bool hanging) {
+    for (Slot& slot : slots_) slot.hanging = slot.address == address ? hanging : slot.hanging;
+  }
+  bool hangs(uint8_t address) const {
+    for (const Slot& slot : slots_)
+      if (slot.address == address) return slot.hanging;
+    return false;
+  }
 
   // How long a transfer keeps the bus (I2C: 9 clocks a byte, about 1 for each start and stop).
   static uint64_t nack_duration_us(uint32_t clock_hz) { return bits_us(9 + 2, clock_hz); }
@@ -64,6 +69,7 @@ class I2cBus {
   struct Slot {
     uint8_t address;
     I2cDevice* device;
+    bool hanging;
   };
   static uint64_t bits_us(uint64_t bits, uint32_t clock_hz) {
     return (bits * 1000000u + clock_hz - 1) / clock_hz;
@@ -76,7 +82,6 @@ class I2cBus {
 
   Slot slots_[kMaxDevices] = {};
   int n_devices_ = 0;
-  uint8_t hanging_address_ = kNobody;
   bool stuck_ = false, shorted_ = false;
 };
 

@@ -41,6 +41,7 @@ Mpu6050::Mpu6050(const Mpu6050Parameters& parameters)
 void Mpu6050::power_up(uint64_t t_us) {
   now_us_ = std::max(now_us_, t_us);
   reset_until_us_ = now_us_;
+  std::fill(std::begin(registers_), std::end(registers_), uint8_t{0});
   reset_registers();
 }
 
