@@ -51,10 +51,32 @@ fuzz: toolchain venv  ## look for inputs that break the link or the board, RUNS=
 	$(call say,fuzzing the link (RUNS=$(RUNS)) and the board behind it (BOARD_RUNS=$(BOARD_RUNS)))
 	@$(BIN)/python -m tests.fuzz.campaign --runs $(RUNS) --board-runs $(BOARD_RUNS)
 
+# atheris has wheels for Linux alone, so it stays out of the lock.
+.PHONY: fuzz-decode
+fuzz-decode: RUNS := 1000000
+fuzz-decode: venv  ## look for damaged logs that the decoder gets wrong, RUNS=1000000 (an hour on two cores)
+	$(call say,fuzzing the decoder (RUNS=$(RUNS)))
+	@[ -e build/fuzz-decode/installed ] || { $(MAKE_VENV) build/fuzz-decode/venv && \
+	  build/fuzz-decode/venv/bin/pip install -qq atheris numpy fastcrc && touch build/fuzz-decode/installed; }
+	@$(BIN)/python -m tests.fuzz.log_campaign --runs $(RUNS)
+
+.PHONY: bench-decode
+bench-decode: venv  ## measure the decoder beside pyulog, mcap, pymavlink's DFReader and Kaitai on the same samples
+	$(call say,decoders on the same samples)
+	@[ -e build/bench-decode/installed ] || { $(MAKE_VENV) build/bench-decode/venv && \
+	  build/bench-decode/venv/bin/pip install -qq pyulog mcap pymavlink kaitaistruct numpy fastcrc && \
+	  touch build/bench-decode/installed; }
+	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.decode_bench
+
 .PHONY: sequencer-report
 sequencer-report: toolchain venv  ## measure the sequencer's image in full (minutes) and write docs/sequencer-proof.md
 	$(call say,proving the sequencer's image)
 	@$(BIN)/python -m tests.sequencer_proof
+
+.PHONY: logger-report
+logger-report: toolchain venv  ## try the logger's core on a failing card in full (minutes) and write docs/logger-proof.md
+	$(call say,proving the logger's core)
+	@$(BIN)/python -m tests.logger_proof
 
 .PHONY: firmware
 firmware: venv  ## build both firmwares for their boards
@@ -73,6 +95,11 @@ protocol-check: venv
 	$(call say,generated files against protocol/tfsat.toml)
 	@$(BIN)/python tools/generate_protocol.py --check
 
+.PHONY: kaitai
+kaitai: venv  ## recompile the tests' independent decoder after the log's layout changed (needs Node.js)
+	$(call say,compiling protocol/tfsat_log.ksy)
+	@$(BIN)/python tools/compile_kaitai.py
+
 .PHONY: lint
 lint: venv  ## check style and types
 	$(call say,style and types)
@@ -87,7 +114,7 @@ lock: python  ## choose new versions of all dependencies and write requirements.
 	$(call say,locking dependencies)
 	@[ -x build/lock/bin/uv ] || { $(MAKE_VENV) build/lock && build/lock/bin/pip install -qq uv; }
 	@build/lock/bin/uv pip compile --no-config --quiet --upgrade --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --extra dev --extra figures \
+	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra mcap \
 	  --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 	@! grep -n '://' requirements.lock || { echo "Error: requirements.lock names a host" >&2; exit 1; }
 

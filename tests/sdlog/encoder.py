@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
-from tfsat_host.protocol.enums import BlockKind, EventCode
+from tfsat_host.protocol.enums import BlockKind, EventCode, StopReason
 from tfsat_host.protocol.limits import (
     BLOCK_BYTES,
     BLOCK_MAGIC,
@@ -39,6 +39,9 @@ HEADER = LogHeader(
     accel_range_g=2,
     dlpf_cfg=3,
     who_am_i=bytes((0x68,) * 4),
+    bus_khz=400,
+    after_landing_s=30,
+    schema=b"sample: u32 time_offset_us".ljust(384, b"\0"),
     wall_clock_us=0,
 )
 
@@ -115,6 +118,12 @@ class Recorder:
             ring_peak_blocks=3,
             interval_min_us=self.interval_us - 2,
             interval_max_us=self.interval_us + 2,
+            jitter_rms_us=1.5,
+            late_ticks=0,
+            ring_blocks=768,
+            card_stall_max_ms=7,
+            blocks_rewritten=0,
+            stop_reason=StopReason.HOST,
         )
         self._add(BlockKind.FOOTER, footer.encode())
 

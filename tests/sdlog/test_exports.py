@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.io
+from pyarrow import csv as arrow_csv
 
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release
 from tests.sdlog.test_values import write
-from tfsat_host.sdlog import DropLog, load
+from tfsat_host.errors import TfsatError
+from tfsat_host.sdlog import DropLog, export_mat, load
 from tfsat_host.sdlog.export_csv import write_csv, write_events_csv
 from tfsat_host.sdlog.export_mat import write_mat
 from tfsat_host.sdlog.export_npz import si_columns, write_npz
+from tfsat_host.sdlog.metadata import metadata
 
 
 @pytest.fixture
@@ -49,6 +54,17 @@ def test_csv_holds_every_value_to_the_sensor_s_resolution(log: DropLog, tmp_path
         np.testing.assert_allclose(angle, np.degrees(log.sensor_angle_rad[:, sensor]), atol=5.1e-5, rtol=0)
     for switch in range(2):
         assert table[f"switch{switch + 1}_open"] == [str(int(v)) for v in log.switch_open[:, switch]]
+
+
+def test_csv_has_types_that_a_foreign_reader_infers(log: DropLog, tmp_path: Path) -> None:
+    write_csv(log, tmp_path / "SD.csv")
+    table = arrow_csv.read_csv(tmp_path / "SD.csv")
+    types = {str(table[name].type) for name in table.column_names if name not in ("sample", "t_us")}
+    assert types == {"double", "int64"}
+    np.testing.assert_array_equal(table["t_us"].to_numpy(), log.t_us)
+    np.testing.assert_allclose(
+        table["imu2_specific_force_z_m_s2"], log.specific_force_m_s2[:, 1, 2], atol=5.1e-6
+    )
 
 
 def test_csv_leaves_invalid_readings_empty_and_shows_clipping(tmp_path: Path) -> None:
@@ -98,23 +114,94 @@ def test_npz(log: DropLog, tmp_path: Path) -> None:
     assert (facts["verdict"], facts["samples"], facts["header"]["rate_hz"]) == ("complete", len(log), 280)
 
 
+def read_mat(path: Path) -> Any:
+    return scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)["drop"]
+
+
 def test_mat_is_a_struct_as_matlab_has_them(log: DropLog, tmp_path: Path) -> None:
     write_mat(log, tmp_path / "SD.mat")
-    drop = scipy.io.loadmat(tmp_path / "SD.mat", squeeze_me=True, struct_as_record=False)["drop"]
+    drop = read_mat(tmp_path / "SD.mat")
     np.testing.assert_array_equal(drop.t_s, log.t_s)
     np.testing.assert_array_equal(drop.t_us, log.t_us)
+    np.testing.assert_array_equal(drop.sample_index, log.sample_index)
+    np.testing.assert_array_equal(drop.switch_open, log.switch_open)
     for body in range(4):
         np.testing.assert_array_equal(drop.imu[body].rate_rad_s, log.rate_rad_s[:, body])
         np.testing.assert_array_equal(drop.imu[body].specific_force_m_s2, log.specific_force_m_s2[:, body])
+        np.testing.assert_array_equal(drop.imu[body].temperature_c, log.temperature_c[:, body])
         np.testing.assert_array_equal(drop.imu[body].valid, log.imu_valid[:, body])
-    np.testing.assert_array_equal(drop.joint[2].sensor_angle_rad, log.sensor_angle_rad[:, 4:6])
+        np.testing.assert_array_equal(drop.imu[body].clipped, log.clipped[:, body])
+    for joint in range(3):
+        pair = slice(2 * joint, 2 * joint + 2)
+        np.testing.assert_array_equal(drop.joint[joint].sensor_angle_rad, log.sensor_angle_rad[:, pair])
+        np.testing.assert_array_equal(drop.joint[joint].valid, log.angle_valid[:, pair])
     assert list(drop.events.name[:3]) == ["switch_edge", "switch_edge", "stroke"]
     np.testing.assert_array_equal(drop.events.t_s, [log.seconds(event.t_us) for event in log.events])
+    np.testing.assert_array_equal(drop.events.t_us, [event.t_us for event in log.events])
     assert (drop.info.verdict, drop.info.session, drop.info.samples) == ("complete", "1234abcd", len(log))
     assert drop.info.header.gyro_lsb_per_deg_s == 65.5
+    assert drop.info.release_us == log.release_us
+    assert json.loads(drop.info.metadata_json) == metadata(log)
     raw = scipy.io.loadmat(tmp_path / "SD.mat")["drop"]
     assert raw["t_s"][0, 0].shape == (len(log), 1)
     assert raw["imu"][0, 0].shape == (1, 4)
+    assert raw["events"][0, 0]["name"][0, 0].shape == (6, 1), "a cell array, time down the rows"
+
+
+def test_mat_numbers_are_doubles_and_flags_logicals(log: DropLog, tmp_path: Path) -> None:
+    """MATLAB's integers round every quotient: diff(drop.t_us)/1e6 would be zero."""
+    write_mat(log, tmp_path / "SD.mat")
+    read = scipy.io.loadmat(tmp_path / "SD.mat", simplify_cells=True)["drop"]
+    numbers = dict(leaves(read))
+    flags = {
+        name for name in numbers if name.split(".")[-1] in ("valid", "clipped", "switch_open", "is_copy")
+    }
+    assert flags
+    for name, value in numbers.items():
+        kind = np.asarray(value).dtype.kind
+        if kind in "biuf":
+            # scipy reads logicals as the small integers that they are stored in.
+            assert kind in ("iu" if name in flags else "f"), name
+
+
+def leaves(value: Any, name: str = "drop") -> Iterator[tuple[str, Any]]:
+    """(path, value) of everything in nested structs."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from leaves(inner, f"{name}.{key}")
+    elif isinstance(value, list | np.ndarray) and len(value) and isinstance(value[0], dict):
+        for i, inner in enumerate(value):
+            yield from leaves(inner, f"{name}({i + 1})")
+    else:
+        yield name, value
+
+
+def test_invalid_readings_are_nan_in_mat_and_npz(tmp_path: Path) -> None:
+    recorder = Recorder()
+    recorder.data(flags=ALL_VALID & ~0b10_0000_0010)
+    log = load(write(tmp_path / "SD.bin", recorder.image()))
+    write_mat(log, tmp_path / "SD.mat")
+    write_npz(log, tmp_path / "SD.npz")
+    drop = read_mat(tmp_path / "SD.mat")
+    assert np.isnan(drop.imu[1].rate_rad_s).all() and np.isfinite(drop.imu[0].rate_rad_s).all()
+    assert np.isnan(drop.joint[2].sensor_angle_rad).all(axis=0).tolist() == [False, True]
+    with np.load(tmp_path / "SD.npz") as file:
+        assert np.isnan(file["rate_rad_s"]).all(axis=(0, 2)).tolist() == [False, True, False, False]
+
+
+def test_a_recording_too_long_for_a_mat_file_is_refused(
+    log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(export_mat, "_LARGEST_BYTES", 100_000)
+    with pytest.raises(TfsatError, match="do not fit into a MAT-file") as caught:
+        write_mat(log, tmp_path / "SD.mat")
+    assert "--format parquet" in caught.value.next_step
+    assert not (tmp_path / "SD.mat").exists()
+    monkeypatch.setattr(export_mat, "_LARGEST_BYTES", 200_000)
+    write_mat(log, tmp_path / "SD.mat")
+    # What is refused is reckoned from what is written.
+    size = (tmp_path / "SD.mat").stat().st_size
+    assert 1.0 < size / (len(log) * export_mat.bytes_per_sample()) < 1.2
 
 
 def test_an_empty_event_list_can_be_written(tmp_path: Path) -> None:

@@ -12,8 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.sdlog.encoder import HEADER, SESSION, Recorder, recording, renumbered
+from tests.sdlog.encoder import HEADER, SESSION, Recorder, event, recording, renumbered
 from tests.sdlog.test_values import assert_values, write
+from tfsat_host.protocol.enums import EventCode
+from tfsat_host.protocol.messages import BlockHeader, LogFooter
 from tfsat_host.sdlog import LogError, SessionError, load
 
 ZERO = bytes(512)
@@ -164,6 +166,26 @@ def test_blocks_with_impossible_heads_are_set_aside(
     log = load(write(tmp_path / "SD.bin", b"".join(blocks)))
     assert getattr(log.set_aside, reason) == 1
     assert (log.verdict, log.samples_lost) == ("damaged", 6)
+
+
+def test_nothing_is_concluded_from_an_event_at_an_impossible_time(tmp_path: Path) -> None:
+    recorder = Recorder()
+    recorder.data()
+    recorder.data(events=[event((1 << 64) - 1, EventCode.SWITCH_EDGE, 0, 1)])
+    recorder.data()
+    recorder.close()
+    log = load(write(tmp_path / "SD.bin", recorder.image()))
+    assert (log.verdict, len(log), len(log.events), log.release) == ("damaged", 18, 1, None)
+    assert log.doubts == ("1 events have impossible times",)
+
+
+def test_an_end_that_makes_no_sense_is_not_used_and_doubtful(tmp_path: Path) -> None:
+    recorder = recording(3)
+    footer = bytearray(recorder.blocks[-1])
+    footer[BlockHeader.SIZE + LogFooter.SIZE - 1] = 77  # no StopReason
+    log = load(write(tmp_path / "SD.bin", b"".join([*recorder.blocks[:-1], renumbered(bytes(footer))])))
+    assert (log.footer, log.verdict) == (None, "damaged")
+    assert "impossible values" in log.doubts[0]
 
 
 def test_a_cut_without_loss_is_truncated(tmp_path: Path) -> None:

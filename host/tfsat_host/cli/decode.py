@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.decoded_files import FORMATS
+from tfsat_host.cli.event_words import event_words
 from tfsat_host.cli.options import add_output_options
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
@@ -36,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="LIST",
         type=_formats,
         default=("csv",),
-        help="what to write, separated by commas: csv, npz, mat (default csv)",
+        help=f"what to write, separated by commas: {', '.join(FORMATS)} (default csv)",
     )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write to (default: beside FILE)")
     parser.add_argument(
@@ -71,6 +73,8 @@ def _show(facts: dict[str, Any], out: Output) -> None:
         f"Recording  {facts['session']}" + (f"  (also in the file: {', '.join(others)})" if others else "")
     )
     out.line(f"Verdict    {_VERDICTS[facts['verdict']]}")
+    if facts["unix_offset_us"] is not None:
+        out.line(f"Started    {_utc(facts['header']['wall_clock_us'])}")
     rate = "unknown" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
     commanded = f"{facts['header']['rate_hz']:g} Hz commanded"
     out.line(f"Samples    {facts['samples']} in {facts['duration_s']:.3f} s, {rate} ({commanded})")
@@ -85,6 +89,14 @@ def _show(facts: dict[str, Any], out: Output) -> None:
     _show_events(facts, out)
     for path in facts["files"].values():
         out.line(f"Written    {path}")
+
+
+def _utc(unix_us: int) -> str:
+    try:
+        moment = datetime.fromtimestamp(unix_us / 1e6, UTC)
+    except (OverflowError, ValueError, OSError):
+        return f"at an impossible time of day ({unix_us} µs since 1970)"
+    return moment.isoformat(sep=" ", timespec="seconds").replace("+00:00", " UTC")
 
 
 def _show_clipping(facts: dict[str, Any], out: Output) -> None:
@@ -107,10 +119,7 @@ def _show_events(facts: dict[str, Any], out: Output) -> None:
     else:
         doubtful = "" if facts["t_s_origin"] == "release" else ", which is doubtful"
         out.line(f"Times count from the release{doubtful}.")
-    rows = [
-        (f"{event['t_s']:.6f}", _EVENT_TEXTS.get(event["name"], event["name"]).format(**_counted(event)))
-        for event in facts["events"][:_EVENTS_SHOWN]
-    ]
+    rows = [(f"{event['t_s']:.6f}", event_words(event)) for event in facts["events"][:_EVENTS_SHOWN]]
     if rows:
         out.table(("t / s", "event"), rows)
     if len(facts["events"]) > _EVENTS_SHOWN:
@@ -118,18 +127,6 @@ def _show_events(facts: dict[str, Any], out: Output) -> None:
 
 
 _EVENTS_SHOWN = 40
-_EVENT_TEXTS = {
-    "switch_edge": "release switch {number} {state}",
-    "stroke": "stroke {number}",
-    "sensor_fault": "IMU of body {number} stopped answering (error {arg})",
-    "sensor_recovered": "IMU of body {number} answers again",
-    "card_stall": "the card took {value} ms for a write",
-    "samples_dropped": "{value} samples dropped: the ring was full",
-}
-
-
-def _counted(event: dict[str, Any]) -> dict[str, Any]:
-    return event | {"number": event["index"] + 1, "state": "opened" if event["arg"] else "closed"}
 
 
 def _formats(text: str) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from tfsat_host.cli.outputs import OutputFile, was_made_with, write_all
 if TYPE_CHECKING:
     from tfsat_host.sdlog import DropLog
 
-FORMATS = ("csv", "npz", "mat")
+FORMATS = ("csv", "npz", "mat", "parquet", "mcap")
 
 
 @dataclass(frozen=True)
@@ -35,15 +35,24 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
     is older than the recording itself.
 
     Raises:
-        TfsatError: a file exists that is not ours; nothing was written.
+        TfsatError: a file exists that is not ours, or a format's library is missing; nothing was written.
     """
+    from tfsat_host.sdlog.extras import check_extra
+
+    for name in formats:
+        check_extra(name)
     wanted = _outputs(log, stem, formats)
     write_all(list(wanted.values()), force=force)
-    others = _outputs(log, stem, [name for name in FORMATS if name not in formats])
+    # Only of what exists: an export's libraries take longer to load than a recording to decode.
+    others = _outputs(log, stem, [name for name in FORMATS if name not in formats and _stands(stem, name)])
     stale = [file.path for file in others.values() if _is_stale(file, log.path)]
     for path in stale:
         path.unlink()
     return Written({name: file.path for name, file in wanted.items()}, tuple(stale))
+
+
+def _stands(stem: Path, name: str) -> bool:
+    return _named(stem, f".{name}").exists() or _named(stem, f".events.{name}").exists()
 
 
 def _is_stale(file: OutputFile, recording: Path) -> bool:
@@ -79,4 +88,30 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
         from tfsat_host.sdlog.export_mat import MAT_MARKER, write_mat
 
         files["mat"] = OutputFile(_named(stem, ".mat"), MAT_MARKER, lambda path: write_mat(log, path))
+    if "parquet" in formats:
+        from tfsat_host.sdlog import export_parquet as to_parquet
+
+        files["parquet"] = OutputFile(
+            _named(stem, ".parquet"),
+            to_parquet.PARQUET_MARKER,
+            lambda path: to_parquet.write_parquet(log, path),
+        )
+        files["events_parquet"] = OutputFile(
+            _named(stem, ".events.parquet"),
+            to_parquet.PARQUET_MARKER,
+            lambda path: to_parquet.write_events_parquet(log, path),
+        )
+    if "mcap" in formats:
+        from tfsat_host.sdlog.export_mcap import MCAP_MARKER
+
+        files["mcap"] = OutputFile(_named(stem, ".mcap"), MCAP_MARKER, lambda path: _write_mcap(log, path))
     return files
+
+
+def _write_mcap(log: DropLog, path: Path) -> None:
+    """With the bodies' transforms, of the drop tower robot."""
+    from tfsat_host.evaluation.body_frames import body_frames
+    from tfsat_host.robot import load_robot
+    from tfsat_host.sdlog.export_mcap import write_mcap
+
+    write_mcap(log, path, body_frames(log, load_robot()))

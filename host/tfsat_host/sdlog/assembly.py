@@ -8,13 +8,14 @@ a single old block may survive at the very start where a write was lost.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import errors
-from .blocks import BlockIndex
+from .blocks import Unusable
+from .copies import take_each_number_once
+from .source import LogSource
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class SetAside:
         malformed: The CRC is right, the contents impossible.
         newer: The CRC is right, the layout version unknown.
         stale: Undamaged, of another recording.
-        duplicate: A second copy of a block that was taken.
+        duplicate: A second copy of a block that was taken: the logger writes the last seconds twice.
         conflicting: Undamaged, with the number of a block that was taken, and different.
     """
 
@@ -48,73 +49,79 @@ class Assembly:
 
     Attributes:
         session: Its random id.
-        entries: Its blocks, by number, each number once; fields as in `BlockIndex`.
+        pieces: Where its blocks stand, by number, each number once; (k,) of PIECE, joined where possible.
         other_sessions: Ids of the file's other recordings, as they stand in the file.
         set_aside: What was left out.
     """
 
     session: int
-    entries: NDArray[np.void]
+    pieces: NDArray[np.void]
     other_sessions: tuple[int, ...]
     set_aside: SetAside
 
 
-def assemble(index: BlockIndex, path: Path, size_bytes: int, session: int | None) -> Assembly:
+def assemble(
+    source: LogSource, pieces: NDArray[np.void], unusable: Unusable, session: int | None
+) -> Assembly:
     """Choose a recording (`session`, or the newest) and put its blocks in order.
 
+    Args:
+        source: The file; read again only where blocks of one number compete.
+        pieces: All usable blocks, as they stand in the file.
+        unusable: The other blocks, counted.
+        session: The recording asked for.
+
     Raises:
-        LogError: the file has no block to choose from.
+        LogError: the file has no block to choose from, or cannot be read.
         SessionError: it has none of `session`.
     """
-    entries = index.entries
-    if not len(entries):
-        raise _nothing_found(index, path, size_bytes)
-    sessions = _sessions_by_position(entries)
+    if not len(pieces):
+        raise _nothing_found(source, unusable)
+    sessions = _sessions_by_position(pieces)
     if session is None:
         session = sessions[0]
     elif session not in sessions:
-        raise errors.no_such_session(path, session, sessions)
-    own = entries if len(sessions) == 1 else entries[entries["session"] == session]
-    if np.any(own["number"][1:] <= own["number"][:-1]):
-        own = own[np.lexsort((own["position"], -own["sample_count"].astype(np.int16), own["number"]))]
-    again = np.zeros(len(own), np.bool_)
-    again[1:] = own["number"][1:] == own["number"][:-1]
-    taken = own[~again]
-    same = taken["crc"][np.cumsum(~again) - 1] == own["crc"]
+        raise errors.no_such_session(source.path, session, sessions)
+    own = pieces[pieces["session"] == session]
+    taken = take_each_number_once(source, own)
     set_aside = SetAside(
-        never_written=index.never_written,
-        torn=index.torn,
-        foreign=index.foreign,
-        malformed=index.malformed,
-        newer=index.newer,
-        stale=len(entries) - len(own),
-        duplicate=int(np.count_nonzero(again & same)),
-        conflicting=int(np.count_nonzero(again & ~same)),
+        never_written=unusable.never_written,
+        torn=unusable.torn,
+        foreign=unusable.foreign,
+        malformed=unusable.malformed,
+        newer=unusable.newer,
+        stale=int(pieces["count"].sum() - own["count"].sum()),
+        duplicate=taken.duplicate,
+        conflicting=taken.conflicting,
     )
     others = tuple(other for other in sessions if other != session)
-    return Assembly(session, taken, others, set_aside)
+    return Assembly(session, taken.pieces, others, set_aside)
 
 
-def _sessions_by_position(entries: NDArray[np.void]) -> tuple[int, ...]:
+def _sessions_by_position(pieces: NDArray[np.void]) -> tuple[int, ...]:
     """The ids of all recordings, by the median position of their blocks."""
-    ids: NDArray[np.uint32] = np.unique(entries["session"])
-    if len(ids) == 1:
-        return (int(ids[0]),)
-    order = np.lexsort((entries["position"], entries["session"]))
-    _, first, count = np.unique(entries["session"][order], return_index=True, return_counts=True)
-    median = entries["position"][order[first + (count - 1) // 2]]
+    if (pieces["session"] == pieces["session"][0]).all():
+        return (int(pieces["session"][0]),)
+    ordered = pieces[np.lexsort((pieces["position"], pieces["session"]))]
+    ids, first = np.unique(ordered["session"], return_index=True)
+    upto = np.cumsum(ordered["count"])
+    before = upto[first] - ordered["count"][first]
+    middle = before + (np.append(before[1:], upto[-1]) - before - 1) // 2
+    piece = np.searchsorted(upto, middle, side="right")
+    median = ordered["position"][piece] + middle - (upto[piece] - ordered["count"][piece])
     return tuple(ids[np.argsort(median, kind="stable")].tolist())
 
 
-def _nothing_found(index: BlockIndex, path: Path, size_bytes: int) -> errors.LogError:
-    if index.newer:
+def _nothing_found(source: LogSource, unusable: Unusable) -> errors.LogError:
+    path = source.path
+    if unusable.newer:
         return errors.newer_version(path)
-    if index.torn:
+    if unusable.torn:
         return errors.no_blocks(
-            path, f"{index.torn} of its blocks look like ours and all of them are damaged"
+            path, f"{unusable.torn} of its blocks look like ours and all of them are damaged"
         )
-    if index.malformed:
+    if unusable.malformed:
         return errors.no_blocks(path, "its blocks hold impossible values")
-    if index.never_written and not index.foreign:
-        return errors.never_written(path, size_bytes)
+    if unusable.never_written and not unusable.foreign:
+        return errors.never_written(path, source.size_bytes)
     return errors.no_blocks(path, "it holds no block that begins with the log's magic number")

@@ -1,8 +1,9 @@
-"""Finds the undamaged blocks of a file, wherever they stand."""
+"""Tells the undamaged blocks of a log from everything else that a file can hold."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from itertools import starmap
 from struct import Struct
 
 import numpy as np
@@ -17,38 +18,25 @@ from tfsat_host.protocol.limits import (
     EVENTS_PER_BLOCK,
     SAMPLES_PER_BLOCK,
 )
-from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, CRC_OFFSET, HEADER_BYTES
+from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, HEADER_BYTES
 
-from .source import LogSource
-
-LATEST_TIME_US = 1 << 62
+LATEST_TIME_US = 1 << 60
 """A logger's clock cannot show more; a block that says so is not believed."""
 
-_MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
-_BODY_AND_CRC = Struct(f"<{CRC_OFFSET}sI")
-_BLOCK = np.dtype(
-    [("head", np.dtype(BLOCK_HEADER_DTYPE)), ("body", f"V{CRC_OFFSET - HEADER_BYTES}"), ("crc", "<u4")]
-)
-_ENTRY = np.dtype(
-    [
-        ("position", "<u8"),
-        ("session", "<u4"),
-        ("number", "<u4"),
-        ("crc", "<u4"),
-        ("kind", "u1"),
-        ("sample_count", "u1"),
-        ("event_count", "u1"),
-    ]
-)
+MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
+HEAD = np.dtype(BLOCK_HEADER_DTYPE)
+# As plain numbers: numpy asks an enumeration many questions before it compares.
+_FIRST_KIND, _LAST_KIND = int(min(BlockKind)), int(max(BlockKind))
+_WHOLE_BLOCK = Struct(f"{BLOCK_BYTES}s")
+_RESIDUE = 0x2144DF1C
+"""CRC-32 of any bytes followed by their own CRC-32, little-endian (ISO-HDLC's check residue)."""
 
 
-@dataclass(frozen=True, eq=False)
-class BlockIndex:
-    """What a scan found.
+@dataclass
+class Unusable:
+    """Blocks that are not taken, by reason.
 
     Attributes:
-        entries: One record a block that can be used, in file order: `position` (blocks from the start
-            of the file), `session`, `number`, `crc`, `kind`, `sample_count`, `event_count`.
         never_written: Blocks of zeros.
         torn: Blocks that begin like ours and whose CRC is wrong; a ragged end of the file is one.
         foreign: Blocks that are not ours.
@@ -56,77 +44,85 @@ class BlockIndex:
         newer: Blocks with a right CRC and another layout version.
     """
 
-    entries: NDArray[np.void]
-    never_written: int
-    torn: int
-    foreign: int
-    malformed: int
-    newer: int
+    never_written: int = 0
+    torn: int = 0
+    foreign: int = 0
+    malformed: int = 0
+    newer: int = 0
+
+    def add(self, other: Unusable) -> None:
+        """Count the blocks of `other` too."""
+        for field in fields(self):
+            setattr(self, field.name, getattr(self, field.name) + getattr(other, field.name))
 
 
-def scan(source: LogSource) -> BlockIndex:
-    """Look at every block of the file. Raises LogError when the file cannot be read."""
-    found: list[NDArray[np.void]] = []
-    never_written = torn = foreign = malformed = newer = 0
-    for first, data in source.chunks():
-        blocks = np.frombuffer(data, _BLOCK)
-        head = np.ascontiguousarray(blocks["head"])
-        ours = head["magic"] == BLOCK_MAGIC
-        sound = ours & _crc_matches(data, ours)
-        known = sound & (head["version"] == BLOCK_VERSION)
-        usable = known & _possible(head)
-        if not ours.all():
-            zero = int(np.count_nonzero(_is_zero(data)))
-            never_written += zero
-            foreign += int(np.count_nonzero(~ours)) - zero
-        torn += int(np.count_nonzero(ours & ~sound))
-        newer += int(np.count_nonzero(sound & ~known))
-        malformed += int(np.count_nonzero(known & ~usable))
-        found.append(_entries(head, blocks["crc"], usable, first))
-    tail = source.tail()
-    if tail.startswith(_MAGIC):
-        torn += 1
-    elif any(tail):
-        foreign += 1
-    entries = np.concatenate(found) if found else np.empty(0, _ENTRY)
-    return BlockIndex(entries, never_written, torn, foreign, malformed, newer)
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """What some blocks that follow each other in the file are.
+
+    Attributes:
+        heads: (n,) of HEAD; meaningless where the block is not usable.
+        usable: (n,) bool: ours, undamaged, of a known version and possible.
+        unusable: The others, counted.
+    """
+
+    heads: NDArray[np.void]
+    usable: NDArray[np.bool_]
+    unusable: Unusable
 
 
-def _crc_matches(data: memoryview, ours: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which of the blocks marked in `ours` have a right CRC; bool, one a block."""
-    if ours.all():
-        checks = (crc32(body) == crc for body, crc in _BODY_AND_CRC.iter_unpack(data))
-        return np.fromiter(checks, np.bool_, len(ours))
-    matches = np.zeros(len(ours), np.bool_)
-    for index in np.flatnonzero(ours).tolist():
-        body, crc = _BODY_AND_CRC.unpack_from(data, index * BLOCK_BYTES)
-        matches[index] = crc32(body) == crc
-    return matches
+def look(data: memoryview) -> Looked:
+    """Look at every block of `data`, which is whole blocks; each block that begins like ours has its CRC checked."""
+    heads = _heads(data)
+    ours = heads["magic"] == BLOCK_MAGIC
+    if not ours.any():
+        zero = _count_zero(data)
+        return Looked(heads, ours, Unusable(never_written=zero, foreign=len(ours) - zero))
+    sound = ours & _crc_is_right(data)
+    known = sound & (heads["version"] == BLOCK_VERSION)
+    usable = known & _possible(heads)
+    if usable.all():
+        return Looked(heads, usable, Unusable())
+    counts = [int(np.count_nonzero(mask)) for mask in (ours, sound, known, usable)]
+    others = len(ours) - counts[0]
+    zero = _count_zero(data) if others else 0
+    unusable = Unusable(
+        never_written=zero,
+        foreign=others - zero,
+        torn=counts[0] - counts[1],
+        newer=counts[1] - counts[2],
+        malformed=counts[2] - counts[3],
+    )
+    return Looked(heads, usable, unusable)
 
 
-def _is_zero(data: memoryview) -> NDArray[np.bool_]:
+def look_at_tail(tail: bytes) -> Unusable:
+    """What the bytes behind the last whole block are."""
+    if tail.startswith(MAGIC):
+        return Unusable(torn=1)
+    return Unusable(foreign=int(any(tail)))
+
+
+def _heads(data: memoryview) -> NDArray[np.void]:
+    words = np.frombuffer(data, "<u4").reshape(-1, BLOCK_BYTES // 4)
+    return words[:, : HEADER_BYTES // 4].copy().view(HEAD)[:, 0]
+
+
+def _crc_is_right(data: memoryview) -> NDArray[np.bool_]:
+    """(n,) bool. Over a block and the CRC at its end, the CRC of every sound block is the same number."""
+    count = len(data) // BLOCK_BYTES
+    whole = np.fromiter(starmap(crc32, _WHOLE_BLOCK.iter_unpack(data)), np.uint32, count)
+    right: NDArray[np.bool_] = whole == _RESIDUE
+    return right
+
+
+def _count_zero(data: memoryview) -> int:
     words = np.frombuffer(data, "<u8").reshape(-1, BLOCK_BYTES // 8)
-    zero: NDArray[np.bool_] = words.max(axis=1) == 0
-    return zero
+    return len(words) - int(np.count_nonzero(words.any(axis=1)))
 
 
-def _possible(head: NDArray[np.void]) -> NDArray[np.bool_]:
-    kinds = (head["kind"] >= min(BlockKind)) & (head["kind"] <= max(BlockKind))
-    counts = (head["sample_count"] <= SAMPLES_PER_BLOCK) & (head["event_count"] <= EVENTS_PER_BLOCK)
-    possible: NDArray[np.bool_] = kinds & counts & (head["time_us"] < LATEST_TIME_US)
+def _possible(heads: NDArray[np.void]) -> NDArray[np.bool_]:
+    kinds = (heads["kind"] >= _FIRST_KIND) & (heads["kind"] <= _LAST_KIND)
+    counts = (heads["sample_count"] <= SAMPLES_PER_BLOCK) & (heads["event_count"] <= EVENTS_PER_BLOCK)
+    possible: NDArray[np.bool_] = kinds & counts & (heads["time_us"] < LATEST_TIME_US)
     return possible
-
-
-def _entries(
-    head: NDArray[np.void], crc: NDArray[np.uint32], usable: NDArray[np.bool_], first: int
-) -> NDArray[np.void]:
-    where = np.flatnonzero(usable)
-    if len(where) != len(usable):
-        head, crc = head[where], crc[where]
-    entries = np.empty(len(where), _ENTRY)
-    entries["position"] = where + first
-    entries["number"] = head["block_number"]
-    entries["crc"] = crc
-    for name in ("session", "kind", "sample_count", "event_count"):
-        entries[name] = head[name]
-    return entries

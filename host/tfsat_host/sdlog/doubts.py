@@ -7,59 +7,55 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.protocol.messages import LogFooter
-
 from .assembly import SetAside
 from .events import DropEvent
+from .footers import Footers
 from .gaps import Gap
 from .header import FoundHeader
-from .records import Records
+from .ledger import Account
 from .release import Release
+from .timing import Steps
 
 
 def find_doubts(
-    found: FoundHeader,
-    footers: list[tuple[int, LogFooter]],
-    numbers: NDArray[np.int64],
-    sample_count: NDArray[np.int64],
-    records: Records,
-    set_aside: SetAside,
+    found: FoundHeader, footers: Footers, account: Account, steps: Steps, set_aside: SetAside
 ) -> Iterator[str]:
-    """Yield a sentence for each contradiction; `footers` are (block number, footer)."""
+    """Yield a sentence for each contradiction."""
     if found.disagreements:
         yield f"{found.disagreements} copies of the header disagree with the one that was used"
     if set_aside.conflicting:
         yield f"{set_aside.conflicting} blocks carry the number of another, different block"
-    backwards = int(np.count_nonzero(np.diff(records.t_us) <= 0))
-    if backwards:
-        yield f"time does not advance at {backwards} samples"
-    ends = records.block_first_sample + sample_count
-    overlaps = int(np.count_nonzero(records.block_first_sample[1:] < ends[:-1]))
-    if overlaps:
-        yield f"{overlaps} blocks repeat sample numbers of the block before"
-    if np.any(np.diff(records.block_samples_dropped) < 0):
+    if steps.not_advancing:
+        yield f"time does not advance at {steps.not_advancing} samples"
+    if account.overlaps:
+        yield f"{account.overlaps} blocks repeat sample numbers of the block before"
+    if account.drops_taken_back:
         yield "the count of dropped samples goes down"
-    if footers:
-        yield from _footer_doubts(footers, numbers, ends, records)
+    yield from _footer_doubts(footers, account)
 
 
-def _footer_doubts(
-    footers: list[tuple[int, LogFooter]],
-    numbers: NDArray[np.int64],
-    ends: NDArray[np.int64],
-    records: Records,
-) -> Iterator[str]:
-    if any(footer != footers[0][1] for _, footer in footers):
+def _footer_doubts(footers: Footers, account: Account) -> Iterator[str]:
+    if footers.not_understood:
+        yield f"{footers.not_understood} ends of the recording hold impossible values and are not used"
+    if footers.last is None:
+        return
+    if footers.differ:
         yield "the recording has several different ends"
-    number, footer = footers[-1]
-    if number != int(numbers[-1]):
+    footer, number = footers.last, footers.last_number
+    if number != account.last_number:
         yield "blocks follow the end of the recording"
     if footer.blocks != number + 1:
         yield f"the end of the recording counts {footer.blocks} blocks and is number {number}"
-    if footer.samples < int(ends[-1]):
-        yield f"the end of the recording counts {footer.samples} samples; there are {int(ends[-1])}"
-    if footer.samples_dropped < int(records.block_samples_dropped[-1]):
+    if footer.samples < account.samples_end:
+        yield f"the end of the recording counts {footer.samples} samples; there are {account.samples_end}"
+    if footer.samples_dropped < account.samples_dropped:
         yield "the end of the recording counts fewer dropped samples than a block before it"
+
+
+def event_doubts(impossible: int) -> Iterator[str]:
+    """Yield a sentence if events have times that no clock can show; nothing is concluded from them."""
+    if impossible:
+        yield f"{impossible} events have impossible times"
 
 
 def release_doubts(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
 from tfsat_host.protocol.messages import LogFooter, LogHeader
 
 from .assembly import SetAside
@@ -37,18 +36,21 @@ class DropLog:
         other_sessions: Ids of other recordings in the file.
         header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`).
         header_is_copy: The first block was lost and a repetition of the header was used.
+        header_time_us: The logger's clock when that header was written.
         footer: Written at a clean stop; None without one.
         sample_index: (n,) int64, number of each sample in the recording, lost ones counted.
         t_us: (n,) int64, the logger's clock, µs since power-up; the raw times.
         release: When the robot was released, and how far that is certain; None if it was not recorded.
         imu_counts: (n, 4, 7) int16, per body accel x y z, temperature, gyro x y z; raw.
         angle_counts: (n, 6) uint16, angle sensors; raw.
-        imu_valid: (n, 4) bool, the IMU answered in time.
+        imu_valid: (n, 4) bool, the IMU answered in time and was not frozen.
         angle_valid: (n, 6) bool.
         switch_open: (n, 2) bool, release switches.
         clipped: (n, 4) bool, a value of the IMU is at its full scale.
         events: By time.
         gaps: Where something is missing.
+        late_rows: (m,) int64, rows of samples that came more than one and a half sampling periods after
+            the one before although none is lost between them: they were never taken.
         set_aside: Blocks of the file that are no part of the recording.
         samples_lost: Samples known to be lost, on the card or before it.
         blocks_lost: Blocks known to be lost.
@@ -62,6 +64,7 @@ class DropLog:
     other_sessions: tuple[int, ...]
     header: LogHeader
     header_is_copy: bool
+    header_time_us: int
     footer: LogFooter | None
     sample_index: NDArray[np.int64]
     t_us: NDArray[np.int64]
@@ -74,6 +77,7 @@ class DropLog:
     clipped: NDArray[np.bool_]
     events: tuple[DropEvent, ...]
     gaps: tuple[Gap, ...]
+    late_rows: NDArray[np.int64]
     set_aside: SetAside
     samples_lost: int
     blocks_lost: int
@@ -100,6 +104,11 @@ class DropLog:
             return "first sample"
         doubtful = self.release.touches_gap or self.release.uncertainty_us > 1e6 / self.header.rate_hz
         return "release (doubtful)" if doubtful else "release"
+
+    @property
+    def unix_offset_us(self) -> int | None:
+        """Unix time less the logger's clock; None if no host had told the logger the time of day."""
+        return self.header.wall_clock_us - self.header_time_us if self.header.wall_clock_us else None
 
     @property
     def origin_us(self) -> int:
@@ -158,7 +167,19 @@ class DropLog:
         return values
 
 
-def unpack_flags(flags: NDArray[np.uint16]) -> tuple[NDArray[np.bool_], ...]:
-    """Split (n,) flags into imu_valid (n, 4), angle_valid (n, 6), switch_open (n, 2), clipped (n, 4)."""
-    bits = np.unpackbits(flags.astype("<u2").view(np.uint8), bitorder="little").view(np.bool_).reshape(-1, 16)
-    return tuple(np.split(bits, np.cumsum([IMU_COUNT, ANGLE_SENSOR_COUNT, SWITCH_COUNT]), axis=1))
+def rows_of(log: DropLog, rows: slice) -> DropLog:
+    """Some rows of a log's columns, on the same scale of time; what is said of all of it stays."""
+    part = replace(
+        log,
+        sample_index=log.sample_index[rows],
+        t_us=log.t_us[rows],
+        imu_counts=log.imu_counts[rows],
+        angle_counts=log.angle_counts[rows],
+        imu_valid=log.imu_valid[rows],
+        angle_valid=log.angle_valid[rows],
+        switch_open=log.switch_open[rows],
+        clipped=log.clipped[rows],
+    )
+    # Without a release a log counts from its own first sample.
+    part.__dict__["t_s"] = (part.t_us - log.origin_us) / np.float64(1e6)
+    return part

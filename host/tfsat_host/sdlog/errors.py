@@ -134,3 +134,22 @@ def changed_while_read(path: Path) -> LogError:
         meaning="Nothing was decoded.",
         next_step="Wait until the copy from the card has ended, then run the same command again.",
     )
+
+
+def too_many_pieces(path: Path, most: int) -> LogError:
+    """Undamaged blocks in an order that no logger leaves behind."""
+    return LogError(
+        what=f"{path} holds undamaged blocks in more than {most} separate pieces.",
+        meaning="Nothing was decoded: this is no recording that a logger wrote, nor what a failing card leaves of one.",
+        next_step="Decode the recording's own file (DROP0001.BIN and up) instead of an image that mixes many.",
+    )
+
+
+def too_large(path: Path) -> LogError:
+    """The columns of the recording do not fit in memory."""
+    return LogError(
+        what=f"The recording in {path} does not fit in this computer's memory.",
+        meaning="Nothing was decoded; the file itself may be in order.",
+        next_step="Close other programs, or decode on a computer with more memory: "
+        "a recording takes about 1.3 times its file.",
+    )

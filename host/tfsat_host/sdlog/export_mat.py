@@ -1,14 +1,20 @@
-"""MATLAB: one struct `drop`, time down the rows, one element of a struct array a body and a joint."""
+"""MATLAB: one struct `drop`, time down the rows, one element of a struct array a body and a joint.
+
+Every number is a double, as MATLAB's own are: its integers round quotients (`diff(t_us)/1e6` would be 0)
+and do not mix with each other. Times in µs and counts are exact in a double up to 2^53.
+"""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.io
 
-from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 
 from .droplog import DropLog
 from .metadata import metadata
@@ -16,10 +22,22 @@ from .metadata import metadata
 MAT_MARKER = b"MATLAB 5.0 MAT-file, made by tfsat-host decode"
 """The descriptive text at the start of the file: how the command knows a file of its own."""
 _TEXT_BYTES = 116
+_LARGEST_BYTES = 2**31 - 2**20
+"""A variable of a version 5 MAT-file has at most 2^31 bytes, descriptions included."""
 
 
 def write_mat(log: DropLog, path: Path) -> None:
-    """Write a version 5 MAT-file without the time of day: the same log gives the same file."""
+    """Write a version 5 MAT-file without the time of day: the same log gives the same file.
+
+    Raises:
+        TfsatError: the recording does not fit into a variable of such a file.
+    """
+    if len(log) * bytes_per_sample() > _LARGEST_BYTES:
+        raise TfsatError(
+            what=f"{len(log)} samples do not fit into a MAT-file: its variables end at 2 GiB.",
+            meaning="No MAT-file was written; the recording is untouched.",
+            next_step="Write Parquet and read it with MATLAB's parquetread: tfsat-host decode --format parquet",
+        )
     contents = {"drop": drop_struct(log)}
     scipy.io.savemat(str(path), contents, appendmat=False, oned_as="column", long_field_names=True)
     with path.open("r+b") as file:
@@ -42,9 +60,9 @@ def drop_struct(log: DropLog) -> dict[str, Any]:
         pair = slice(2 * j, 2 * j + 2)
         joint[j] = {"sensor_angle_rad": log.sensor_angle_rad[:, pair], "valid": log.angle_valid[:, pair]}
     return {
-        "sample_index": log.sample_index,
+        "sample_index": log.sample_index.astype(float),
         "t_s": log.t_s,
-        "t_us": log.t_us,
+        "t_us": log.t_us.astype(float),
         "imu": _struct_array(imu),
         "joint": _struct_array(joint),
         "switch_open": log.switch_open,
@@ -64,7 +82,7 @@ def _struct_array(items: Any) -> Any:
 def _events(log: DropLog) -> dict[str, Any]:
     return {
         "t_s": np.array([log.seconds(event.t_us) for event in log.events], float),
-        "t_us": np.array([event.t_us for event in log.events], np.uint64),
+        "t_us": np.array([event.t_us for event in log.events], float),
         "name": np.array([event.name for event in log.events], object),
         "index": np.array([event.index for event in log.events], float),
         "arg": np.array([event.arg for event in log.events], float),
@@ -73,10 +91,27 @@ def _events(log: DropLog) -> dict[str, Any]:
 
 
 def _info(log: DropLog) -> dict[str, Any]:
-    """Scalars and text of the metadata; MATLAB has no null, so what is missing is left out."""
+    """What the recording is; MATLAB has no null, so what is missing is left out. All of it: `metadata_json`."""
     facts = metadata(log)
-    flat = {name: facts[name] for name in _INFO_FIELDS if facts[name] is not None}
-    return flat | {"header": facts["header"]}
+    return _as_matlab({name: facts[name] for name in _INFO_FIELDS}) | {
+        "doubts": np.array(facts["doubts"], object),
+        "header": _as_matlab(facts["header"]),
+        "metadata_json": json.dumps(facts),
+    }
+
+
+def _as_matlab(facts: dict[str, Any]) -> dict[str, Any]:
+    """Text, logicals and doubles."""
+    return {
+        name: float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+        for name, value in facts.items()
+        if value is not None
+    }
+
+
+def bytes_per_sample() -> int:
+    """Doubles: index, two times, seven values an IMU, two sensors a joint; the rest are logicals."""
+    return 8 * (3 + 7 * IMU_COUNT + 2 * JOINT_COUNT) + 2 * IMU_COUNT + 2 * JOINT_COUNT + SWITCH_COUNT
 
 
 _INFO_FIELDS = (

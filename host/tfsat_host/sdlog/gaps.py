@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.messages import LogFooter
 
-from .records import Records
+from .ledger import Account
 
 
 @dataclass(frozen=True)
@@ -33,58 +33,31 @@ class Gap:
     end_us: int | None
 
 
-def find_gaps(
-    numbers: NDArray[np.int64],
-    data_rank: NDArray[np.int64],
-    sample_count: NDArray[np.int64],
-    records: Records,
-    footer: LogFooter | None,
-) -> tuple[Gap, ...]:
-    """Compare what is there with the numbers it carries.
+def find_gaps(account: Account, t_us: NDArray[np.int64], footer: LogFooter | None) -> tuple[Gap, ...]:
+    """Every gap, from what the blocks' numbers say.
 
     Args:
-        numbers: (k,) block numbers of all blocks of the recording, ascending.
-        data_rank: (b,) which of the k are data blocks.
-        sample_count: (b,) samples in each data block.
-        records: Their contents.
+        account: Of all blocks of the recording.
+        t_us: (n,) sample times.
         footer: If there is one.
     """
-    first, dropped = records.block_first_sample, records.block_samples_dropped
-    end = first + sample_count
-    absent = numbers - np.arange(len(numbers))
-    before_block = np.diff(absent[data_rank], prepend=0)
-    before_sample = np.diff(first, prepend=0)
-    before_sample[1:] = first[1:] - end[:-1]
-    newly_dropped = np.diff(dropped, prepend=0)
-    row_end = np.cumsum(sample_count)
-    gaps = []
-    for block in np.flatnonzero((before_block > 0) | (before_sample > 0)).tolist():
-        row = int(row_end[block] - sample_count[block])
-        gaps.append(
-            _gap(
-                records,
-                row,
-                int(end[block - 1]) - 1 if block else -1,
-                (int(before_sample[block]), int(newly_dropped[block]), int(before_block[block])),
-            )
-        )
-    last_end, last_dropped = int(end[-1]), int(dropped[-1])
-    blocks = int(absent[-1] - absent[data_rank[-1]])
-    samples = max(footer.samples - last_end, 0) if footer else 0
+    gaps = [_gap(t_us, row, after, (*lost,)) for row, after, *lost in account.breaks.tolist()]
+    blocks = account.blocks_missing_at_end
+    samples = max(footer.samples - account.samples_end, 0) if footer else 0
     if blocks or samples:
-        late_drops = footer.samples_dropped - last_dropped if footer else 0
-        gaps.append(_gap(records, len(records.t_us), last_end - 1, (samples, late_drops, blocks)))
+        late_drops = footer.samples_dropped - account.samples_dropped if footer else 0
+        gaps.append(_gap(t_us, len(t_us), account.samples_end - 1, (samples, late_drops, blocks)))
     return tuple(gaps)
 
 
-def _gap(records: Records, row: int, after_sample: int, lost: tuple[int, int, int]) -> Gap:
+def _gap(t_us: NDArray[np.int64], row: int, after_sample: int, lost: tuple[int, ...]) -> Gap:
     """The gap before row `row`; `lost` is (samples, samples dropped by the logger, blocks)."""
-    samples, dropped, blocks = max(lost[0], 0), lost[1], max(lost[2], 0)
+    samples, dropped, blocks = (max(count, 0) for count in lost)
     return Gap(
         after_sample=after_sample,
         samples=samples,
-        samples_dropped=min(max(dropped, 0), samples),
+        samples_dropped=min(dropped, samples),
         blocks=blocks,
-        start_us=int(records.t_us[row - 1]) if row else None,
-        end_us=int(records.t_us[row]) if row < len(records.t_us) else None,
+        start_us=int(t_us[row - 1]) if row else None,
+        end_us=int(t_us[row]) if row < len(t_us) else None,
     )

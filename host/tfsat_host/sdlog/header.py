@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.log_layout import HEADER_BYTES
-from tfsat_host.protocol.messages import BlockHeader, LogHeader
+from tfsat_host.protocol.messages import LogHeader
+from tfsat_host.protocol.record import ProtocolError
 
 from . import errors
-from .assembly import Assembly
-from .source import LogSource
 
 _WALL_CLOCK_OFFSET = LogHeader.SIZE - 8
 """What stands before it is the same in every copy; the time of day may be set while recording."""
@@ -41,35 +39,51 @@ class FoundHeader:
     time_us: int
 
 
-def find_header(source: LogSource, assembly: Assembly, kind: int) -> FoundHeader:
-    """Read the recording's headers (blocks of `kind`) and choose the first that makes sense.
+class HeaderChoice:
+    """Takes a recording's headers by number and keeps the first that makes sense."""
 
-    Raises:
-        LogError: there is none, or none makes sense.
-    """
-    entries = assembly.entries[assembly.entries["kind"] == kind]
-    if not len(entries):
-        raise errors.no_header(source.path, assembly.session)
-    chosen: FoundHeader | None = None
-    reason = ""
-    disagreements = 0
-    seen: dict[bytes, str] = {}
-    chosen_lasting = b""
-    for position, number in zip(entries["position"].tolist(), entries["number"].tolist(), strict=True):
-        body, time_us = _read(source, position)
-        lasting = body[:_WALL_CLOCK_OFFSET]
-        if lasting not in seen:
-            seen[lasting] = absurdity(LogHeader.decode(body))
-        elif chosen is not None and lasting == chosen_lasting:
-            continue
-        reason = reason or seen[lasting]
-        if chosen is None and not seen[lasting]:
-            chosen, chosen_lasting = FoundHeader(LogHeader.decode(body), number != 0, 0, time_us), lasting
-        else:
-            disagreements += 1
-    if chosen is None:
-        raise errors.absurd_header(source.path, assembly.session, reason)
-    return replace(chosen, disagreements=disagreements)
+    def __init__(self) -> None:
+        self._chosen: FoundHeader | None = None
+        self._chosen_lasting = b""
+        self._refused_lasting = b""
+        self._reason = ""
+        self._others = 0
+
+    def add(self, number: int, time_us: int, payload: bytes) -> None:
+        """A header block: its number, its time, and its payload, of which a LogHeader is the beginning."""
+        lasting = payload[:_WALL_CLOCK_OFFSET]
+        if self._chosen is not None:
+            self._others += lasting != self._chosen_lasting
+            return
+        if lasting != self._refused_lasting:
+            header, absurd = _understand(payload[: LogHeader.SIZE])
+            if header is not None:
+                self._chosen, self._chosen_lasting = FoundHeader(header, number != 0, 0, time_us), lasting
+                return
+            self._reason, self._refused_lasting = self._reason or absurd, lasting
+        self._others += 1
+
+    def found(self, path: Path, session: int) -> FoundHeader:
+        """The header to believe.
+
+        Raises:
+            LogError: there is none, or none makes sense.
+        """
+        if self._chosen is None:
+            if not self._reason:
+                raise errors.no_header(path, session)
+            raise errors.absurd_header(path, session, self._reason)
+        return replace(self._chosen, disagreements=self._others)
+
+
+def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
+    """The header, or None and what is wrong with it."""
+    try:
+        header = LogHeader.decode(payload)
+    except ProtocolError as error:
+        return None, error.what
+    absurd = absurdity(header)
+    return (None, absurd) if absurd else (header, "")
 
 
 def absurdity(header: LogHeader) -> str:
@@ -93,10 +107,3 @@ def absurdity(header: LogHeader) -> str:
         ):
             return f"{name} scale {scale:g} {unit} does not belong to a range of ±{full_scale}"
     return ""
-
-
-def _read(source: LogSource, position: int) -> tuple[bytes, int]:
-    """The payload of a header block, and the logger's clock when it was written."""
-    size = HEADER_BYTES + LogHeader.SIZE
-    block = bytes(source.read_into(memoryview(bytearray(size)), position * BLOCK_BYTES))
-    return block[HEADER_BYTES:], BlockHeader.decode(block[:HEADER_BYTES]).time_us

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.log_layout import HEADER_BYTES
-from tfsat_host.protocol.messages import LogFooter
 
 from . import errors
-from .assembly import assemble
-from .blocks import scan
-from .doubts import find_doubts, release_doubts
-from .droplog import DropLog, Verdict, unpack_flags
+from .assembly import Assembly, assemble
+from .blocks import LATEST_TIME_US, look
+from .doubts import event_doubts, find_doubts, release_doubts
+from .droplog import DropLog, Verdict
 from .events import read_events
+from .frozen import invalidate_frozen
 from .gaps import Gap, find_gaps
-from .header import find_header
-from .records import Records, read_records
+from .records import Records, RecordsBuilder
 from .release import find_release
-from .source import LogSource
+from .source import CHUNK_BLOCKS, LogSource
+from .survey import survey
+from .timing import look_at_steps
 
 
 def load(path: str | PathLike[str], *, session: int | None = None) -> DropLog:
@@ -33,73 +33,114 @@ def load(path: str | PathLike[str], *, session: int | None = None) -> DropLog:
     the newest is decoded (see `assembly`), or the one with id `session`.
 
     Raises:
-        LogError: the file cannot be read, is no log, has no samples, or its values would be wrong.
+        LogError: the file cannot be read, is no log, has no samples, or its values would be wrong; or
+            the recording does not fit in memory.
         SessionError: there is no recording `session` in it.
     """
     with LogSource(Path(path)) as source:
-        assembly = assemble(scan(source), source.path, source.size_bytes, session)
-        entries = assembly.entries
-        data = np.flatnonzero(entries["kind"] == BlockKind.DATA)
-        if not entries["sample_count"][data].any():
-            raise errors.no_samples(source.path, assembly.session, assembly.other_sessions)
-        found = find_header(source, assembly, BlockKind.HEADER)
-        footers = _footers(source, entries)
-        records = read_records(source, entries[data])
-    numbers = entries["number"].astype(np.int64)
-    sample_count = entries["sample_count"][data].astype(np.int64)
-    footer = footers[-1][1] if footers else None
-    gaps = find_gaps(numbers, data, sample_count, records, footer)
-    imu_valid, angle_valid, switch_open, clipped = unpack_flags(records.flags)
+        try:
+            assembly, records = _read(source, session)
+        except MemoryError:
+            raise errors.too_large(source.path) from None
+    return _drop_log(source.path, assembly, records)
+
+
+def _read(source: LogSource, session: int | None) -> tuple[Assembly, Records]:
+    found = survey(source, session)
+    assembly = assemble(source, found.pieces, found.unusable, session)
+    if found.early_records is not None and np.array_equal(found.early_pieces, assembly.pieces):
+        return assembly, found.early_records
+    del found
+    return assembly, _read_in_order(source, assembly)
+
+
+def _read_in_order(source: LogSource, assembly: Assembly) -> Records:
+    """The second pass, over the recording's blocks by number; their CRCs are checked once more."""
+    total = int(assembly.pieces["count"].sum())
+    builder = RecordsBuilder(total)
+    buffer = memoryview(bytearray(min(total, CHUNK_BLOCKS) * BLOCK_BYTES))
+    for parts in _chunks(assembly.pieces):
+        filled = 0
+        for position, _, count in parts:
+            target = buffer[filled * BLOCK_BYTES : (filled + count) * BLOCK_BYTES]
+            source.read_into(target, position * BLOCK_BYTES)
+            filled += count
+        data = buffer[: filled * BLOCK_BYTES]
+        looked = look(data)
+        expected = np.concatenate([np.arange(number, number + count) for _, number, count in parts])
+        own = looked.usable & (looked.heads["session"] == assembly.session)
+        if not own.all() or not np.array_equal(looked.heads["block_number"], expected):
+            raise errors.changed_while_read(source.path)
+        builder.take(data, looked.heads, own)
+    return builder.records()
+
+
+def _chunks(pieces: NDArray[np.void]) -> Iterator[list[tuple[int, int, int]]]:
+    """The pieces again as (position, number, count), up to CHUNK_BLOCKS blocks of them at a time."""
+    parts: list[tuple[int, int, int]] = []
+    room = CHUNK_BLOCKS
+    for piece in pieces:
+        position, number, left = (int(piece[name]) for name in ("position", "number", "count"))
+        while left:
+            count = min(left, room)
+            parts.append((position, number, count))
+            position, number, left, room = position + count, number + count, left - count, room - count
+            if not room:
+                yield parts
+                parts, room = [], CHUNK_BLOCKS
+    if parts:
+        yield parts
+
+
+def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
+    if not len(records.t_us):
+        raise errors.no_samples(path, assembly.session, assembly.other_sessions)
+    found = records.headers.found(path, assembly.session)
+    account, footer = records.account, records.footers.last
+    gaps = find_gaps(account, records.t_us, footer)
+    steps = look_at_steps(records.t_us, records.index, found.header.rate_hz)
     events = read_events(records.events)
-    release = find_release(events, records.t_us, switch_open, gaps)
+    believed = [event for event in events if event.t_us < LATEST_TIME_US]
+    invalidate_frozen(believed, records.t_us, records.imu_valid)
+    release = find_release(believed, records.t_us, records.switch_open, gaps)
     doubts = (
-        *find_doubts(found, footers, numbers, sample_count, records, assembly.set_aside),
-        *release_doubts(release, events, gaps, switch_open),
+        *find_doubts(found, records.footers, account, steps, assembly.set_aside),
+        *event_doubts(len(events) - len(believed)),
+        *release_doubts(release, believed, gaps, records.switch_open),
     )
-    samples_lost = max(sum(gap.samples for gap in gaps), _samples_dropped(records, footer))
-    blocks_lost = int(numbers[-1]) + 1 - len(numbers)
+    dropped = max(account.most_samples_dropped, footer.samples_dropped if footer else 0)
+    # What the logger dropped shows as gaps too, except after the last block.
+    samples_lost = max(sum(gap.samples for gap in gaps), dropped)
+    blocks_lost = account.last_number + 1 - account.block_count
     return DropLog(
-        path=source.path,
+        path=path,
         session=assembly.session,
         other_sessions=assembly.other_sessions,
         header=found.header,
         header_is_copy=found.is_copy,
+        header_time_us=found.time_us,
         footer=footer,
         sample_index=records.index,
         t_us=records.t_us,
         release=release,
         imu_counts=records.imu,
         angle_counts=records.angle,
-        imu_valid=imu_valid,
-        angle_valid=angle_valid,
-        switch_open=switch_open,
-        clipped=clipped,
+        imu_valid=records.imu_valid,
+        angle_valid=records.angle_valid,
+        switch_open=records.switch_open,
+        clipped=records.clipped,
         events=events,
         gaps=gaps,
+        late_rows=steps.late_rows,
         set_aside=assembly.set_aside,
         samples_lost=samples_lost,
         blocks_lost=blocks_lost,
         doubts=doubts,
-        verdict=_verdict(gaps, samples_lost + blocks_lost, doubts, footer),
+        verdict=_verdict(gaps, samples_lost + blocks_lost, doubts, footer is not None),
     )
 
 
-def _footers(source: LogSource, entries: NDArray[np.void]) -> list[tuple[int, LogFooter]]:
-    """(block number, footer) of each footer block; a clean recording has one."""
-    footers = []
-    for entry in entries[entries["kind"] == BlockKind.FOOTER]:
-        target = memoryview(bytearray(LogFooter.SIZE))
-        body = source.read_into(target, int(entry["position"]) * BLOCK_BYTES + HEADER_BYTES)
-        footers.append((int(entry["number"]), LogFooter.decode(bytes(body))))
-    return footers
-
-
-def _samples_dropped(records: Records, footer: LogFooter | None) -> int:
-    """Samples that the logger says it dropped; they show as gaps too, except after the last block."""
-    return max(int(records.block_samples_dropped.max()), footer.samples_dropped if footer else 0)
-
-
-def _verdict(gaps: tuple[Gap, ...], lost: int, doubts: tuple[str, ...], footer: LogFooter | None) -> Verdict:
+def _verdict(gaps: tuple[Gap, ...], lost: int, doubts: tuple[str, ...], has_end: bool) -> Verdict:
     if gaps or lost or doubts:
         return "damaged"
-    return "truncated" if footer is None else "complete"
+    return "complete" if has_end else "truncated"

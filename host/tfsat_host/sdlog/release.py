@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +24,8 @@ from .gaps import Gap
 ALL_OPEN = (1 << SWITCH_COUNT) - 1
 _BACKLOG_BLOCKS = 2
 """Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
+_ROWS_AT_A_TIME = 1 << 15
+_STEPS_LOOKED_AT = 1 << 16
 
 SwitchEdge = tuple[int, int, bool]
 """Time in µs, switch from 0, whether it opened."""
@@ -67,16 +71,19 @@ def find_release(
     """
     if not len(t_us):
         return None
-    period_us = int(np.median(np.diff(t_us))) if len(t_us) > 1 else 0
+    period_us = _usual_step_us(t_us)
     recorded = [
         (event.t_us, event.index, event.arg != 0)
         for event in events
         if event.name == "switch_edge" and event.index < SWITCH_COUNT
     ]
     edges, unseen = list(recorded), _lost_before_edges(events)
+    changes = _rows_beside_changes(t_us, switch_open)
     for switch in range(SWITCH_COUNT):
         own = [edge for edge in recorded if edge[1] == switch]
-        for (before_us, after_us), is_open in _unrecorded(own, t_us, switch_open[:, switch], period_us):
+        for (before_us, after_us), is_open in _unrecorded(
+            own, t_us, switch_open[:, switch], period_us, changes
+        ):
             edges.append((after_us, switch, is_open))
             unseen.append((before_us, after_us))
     edges.sort(key=lambda edge: edge[0])
@@ -95,13 +102,16 @@ def find_release(
     begin, end = _window(chosen, edges, start, unseen + holes)
     if latest_us is not None:
         end = max(end, latest_us)
-    near = [span for span in unseen + holes if span[1] >= begin and span[0] <= end]
-    near = [span for span in near if not _is_chatter(span, chosen)]
+
+    def may_move_it(span: Span) -> bool:
+        return span[1] >= begin and span[0] <= end and not _is_chatter(span, chosen)
+
+    near = [span for span in unseen + holes if may_move_it(span)]
     return Release(
         chosen,
         min([chosen, *(span[0] for span in near)]),
         max([chosen, *(span[1] for span in near)]),
-        any(span in near for span in holes),
+        any(may_move_it(span) for span in holes),
     )
 
 
@@ -163,10 +173,19 @@ def _lost_before_edges(events: Sequence[DropEvent]) -> list[Span]:
 
 
 def _unrecorded(
-    edges: list[SwitchEdge], t_us: NDArray[np.int64], is_open: NDArray[np.bool_], period_us: int
+    edges: list[SwitchEdge],
+    t_us: NDArray[np.int64],
+    is_open: NDArray[np.bool_],
+    period_us: int,
+    changes: NDArray[np.int64] | None,
 ) -> list[tuple[Span, bool]]:
     """Changes of one switch that its samples show and its edges do not: between when, and to what."""
     edge_us = np.array([edge[0] for edge in edges], np.int64)
+    first_us, first_open = t_us[0], bool(is_open[0])
+    if changes is not None:
+        telling = np.sort(np.concatenate((changes, _rows_beside(edge_us, t_us, period_us))))
+        telling = telling[np.diff(telling, prepend=-1) > 0]
+        t_us, is_open = t_us[telling], is_open[telling]
     after = np.searchsorted(edge_us, t_us, side="right")
     padded = np.concatenate(([-(1 << 62)], edge_us, [1 << 62]))
     # A sample within a period of an edge may have been read on either side of it.
@@ -175,8 +194,8 @@ def _unrecorded(
     if not len(rows):
         return []
     segment, level = after[rows], is_open[rows]
-    before = np.array([bool(is_open[0]), *(edge[2] for edge in edges)])[segment]
-    before_us = np.maximum(padded[segment], t_us[0])
+    before = np.array([first_open, *(edge[2] for edge in edges)])[segment]
+    before_us = np.maximum(padded[segment], first_us)
     same = np.flatnonzero(segment[1:] == segment[:-1]) + 1
     before[same], before_us[same] = level[same - 1], t_us[rows[same - 1]]
     return [
@@ -184,16 +203,52 @@ def _unrecorded(
     ]
 
 
+def _rows_beside_changes(t_us: NDArray[np.int64], switch_open: NDArray[np.bool_]) -> NDArray[np.int64] | None:
+    """The samples on both sides of each change of a switch, few of millions; None where time goes back.
+
+    With those beside recorded edges they tell all that the samples can tell.
+    """
+    changes = [np.zeros(1, np.int64)]
+    for begin in range(0, len(t_us) - 1, _ROWS_AT_A_TIME):
+        rows = slice(begin, begin + _ROWS_AT_A_TIME + 1)
+        times = t_us[rows]
+        if (times[1:] < times[:-1]).any():
+            return None
+        for switch in range(switch_open.shape[1]):
+            levels = np.ascontiguousarray(switch_open[rows, switch])
+            changed = np.flatnonzero(levels[1:] != levels[:-1]) + begin
+            changes += [changed, changed + 1]
+    return np.concatenate(changes)
+
+
+def _rows_beside(edge_us: NDArray[np.int64], t_us: NDArray[np.int64], period_us: int) -> NDArray[np.int64]:
+    """The samples around each edge, and a period before and after it."""
+    moments = np.concatenate((edge_us - period_us, edge_us, edge_us + period_us))
+    rows = (np.searchsorted(t_us, moments)[:, None] + np.arange(-2, 3)).ravel()
+    return rows[(rows >= 0) & (rows < len(t_us))]
+
+
+def _usual_step_us(t_us: NDArray[np.int64]) -> int:
+    """The median time between samples; of a long recording, at some of them."""
+    every = len(t_us) // _STEPS_LOOKED_AT + 1
+    before = np.arange(0, len(t_us) - 1, every)
+    return int(np.median(t_us[before + 1] - t_us[before])) if len(before) else 0
+
+
 def _window(release_us: int, edges: list[SwitchEdge], start: int, unseen: list[Span]) -> Span:
     """From when to when unseen edges would change the release: up to a debounce of known quiet."""
     marks = sorted({edge[0] for edge in edges} | {time_us for span in unseen for time_us in span})
+    spans = sorted(unseen)
+    span_starts = [span[0] for span in spans]
+    reach_us = list(accumulate((span[1] for span in spans), max))
     begin = end = release_us
     found_begin = False
     state, next_edge = start, 0
     previous: int | None = None
     for mark in [*marks, 1 << 62]:
         if previous is None or mark - previous >= RELEASE_DEBOUNCE_US:
-            known = previous is None or not any(a <= previous and mark <= b for a, b in unseen)
+            started = 0 if previous is None else bisect_right(span_starts, previous)
+            known = not started or reach_us[started - 1] < mark
             if known and mark <= release_us and state != ALL_OPEN:
                 begin, found_begin = mark, True
             if known and previous is not None and previous >= release_us and state == ALL_OPEN:

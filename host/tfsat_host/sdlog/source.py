@@ -16,8 +16,8 @@ from tfsat_host.protocol.limits import BLOCK_BYTES
 
 from . import errors
 
-CHUNK_BLOCKS = 2048
-"""Blocks that are held in memory at a time (1 MiB, which stays in the processor's cache)."""
+CHUNK_BLOCKS = 4096
+"""Blocks that are read at a time (2 MiB, which stay in the processor's cache)."""
 
 
 class LogSource:
@@ -65,6 +65,10 @@ class LogSource:
         for first in range(0, self.block_count, CHUNK_BLOCKS):
             size = min(CHUNK_BLOCKS, self.block_count - first) * BLOCK_BYTES
             yield first, self.read_into(buffer[:size], first * BLOCK_BYTES)
+
+    def read_blocks(self, position: int, count: int) -> memoryview:
+        """Blocks `position` and following, in a buffer of their own. Raises LogError as `read_into`."""
+        return self.read_into(memoryview(bytearray(count * BLOCK_BYTES)), position * BLOCK_BYTES)
 
     def tail(self) -> bytes:
         """The bytes behind the last whole block."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.limits import FALL_US
 
 from .droplog import DropLog
-from .metadata import metadata
+from .metadata import late_samples, metadata
 
 Json = dict[str, Any]
 
@@ -75,6 +75,8 @@ def warnings(log: DropLog) -> list[str]:
     lines += [_gap_line(log, index) for index in range(min(len(log.gaps), _GAPS_SHOWN))]
     if len(log.gaps) > _GAPS_SHOWN:
         lines.append(f"  … and {len(log.gaps) - _GAPS_SHOWN} more (all of them with --json).")
+    if len(log.late_rows):
+        lines.append(_late_line(log))
     if log.footer is None:
         lines.append(
             "The recording has no end: power was cut, the card failed, or the file is a partial copy. "
@@ -92,6 +94,15 @@ def warnings(log: DropLog) -> list[str]:
 
 
 _GAPS_SHOWN = 5
+
+
+def _late_line(log: DropLog) -> str:
+    late = late_samples(log)
+    return (
+        f"The logger took {late['count']} samples late and none in {late['ticks_missed']} ticks before them "
+        f"(longest step {late['longest_us'] / 1e3:.3f} ms, up to {late['longest_s']:.3f} s): "
+        "nothing that existed is lost, but rates change unseen there."
+    )
 
 
 def _gap_line(log: DropLog, index: int) -> str:

@@ -1,0 +1,275 @@
+"""Mutates logs whose truth is known, and judges what the decoder makes of them.
+
+A script of bytes says what is done to a file of two recordings: cuts, flips, blocks swapped, copied,
+overwritten, removed, bytes inserted, and heads changed with their CRC made right again. Unless a CRC was
+made right, what the decoder says must be the truth or flagged; after it, only sane.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from tests.sdlog.encoder import ALL_VALID, Recorder, event, renumbered, sample
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.enums import EventCode
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.messages import BlockHeader
+from tfsat_host.sdlog import DropLog, LogError, load
+from tfsat_host.sdlog.summary import summary, warnings
+
+NEW, OLD = 0x1234ABCD, 0x0BADCAFE
+_OPEN = ALL_VALID | 0x0C00
+_MOST_STEPS = 12
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What one recording holds."""
+
+    recorder: Recorder
+    rows: dict[int, tuple[int, list[int]]]
+    events: list[tuple[int, int, int, int]]
+    release_us: int
+
+
+class Script:
+    """Reads a mutation's numbers from the fuzzer's bytes; zeros when they have run out."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._at = 0
+
+    @property
+    def ended(self) -> bool:
+        return self._at >= len(self._data)
+
+    def below(self, limit: int) -> int:
+        """A number from 0 up to `limit` - 1."""
+        taken = self._data[self._at : self._at + 2].ljust(2, b"\0")
+        self._at += 2
+        return int.from_bytes(taken, "little") % max(limit, 1)
+
+    def take(self, count: int) -> bytes:
+        taken = self._data[self._at : self._at + count].ljust(count, b"\0")
+        self._at += count
+        return taken
+
+
+@dataclass
+class Card:
+    """The file under mutation; `resealed` once a changed block got a right CRC."""
+
+    data: bytearray
+    resealed: bool = False
+
+    @property
+    def blocks(self) -> int:
+        return len(self.data) // BLOCK_BYTES
+
+    def block(self, number: int) -> slice:
+        return slice(number * BLOCK_BYTES, (number + 1) * BLOCK_BYTES)
+
+
+@cache
+def truths() -> dict[int, Truth]:
+    """Two recordings with all that a log has: copies of the header, partial and empty blocks, events, drops."""
+    return {NEW: _truth(NEW, 5_000_000, 4), OLD: _truth(OLD, 90_000_000, 5)}
+
+
+def _truth(session: int, start_us: int, repeat: int) -> Truth:
+    recorder = Recorder(session=session, start_us=start_us, repeat_blocks=repeat)
+    recorder.data()
+    recorder.data(3)
+    recorder.data()
+    release_us = recorder.time_us(recorder.samples) + 1234
+    edges = [
+        event(release_us - 300, EventCode.SWITCH_EDGE, 1, 1),
+        event(release_us, EventCode.SWITCH_EDGE, 0, 1),
+    ]
+    recorder.data(flags=_OPEN, events=edges)
+    recorder.data(0, flags=_OPEN)
+    recorder.data(flags=_OPEN)
+    stroke = event(release_us + 700_000, EventCode.STROKE)
+    recorder.data(flags=_OPEN, events=[stroke])
+    recorder.data(2, flags=_OPEN)
+    recorder.close()
+    events = [(e.time_us, e.index, e.arg, e.value) for e in (*edges, stroke)]
+    return Truth(recorder, _sample_rows(recorder), events, release_us)
+
+
+def _sample_rows(recorder: Recorder) -> dict[int, tuple[int, list[int]]]:
+    rows = {}
+    for index in range(recorder.samples):
+        truth = sample(index, 0)
+        imu = [value for one in truth.imu for value in (*one.accel, one.temperature, *one.gyro)]
+        rows[index] = (recorder.time_us(index), [*imu, *truth.angle])
+    return rows
+
+
+def pristine() -> bytearray:
+    """The new recording, room that was not needed, and what the old one left behind it."""
+    new, old = truths()[NEW].recorder, truths()[OLD].recorder
+    return bytearray(new.image() + bytes(BLOCK_BYTES) + b"".join(old.blocks[3:]))
+
+
+def mutated(script: Script) -> Card:
+    """The file after the script's steps."""
+    card = Card(pristine())
+    for _ in range(_MOST_STEPS):
+        if script.ended or not card.data:
+            break
+        STEPS[script.below(len(STEPS))](card, script)
+    return card
+
+
+def _cut(card: Card, script: Script) -> None:
+    del card.data[script.below(len(card.data)) :]
+
+
+def _cut_at_a_block(card: Card, script: Script) -> None:
+    del card.data[script.below(card.blocks + 1) * BLOCK_BYTES :]
+
+
+def _flip(card: Card, script: Script) -> None:
+    card.data[script.below(len(card.data))] ^= 1 << script.below(8)
+
+
+def _overwrite(card: Card, script: Script) -> None:
+    at, new = script.below(len(card.data)), script.take(script.below(9))
+    card.data[at : at + len(new)] = new
+
+
+def _swap(card: Card, script: Script) -> None:
+    one, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
+    card.data[one], card.data[other] = bytes(card.data[other]), bytes(card.data[one])
+
+
+def _copy_over(card: Card, script: Script) -> None:
+    card.data[card.block(script.below(card.blocks))] = card.data[card.block(script.below(card.blocks))]
+
+
+def _copy_behind(card: Card, script: Script) -> None:
+    first = script.below(card.blocks)
+    card.data += card.data[first * BLOCK_BYTES : (first + 1 + script.below(6)) * BLOCK_BYTES]
+
+
+def _blank(card: Card, script: Script) -> None:
+    block = card.block(script.below(card.blocks))
+    fill = (0x00, 0xFF, 0xA5)[script.below(3)]
+    card.data[block] = bytes([fill]) * len(card.data[block])
+
+
+def _remove(card: Card, script: Script) -> None:
+    del card.data[card.block(script.below(card.blocks))]
+
+
+def _insert_bytes(card: Card, script: Script) -> None:
+    at = script.below(len(card.data))
+    card.data[at:at] = script.take(script.below(9))
+
+
+def _splice(card: Card, script: Script) -> None:
+    """Blocks of a recording, in good order, somewhere."""
+    blocks = truths()[(NEW, OLD)[script.below(2)]].recorder.blocks
+    first, at = script.below(len(blocks)), script.below(card.blocks + 1) * BLOCK_BYTES
+    card.data[at:at] = b"".join(blocks[first : first + 1 + script.below(6)])
+
+
+def _tear(card: Card, script: Script) -> None:
+    """The beginning of one block, the end of another."""
+    one, other = card.block(script.below(card.blocks)), card.block(script.below(card.blocks))
+    at = script.below(BLOCK_BYTES)
+    card.data[one] = card.data[one][:at] + card.data[other][at:]
+
+
+def _reseal(card: Card, script: Script) -> None:
+    """A head or a payload that says something else, with a right CRC."""
+    block = card.block(script.below(card.blocks))
+    text = bytearray(card.data[block])
+    if len(text) < BLOCK_BYTES:
+        return
+    at = script.below(BLOCK_BYTES) if script.below(2) else script.below(BlockHeader.SIZE)
+    new = script.take(1 + script.below(8))
+    text[at : at + len(new)] = new
+    try:
+        card.data[block] = renumbered(bytes(text[:BLOCK_BYTES]))
+    except TfsatError:  # a head that no encoder can write
+        return
+    card.resealed = True
+
+
+STEPS: tuple[Callable[[Card, Script], None], ...] = (
+    _cut,
+    _cut_at_a_block,
+    _flip,
+    _overwrite,
+    _swap,
+    _copy_over,
+    _copy_behind,
+    _blank,
+    _remove,
+    _insert_bytes,
+    _splice,
+    _tear,
+    _reseal,
+)
+
+
+def check(data: bytes, path: Path) -> str:
+    """Decode a mutated file, written to `path`; what came of it. Raises AssertionError where it is wrong."""
+    card = mutated(Script(data))
+    path.write_bytes(card.data)
+    try:
+        log = load(path)
+    except LogError as error:
+        assert error.what and error.meaning and error.next_step
+        return "refused"
+    _check_sane(log)
+    if card.resealed:
+        json.dumps(summary(log))
+        return f"resealed: {log.verdict}"
+    _check_true(log)
+    return log.verdict
+
+
+def _check_sane(log: DropLog) -> None:
+    n = len(log)
+    assert n and log.imu_counts.shape == (n, 4, 7) and log.angle_counts.shape == (n, 6)
+    assert all(len(column) == n for column in (log.sample_index, log.imu_valid, log.angle_valid))
+    assert log.samples_lost >= 0 and log.blocks_lost >= 0
+    for column in (log.rate_rad_s, log.specific_force_m_s2, log.temperature_c):
+        assert np.isfinite(column[log.imu_valid]).all()
+    assert np.isfinite(log.sensor_angle_rad[log.angle_valid]).all()
+    if log.verdict != "damaged":
+        assert not log.gaps and not log.doubts and log.samples_lost == log.blocks_lost == 0
+        assert (np.diff(log.sample_index) == 1).all() and (np.diff(log.t_us) > 0).all()
+
+
+def _check_true(log: DropLog) -> None:
+    truth = truths()[log.session]
+    assert log.header == truth.recorder.header
+    found = np.hstack((log.imu_counts.reshape(len(log), 28), log.angle_counts), dtype=np.int32).tolist()
+    for index, t_us, row in zip(log.sample_index.tolist(), log.t_us.tolist(), found, strict=True):
+        assert (t_us, row) == truth.rows[index], index
+    assert (np.diff(log.sample_index) > 0).all()
+    assert log.imu_valid.all() and log.angle_valid.all()
+    events = [(e.t_us, e.index, e.arg, e.value) for e in log.events]
+    assert len(set(events)) == len(events) and set(events) <= set(truth.events)
+    if log.release is not None:
+        assert log.release.earliest_us <= truth.release_us <= log.release.latest_us
+    if log.verdict == "complete":
+        assert len(log) == truth.recorder.samples and events == truth.events
+        assert log.release_us == truth.release_us
+    else:
+        assert warnings(log)
+    if log.verdict == "truncated":
+        assert log.sample_index.tolist() == list(range(len(log)))
+        assert events == truth.events[: len(events)]
+    if log.footer is not None:
+        assert log.samples_lost == truth.recorder.samples - len(log)

@@ -1,0 +1,163 @@
+"""Decoding takes no more than 100 MB above its output, however large the input is."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import struct
+import subprocess
+import sys
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.sdlog.encoder import SESSION, recording
+from tfsat_host.protocol.log_layout import CRC_OFFSET
+from tfsat_host.sdlog import LogError, load, survey
+from tfsat_host.sdlog.source import LogSource
+
+ALLOWED_BYTES = 100_000_000
+GIB = 1 << 30
+# In a process of its own, so that nothing else is measured: what it prints includes the interpreter.
+MEASURE = """
+import json, resource, sys
+from tfsat_host.sdlog import LogError, load
+try:
+    log = load(sys.argv[1])
+    # The counts are views of whole 74-byte records: times and flags stand between them.
+    output = 74 * len(log) + sum(
+        column.nbytes for column in (log.sample_index, log.t_us, log.imu_valid, log.angle_valid,
+                                     log.switch_open, log.clipped))
+    said = [log.verdict, len(log), log.set_aside.duplicate]
+except LogError as error:
+    output, said = 0, [error.what]
+# Linux hands a parent's getrusage peak on to its child; the peak of the child's own memory is in /proc.
+if sys.platform == "linux":
+    peak = 1024 * int(open("/proc/self/status").read().split("VmHWM:")[1].split()[0])
+else:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+print(json.dumps([peak, output, said]))
+"""
+
+
+def above_output(path: Path) -> tuple[int, list[object]]:
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURE, str(path)], capture_output=True, text=True, check=True
+    )
+    peak, output, said = json.loads(done.stdout)
+    return peak - output, said
+
+
+def long_recording(blocks: int) -> Iterator[bytes]:
+    """A header, then data blocks that differ in nothing but their numbers and times."""
+    header, data = recording(1).blocks[:2]
+    yield header
+    head, body = struct.Struct("<4sBBBBIIIIQ"), data[32:CRC_OFFSET]
+    magic, version, kind, samples, events, session, *_ = head.unpack_from(data)
+    for number in range(1, blocks):
+        first = 6 * (number - 1)
+        fields = (magic, version, kind, samples, events, session, number, first, 0, 5_000_000 + first * 3571)
+        text = head.pack(*fields) + body
+        yield text + struct.pack("<I", zlib.crc32(text))
+
+
+def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
+    path = tmp_path / "card.img"
+    with path.open("wb") as file:
+        file.truncate(9 * GIB // 4)
+        for position, part in ((2 * GIB, recording(4).image()), (1 * GIB, os.urandom(1 << 20))):
+            file.seek(position)
+            file.write(part)
+    used, said = above_output(path)
+    assert used < ALLOWED_BYTES
+    assert said == ["complete", 24, 0]
+
+
+def test_a_long_recording_and_a_whole_copy_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "SD.bin"
+    with path.open("wb") as file:
+        file.writelines(long_recording(400_000))
+    used, said = above_output(path)
+    assert used < ALLOWED_BYTES
+    assert said == ["truncated", 2_399_994, 0]
+    with path.open("ab") as file:
+        file.writelines(long_recording(400_000))
+    used, said = above_output(path)
+    assert used < ALLOWED_BYTES
+    assert said == ["truncated", 2_399_994, 400_000]
+
+
+def test_blocks_in_any_order(tmp_path: Path) -> None:
+    blocks = list(long_recording(40_000))
+    random.Random(3).shuffle(blocks)
+    path = tmp_path / "SD.bin"
+    path.write_bytes(b"".join(blocks))
+    used, said = above_output(path)
+    assert used < ALLOWED_BYTES
+    assert said == ["truncated", 239_994, 0]
+
+
+def test_old_recordings_of_a_whole_card_leave_only_their_places(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same blocks of another recording again and again are a piece each time, and nothing is decoded."""
+    path = tmp_path / "SD.bin"
+    chunk = b"".join(long_recording(64))
+    path.write_bytes(chunk)
+    seen = 0
+
+    def endless(source: LogSource) -> Iterator[tuple[int, memoryview]]:
+        nonlocal seen
+        for seen in range(0, 64 * 200, 64):
+            yield seen, memoryview(bytearray(chunk))
+
+    with LogSource(path) as source:
+        monkeypatch.setattr(LogSource, "chunks", endless)
+        found = survey.survey(source, session=1)
+    assert found.pieces["count"].sum() == 64 * 200
+    assert found.pieces.nbytes < 200 * 64
+    assert found.early_records is not None
+    assert not len(found.early_records.t_us)
+
+
+def test_a_jumble_of_more_pieces_than_any_card_holds_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tfsat_host.sdlog.pieces.MOST_PIECES", 30)
+    blocks = recording(70).blocks
+    path = tmp_path / "SD.bin"
+    path.write_bytes(b"".join(blocks[::2]))
+    with pytest.raises(LogError, match="more than 30 separate pieces"):
+        load(path)
+    path.write_bytes(b"".join(blocks[:50:2]))
+    assert load(path).blocks_lost == 24
+
+
+def test_what_does_not_fit_in_memory_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "SD.bin"
+    path.write_bytes(recording().image())
+
+    def refuse(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("tfsat_host.sdlog.survey.RecordsBuilder", refuse)
+    with pytest.raises(LogError, match="does not fit in this computer's memory"):
+        load(path)
+
+
+def test_a_file_too_large_to_decode_in_passing_gives_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "SD.bin"
+    blocks = recording(5000).blocks
+    path.write_bytes(b"".join([*blocks[:3000], *blocks[3005:], *blocks[100:150]]))
+    at_once = load(path)
+    monkeypatch.setattr("tfsat_host.sdlog.survey.DECODED_AT_ONCE_BYTES", 0)
+    in_two = load(path)
+    assert (at_once.session, at_once.gaps, at_once.set_aside) == (SESSION, in_two.gaps, in_two.set_aside)
+    for name in ("sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "switch_open"):
+        np.testing.assert_array_equal(getattr(at_once, name), getattr(in_two, name))

@@ -1,0 +1,146 @@
+"""Parquet, read back by pyarrow's own reader and as `tfsat-host decode` makes it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+from tests.cli.process import RunCli
+from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
+from tests.sdlog.test_values import write
+from tfsat_host.sdlog import DropLog, export_parquet, load
+from tfsat_host.sdlog.columns import flag_columns, physical_columns
+from tfsat_host.sdlog.export_parquet import METADATA_KEY, write_events_parquet, write_parquet
+from tfsat_host.sdlog.metadata import metadata
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> DropLog:
+    return load(write(tmp_path / "SD.bin", drop_with_release()[0].image()))
+
+
+def test_every_value_is_the_log_s_own_to_the_last_bit(log: DropLog, tmp_path: Path) -> None:
+    write_parquet(log, tmp_path / "SD.parquet")
+    table = parquet.read_table(tmp_path / "SD.parquet")
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    np.testing.assert_array_equal(columns["sample"], log.sample_index)
+    np.testing.assert_array_equal(columns["t_us"], log.t_us)
+    np.testing.assert_array_equal(columns["t_s"], log.t_s)
+    for body in range(4):
+        for axis, letter in enumerate("xyz"):
+            rate = np.radians(columns[f"imu{body + 1}_rate_{letter}_deg_s"])
+            np.testing.assert_allclose(rate, log.rate_rad_s[:, body, axis], rtol=1e-14)
+            force = columns[f"imu{body + 1}_specific_force_{letter}_m_s2"]
+            np.testing.assert_array_equal(force, log.specific_force_m_s2[:, body, axis])
+        np.testing.assert_allclose(
+            columns[f"imu{body + 1}_temperature_c"], log.temperature_c[:, body], rtol=1e-14
+        )
+        np.testing.assert_array_equal(columns[f"imu{body + 1}_clipped"], log.clipped[:, body])
+    for sensor in range(6):
+        angle = np.radians(columns[f"joint{sensor // 2 + 1}_sensor{sensor % 2 + 1}_angle_deg"])
+        np.testing.assert_allclose(angle, log.sensor_angle_rad[:, sensor], rtol=1e-14)
+    for switch in range(2):
+        np.testing.assert_array_equal(columns[f"switch{switch + 1}_open"], log.switch_open[:, switch])
+    expected = ["sample", "t_us", "t_s"]
+    expected += [column.name for column in physical_columns(log)]
+    expected += [column.name for column in flag_columns(log)]
+    assert table.column_names == expected
+
+
+def test_units_and_the_recording_s_metadata_travel_with_it(log: DropLog, tmp_path: Path) -> None:
+    write_parquet(log, tmp_path / "SD.parquet")
+    schema = parquet.read_schema(tmp_path / "SD.parquet")
+    facts = json.loads(schema.metadata[METADATA_KEY])
+    units = facts["units"]
+    assert {name: facts[name] for name in metadata(log)} == metadata(log)
+    assert units["imu1_rate_x_deg_s"] == "deg/s"
+    assert units["imu4_specific_force_z_m_s2"] == "m/s^2"
+    assert units["imu2_temperature_c"] == "degC"
+    assert units["joint3_sensor2_angle_deg"] == "deg"
+    assert (units["t_us"], units["t_s"]) == ("us", "s")
+    assert set(schema.names) - set(units) == {"sample", *(column.name for column in flag_columns(log))}
+
+
+def test_invalid_readings_are_null_and_nothing_else_is(tmp_path: Path) -> None:
+    recorder = Recorder()
+    recorder.data()
+    recorder.data(flags=ALL_VALID & ~0b10_0000_0010)
+    write_parquet(load(write(tmp_path / "SD.bin", recorder.image())), tmp_path / "SD.parquet")
+    table = parquet.read_table(tmp_path / "SD.parquet")
+    null = {name: table[name].is_null().to_pylist() for name in table.column_names if table[name].null_count}
+    assert set(null) == {
+        *(f"imu2_rate_{axis}_deg_s" for axis in "xyz"),
+        *(f"imu2_specific_force_{axis}_m_s2" for axis in "xyz"),
+        "imu2_temperature_c",
+        "joint3_sensor2_angle_deg",
+    }
+    assert all(column == [False] * 6 + [True] * 6 for column in null.values())
+
+
+def test_long_recordings_are_written_piece_by_piece(
+    log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(export_parquet, "_ROW_GROUP", 100)
+    write_parquet(log, tmp_path / "SD.parquet")
+    assert parquet.read_metadata(tmp_path / "SD.parquet").num_row_groups == 6
+    table = parquet.read_table(tmp_path / "SD.parquet")
+    np.testing.assert_array_equal(table["t_us"].to_numpy(), log.t_us)
+
+
+def test_times_are_delta_encoded_and_everything_is_compressed_with_zstd(log: DropLog, tmp_path: Path) -> None:
+    write_parquet(log, tmp_path / "SD.parquet")
+    group = parquet.read_metadata(tmp_path / "SD.parquet").row_group(0)
+    chunks = {group.column(i).path_in_schema: group.column(i) for i in range(group.num_columns)}
+    assert "DELTA_BINARY_PACKED" in chunks["t_us"].encodings
+    assert "DELTA_BINARY_PACKED" in chunks["sample"].encodings
+    assert {chunk.compression for chunk in chunks.values()} == {"ZSTD"}
+
+
+def test_events(log: DropLog, tmp_path: Path) -> None:
+    write_events_parquet(log, tmp_path / "SD.events.parquet")
+    rows = parquet.read_table(tmp_path / "SD.events.parquet").to_pylist()
+    assert rows == [
+        {
+            "t_us": event.t_us,
+            "t_s": log.seconds(event.t_us),
+            "event": event.name,
+            "index": event.index,
+            "arg": event.arg,
+            "value": event.value,
+        }
+        for event in log.events
+    ]
+    assert len(rows) == 6
+
+
+def test_a_recording_without_events(tmp_path: Path) -> None:
+    recorder = Recorder()
+    recorder.data(2)
+    write_events_parquet(load(write(tmp_path / "SD.bin", recorder.image())), tmp_path / "e.parquet")
+    table = parquet.read_table(tmp_path / "e.parquet")
+    assert (table.num_rows, table.column_names[0]) == (0, "t_us")
+
+
+def test_the_same_log_gives_the_same_file(log: DropLog, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_parquet(log, tmp_path / name)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_decode_writes_both_files_and_knows_its_own_again(tfsat_host: RunCli) -> None:
+    write(tfsat_host.folder / "SD.bin", drop_with_release()[0].image())
+    facts = tfsat_host.json("decode", "SD.bin", "--format", "parquet")
+    assert facts["files"] == {"parquet": "SD.parquet", "events_parquet": "SD.events.parquet"}
+    tfsat_host("decode", "SD.bin", "--format", "parquet")
+    # However much there is to say of a recording.
+    blocks = recording(2000).blocks
+    write(tfsat_host.folder / "SD.bin", b"".join(blocks[:1] + blocks[2::2]))
+    for _ in range(2):
+        tfsat_host("decode", "SD.bin", "--format", "parquet", expect=3)
+    (tfsat_host.folder / "SD.parquet").write_bytes(b"somebody's")
+    refused = tfsat_host("decode", "SD.bin", "--format", "parquet", expect=1)
+    assert "not made by this command" in refused.stderr
