@@ -1,4 +1,4 @@
-"""What the host makes of a sequencer and a logger that misbehave; the good cases fly elsewhere."""
+"""What the host makes of boards that misbehave; the good cases fly elsewhere."""
 
 from __future__ import annotations
 
@@ -6,18 +6,15 @@ from collections.abc import Iterable, Iterator
 
 import pytest
 
-from tests.devices.scripted import Answer, ScriptedTransport, hello, live_sample, refusal, reply
-from tfsat_host.devices.client import BoardError, NoAnswer, WrongBoard
-from tfsat_host.devices.logger import POLL_S, START_TIMEOUT_S, STOP_TIMEOUT_S, LoggerClient
+from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
+from tfsat_host.devices.client import NoAnswer, WrongBoard
+from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.maneuver_transfer import maneuver_crc
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.stored_record import STORE_TIMEOUT_S, VerifyError
-from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import (
     Board,
-    ErrorCode,
-    LoggerState,
     Origin,
     SequencerState,
 )
@@ -27,10 +24,6 @@ from tfsat_host.protocol.messages import (
     DisarmRequest,
     HelloReply,
     HelloRequest,
-    LiveReply,
-    LiveRequest,
-    LoggerStatusReply,
-    LoggerStatusRequest,
     ManeuverBeginReply,
     ManeuverBeginRequest,
     ManeuverCommitReply,
@@ -41,10 +34,6 @@ from tfsat_host.protocol.messages import (
     ManeuverReadRequest,
     ManeuverStrokeReply,
     ManeuverStrokeRequest,
-    RecordStartReply,
-    RecordStartRequest,
-    RecordStopReply,
-    RecordStopRequest,
 )
 from tfsat_host.protocol.record import Record
 
@@ -184,136 +173,6 @@ def test_the_loggers_port_is_not_disarmed() -> None:
     with pytest.raises(WrongBoard, match="is the logger"):
         SequencerClient.connect_any_protocol(transport)
     assert [frame.type for frame in transport.requests] == [HelloRequest.TYPE]
-
-
-class Logger:
-    """A logger's answers."""
-
-    def __init__(self, stops_until_stopped: int = 3) -> None:
-        self.stops_until_stopped = stops_until_stopped
-        self.polls_until_written = 5
-        self.state = LoggerState.RECORDING
-        self.live: list[int] = []
-        self.numbers: list[bytes] = []
-
-    def __call__(self, frame: Frame) -> Iterator[Answer]:
-        if frame.type == HelloRequest.TYPE:
-            yield reply(frame, hello(Board.LOGGER))
-        elif frame.type == RecordStartRequest.TYPE:
-            self.numbers.append(frame.payload)
-            yield reply(frame, RecordStartReply(LoggerState.RECORDING, 0xABCD))
-        elif frame.type == LoggerStatusRequest.TYPE:
-            self.polls_until_written -= 1
-            written = int(self.polls_until_written <= 0)
-            error = ErrorCode.CARD_WRITE_FAILED if self.state == LoggerState.FAILED else ErrorCode.NONE
-            yield reply(
-                frame,
-                LoggerStatusReply(
-                    self.state, error, 15, 0, 0xABCD, 0, 0, written, 0, 0, 280, bytes([0x68] * 4), 1
-                ),
-            )
-        elif frame.type == RecordStopRequest.TYPE:
-            self.stops_until_stopped -= 1
-            state = LoggerState.STOPPED if self.stops_until_stopped <= 0 else LoggerState.STOPPING
-            yield reply(frame, RecordStopReply(state, 0xABCD, 100, 0))
-        elif frame.type == LiveRequest.TYPE:
-            self.live.append(frame.payload[0])
-            yield reply(frame, LiveReply(frame.payload[0], 280, 65.5, 4096.0, 4096))
-
-
-def logger(board: Logger) -> tuple[LoggerClient, ScriptedTransport]:
-    transport = ScriptedTransport(board)
-    return LoggerClient.connect(transport), transport
-
-
-def test_starting_waits_until_the_card_takes_blocks() -> None:
-    client, transport = logger(Logger())
-    assert client.wait_for_card().blocks_written == 1
-    assert transport.now_s() - 1000 == pytest.approx(4 * POLL_S, abs=0.05)
-
-
-def test_a_card_that_takes_nothing_is_given_up() -> None:
-    board = Logger()
-    board.polls_until_written = 10**9
-    client, transport = logger(board)
-    with pytest.raises(TfsatError, match="took nothing for 15 s") as caught:
-        client.wait_for_card()
-    assert transport.now_s() - 1000 == pytest.approx(START_TIMEOUT_S, abs=0.3)
-    assert "Do not drop" in caught.value.meaning
-
-
-@pytest.mark.parametrize(
-    ("state", "said"),
-    [
-        (LoggerState.FAILED, "card refused a write"),
-        (LoggerState.IDLE, "does not record any more: it is idle"),
-    ],
-)
-def test_a_recording_that_ended_before_it_began(state: LoggerState, said: str) -> None:
-    board = Logger()
-    board.state = state
-    with pytest.raises(TfsatError, match=said):
-        logger(board)[0].wait_for_card()
-
-
-def test_stopping_waits_for_the_card() -> None:
-    client, transport = logger(Logger(5))
-    assert client.stop_recording().state == LoggerState.STOPPED
-    assert [frame.type for frame in transport.requests].count(RecordStopRequest.TYPE) == 5
-
-
-def test_a_card_that_never_takes_the_rest_is_given_up() -> None:
-    client, transport = logger(Logger(10**9))
-    with pytest.raises(TfsatError, match="still writing") as caught:
-        client.stop_recording()
-    assert transport.now_s() - 1000 == pytest.approx(STOP_TIMEOUT_S, abs=0.1)
-    assert "Keep the power on" in caught.value.next_step
-
-
-def test_each_start_has_its_number() -> None:
-    board = Logger()
-    client, _ = logger(board)
-    for number in (0, 7, 2**32 - 1):
-        assert client.start_recording(number).session == 0xABCD
-    client.start_recording()
-    client.start_recording()
-    assert board.numbers[:3] == [n.to_bytes(4, "little") for n in (0, 7, 2**32 - 1)]
-    assert len(set(board.numbers)) == 5
-
-
-def test_live_sampling_ends_with_its_block() -> None:
-    board = Logger()
-    client, transport = logger(board)
-    with client.live() as scales:
-        assert scales.rate_hz == 280
-        transport.say(live_sample(1) + live_sample(2))
-        assert [sample.index for sample in client.live_samples()] == [1, 2]
-        with pytest.raises(TfsatError, match="No live sample within 1 s"):
-            client.live_samples()
-    assert board.live == [1, 0]
-
-
-def test_live_sampling_ends_when_the_block_fails() -> None:
-    board = Logger()
-    client, _ = logger(board)
-    with pytest.raises(ZeroDivisionError), client.live():
-        raise ZeroDivisionError
-    assert board.live == [1, 0]
-
-
-def test_a_card_that_failed_is_the_boards_error() -> None:
-    class Failed(Logger):
-        def __call__(self, frame: Frame) -> Iterator[Answer]:
-            if frame.type == RecordStopRequest.TYPE:
-                yield refusal(frame, ErrorCode.CARD_WRITE_FAILED)
-            else:
-                yield from super().__call__(frame)
-
-    client, _ = logger(Failed())
-    with pytest.raises(BoardError) as caught:
-        client.stop_recording()
-    assert (caught.value.code, caught.value.exit_code) == (ErrorCode.CARD_WRITE_FAILED, 1)
-    assert "Replace the card" in caught.value.next_step
 
 
 @pytest.mark.parametrize("kind", [SequencerClient, LoggerClient])

@@ -55,6 +55,7 @@ INTERLOCKS = {
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
     ErrorCode.STORE_DAMAGED,
+    ErrorCode.RAM_HOLDS_DROP,
 }
 
 

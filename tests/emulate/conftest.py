@@ -34,7 +34,7 @@ def server(tmp_path: Path) -> Iterator[RobotServer]:
     """A server in this process: time passes in `step` alone."""
     folder = ServedFolder(tmp_path / "robot")
     with EmulatedRobot() as robot:
-        made = RobotServer(robot, folder)
+        made = RobotServer(robot, folder, folder.kept.load())
         yield made
         made.close()
     folder.release()

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from tfsat_host.devices.sequencer import SequencerClient
 
 _DEVICE_COMMAND = re.compile(
-    r"tfsat-host (?:status|disarm|arm|jog|upload-servos|upload-sequence 59 70|record (?:start|stop))"
+    r"tfsat-host (?:status|disarm|arm|jog|upload-servos|upload-sequence 59 70|record (?:start|stop)|"
+    r"log (?:list|(?:fetch|erase)(?: (?:ram|all|\d+))?)|logger-settings(?! --help))"
 )
 
 
@@ -107,6 +108,10 @@ _WRONG_STATES = {
     ("sequencer", "jogging"): ("moving a joint", "tfsat-host disarm"),
     ("sequencer", "fault"): ("in fault", "tfsat-host status to see why and tfsat-host disarm to clear it"),
     ("logger", "recording"): ("recording already", "tfsat-host record stop"),
+    ("logger", "failed"): (
+        "still recording into its RAM, as its card has failed",
+        "tfsat-host record stop ends that",
+    ),
     ("logger", "stopping"): ("still closing its last recording", "Wait a second"),
 }
 """By board and state: the state in words, and what ends it."""

@@ -75,9 +75,18 @@ def _sequencer(
 
 @contextmanager
 def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]:
-    """The logger at the port that the options name. Raises PortError, NoAnswer, WrongBoard."""
+    """The logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.logger import LoggerClient
 
+    if args.emulated:
+        from tfsat_host.emulated.robot import BoardIndex
+        from tfsat_host.emulated.transport import EmulatedTransport
+
+        with emulated_robot(out) as robot:
+            logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+            with explained(logger, args):
+                yield logger
+        return
     with closing(open_port("logger", args.port, out)) as transport, interruptible(transport.name):
         logger = LoggerClient.connect(transport)
         with explained(logger, args):
@@ -136,17 +145,21 @@ def _refuse_a_dead_link(path: str) -> None:
 
 @contextmanager
 def emulated_robot(out: Output) -> Iterator[EmulatedRobot]:
-    """The robot of `--emulated`: its EEPROM is kept from one command to the next. Raises BuildError."""
+    """The robot of `--emulated`: what its boards store, and its card, are kept from one command to the next.
+
+    Raises:
+        BuildError: it cannot be built.
+        TfsatError: what was kept is damaged.
+    """
     from tfsat_host.emulated.build import ensure_built
     from tfsat_host.emulated.robot import SETTLE_US, EmulatedRobot
-    from tfsat_host.emulated.state import eeprom_path, load_eeprom, save_eeprom
+    from tfsat_host.emulated.state import KeptState
 
     ensure_built(progress=out.note)
-    path = eeprom_path()
-    before = load_eeprom(path)
-    with EmulatedRobot(eeprom=before) as robot:
+    kept = KeptState.of_user()
+    before = kept.load()
+    with EmulatedRobot(eeprom=before.eeprom, logger_memory=before.logger_memory) as robot:
+        before.put_card(robot)
         robot.advance(SETTLE_US)
         yield robot
-        after = robot.eeprom()
-        if after != before:
-            save_eeprom(path, after)
+        kept.save(robot, before)

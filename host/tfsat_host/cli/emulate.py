@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tfsat_host.emulated.robot import EmulatedRobot
     from tfsat_host.emulated.serve import RobotServer
     from tfsat_host.emulated.served_folder import ServedFolder
+    from tfsat_host.emulated.state import Kept
     from tfsat_host.robot import RobotModel
 
 
@@ -30,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("robot"),
         help="folder for the ports D/sequencer and D/logger, the control socket D/control, "
-        "the EEPROM and the card's recording D/SD.bin (default: robot)",
+        "what the boards store, the card's files D/card and its newest recording D/SD.bin (default: robot)",
     )
     parser.add_argument(
         "--sequencer",
@@ -72,8 +73,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     with contextlib.ExitStack() as stack:
         stack.callback(folder.release)
         # Built while the folder is held: a command that is after its ports sees that they will come.
-        robot = stack.enter_context(_robot(args, model, folder, out))
-        server = RobotServer(robot, folder)
+        before = folder.kept.load()
+        robot = stack.enter_context(_robot(args, model, before, out))
+        server = RobotServer(robot, folder, before)
         stack.callback(server.close)
         control = ControlSocket(folder.control, server)
         stack.callback(control.close)
@@ -103,16 +105,21 @@ def require_pseudo_terminals(platform: str) -> None:
         )
 
 
-def _robot(args: argparse.Namespace, model: RobotModel, folder: ServedFolder, out: Output) -> EmulatedRobot:
+def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Output) -> EmulatedRobot:
     from tfsat_host.emulated.build import Variant, ensure_built
     from tfsat_host.emulated.robot import EmulatedRobot
     from tfsat_host.emulated.sequencer_image import sequencer_hex
-    from tfsat_host.emulated.state import load_eeprom
 
     avr = args.sequencer == "avr"
     hex_path = sequencer_hex(out.note) if avr else None
     ensure_built(Variant(avr=avr), out.note)
-    return EmulatedRobot(model, seed=args.seed, hex_path=hex_path, eeprom=load_eeprom(folder.eeprom))
+    return EmulatedRobot(
+        model,
+        seed=args.seed,
+        hex_path=hex_path,
+        eeprom=before.eeprom,
+        logger_memory=before.logger_memory,
+    )
 
 
 def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> None:
@@ -121,7 +128,7 @@ def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> No
         "sequencer": folder.sequencer.absolute(),
         "logger": folder.logger.absolute(),
         "control": folder.control.absolute(),
-        "eeprom": folder.eeprom.absolute(),
+        "eeprom": folder.kept.eeprom.absolute(),
         "card": folder.card.absolute(),
         "image": args.sequencer,
         "seed": args.seed,

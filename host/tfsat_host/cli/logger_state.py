@@ -2,36 +2,107 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import Rows, switch_words, switches_closed, with_fault
+from tfsat_host.cli.log_words import clock_words
+from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
+from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.protocol.messages import LoggerStatusReply
+
+WHO_AM_I_MPU6050 = 0x68
+
+_PHASES = {
+    DropPhase.WAITING: "not released",
+    DropPhase.FALLING: "RELEASED",
+    DropPhase.LANDED: "landed",
+}
+RAM_HOLDS_DROP = "HOLDS A DROP THAT NO CARD HAS: keep the power on, and: tfsat-host log fetch ram"
 
 
 def logger_state(board: LoggerClient) -> tuple[dict[str, Any], Rows]:
-    """State, sensors, switches and the recording. Raises what its requests raise."""
+    """State, card, sensors, switches, the recording, the clock. Raises what its requests raise."""
     status = board.status()
-    present = [bool(status.imu_present >> bit & 1) for bit in range(4)]
+    clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
     state: dict[str, Any] = {
         "state": status.state.name.lower(),
         "error": status.error.name.lower(),
-        "imu_present": present,
+        "card": status.card.name.lower(),
+        "card_free_mib": status.card_free_mib,
+        "phase": status.phase.name.lower(),
+        "ram_holds_drop": bool(status.ram_holds_drop),
+        "imu_present": [bool(status.imu_present >> bit & 1) for bit in range(len(status.who_am_i))],
+        "who_am_i": list(status.who_am_i),
         "switches_closed": switches_closed(status.switches_open),
         "session": f"{status.session:08x}",
         "samples": status.samples,
         "samples_dropped": status.samples_dropped,
         "blocks_written": status.blocks_written,
+        "ring_blocks": status.ring_blocks,
         "ring_peak_blocks": status.ring_peak_blocks,
         "rate_hz": status.rate_hz,
+        "late_ticks": status.late_ticks,
+        "settings_origin": status.settings_origin.name.lower(),
+        "unix_s": status.unix_us / US_PER_S if status.unix_us else None,
+        "clock_error_s": clock_error_s,
         "uptime_s": status.uptime_ms / 1000,
     }
-    imus = ", ".join(f"{body} {'ok' if here else 'MISSING'}" for body, here in enumerate(present, 1))
-    lines = [
-        ("  state", with_fault(state["state"], state["error"])),
-        ("  IMUs", imus),
+    return state, _rows(status, clock_error_s)
+
+
+def _rows(status: LoggerStatusReply, clock_error_s: float | None) -> Rows:
+    settings = "factory" if status.settings_origin == Origin.FACTORY else "changed"
+    rows = [
+        ("  state", with_fault(status.state.name.lower(), status.error.name.lower())),
+        ("  card", card_words(status)),
+        ("  IMUs", _imu_words(status)),
         ("  switches", switch_words(status.switches_open)),
-        ("  recording", f"{status.samples} samples, {status.samples_dropped} dropped, {status.rate_hz} Hz"),
+        ("  sampling", f"{status.rate_hz} Hz, {settings} settings, {status.late_ticks} ticks late"),
+        ("  recording", _recording_words(status)),
+        ("  clock", _clock_words(status.unix_us, clock_error_s)),
     ]
-    return state, lines
+    if status.ram_holds_drop:
+        rows.insert(1, ("  RAM", RAM_HOLDS_DROP))
+    return rows
+
+
+def card_words(status: LoggerStatusReply) -> str:
+    """The card, loud where no recording is possible."""
+    if status.card == CardState.READY:
+        return f"ready, {status.card_free_mib} MiB free"
+    name = status.card.name.replace("_", " ")
+    if status.card == CardState.UNKNOWN:
+        return "not looked at yet"
+    return f"{name}, {status.card_free_mib} MiB free" if status.card == CardState.FULL else name
+
+
+def _imu_words(status: LoggerStatusReply) -> str:
+    words = []
+    for body, who_am_i in enumerate(status.who_am_i, 1):
+        if status.imu_present >> (body - 1) & 1:
+            words.append(f"{body} ok")
+        elif who_am_i not in (0, WHO_AM_I_MPU6050):
+            words.append(f"{body} FOREIGN (WHO_AM_I 0x{who_am_i:02x}, not 0x{WHO_AM_I_MPU6050:02x})")
+        else:
+            words.append(f"{body} MISSING")
+    return ", ".join(words)
+
+
+def _recording_words(status: LoggerStatusReply) -> str:
+    if not status.session:
+        return "none since the start"
+    closes = status.state == LoggerState.RECORDING and status.phase == DropPhase.LANDED
+    return (
+        f"session {status.session:08x}, {status.samples} samples, {status.samples_dropped} dropped, "
+        f"{_PHASES[status.phase]}{': it closes by itself' if closes else ''}"
+    )
+
+
+def _clock_words(unix_us: int, error_s: float | None) -> str:
+    if error_s is None:
+        return "not set; record start sets it"
+    return f"{clock_words(unix_us)} ({error_s:+.1f} s from this computer's)"

@@ -47,6 +47,12 @@ COMMANDS = (
         "decode", "tfsat_host.cli.decode", "turn a card's recording into engineering units, with a verdict"
     ),
     Command("record", "tfsat_host.cli.record", "start or stop the recording of a drop on the logger's card"),
+    Command("log", "tfsat_host.cli.log", "list, fetch or erase the logger's recordings over the cable"),
+    Command(
+        "logger-settings",
+        "tfsat_host.cli.logger_settings",
+        "show or change the logger's rate, ranges and times",
+    ),
     Command("status", "tfsat_host.cli.status", "what both boards are doing, and what stands against a drop"),
     Command("arm", "tfsat_host.cli.arming", "let the next release start the maneuver"),
     Command("disarm", "tfsat_host.cli.arming", "back to safe: nothing moves, faults are cleared"),

@@ -8,8 +8,9 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.board_state import switch_words, with_fault
+from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, card_words
 from tfsat_host.cli.monitor_words import UNCALIBRATED, commanded_deg, error_words
-from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.enums import CardState, ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 
 if TYPE_CHECKING:
@@ -87,6 +88,10 @@ class Picture:
                 texts.append(f"RESTARTS: the sequencer restarted {status.resets_while_armed} x while armed.")
         if self.logger is not None:
             texts += _error("LOGGER ERROR", self.logger.status.error)
+            if self.logger.status.ram_holds_drop:
+                texts.append(f"RAM {RAM_HOLDS_DROP}")
+            if self.logger.status.card not in (CardState.READY, CardState.UNKNOWN):
+                texts.append(f"CARD {card_words(self.logger.status)}")
             if self.logger.status.samples_dropped:
                 texts.append(f"DROPPED: {self.logger.status.samples_dropped} samples of the recording.")
             if self.logger.reading is not None:
@@ -151,6 +156,7 @@ def _logger(watch: LoggerWatch, width: int) -> list[Block]:
             width,
         ),
         _row(_ACTIVITY, "recording", recording, width),
+        _row(_ACTIVITY, "card", card_words(status), width),
         _row(_ACTIVITY, "sampling", sampling, width),
     ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
+from tfsat_host.cli.logger_state import RAM_HOLDS_DROP
 from tfsat_host.cli.sequencer_state import explained
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.remedies import REMEDIES
@@ -53,6 +54,9 @@ def logger_as_dict(watch: LoggerWatch) -> dict[str, Any]:
         "error": status.error.name.lower(),
         "error_explained": explained(status.error),
         "switches_closed": switches_closed(status.switches_open),
+        "card": status.card.name.lower(),
+        "phase": status.phase.name.lower(),
+        "ram_holds_drop": bool(status.ram_holds_drop),
         "session": f"{status.session:08x}",
         "samples": status.samples,
         "samples_dropped": status.samples_dropped,
@@ -99,7 +103,10 @@ def one_line(t_s: float, sequencer: SequencerWatch | None, logger: LoggerWatch |
         meter, reading = logger.meter, logger.reading
         rate = "–" if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
         state = with_fault(logger.status.state.name.lower(), logger.status.error.name.lower())
-        parts.append(f"logger {state}, {rate} Hz, {meter.missed} lost")
+        card = logger.status.card.name.lower().replace("_", " ")
+        parts.append(f"logger {state}, card {card}, {rate} Hz, {meter.missed} lost")
+        if logger.status.ram_holds_drop:
+            parts.append(f"RAM {RAM_HOLDS_DROP}")
         if reading is not None:
             rates = "; ".join(f"{body} {_rates(rate)}" for body, rate in enumerate(reading.bodies, 1))
             parts.append(f"rates/(deg/s) {rates}")

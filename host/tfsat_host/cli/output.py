@@ -166,10 +166,18 @@ class Output:
             self.note(f"{description} …")
             yield lambda _amount: None
             return
-        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+        from rich import progress
 
-        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        with Progress(*columns, console=self._console(self._stderr), transient=True) as bar:
+        columns: list[progress.ProgressColumn] = [
+            progress.SpinnerColumn(),
+            progress.TextColumn("{task.description}"),
+            progress.BarColumn(),
+        ]
+        if total is None:
+            columns.append(progress.TimeElapsedColumn())
+        else:
+            columns += [progress.TaskProgressColumn(), progress.TimeRemainingColumn()]
+        with progress.Progress(*columns, console=self._console(self._stderr), transient=True) as bar:
             task = bar.add_task(description, total=total)
             yield lambda amount: bar.advance(task, amount)
 

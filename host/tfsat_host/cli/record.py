@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import time
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option, refuse_emulated
 from tfsat_host.cli.connection import open_logger
 from tfsat_host.cli.options import add_device_options
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
+from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import IMU_COUNT
+from tfsat_host.units import US_PER_S
+
+if TYPE_CHECKING:
+    from tfsat_host.devices.logger import LoggerClient
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +45,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _start(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
-        started = logger.start_recording()
+        started = logger.start_recording(unix_us=time.time_ns() // 1000)
         with out.progress("waiting until the card takes blocks (a new card's file takes 2 to 4 s)"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
@@ -51,9 +58,12 @@ def _start(args: argparse.Namespace, out: Output) -> int:
                 "session": session,
                 "blocks_written": status.blocks_written,
                 "imu_present": present,
+                "rate_hz": status.rate_hz,
+                "unix_s": status.unix_us / US_PER_S,
                 "device": {"port": logger.port, **logger.identity.as_dict()},
             },
-            f"Recording: session {session}, the card takes blocks. Pulling the cable does not stop it.\n"
+            f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks. Pulling the cable does not "
+            "stop it; it closes by itself after the landing.\n"
             f"After the drop: tfsat-host record stop{device_option(args)}",
         )
     return 0
@@ -65,17 +75,32 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
             stopped = logger.stop_recording()
         session = f"{stopped.session:08x}"
         lost = stopped.samples_dropped
+        number = _number_of(logger, stopped.session)
+        file_full = logger.status().error == ErrorCode.CARD_FULL
+        fetch = f"tfsat-host log fetch {number or 'all'}{device_option(args)}"
         out.result(
             {
                 "state": stopped.state.name.lower(),
                 "session": session,
                 "samples": stopped.samples,
                 "samples_dropped": lost,
+                "number": number,
+                "file_full": file_full,
                 "device": {"port": logger.port, **logger.identity.as_dict()},
             },
             f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
-            "Take the card out and decode its newest file, such as: tfsat-host decode DROP0001.BIN",
+            f"Copy it to this computer: {fetch}",
         )
         if lost:
             out.warn(f"{lost} samples were dropped because the card was too slow; decode says where.")
-    return DataLossError.exit_code if lost else 0
+        if file_full:
+            out.warn(
+                "It ended by itself, before it was stopped: its file was full. "
+                "More room for the next one: tfsat-host logger-settings set --file-mib 64"
+            )
+    return DataLossError.exit_code if lost or file_full else 0
+
+
+def _number_of(logger: LoggerClient, session: int) -> int | None:
+    """The number of a recording on the card."""
+    return next((entry.number for entry in logger.logs() if entry.session == session and entry.number), None)

@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack, closing
 from typing import Any
 
-from tfsat_host.cli.advice import Interrupted, interruptible
+from tfsat_host.cli.advice import Interrupted, device_option, interruptible
 from tfsat_host.cli.board_state import Rows
 from tfsat_host.cli.output import Output, error_as_dict
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
@@ -46,7 +46,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
             shown[missed] = {"error": error_as_dict(reason)}
     shown |= {board: state for board, (state, _) in answers.items()}
     out.result(shown, lambda: _show([row for _, rows in answers.values() for row in rows], out))
+    _warn_of_ram(shown["logger"], args, out)
     return 0
+
+
+def _warn_of_ram(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) -> None:
+    from tfsat_host.cli.log import ram_warning
+
+    if logger is not None and logger.get("ram_holds_drop"):
+        out.warn(ram_warning(device_option(args)))
 
 
 def _show(rows: Rows, out: Output) -> None:

@@ -8,7 +8,7 @@ from tfsat_host.devices.identity import BoardIdentity
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import Board, ErrorCode
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH, SWITCH_COUNT
-from tfsat_host.protocol.messages import ErrorReply, JogRequest
+from tfsat_host.protocol.messages import ErrorReply, JogRequest, LoggerSettings
 from tfsat_host.protocol.remedies import REMEDIES
 
 _INTERLOCKS = (
@@ -21,6 +21,7 @@ _INTERLOCKS = (
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
     ErrorCode.STORE_DAMAGED,
+    ErrorCode.RAM_HOLDS_DROP,
 )
 _ABOUT_STROKES = (
     ErrorCode.STEP_MISSING,
@@ -62,6 +63,10 @@ def _where(reply: ErrorReply) -> str:
         return _switches(reply.detail)
     if reply.code == ErrorCode.SETTING_OUT_OF_RANGE:
         return f" (joint {reply.detail + 1})" if reply.detail < JOINT_COUNT else " (the frame)"
+    if reply.code == ErrorCode.RATE_TOO_HIGH:
+        return f" (at most {reply.detail} Hz)"
+    if reply.code == ErrorCode.LOGGER_SETTING_OUT_OF_RANGE and reply.detail < len(LoggerSettings.LAYOUT):
+        return f" ({LoggerSettings.LAYOUT[reply.detail][0]})"
     return f" (stroke {reply.detail + 1})" if reply.code in _ABOUT_STROKES else ""
 
 

@@ -19,18 +19,27 @@ from tfsat_host.devices.transport import Transport
 from tfsat_host.protocol.enums import Board
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import REPLY_BIT
-from tfsat_host.protocol.messages import ErrorReply, HelloReply, HelloRequest, LiveSampleStream
+from tfsat_host.protocol.messages import (
+    ErrorReply,
+    HelloReply,
+    HelloRequest,
+    LiveSampleStream,
+    LogPartStream,
+    LogReadReply,
+    LogZerosStream,
+)
 from tfsat_host.protocol.record import Payload
 
 __all__ = ["BoardError", "BoardIdentity", "BoardRefusal", "Client", "NoAnswer", "WrongBoard", "board_error"]
 
 Reply = TypeVar("Reply", bound=Payload)
+LogPiece = LogPartStream | LogZerosStream
 
 ATTEMPT_TIMEOUT_S = 0.25
 """A board answers within a few milliseconds; a USB hub may add tens."""
 ATTEMPTS = 8
 LONGEST_BACKLOG = 4096
-"""Live samples kept while nobody takes them: 15 s at 280 Hz."""
+"""Live samples kept while nobody takes them: 15 s at 280 Hz, 4 s at 1 kHz."""
 
 
 class Client:
@@ -45,6 +54,7 @@ class Client:
         self._receiver = FrameReceiver()
         self._sequence = 0
         self._live: deque[LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
+        self._log_pieces: list[LogPiece] = []
 
     def request(self, message: Payload, reply_type: type[Reply], *, attempts: int = ATTEMPTS) -> Reply:
         """Sends `message`, up to `attempts` times, and returns the board's reply.
@@ -82,12 +92,18 @@ class Client:
         return None
 
     def _receive(self, timeout_s: float) -> list[Frame]:
-        """Frames that have arrived, live samples set apart."""
+        """Frames that have arrived, what was sent unasked set apart."""
         frames = []
         for frame in self._receiver.feed(self.transport.read(timeout_s)):
             if frame.type == LiveSampleStream.TYPE:
                 self._live.append(LiveSampleStream.decode(frame.payload))
+            elif frame.type == LogPartStream.TYPE:
+                self._log_pieces.append(LogPartStream.decode(frame.payload))
+            elif frame.type == LogZerosStream.TYPE:
+                self._log_pieces.append(LogZerosStream.decode(frame.payload))
             else:
+                if frame.type == LogReadReply.TYPE:
+                    self._log_pieces.clear()  # those before it belong to an earlier request
                 frames.append(frame)
         return frames
 
@@ -99,6 +115,14 @@ class Client:
         samples = list(self._live)
         self._live.clear()
         return samples
+
+    def log_pieces(self, timeout_s: float) -> list[LogPiece]:
+        """Pieces of the recording that LOG_READ asked for last, waiting up to `timeout_s`. Raises PortError."""
+        deadline = self.transport.now_s() + timeout_s
+        while not self._log_pieces and (left := deadline - self.transport.now_s()) > 0:
+            self._receive(left)
+        pieces, self._log_pieces = self._log_pieces, []
+        return pieces
 
     def wait(self, duration_s: float) -> None:
         """Lets time pass on the transport's clock; live samples are kept. Raises PortError."""

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Self
 
 from tfsat_host.devices.client import BoardError, BoardIdentity, Client
+from tfsat_host.devices.log_transfer import Outcome, Put, Span, erase_log, fetch_blocks, list_logs
+from tfsat_host.devices.logger_settings import StoredLoggerSettings, read_settings, write_settings
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
-from tfsat_host.protocol.enums import Board, LoggerState
+from tfsat_host.protocol.enums import Board, ErrorCode, LoggerState
+from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, SAMPLES_PER_BLOCK
 from tfsat_host.protocol.messages import (
+    ClockSetReply,
+    ClockSetRequest,
     ErrorReply,
     LiveReply,
     LiveRequest,
     LiveSampleStream,
+    LogEntry,
+    LoggerSettings,
     LoggerStatusReply,
     LoggerStatusRequest,
     RecordStartReply,
@@ -24,12 +31,41 @@ from tfsat_host.protocol.messages import (
     RecordStopRequest,
 )
 
-STOP_TIMEOUT_S = 10.0
-"""Three seconds of samples may wait for a card that stalls for half a second at a time."""
+STOP_TIMEOUT_S = 20.0
+"""The ring's blocks may wait for a card that stalls; one that is gone is given up after 15 s (card_writer.h)."""
 START_TIMEOUT_S = 15.0
 """A card fills its new file with zeros first, which takes 2 to 4 s."""
+RING_BLOCKS = 896
+"""Blocks that the logger's RAM keeps (kRingBlocks of the firmware)."""
 POLL_S = 0.1
 LIVE_TIMEOUT_S = 1.0
+
+
+def ram_seconds(rate_hz: int) -> float:
+    """How long a time RAM keeps when no card takes anything."""
+    block_s = min(SAMPLES_PER_BLOCK / rate_hz, PARTIAL_BLOCK_MS / 1000)
+    return RING_BLOCKS * block_s
+
+
+class CardError(BoardError):
+    """A recording that the card refused, or gave up: what happens has no place but the logger's RAM."""
+
+    def __init__(self, request: int, status: LoggerStatusReply) -> None:
+        super().__init__(ErrorReply(request, status.error, -1))
+        seconds = f"{ram_seconds(status.rate_hz):.0f} s"
+        if status.ram_holds_drop:
+            self.meaning = f"The drop is in the logger's RAM only ({seconds} of it), until its power goes."
+            self.next_step = "Keep the power on. tfsat-host log fetch ram"
+        elif request == RecordStartRequest.TYPE:
+            self.meaning = (
+                f"Do not drop: there is no recording on the card. RAM keeps the newest {seconds}, "
+                "until the logger's power goes."
+            )
+        else:
+            self.meaning = (
+                f"The card has no end of it. RAM keeps the newest {seconds}, until the logger's power goes."
+            )
+            self.next_step = "Keep the power on. tfsat-host log fetch ram"
 
 
 class LoggerClient:
@@ -58,23 +94,28 @@ class LoggerClient:
         """The board's state."""
         return self._client.request(LoggerStatusRequest(), LoggerStatusReply)
 
-    def start_recording(self, number: int | None = None) -> RecordStartReply:
-        """Starts a recording. `number` tells this start from others; drawn at random by default."""
+    def start_recording(self, number: int | None = None, *, unix_us: int = 0) -> RecordStartReply:
+        """Starts a recording.
+
+        Args:
+            number: Tells this start from others; drawn at random by default.
+            unix_us: Time of day for the log; 0 leaves the logger's clock as it is.
+        """
         chosen = secrets.randbits(32) if number is None else number
-        return self._client.request(RecordStartRequest(chosen), RecordStartReply)
+        return self._client.request(RecordStartRequest(chosen, unix_us), RecordStartReply)
 
     def wait_for_card(self) -> LoggerStatusReply:
         """Waits until the card takes the blocks of the recording that was started; the status then.
 
         Raises:
-            BoardError: the card failed.
+            CardError: the card failed.
             TfsatError: somebody ended the recording, or the card took nothing for START_TIMEOUT_S.
         """
         deadline = self._client.transport.now_s() + START_TIMEOUT_S
         while True:
             status = self.status()
             if status.state == LoggerState.FAILED:
-                raise BoardError(ErrorReply(RecordStartRequest.TYPE, status.error, -1))
+                raise CardError(RecordStartRequest.TYPE, status)
             if status.state != LoggerState.RECORDING:
                 raise TfsatError(
                     what=f"The logger does not record any more: it is {status.state.name.lower()}.",
@@ -95,7 +136,8 @@ class LoggerClient:
         """Ends the recording and waits until the card has all of it.
 
         Raises:
-            BoardError: there is no recording, or the card failed.
+            BoardError: there is no recording.
+            CardError: the card failed; RAM keeps the newest seconds.
             TfsatError: the logger was still writing after STOP_TIMEOUT_S.
         """
         deadline = self._client.transport.now_s() + STOP_TIMEOUT_S
@@ -104,13 +146,52 @@ class LoggerClient:
             if reply.state == LoggerState.STOPPED:
                 return reply
             if reply.state == LoggerState.FAILED:
-                raise BoardError(ErrorReply(RecordStopRequest.TYPE, self.status().error, -1))
+                raise CardError(RecordStopRequest.TYPE, self.status())
             if self._client.transport.now_s() > deadline:
                 raise TfsatError(
                     what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after it was told to stop.",
                     meaning="The card stalls or has failed; what reached it can be decoded.",
                     next_step="Keep the power on, run tfsat-host status; copy the card before using it again.",
                 )
+
+    def set_clock(self, unix_us: int) -> None:
+        """Sets the time of day; it is lost with the power."""
+        self._client.request(ClockSetRequest(unix_us), ClockSetReply)
+
+    def settings(self) -> StoredLoggerSettings:
+        """The settings in force."""
+        return read_settings(self._client)
+
+    def write_settings(self, settings: LoggerSettings) -> StoredLoggerSettings:
+        """See `logger_settings.write_settings`."""
+        return write_settings(self._client, settings)
+
+    def logs(self) -> list[LogEntry]:
+        """What RAM holds, if anything, then the card's recordings. Raises BoardError while it records."""
+        return list(list_logs(self._client))
+
+    def wait_for_logs(self, timeout_s: float) -> list[LogEntry]:
+        """Likewise, once a drop that RAM still takes is over. Raises BoardError when it goes on for longer."""
+        deadline = self._client.transport.now_s() + timeout_s
+        while True:
+            try:
+                return self.logs()
+            except BoardError as error:
+                if error.code != ErrorCode.WRONG_STATE or self._client.transport.now_s() > deadline:
+                    raise
+            self._client.wait(POLL_S)
+
+    def end_capture(self) -> None:
+        """Ends what goes on in RAM after the card has failed."""
+        self._client.request(RecordStopRequest(), RecordStopReply)
+
+    def fetch_blocks(self, entry: LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
+        """See `log_transfer.fetch_blocks`."""
+        return fetch_blocks(self._client, entry, wanted, put)
+
+    def erase_log(self, entry: LogEntry) -> None:
+        """Removes a recording from the card; of RAM: gives up what it holds. Raises BoardError."""
+        erase_log(self._client, entry)
 
     @contextmanager
     def live(self) -> Iterator[LiveReply]:

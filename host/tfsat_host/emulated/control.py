@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from tfsat_host.emulated.card import CardDefect
 from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
 from tfsat_host.errors import TfsatError
 
@@ -169,6 +170,18 @@ def _angles(bench: Bench, words: list[str]) -> str:  # noqa: ARG001
 
 
 def _card(bench: Bench, words: list[str]) -> str:
+    slot = bench.robot.card_slot
+    hands: dict[str, Callable[[], None]] = {
+        "remove": slot.remove,
+        "insert": slot.insert,
+        "fill": lambda: slot.fill(0),
+        "write-protect": lambda: slot.spoil(CardDefect.WRITE_PROTECTED),
+        "unformat": lambda: slot.spoil(CardDefect.UNREADABLE),
+        "fail": lambda: slot.spoil(CardDefect.FAILING),
+    }
+    if words and words[0] in hands:
+        hands[words[0]]()
+        return ""
     path, n_bytes = bench.save_card(Path(words[0]) if words else None)
     return f"{n_bytes} bytes in {path}"
 
@@ -248,7 +261,7 @@ _VERBS = {
     "reset": _Verb("reset watchdog|brown-out|button", (1, 1), _reset),
     "drop": _Verb("drop [DURATION]", (0, 1), _drop),
     "angles": _Verb("angles", (0, 0), _angles),
-    "card": _Verb("card [FILE]", (0, 1), _card),
+    "card": _Verb("card [remove|insert|fill|write-protect|unformat|fail|FILE]", (0, 1), _card),
     "time": _Verb("time", (0, 0), _time),
     "wait": _Verb("wait DURATION|still", (1, 1), _wait),
     "help": _Verb("help", (0, 0), _help),

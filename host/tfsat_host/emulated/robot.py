@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.emulated.build import Variant, ensure_built
+from tfsat_host.emulated.card import CardSlot
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library
 from tfsat_host.emulated.robot_config import robot_config
@@ -56,6 +57,9 @@ class EmulatedRobot:
 
     Time is virtual, in microseconds since the robot was made, and passes only in `advance`.
 
+    Attributes:
+        card_slot: The logger's card, and what a person can do to it.
+
     Args:
         model: The bodies; the drop tower robot by default.
         imperfections: The sensors' hidden errors; drawn from `seed` by default.
@@ -64,6 +68,7 @@ class EmulatedRobot:
             the operating system's, unless a `seed` asks for what can be repeated.
         hex_path: The sequencer's image to run in an emulated ATmega32U4; None runs its core natively.
         eeprom: The sequencer's EEPROM; erased by default.
+        logger_memory: The logger's stored settings, as `logger_memory()` gave them; none by default.
         variant: Which build of the library to use.
 
     Raises:
@@ -80,6 +85,7 @@ class EmulatedRobot:
         session_seed: int | None = None,
         hex_path: Path | None = None,
         eeprom: bytes | None = None,
+        logger_memory: bytes | None = None,
         variant: Variant | None = None,
     ) -> None:
         chosen = variant or Variant(avr=hex_path is not None)
@@ -102,6 +108,9 @@ class EmulatedRobot:
             )
         if eeprom is not None:
             self._library.tfsat_eeprom_set(self._robot, eeprom, len(eeprom))
+        if logger_memory is not None:
+            self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
+        self.card_slot = CardSlot(self._library, self._robot)
         for board in BoardIndex:
             self.set_power(board, True)
             self.set_cable(board, True)
@@ -171,8 +180,15 @@ class EmulatedRobot:
         """Changes of the EEPROM by the board since the robot was made."""
         return int(self._library.tfsat_eeprom_writes(self._robot))
 
+    def logger_memory(self) -> bytes:
+        """What the logger keeps without power: its stored settings."""
+        size = self._library.tfsat_logger_memory_bytes(self._robot)
+        memory = (ctypes.c_uint8 * size)()
+        self._library.tfsat_logger_memory_get(self._robot, memory, size)
+        return bytes(memory)
+
     def card(self) -> bytes:
-        """The recording file on the card, as a reader would find it now."""
+        """The newest recording on the card, as a reader would find it now."""
         size = self._library.tfsat_card_size(self._robot)
         data = (ctypes.c_uint8 * size)()
         self._library.tfsat_card_read(self._robot, data, size)

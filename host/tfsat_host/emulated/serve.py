@@ -12,7 +12,7 @@ from tfsat_host.emulated.pacing import STEP_US, Pacer
 from tfsat_host.emulated.pty_port import PtyPort
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot, EmulationError, Reset
 from tfsat_host.emulated.served_folder import ServedFolder
-from tfsat_host.emulated.state import save_eeprom
+from tfsat_host.emulated.state import Kept, save_image
 from tfsat_host.errors import TfsatError
 
 _QUIET_US = 20_000
@@ -25,11 +25,14 @@ class RobotServer:
     Args:
         robot: The robot, its boards powered and plugged.
         folder: Where ports, EEPROM and card lie.
+        before: What the folder kept of the run before, and the robot was made with.
     """
 
-    def __init__(self, robot: EmulatedRobot, folder: ServedFolder) -> None:
+    def __init__(self, robot: EmulatedRobot, folder: ServedFolder, before: Kept) -> None:
         self._robot = robot
         self._folder = folder
+        self._before = before
+        before.put_card(robot)
         self._ports = {
             BoardIndex.SEQUENCER: PtyPort(folder.sequencer),
             BoardIndex.LOGGER: PtyPort(folder.logger),
@@ -39,7 +42,8 @@ class RobotServer:
         self._cabled = dict.fromkeys(BoardIndex, True)
         self._copies = {folder.card.resolve()}
         self._seen_writes = self._kept_writes = robot.eeprom_writes
-        self._eeprom_look_us = robot.now_us
+        self._kept_memory = robot.logger_memory()
+        self._memory_look_us = robot.now_us
         self._end_us: int | None = None
         self._stopped = False
         for port in self._ports.values():
@@ -61,8 +65,10 @@ class RobotServer:
         self._robot.advance(STEP_US)
         for board, port in self._ports.items():
             port.write(self._robot.read(board) if port.has_room else b"")
-        if self._robot.now_us - self._eeprom_look_us >= _QUIET_US:
+        if self._robot.now_us - self._memory_look_us >= _QUIET_US:
+            self._memory_look_us = self._robot.now_us
             self._keep_eeprom_when_quiet()
+            self._keep_logger_memory()
 
     def set_power(self, board: BoardIndex, on: bool) -> None:
         """Switches a board's supply; without it its port goes."""
@@ -129,21 +135,27 @@ class RobotServer:
         return self._stopped or (self._end_us is not None and self._robot.now_us >= self._end_us)
 
     def close(self) -> None:
-        """Takes the ports away; keeps the EEPROM and, if there is one, the recording."""
+        """Takes the ports away; keeps what the boards store, the card and, if there is one, its newest recording."""
         for port in self._ports.values():
             port.pull()
-        save_eeprom(self._folder.eeprom, self._robot.eeprom())
+        self._folder.kept.save(self._robot, self._before)
         if self._robot.card():
             self.save_card()
 
     def _keep_eeprom_when_quiet(self) -> None:
         """What a host has read back outlives even a kill -9 of this process."""
-        self._eeprom_look_us = self._robot.now_us
         writes = self._robot.eeprom_writes
         if writes == self._seen_writes != self._kept_writes:
-            save_eeprom(self._folder.eeprom, self._robot.eeprom())
+            save_image(self._folder.kept.eeprom, self._robot.eeprom())
             self._kept_writes = writes
         self._seen_writes = writes
+
+    def _keep_logger_memory(self) -> None:
+        """Likewise; the logger writes all its settings at once."""
+        memory = self._robot.logger_memory()
+        if memory != self._kept_memory:
+            save_image(self._folder.kept.logger_memory, memory)
+            self._kept_memory = memory
 
     def _update_port(self, board: BoardIndex) -> None:
         if self._powered[board] and self._cabled[board]:

@@ -9,6 +9,7 @@ import stat
 import time
 from pathlib import Path
 
+from tfsat_host.emulated.state import KeptState
 from tfsat_host.errors import TfsatError
 
 _CONTROL = "control"
@@ -23,8 +24,8 @@ class ServedFolder:
     Attributes:
         sequencer, logger: Links to the ports.
         control: The control socket.
-        eeprom: The sequencer's EEPROM, kept from one start to the next.
-        card: Copy of the card's recording.
+        kept: What lasts from one start to the next: the sequencer's EEPROM, the logger's settings, the card.
+        card: Copy of the card's newest recording.
 
     Raises:
         TfsatError: another process serves it, or a file of the user's is in the way.
@@ -35,7 +36,7 @@ class ServedFolder:
         self.sequencer = path / "sequencer"
         self.logger = path / "logger"
         self.control = path / _CONTROL
-        self.eeprom = path / "sequencer.eeprom"
+        self.kept = KeptState.in_folder(path)
         self.card = path / "SD.bin"
         self._made = not path.exists()
         path.mkdir(parents=True, exist_ok=True)

@@ -1,19 +1,89 @@
-"""What an emulated robot keeps between two commands: the sequencer's EEPROM."""
+"""What an emulated robot keeps between two runs: the sequencer's EEPROM, the logger's settings, the card."""
 
 from __future__ import annotations
 
+import re
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
-from tfsat_host.emulated.robot import EEPROM_BYTES
+from tfsat_host.devices.log_names import recording_name
 from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.limits import BLOCK_BYTES
+
+if TYPE_CHECKING:
+    from tfsat_host.emulated.robot import EmulatedRobot
+
+_RECORDING = re.compile(r"DROP(\d{4,5})\.BIN", re.ASCII)
+_LONGEST_MEMORY = 256
 
 
-def eeprom_path() -> Path:
-    """Where the EEPROM of `--emulated` lives, in the user's state directory."""
-    import platformdirs
+@dataclass(frozen=True)
+class Kept:
+    """What was found when a robot was made.
 
-    return Path(platformdirs.user_state_dir("tfsat")) / "emulated" / "sequencer.eeprom"
+    Attributes:
+        eeprom: The sequencer's EEPROM; None before the first run.
+        logger_memory: The logger's stored settings; likewise.
+        card: The card's files by number.
+    """
+
+    eeprom: bytes | None
+    logger_memory: bytes | None
+    card: dict[int, bytes]
+
+    def put_card(self, robot: EmulatedRobot) -> None:
+        """Puts the files on the robot's card."""
+        for number, data in self.card.items():
+            robot.card_slot.put(number, data)
+
+
+@dataclass(frozen=True)
+class KeptState:
+    """Where the lasting parts of one emulated robot lie.
+
+    Attributes:
+        eeprom: The sequencer's EEPROM.
+        logger_memory: The logger's stored settings.
+        card: Folder with the card's files, DROP0001.BIN and up.
+    """
+
+    eeprom: Path
+    logger_memory: Path
+    card: Path
+
+    @classmethod
+    def in_folder(cls, folder: Path) -> Self:
+        """In one folder."""
+        return cls(folder / "sequencer.eeprom", folder / "logger.settings", folder / "card")
+
+    @classmethod
+    def of_user(cls) -> Self:
+        """That of `--emulated`, in the user's state directory."""
+        import platformdirs
+
+        return cls.in_folder(Path(platformdirs.user_state_dir("tfsat")) / "emulated")
+
+    def load(self) -> Kept:
+        """What is there. Raises TfsatError if it is damaged."""
+        return Kept(load_eeprom(self.eeprom), _load_logger_memory(self.logger_memory), load_card(self.card))
+
+    def save(self, robot: EmulatedRobot, before: Kept) -> None:
+        """Keeps what has changed since `before`."""
+        if (eeprom := robot.eeprom()) != before.eeprom:
+            save_image(self.eeprom, eeprom)
+        memory = robot.logger_memory()
+        if memory != (before.logger_memory or _erased(memory)):
+            save_image(self.logger_memory, memory)
+        self._save_card(robot.card_slot.files(), before.card)
+
+    def _save_card(self, files: dict[int, bytes], before: dict[int, bytes]) -> None:
+        for number in before.keys() - files.keys():
+            (self.card / recording_name(number)).unlink(missing_ok=True)
+        for number, data in files.items():
+            if before.get(number) != data:
+                save_image(self.card / recording_name(number), data)
 
 
 def load_eeprom(path: Path) -> bytes | None:
@@ -22,22 +92,55 @@ def load_eeprom(path: Path) -> bytes | None:
     Raises:
         TfsatError: the file is not an EEPROM image.
     """
-    try:
-        image = path.read_bytes()
-    except FileNotFoundError:
-        return None
-    if len(image) != EEPROM_BYTES:
-        raise TfsatError(
-            what=f"{path} has {len(image)} bytes; the sequencer's EEPROM has {EEPROM_BYTES}.",
-            meaning="The emulated sequencer's memory is damaged; no real board is concerned.",
-            next_step=f"Delete {path} and run the command again.",
-        )
+    from tfsat_host.emulated.robot import EEPROM_BYTES
+
+    image = _read(path)
+    if image is not None and len(image) != EEPROM_BYTES:
+        raise _damaged(path, f"{len(image)} bytes; the sequencer's EEPROM has {EEPROM_BYTES}", "sequencer")
     return image
 
 
-def save_eeprom(path: Path, image: bytes) -> None:
-    """Replaces the stored image at once: a reader finds the old one or the new one."""
+def load_card(folder: Path) -> dict[int, bytes]:
+    """The card's files by number; a file that ends within a block is filled up with zeros."""
+    files = {}
+    for path in sorted(folder.glob("DROP*.BIN")) if folder.is_dir() else []:
+        named = _RECORDING.fullmatch(path.name)
+        if named and 0 < int(named[1]) < 2**16:
+            data = path.read_bytes()
+            files[int(named[1])] = data + bytes(-len(data) % BLOCK_BYTES)
+    return files
+
+
+def save_image(path: Path, image: bytes) -> None:
+    """Replaces what is stored at once: a reader finds the old one or the new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
         file.write(image)
     Path(file.name).replace(path)
+
+
+def _erased(memory: bytes) -> bytes:
+    """A memory of that size that was never written."""
+    return b"\xff" * len(memory)
+
+
+def _load_logger_memory(path: Path) -> bytes | None:
+    memory = _read(path)
+    if memory is not None and len(memory) > _LONGEST_MEMORY:
+        raise _damaged(path, f"{len(memory)} bytes; the logger's memory has fewer", "logger")
+    return memory
+
+
+def _read(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        return None
+
+
+def _damaged(path: Path, found: str, board: str) -> TfsatError:
+    return TfsatError(
+        what=f"{path} has {found}.",
+        meaning=f"The emulated {board}'s memory is damaged; no real board is concerned.",
+        next_step=f"Delete {path} and run the command again.",
+    )

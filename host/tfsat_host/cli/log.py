@@ -1,0 +1,185 @@
+"""`tfsat-host log`: the logger's recordings over the cable: what there is, fetching, erasing."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.advice import device_option
+from tfsat_host.cli.options import add_device_options, file_name
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import RefusedError
+
+if TYPE_CHECKING:
+    from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.protocol.messages import LogEntry
+
+_RAM = 0
+_ACTIONS = {
+    "list": "what is on the logger's card, and in its RAM",
+    "fetch": "copy a recording to this computer, each block checked; goes on where it was interrupted",
+    "erase": "remove a recording that was fetched from the card",
+}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """List, fetch or erase; the device."""
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", dest="action", required=True)
+    for name, text in _ACTIONS.items():
+        action = actions.add_parser(
+            name,
+            help=text,
+            description=f"{text[:1].upper()}{text[1:]}.",
+            formatter_class=type(parser._get_formatter()),
+            allow_abbrev=False,
+        )
+        if name == "fetch":
+            action.add_argument(
+                "which",
+                metavar="N|ram|all",
+                type=_which_or_all,
+                help="number as listed, what RAM holds, or all",
+            )
+            action.add_argument(
+                "--out",
+                metavar="PATH",
+                type=file_name,
+                help="file, or folder (default: the recording's own name in the current folder)",
+            )
+            action.add_argument("--force", action="store_true", help="overwrite another file of that name")
+        elif name == "erase":
+            action.add_argument(
+                "which", metavar="N|ram", type=_which, help="number as listed, or what RAM holds"
+            )
+            action.add_argument(
+                "--force",
+                action="store_true",
+                help="even if this computer has no copy of it: it is lost then",
+            )
+        add_device_options(action, "logger")
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Does what was typed."""
+    from tfsat_host.cli.log_fetch import fetch
+
+    return {"list": _list, "fetch": fetch, "erase": _erase}[args.action](args, out)
+
+
+def _list(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.cli.fetched import FetchedLogs
+    from tfsat_host.cli.log_words import ENTRY_COLUMNS, entry_as_dict, entry_row
+    from tfsat_host.devices.logger import ram_seconds
+
+    fetched = FetchedLogs()
+    with open_logger(args, out) as logger:
+        entries = logger.logs()
+        status = logger.status()
+        copies = [fetched.copy_of(logger.identity.serial, entry) for entry in entries]
+        result: dict[str, Any] = {
+            "logs": [
+                {**entry_as_dict(entry), "fetched_to": copy}
+                for entry, copy in zip(entries, copies, strict=True)
+            ],
+            "ram_holds_drop": bool(status.ram_holds_drop),
+            "card": status.card.name.lower(),
+            "card_free_mib": status.card_free_mib,
+            "device": {"port": logger.port, **logger.identity.as_dict()},
+        }
+    rows = [entry_row(entry, str(copy) if copy else "–") for entry, copy in zip(entries, copies, strict=True)]
+
+    def show() -> None:
+        if rows:
+            out.table(ENTRY_COLUMNS, rows)
+        else:
+            out.line("No recordings.")
+        out.line(f"Card: {status.card.name.lower().replace('_', ' ')}, {status.card_free_mib} MiB free.")
+        if status.ram_holds_drop:
+            out.line("RAM holds a drop that no card has.")
+        elif any(entry.number == _RAM for entry in entries):
+            seconds = ram_seconds(status.rate_hz)
+            out.line(
+                f"RAM still holds the last {seconds:.0f} s or less of the last recording, until power goes."
+            )
+
+    out.result(result, show)
+    if status.ram_holds_drop:
+        out.warn(ram_warning(device_option(args)))
+    return 0
+
+
+def ram_warning(option: str) -> str:
+    """A drop that is in RAM only."""
+    return (
+        "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: "
+        f"tfsat-host log fetch ram{option}"
+    )
+
+
+def _erase(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.cli.fetched import FetchedLogs
+    from tfsat_host.cli.log_words import entry_as_dict
+    from tfsat_host.devices.log_names import entry_words
+
+    with open_logger(args, out) as logger:
+        entry = pick(logger.logs(), args.which)
+        copy = FetchedLogs().copy_of(logger.identity.serial, entry)
+        if copy is None and not args.force and _matters(logger, entry):
+            raise RefusedError(
+                what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
+                "or not as it was fetched.",
+                meaning="Erased, it would be lost. Nothing was erased.",
+                next_step=f"tfsat-host log fetch {word(entry)}{device_option(args)}\n"
+                "To erase it all the same: the same command with --force",
+            )
+        kept = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
+        out.confirm(f"{kept} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
+        logger.erase_log(entry)
+        out.result(
+            {
+                **entry_as_dict(entry),
+                "erased": True,
+                "copy": copy,
+                "device": {"port": logger.port, **logger.identity.as_dict()},
+            },
+            "Given up: a recording may be started again."
+            if entry.number == _RAM
+            else f"Erased: {entry_words(entry)}.",
+        )
+    return 0
+
+
+def _matters(logger: LoggerClient, entry: LogEntry) -> bool:
+    """What RAM holds beside the card is of no worth."""
+    return entry.number != _RAM or bool(logger.status().ram_holds_drop)
+
+
+def pick(entries: list[LogEntry], number: int) -> LogEntry:
+    """The recording of that number. Raises BoardError, as the logger would."""
+    from tfsat_host.devices.board_errors import board_error
+    from tfsat_host.protocol.enums import ErrorCode
+    from tfsat_host.protocol.messages import ErrorReply, LogReadRequest
+
+    for entry in entries:
+        if entry.number == number:
+            return entry
+    raise board_error(ErrorReply(LogReadRequest.TYPE, ErrorCode.NO_SUCH_LOG, -1))
+
+
+def word(entry: LogEntry) -> str:
+    """What a person types for it."""
+    return "ram" if entry.number == _RAM else str(entry.number)
+
+
+def _which(text: str) -> int:
+    if text.lower() == "ram":
+        return _RAM
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 2**16):
+        raise argparse.ArgumentTypeError(f"{text!r} is no recording: write its number as listed, or ram")
+    return int(text)
+
+
+def _which_or_all(text: str) -> int | None:
+    return None if text.lower() == "all" else _which(text)

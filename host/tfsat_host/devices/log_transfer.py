@@ -1,0 +1,231 @@
+"""Recordings over the cable: what there is, their blocks, and their end.
+
+The logger sends what was asked for as unasked frames, and what the cable loses is asked for again. A block
+that begins with the magic number carries its own CRC-32 and proves itself by it. One that does not is read
+`READINGS` times: if it stays so, it is torn on the card itself, and the copy has it as it is.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+
+from tfsat_host.devices.client import BoardError, Client
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC, LOG_PART_BYTES, LOG_READ_BLOCKS
+from tfsat_host.protocol.messages import (
+    LogEntry,
+    LogEraseReply,
+    LogEraseRequest,
+    LogListReply,
+    LogListRequest,
+    LogPartStream,
+    LogReadReply,
+    LogReadRequest,
+    LogZerosStream,
+)
+
+READINGS = 3
+"""A block that never proves itself is torn on the card after so many."""
+SILENCE_S = 0.25
+"""The logger sends without a pause; after this the rest of a window is lost."""
+SILENT_WINDOWS = 3
+"""The logger answers but sends nothing: after so many tries its card cannot read the block."""
+FRUITLESS_WINDOWS = 50
+"""Pieces come, but not one more block: after so many tries the cable is of no use."""
+UNREADABLE_LIMIT = 16
+"""Blocks in a row that the card does not read: then it is the card, and no block of it."""
+_LAST_NUMBER = 0xFFFF
+_PARTS = BLOCK_BYTES // LOG_PART_BYTES
+_CRC_OFFSET = BLOCK_BYTES - 4
+_MAGIC_VERSION_SESSION = struct.Struct("<I4xI")
+_ZEROS = bytes(BLOCK_BYTES)
+
+Put = Callable[[int, bytes], None]
+"""Takes a block: its index in the recording, its bytes."""
+Span = tuple[int, int]
+"""Blocks in a row: the first, and how many."""
+
+
+class TransferError(TfsatError):
+    """The logger answers but does not send its recording."""
+
+
+@dataclass
+class Outcome:
+    """What became of a transfer.
+
+    Attributes:
+        torn: Blocks that begin like ours and whose CRC never matched: they stand so on the card.
+        unreadable: Blocks that the card does not read; the copy has zeros there.
+    """
+
+    torn: list[int] = field(default_factory=list)
+    unreadable: list[int] = field(default_factory=list)
+
+
+def list_logs(client: Client) -> Iterator[LogEntry]:
+    """What RAM holds, if anything, then the card's recordings by number.
+
+    Raises:
+        BoardError: WRONG_STATE while it records.
+    """
+    number = 0
+    while number <= _LAST_NUMBER:
+        reply = client.request(LogListRequest(number), LogListReply)
+        if not reply.found:
+            return
+        yield reply.entry
+        number = reply.entry.number + 1
+
+
+def erase_log(client: Client, entry: LogEntry) -> None:
+    """Removes a recording from the card, or gives up what RAM holds. One that is gone already is no error:
+    the answer to a first request may have been lost.
+
+    Raises:
+        BoardError: another recording has its number now, or the card refuses.
+    """
+    try:
+        client.request(LogEraseRequest(entry.number, entry.session), LogEraseReply)
+    except BoardError as error:
+        if error.code != ErrorCode.NO_SUCH_LOG:
+            raise
+
+
+def is_whole(block: bytes) -> bool:
+    """It begins with the magic number and its CRC-32 matches."""
+    magic, _ = _MAGIC_VERSION_SESSION.unpack_from(block)
+    return magic == BLOCK_MAGIC and _crc_matches(block)
+
+
+def session_of(block: bytes) -> int:
+    """The session that a whole block names."""
+    _, session = _MAGIC_VERSION_SESSION.unpack_from(block)
+    return int(session)
+
+
+def fetch_blocks(client: Client, entry: LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
+    """Has blocks of a recording sent until each has arrived.
+
+    Args:
+        client: The logger.
+        entry: The recording, as listed.
+        wanted: Which blocks.
+        put: Given each block once.
+
+    Raises:
+        BoardError: the recording is not there any more, or the logger records.
+        NoAnswer, PortError: the cable; what was put is right.
+        TransferError: the card does not read the recording.
+    """
+    outcome = Outcome()
+    for first, count in wanted:
+        for start in range(first, first + count, LOG_READ_BLOCKS):
+            end = min(start + LOG_READ_BLOCKS, first + count)
+            _Window(client, entry, range(start, end), put, outcome).fetch()
+    return outcome
+
+
+class _Window:
+    """A few blocks, asked for until each has arrived or was given up."""
+
+    def __init__(self, client: Client, entry: LogEntry, blocks: range, put: Put, outcome: Outcome) -> None:
+        self._client = client
+        self._entry = entry
+        self._missing = set(blocks)
+        self._put = put
+        self._outcome = outcome
+        self._readings: dict[int, int] = {}
+        self._parts: dict[int, dict[int, bytes]] = {}
+
+    def fetch(self) -> None:
+        silent = fruitless = 0
+        while self._missing:
+            first, count = self._first_run()
+            n_pieces, arrived = self._read(first, count)
+            for index, block in arrived.items():
+                self._take(index, block)
+            silent = 0 if n_pieces else silent + 1
+            fruitless = 0 if arrived else fruitless + 1
+            if silent == SILENT_WINDOWS:
+                self._give_up(first)
+                silent = fruitless = 0
+            elif fruitless == FRUITLESS_WINDOWS:
+                raise _useless_cable(self._client.transport.name)
+
+    def _read(self, first: int, count: int) -> tuple[int, dict[int, bytes]]:
+        """How many pieces came before the logger fell silent, and the blocks that are whole now."""
+        request = LogReadRequest(self._entry.number, self._entry.session, first, count)
+        coming = self._client.request(request, LogReadReply).count
+        n_pieces, whole = 0, dict[int, bytes]()
+        while len(whole) < coming and (pieces := self._client.log_pieces(SILENCE_S)):
+            n_pieces += len(pieces)
+            for piece in pieces:
+                if isinstance(piece, LogZerosStream):
+                    run = range(piece.first_block, piece.first_block + piece.count)
+                    whole.update(dict.fromkeys(run, _ZEROS))
+                elif block := self._join(piece):
+                    whole[piece.block] = block
+        return n_pieces, whole
+
+    def _join(self, piece: LogPartStream) -> bytes | None:
+        """The block that this part completes. What a lost part left undone is kept for the next window."""
+        parts = self._parts.setdefault(piece.block, {})
+        parts[piece.part] = piece.data
+        if any(part not in parts for part in range(_PARTS)):
+            return None
+        del self._parts[piece.block]
+        return b"".join(parts[part] for part in range(_PARTS))
+
+    def _first_run(self) -> Span:
+        first = min(self._missing)
+        count = 1
+        while first + count in self._missing:
+            count += 1
+        return first, count
+
+    def _take(self, index: int, block: bytes) -> None:
+        if index not in self._missing:
+            return
+        self._readings[index] = self._readings.get(index, 0) + 1
+        if not _can_be_right(block):
+            if self._readings[index] < READINGS:
+                return
+            self._outcome.torn.append(index)
+        self._missing.discard(index)
+        self._put(index, block)
+
+    def _give_up(self, index: int) -> None:
+        unreadable = self._outcome.unreadable
+        unreadable.append(index)
+        if unreadable[-UNREADABLE_LIMIT:] == list(range(index - UNREADABLE_LIMIT + 1, index + 1)):
+            raise TransferError(
+                what=f"The logger answers but sends none of the blocks {unreadable[-UNREADABLE_LIMIT]} to {index}.",
+                meaning="Its card does not read them, or the cable loses everything that is long.",
+                next_step="Try another cable or port. If it stays so, take the card out and copy it: "
+                "ddrescue reads around bad sectors; tfsat-host decode reads what it makes.",
+            )
+        self._missing.discard(index)
+        self._put(index, _ZEROS)
+
+
+def _can_be_right(block: bytes) -> bool:
+    """Nothing speaks against it: only what begins like a block of ours has a CRC."""
+    magic, _ = _MAGIC_VERSION_SESSION.unpack_from(block)
+    return magic != BLOCK_MAGIC or _crc_matches(block)
+
+
+def _crc_matches(block: bytes) -> bool:
+    return zlib.crc32(block[:_CRC_OFFSET]) == int.from_bytes(block[_CRC_OFFSET:], "little")
+
+
+def _useless_cable(port: str) -> TransferError:
+    return TransferError(
+        what=f"The cable at {port} loses too much: {FRUITLESS_WINDOWS} tries have brought no further block.",
+        meaning="The recording is as it was, on the logger.",
+        next_step="Use another cable, without a hub, then the same command again.",
+    )

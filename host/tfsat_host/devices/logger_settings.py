@@ -1,0 +1,140 @@
+"""The logger's settings: what the buses carry, and their way onto the board and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tfsat_host.devices.client import Client
+from tfsat_host.devices.stored_record import VerifyError
+from tfsat_host.errors import UsageError
+from tfsat_host.protocol.enums import Origin
+from tfsat_host.protocol.limits import (
+    AFTER_LANDING_MAX_S,
+    AFTER_LANDING_MIN_S,
+    FILE_MAX_MIB,
+    FILE_MIN_MIB,
+    IMU_BURST_BITS,
+    IMUS_PER_BUS,
+    SAMPLE_RATE_MAX_HZ,
+    SAMPLE_RATE_MIN_HZ,
+    SAMPLING_MARGIN_US,
+)
+from tfsat_host.protocol.messages import (
+    LoggerSettings,
+    LoggerSettingsReadReply,
+    LoggerSettingsReadRequest,
+    LoggerSettingsWriteReply,
+    LoggerSettingsWriteRequest,
+)
+
+GYRO_RANGES_DEG_S = (250, 500, 1000, 2000)
+ACCEL_RANGES_G = (2, 4, 8, 16)
+BUS_CLOCKS_KHZ = (100, 400)
+DLPF_HZ = (256, 188, 98, 42, 20, 10, 5)
+"""Bandwidth of the gyros by DLPF_CFG (RM-MPU-6000A rev. 4.2, p. 13)."""
+
+_WORDS = {2: "two"}
+
+
+@dataclass(frozen=True, slots=True)
+class StoredLoggerSettings:
+    """The settings in force.
+
+    Attributes:
+        origin: Factory or uploaded.
+        settings: What they say.
+        rate_max_hz: What the buses carry at this clock.
+    """
+
+    origin: Origin
+    settings: LoggerSettings
+    rate_max_hz: int
+
+
+def burst_us(bus_khz: int) -> int:
+    """Duration of one 14-byte burst, rounded up."""
+    return -(-IMU_BURST_BITS * 1000 // bus_khz)
+
+
+def rate_max_hz(bus_khz: int) -> int:
+    """The highest sampling rate that the buses carry, as the logger itself calculates it (timing.h)."""
+    return min(1_000_000 // _needed_us(bus_khz), SAMPLE_RATE_MAX_HZ)
+
+
+def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
+    """Why a rate does, or does not, fit."""
+    return (
+        f"{rate_hz} Hz leaves {1_000_000 // rate_hz} us; {_WORDS.get(IMUS_PER_BUS, IMUS_PER_BUS)} 14-byte bursts of "
+        f"{IMU_BURST_BITS} bits take {IMUS_PER_BUS} x {burst_us(bus_khz)} us at {bus_khz} kHz, plus "
+        f"{SAMPLING_MARGIN_US} us kept for a failing sensor: {_needed_us(bus_khz)} us, "
+        f"so at most {rate_max_hz(bus_khz)} Hz"
+    )
+
+
+def check(settings: LoggerSettings) -> None:
+    """Raises UsageError for what the logger would refuse."""
+    _among("range of the gyros", settings.gyro_range_deg_s, GYRO_RANGES_DEG_S, "deg/s")
+    _among("range of the accelerometers", settings.accel_range_g, ACCEL_RANGES_G, "g")
+    _among("bus clock", settings.bus_khz, BUS_CLOCKS_KHZ, "kHz")
+    _within("low-pass setting", settings.dlpf_cfg, 0, len(DLPF_HZ) - 1, "")
+    _within(
+        "time after the landing", settings.after_landing_s, AFTER_LANDING_MIN_S, AFTER_LANDING_MAX_S, " s"
+    )
+    _within("room of a recording", settings.file_mib, FILE_MIN_MIB, FILE_MAX_MIB, " MiB")
+    _within("sampling rate", settings.rate_hz, SAMPLE_RATE_MIN_HZ, SAMPLE_RATE_MAX_HZ, " Hz")
+    if settings.rate_hz > rate_max_hz(settings.bus_khz):
+        faster = [khz for khz in BUS_CLOCKS_KHZ if rate_max_hz(khz) >= settings.rate_hz]
+        raise UsageError(
+            what=f"{bus_arithmetic(settings.rate_hz, settings.bus_khz)}.",
+            meaning="The buses cannot carry this sampling rate; the logger keeps its settings.",
+            next_step=f"Ask for --rate {rate_max_hz(settings.bus_khz)}"
+            + (f", or add --bus-khz {faster[0]}." if faster else "."),
+        )
+
+
+def read_settings(client: Client) -> StoredLoggerSettings:
+    """The settings that the logger uses now."""
+    reply = client.request(LoggerSettingsReadRequest(), LoggerSettingsReadReply)
+    return StoredLoggerSettings(reply.origin, reply.settings, reply.rate_max_hz)
+
+
+def write_settings(client: Client, settings: LoggerSettings) -> StoredLoggerSettings:
+    """Has the settings stored, reads them back and compares; the settings then in force.
+
+    Raises:
+        BoardError: the logger refused; its settings are unchanged.
+        VerifyError: it holds something else than was sent.
+    """
+    client.request(LoggerSettingsWriteRequest(settings), LoggerSettingsWriteReply)
+    stored = read_settings(client)
+    if stored.settings != settings:
+        raise VerifyError(
+            what=f"The logger holds {stored.settings}, but {settings} was sent.",
+            meaning="It would record otherwise than you asked for.",
+            next_step="Run the same command again; if it recurs, replace the board.",
+        )
+    return stored
+
+
+def _needed_us(bus_khz: int) -> int:
+    return IMUS_PER_BUS * burst_us(bus_khz) + SAMPLING_MARGIN_US
+
+
+def _among(what: str, value: int, choices: tuple[int, ...], unit: str) -> None:
+    if value not in choices:
+        raise _refused(
+            f"The {what} cannot be {value} {unit}", f"one of {', '.join(map(str, choices))} {unit}"
+        )
+
+
+def _within(what: str, value: int, least: int, most: int, unit: str) -> None:
+    if not least <= value <= most:
+        raise _refused(f"The {what} cannot be {value}{unit}", f"{least} to {most}{unit}")
+
+
+def _refused(what: str, allowed: str) -> UsageError:
+    return UsageError(
+        what=f"{what}: {allowed}.",
+        meaning="Nothing was sent; the logger keeps its settings.",
+        next_step="tfsat-host logger-settings set --help",
+    )
