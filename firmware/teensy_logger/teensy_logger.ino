@@ -13,8 +13,11 @@
 #include "src/drivers/board_identity.h"
 #include "src/drivers/cycle_entropy.h"
 #include "src/drivers/edge_inputs.h"
+#include "src/drivers/flash_memory.h"
 #include "src/drivers/lpi2c_bus.h"
+#include "src/drivers/sample_timer.h"
 #include "src/drivers/sd_block_sink.h"
+#include "src/drivers/sd_log_archive.h"
 #include "src/drivers/usb_stream.h"
 
 namespace {
@@ -33,18 +36,19 @@ AngleAdc angle_adc(kAnglePins);
 // Release switches to ground on 2 and 3 (closed = low), stroke line of the sequencer on 4.
 EdgeInputs inputs(EdgeInputs::Pins{{2, 3}, 4});
 
-SdBlockSink card;
+CardSlot card_slot;
+SdBlockSink card(card_slot);
+SdLogArchive archive(card_slot);
+FlashMemory memory;
 UsbStream usb;
 CycleEntropy entropy;
-DMAMEM Block ring_blocks[kRingBlocks];
-const Settings settings;
-Logger board(Ports{bus_a, bus_b, angle_adc, inputs, card, usb, entropy}, read_identity(), settings,
-             ring_blocks, kRingBlocks);
-IntervalTimer sampling_timer;
 
-// Sampling takes about 0.9 ms. It comes before the main loop and after everything that only takes
-// microseconds: the clock (32), edges (64) and USB (128).
-constexpr uint8_t kSamplingPriority = 192;
+void on_sampling_timer();
+PeriodicTimer timer(on_sampling_timer);
+
+DMAMEM Block ring_blocks[kRingBlocks];
+Logger board(Ports{bus_a, bus_b, angle_adc, inputs, timer, card, archive, memory, usb, entropy},
+             read_identity(), ring_blocks, kRingBlocks);
 
 void on_sampling_timer() { board.sample(now_us()); }
 
@@ -56,8 +60,7 @@ void setup() {
   bus_b.begin();
   angle_adc.begin();
   inputs.begin();
-  sampling_timer.priority(kSamplingPriority);
-  sampling_timer.begin(on_sampling_timer, 1e6f / settings.rate_hz);
+  board.begin();
 }
 
 void loop() {

@@ -35,6 +35,9 @@ void delayMicroseconds(uint32_t us);
 }
 inline void analogReadResolution(unsigned int bits) { analogReadRes(bits); }
 
+#define noInterrupts() __asm__ volatile("cpsid i" ::: "memory")
+#define interrupts() __asm__ volatile("cpsie i" ::: "memory")
+
 typedef enum { IRQ_GPIO6789 = 157 } IRQ_NUMBER_t;
 #define NVIC_SET_PRIORITY(irq, priority) \
   (*reinterpret_cast<volatile uint8_t*>(0xE000E400u + (irq)) = static_cast<uint8_t>(priority))
@@ -52,7 +55,10 @@ typedef struct {
   volatile uint32_t MSR;
   volatile uint32_t MIER;
   volatile uint32_t MDER;
-  volatile uint32_t MCFGR[4];
+  volatile uint32_t MCFGR0;
+  volatile uint32_t MCFGR1;
+  volatile uint32_t MCFGR2;
+  volatile uint32_t MCFGR3;
   const uint32_t reserved_30[4];
   volatile uint32_t MDMR;
   const uint32_t reserved_44;
@@ -73,6 +79,7 @@ static_assert(offsetof(IMXRT_LPI2C_t, MTDR) == 0x60 && offsetof(IMXRT_LPI2C_t, M
 
 #define LPI2C_MCR_RRF (static_cast<uint32_t>(1u << 9))
 #define LPI2C_MCR_RTF (static_cast<uint32_t>(1u << 8))
+#define LPI2C_MCR_MEN (static_cast<uint32_t>(1u << 0))
 #define LPI2C_MSR_BBF (static_cast<uint32_t>(1u << 25))
 #define LPI2C_MSR_MBF (static_cast<uint32_t>(1u << 24))
 #define LPI2C_MSR_PLTF (static_cast<uint32_t>(1u << 13))
@@ -80,6 +87,8 @@ static_assert(offsetof(IMXRT_LPI2C_t, MTDR) == 0x60 && offsetof(IMXRT_LPI2C_t, M
 #define LPI2C_MSR_ALF (static_cast<uint32_t>(1u << 11))
 #define LPI2C_MSR_NDF (static_cast<uint32_t>(1u << 10))
 #define LPI2C_MSR_SDF (static_cast<uint32_t>(1u << 9))
+#define LPI2C_MCFGR1_PRESCALE(n) (static_cast<uint32_t>(((n) & 0x07) << 0))
+#define LPI2C_MCFGR2_BUSIDLE(n) (static_cast<uint32_t>(((n) & 0xFFF) << 0))
 #define LPI2C_MTDR_CMD_TRANSMIT (static_cast<uint32_t>(0u << 8))
 #define LPI2C_MTDR_CMD_RECEIVE (static_cast<uint32_t>(1u << 8))
 #define LPI2C_MTDR_CMD_STOP (static_cast<uint32_t>(2u << 8))
@@ -96,8 +105,17 @@ extern usb_serial_class Serial;
 
 class IntervalTimer {
  public:
-  bool begin(void (*function)(), float period_us);
+  using callback_t = void (*)(void);  // 1.59 takes more, but this is what all versions take
+  ~IntervalTimer() { end(); }
+  template <typename period_t>
+  bool begin(callback_t function, period_t period_us) {
+    return begin_cycles(function, static_cast<uint32_t>(24.0f * period_us));
+  }
+  void end();
   void priority(uint8_t level);
+
+ private:
+  bool begin_cycles(callback_t function, uint32_t cycles);
 };
 
 void setup();

@@ -1,10 +1,14 @@
-// Stand-in for the SdFat library (2.1.2 and later); see Arduino.h here.
+// Stand-in for the SdFat library as Teensyduino 1.59 ships it (2.1.2); see Arduino.h here. What a
+// class inherits stands in the class that declares it.
 #pragma once
 
 #include <Arduino.h>
 #include <fcntl.h>
 
+typedef int oflag_t;
+
 #define FIFO_SDIO 0
+enum { SD_CARD_ERROR_NONE };
 
 class SdioConfig {
  public:
@@ -14,33 +18,56 @@ class SdioConfig {
 typedef struct {
   uint8_t bytes[16];
 } cid_t;
+typedef struct {
+  uint8_t bytes[16];
+} csd_t;
 
-class SdCard {
+class FsBlockDeviceInterface {
  public:
-  bool readCID(cid_t* cid);
-  bool isBusy();
-  bool writeSector(uint32_t sector, const uint8_t* data);
-  bool syncDevice();
+  virtual ~FsBlockDeviceInterface() {}
+  virtual bool isBusy() = 0;
+  virtual bool syncDevice() = 0;
+  virtual bool writeSector(uint32_t sector, const uint8_t* data) = 0;
 };
 
-class SdFs {
+class SdCardInterface : public FsBlockDeviceInterface {
+ public:
+  virtual uint8_t errorCode() const = 0;
+  virtual bool readCID(cid_t* cid) = 0;
+  virtual bool readCSD(csd_t* csd) = 0;
+  virtual uint32_t status();
+};
+typedef SdCardInterface SdCard;
+
+class FsVolume {
+ public:
+  bool exists(const char* path);
+  uint32_t sectorsPerCluster() const;
+};
+
+class SdFs : public FsVolume {
  public:
   bool cardBegin(SdioConfig config);
   bool volumeBegin();
-  bool exists(const char* path);
+  uint32_t freeClusterCount();
   SdCard* card();
 };
 
-class FsFile {
+class FsBaseFile {
  public:
-  bool open(SdFs* volume, const char* path, int flags);
-  bool isOpen() const;
-  bool preAllocate(uint64_t length);
-  bool seekSet(uint64_t position);
-  size_t write(const void* data, size_t size);
-  bool sync();
   bool contiguousRange(uint32_t* first_sector, uint32_t* last_sector);
-  bool truncate(uint64_t length);
+  uint64_t fileSize() const;
+  size_t getName(char* name, size_t size);
+  bool isOpen() const;
+  bool open(FsVolume* volume, const char* path, oflag_t flags);
+  bool openNext(FsBaseFile* directory, oflag_t flags = O_RDONLY);
+  bool openRoot(FsVolume* volume);
+  bool preAllocate(uint64_t length);
+  int read(void* data, size_t size);
   bool remove();
-  bool close();
+  bool seekSet(uint64_t position);
+  bool sync();
+  bool truncate(uint64_t length);
+  size_t write(const void* data, size_t size);
 };
+class FsFile : public FsBaseFile {};

@@ -2,6 +2,7 @@
 #include <Arduino.h>
 #include <SdFat.h>
 #include <Wire.h>
+#include <avr/eeprom.h>
 
 usb_serial_class Serial;
 TwoWire Wire, Wire1;
@@ -17,6 +18,8 @@ void analogReadAveraging(unsigned int) {}
 uint32_t micros(void) { return 0; }
 uint32_t millis(void) { return 0; }
 void delayMicroseconds(uint32_t) {}
+void eeprom_read_block(void*, const void*, uint32_t) {}
+void eeprom_write_block(const void*, void*, uint32_t) {}
 }
 
 int usb_serial_class::read() { return -1; }
@@ -24,31 +27,35 @@ size_t usb_serial_class::write(const uint8_t*, size_t) { return 0; }
 int usb_serial_class::availableForWrite() { return 0; }
 usb_serial_class::operator bool() { return false; }
 
-bool IntervalTimer::begin(void (*)(), float) { return true; }
+bool IntervalTimer::begin_cycles(callback_t, uint32_t) { return true; }
+void IntervalTimer::end() {}
 void IntervalTimer::priority(uint8_t) {}
 
 void TwoWire::begin() {}
 void TwoWire::setClock(uint32_t) {}
 
 SdioConfig::SdioConfig(uint8_t) {}
-bool SdCard::readCID(cid_t*) { return false; }
-bool SdCard::isBusy() { return false; }
-bool SdCard::writeSector(uint32_t, const uint8_t*) { return false; }
-bool SdCard::syncDevice() { return false; }
+uint32_t SdCardInterface::status() { return 0; }
+bool FsVolume::exists(const char*) { return false; }
+uint32_t FsVolume::sectorsPerCluster() const { return 0; }
 bool SdFs::cardBegin(SdioConfig) { return false; }
 bool SdFs::volumeBegin() { return false; }
-bool SdFs::exists(const char*) { return false; }
+uint32_t SdFs::freeClusterCount() { return 0; }
 SdCard* SdFs::card() { return nullptr; }
-bool FsFile::open(SdFs*, const char*, int) { return false; }
-bool FsFile::isOpen() const { return false; }
-bool FsFile::preAllocate(uint64_t) { return false; }
-bool FsFile::seekSet(uint64_t) { return false; }
-size_t FsFile::write(const void*, size_t) { return 0; }
-bool FsFile::sync() { return false; }
-bool FsFile::contiguousRange(uint32_t*, uint32_t*) { return false; }
-bool FsFile::truncate(uint64_t) { return false; }
-bool FsFile::remove() { return false; }
-bool FsFile::close() { return false; }
+bool FsBaseFile::contiguousRange(uint32_t*, uint32_t*) { return false; }
+uint64_t FsBaseFile::fileSize() const { return 0; }
+size_t FsBaseFile::getName(char*, size_t) { return 0; }
+bool FsBaseFile::isOpen() const { return false; }
+bool FsBaseFile::open(FsVolume*, const char*, oflag_t) { return false; }
+bool FsBaseFile::openNext(FsBaseFile*, oflag_t) { return false; }
+bool FsBaseFile::openRoot(FsVolume*) { return false; }
+bool FsBaseFile::preAllocate(uint64_t) { return false; }
+int FsBaseFile::read(void*, size_t) { return -1; }
+bool FsBaseFile::remove() { return false; }
+bool FsBaseFile::seekSet(uint64_t) { return false; }
+bool FsBaseFile::sync() { return false; }
+bool FsBaseFile::truncate(uint64_t) { return false; }
+size_t FsBaseFile::write(const void*, size_t) { return 0; }
 
 extern "C" void Reset_Handler() {
   extern void (*__init_array_start[])();

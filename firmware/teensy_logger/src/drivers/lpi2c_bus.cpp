@@ -5,15 +5,20 @@ namespace logger {
 
 namespace {
 
-constexpr uint32_t kClockHz = 400000;
+constexpr uint32_t kLpi2cMhz = 24;                   // Wire's begin() chooses the 24 MHz oscillator
 constexpr uint32_t kFifoWords = 4;                   // transmit and receive FIFO (PARAM register)
 constexpr uint32_t kFifoCountMask = 0x07;            // MFSR: transmit count bits 2-0, receive 18-16
 constexpr uint32_t kReceiveCountShift = 16;
 constexpr uint32_t kAllFlags = 0x00007F00;           // MSR: the flags that are cleared by writing 1
-constexpr uint32_t kBusFreeUs = 200;  // Wire's setClock() has a bus taken for idle after 150 us
+constexpr uint32_t kHalfClockUs = 2;                 // of the nine clocks that free a bus
 constexpr uint32_t kBroken = LPI2C_MSR_ALF | LPI2C_MSR_FEF | LPI2C_MSR_PLTF;
 
 }  // namespace
+
+void Lpi2cBus::set_clock(uint16_t khz) {
+  khz_ = khz;
+  restart();
+}
 
 void Lpi2cBus::start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) {
   begin_transfer(data, size);
@@ -22,6 +27,7 @@ void Lpi2cBus::start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t s
   push(LPI2C_MTDR_CMD_START | static_cast<uint32_t>(address << 1) | 1u);
   push(LPI2C_MTDR_CMD_RECEIVE | static_cast<uint32_t>(size - 1));
   push(LPI2C_MTDR_CMD_STOP);
+  poll();  // the first words go out now; the FIFO keeps the bus at work until the next call
 }
 
 void Lpi2cBus::start_write(uint8_t address, uint8_t reg, uint8_t value) {
@@ -30,6 +36,7 @@ void Lpi2cBus::start_write(uint8_t address, uint8_t reg, uint8_t value) {
   push(LPI2C_MTDR_CMD_TRANSMIT | reg);
   push(LPI2C_MTDR_CMD_TRANSMIT | value);
   push(LPI2C_MTDR_CMD_STOP);
+  poll();
 }
 
 void Lpi2cBus::begin_transfer(uint8_t* data, uint8_t size) {
@@ -49,7 +56,7 @@ void Lpi2cBus::begin_transfer(uint8_t* data, uint8_t size) {
 bool Lpi2cBus::take_bus(uint32_t waited_us) {
   const uint32_t status = port_.MSR;
   if ((status & LPI2C_MSR_BBF) != 0 && (status & LPI2C_MSR_MBF) == 0) {
-    if (waited_us > kBusFreeUs) end(I2cResult::kStuck);
+    if (waited_us > kI2cStuckUs) end(I2cResult::kStuck);
     return false;
   }
   port_.MSR = kAllFlags;
@@ -59,12 +66,15 @@ bool Lpi2cBus::take_bus(uint32_t waited_us) {
 I2cResult Lpi2cBus::poll() {
   if (result_ != I2cResult::kBusy) return result_;
   const uint32_t waited_us = micros() - began_us_;
-  const bool late = waited_us > kI2cDeadlineUs;
+  const bool late = waited_us > i2c_deadline_us(khz_);
   if (!bus_taken_) {
     bus_taken_ = take_bus(waited_us);
     if (!bus_taken_) return result_;
   }
-  if (nacked_) return late || (port_.MSR & LPI2C_MSR_SDF) ? end_after_nack() : I2cResult::kBusy;
+  if (nacked_) {
+    const bool stopped = (port_.MSR & LPI2C_MSR_SDF) != 0;
+    return stopped || late ? give_up(I2cResult::kNack) : I2cResult::kBusy;
+  }
 
   feed();
   drain();
@@ -75,10 +85,10 @@ I2cResult Lpi2cBus::poll() {
     nacked_ = true;
     return I2cResult::kBusy;
   }
-  if ((status & kBroken) != 0 || late) return end(I2cResult::kTimeout);
+  if ((status & kBroken) != 0) return give_up(I2cResult::kTimeout);
   const bool all_sent = commands_sent_ == command_count_ && (port_.MFSR & kFifoCountMask) == 0;
   if (all_sent && received_ == size_ && (status & LPI2C_MSR_SDF)) return end(I2cResult::kDone);
-  return I2cResult::kBusy;
+  return late ? give_up(I2cResult::kTimeout) : I2cResult::kBusy;
 }
 
 void Lpi2cBus::feed() {
@@ -94,11 +104,10 @@ void Lpi2cBus::drain() {
   }
 }
 
-// The stop after a missing acknowledge is out. A fresh start leaves no flag and no word behind that
-// the bus's other sensor would trip over.
-I2cResult Lpi2cBus::end_after_nack() {
+// A fresh start leaves no flag and no word behind that the next transfer would trip over.
+I2cResult Lpi2cBus::give_up(I2cResult result) {
   restart();
-  return end(I2cResult::kNack);
+  return end(result);
 }
 
 // I2C-bus specification UM10204 rev. 7, 3.1.16: nine clocks free a slave that holds the data line;
@@ -109,22 +118,29 @@ void Lpi2cBus::recover() {
   digitalWrite(scl_pin_, HIGH);
   for (uint8_t clock = 0; clock < 9 && digitalRead(sda_pin_) == LOW; ++clock) {
     digitalWrite(scl_pin_, LOW);
-    delayMicroseconds(5);
+    delayMicroseconds(kHalfClockUs);
     digitalWrite(scl_pin_, HIGH);
-    delayMicroseconds(5);
+    delayMicroseconds(kHalfClockUs);
   }
   pinMode(sda_pin_, OUTPUT_OPENDRAIN);
   digitalWrite(sda_pin_, LOW);
-  delayMicroseconds(5);
+  delayMicroseconds(kHalfClockUs);
   digitalWrite(sda_pin_, HIGH);
-  delayMicroseconds(5);
+  delayMicroseconds(kHalfClockUs);
   restart();
 }
 
-// Wire's begin() resets the master, gives it its pins back and waits for nothing.
+// Wire's begin() resets the master, gives it its pins back and waits for nothing. Its setClock()
+// knows 100 and 400 kHz, and has a new master take the bus for busy until it was idle for 250 or
+// 150 us: with no other master, a bit time is enough. MCFGR2 may be written while MEN is 0.
 void Lpi2cBus::restart() {
   wire_.begin();
-  wire_.setClock(kClockHz);
+  wire_.setClock(khz_ * 1000u);
+  const uint32_t prescaler = port_.MCFGR1 & LPI2C_MCFGR1_PRESCALE(7);
+  const uint32_t idle_cycles = kI2cIdleUs * (kLpi2cMhz >> prescaler);
+  port_.MCR = 0;
+  port_.MCFGR2 = (port_.MCFGR2 & ~LPI2C_MCFGR2_BUSIDLE(0xFFF)) | LPI2C_MCFGR2_BUSIDLE(idle_cycles);
+  port_.MCR = LPI2C_MCR_MEN;
 }
 
 }  // namespace logger

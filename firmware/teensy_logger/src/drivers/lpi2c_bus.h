@@ -1,14 +1,16 @@
 // One LPI2C master of the i.MX RT1062, polled.
 //
-// Wire starts the clocks and sets the pins; transfers go to the registers directly, because Wire
-// can wait 16 to 50 ms for a bus that is held low, and cannot work on two buses at once. Source:
-// i.MX RT1060 Processor Reference Manual rev. 3, chapter 47 (LPI2C).
+// Wire starts the clocks and sets pins and bit timing; transfers go to the registers directly,
+// because Wire can wait 16 to 50 ms for a bus that is held low, and cannot work on two buses at
+// once. Sources: i.MX RT1060 Processor Reference Manual rev. 3, chapter 47 (LPI2C); WireIMXRT.cpp
+// of Teensyduino's Wire.
 #pragma once
 
 #include <Arduino.h>
 #include <Wire.h>
 
 #include "../core/ports.h"
+#include "../core/timing.h"
 
 namespace tfsat {
 namespace logger {
@@ -21,6 +23,7 @@ class Lpi2cBus final : public I2cBus {
 
   void begin() { restart(); }
 
+  void set_clock(uint16_t khz) override;
   void start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) override;
   void start_write(uint8_t address, uint8_t reg, uint8_t value) override;
   I2cResult poll() override;
@@ -28,13 +31,14 @@ class Lpi2cBus final : public I2cBus {
 
  private:
   static constexpr uint8_t kMaxCommands = 5;
+  static constexpr uint16_t kFastKhz = 400;
 
   void begin_transfer(uint8_t* data, uint8_t size);
   void push(uint32_t command) { commands_[command_count_++] = static_cast<uint16_t>(command); }
   bool take_bus(uint32_t waited_us);
   void feed();
   void drain();
-  I2cResult end_after_nack();
+  I2cResult give_up(I2cResult result);
   I2cResult end(I2cResult result) { return result_ = result; }
   void restart();
 
@@ -49,6 +53,7 @@ class Lpi2cBus final : public I2cBus {
   uint8_t received_ = 0;
   uint8_t sda_pin_;
   uint8_t scl_pin_;
+  uint16_t khz_ = kFastKhz;
   I2cResult result_ = I2cResult::kStuck;
   bool bus_taken_ = false;
   bool nacked_ = false;
