@@ -305,7 +305,10 @@ enums:
       doc: 'The time after the landing was over.'
     3:
       id: file_full
-      doc: 'The file had no more room.'
+      doc: 'The file had no more room; before a release the recording goes on in the next.'
+    4:
+      id: card_gone
+      doc: 'The card took nothing, and more samples would have cost RAM the drop.'
   block_kind:
     1:
       id: header

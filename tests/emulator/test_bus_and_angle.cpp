@@ -42,6 +42,7 @@ TEST_CASE(bus_transfers_take_their_time) {
   CHECK(I2cBus::read_duration_us(14, 400000) == 390);
   CHECK(I2cBus::read_duration_us(6, 400000) == 210);
   CHECK(I2cBus::write_duration_us(1, 400000) == 73);
+  CHECK(I2cBus::nack_duration_us(400000) == 28);
 }
 
 TEST_CASE(angle_sensors_of_a_pair_count_against_each_other) {

@@ -1,6 +1,7 @@
 #include "sensors/mpu6050.h"
 
 #include <cstring>
+#include <initializer_list>
 
 #include "check.h"
 
@@ -63,7 +64,7 @@ TEST_CASE(mpu_scales_quantises_and_orders_its_burst) {
   CHECK(r.gyro[2] == 1.0);  // 0.655 LSB
   CHECK(r.accel[0] == 0.0);
   CHECK(r.accel[2] == 16384.0);
-  CHECK(r.temperature == -3920.0);  // (25 - 36.53) * 340
+  CHECK_NEAR(r.temperature, -3920.0, 20.0);  // (25 - 36.53) * 340, noise of 3.4
   set(chip, kGyroConfig, 0x18);
   set(chip, kAccelConfig, 0x10);
   chip.sample(102000, {10.0 * kDeg, -20.0 * kDeg, 0.01 * kDeg}, {0, 0, kG}, 25.0);
@@ -263,4 +264,40 @@ TEST_CASE(mpu_faults) {
   uint8_t byte = 0;
   CHECK(!chip.read(kWhoAmI, &byte, 1));
   CHECK(!chip.write(kConfig, &byte, 1));
+}
+
+TEST_CASE(mpu_output_moves_by_its_temperature_s_noise_alone) {
+  Mpu6050 chip = started(Mpu6050Parameters(), 3, {});
+  double sum = 0.0, squares = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    chip.sample(static_cast<uint64_t>(101000 + 1000 * k), {}, {0, 0, kG}, 25.0);
+    const double error = burst(chip).temperature + 3920.0;
+    sum += error;
+    squares += error * error;
+  }
+  CHECK_NEAR(sum / 2000, 0.0, 0.5);
+  CHECK_NEAR(std::sqrt(squares / 2000), 3.4, 0.3);
+}
+
+TEST_CASE(mpu_freezes_of_two_kinds) {
+  for (const Mpu6050Fault fault : {Mpu6050Fault::kFrozen, Mpu6050Fault::kFrozenUntilReset}) {
+    Mpu6050 chip = started(Mpu6050Parameters(), 3, {1, 0, 0});
+    const double before = burst(chip).gyro[0];
+    chip.set_fault(fault);
+    set(chip, kPwrMgmt1, kDeviceReset);
+    chip.sample(150000, {2, 0, 0}, {0, 0, kG}, 25.0);
+    CHECK(get(chip, kPwrMgmt1) == 0x40 && get(chip, kConfig) == 0);
+    set(chip, kPwrMgmt1, 0x01);
+    set(chip, kGyroConfig, 0x08);
+    chip.sample(250000, {2, 0, 0}, {0, 0, kG}, 25.0);
+    const bool cured = fault == Mpu6050Fault::kFrozenUntilReset;
+    CHECK(burst(chip).gyro[0] == (cured ? std::nearbyint(2.0 * 65.5 / kDeg) : before));
+  }
+}
+
+TEST_CASE(mpu_replaced_by_another_part_sleeps_and_says_so) {
+  Mpu6050 chip = started(Mpu6050Parameters(), 3, {1, 0, 0});
+  chip.replace(0x70, 200000);
+  CHECK(get(chip, kWhoAmI) == 0x70 && get(chip, kPwrMgmt1) == 0x40);
+  CHECK(burst(chip).gyro[0] == 0.0);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstring>
+#include <set>
 #include <vector>
 
 #include "../../firmware/teensy_logger/src/core/block_layout.h"
@@ -51,6 +52,7 @@ class FakeCard final : public tfsat::logger::BlockSink {
     std::memcpy(blocks.at(index).bytes, block, sizeof blocks[index].bytes);
     ++writes;
     unsynced.push_back(index);
+    busy_until_us = t_us + write_us;
     return ErrorCode::kNone;
   }
   ErrorCode sync() override {
@@ -58,6 +60,7 @@ class FakeCard final : public tfsat::logger::BlockSink {
     if (lost_contact) return ErrorCode::kCardWriteFailed;
     unsynced.clear();
     sync_times_us.push_back(t_us);
+    busy_until_us = t_us + sync_us;
     return ErrorCode::kNone;
   }
   ErrorCode close(uint32_t n_blocks) override {
@@ -68,6 +71,8 @@ class FakeCard final : public tfsat::logger::BlockSink {
     ++closes;
     return ErrorCode::kNone;
   }
+  ErrorCode inspect(uint32_t) override { return open_error; }
+  uint32_t free_mib() override { return 1000; }
 
   void notice_loss() {
     if (t_us >= gone_until_us || lost_contact) return;
@@ -83,6 +88,7 @@ class FakeCard final : public tfsat::logger::BlockSink {
   ErrorCode poll_error = ErrorCode::kNone;
   uint64_t t_us = 0;
   uint64_t busy_until_us = 0;
+  uint32_t write_us = 0, sync_us = 0;  // busy after a block, after a sync
   uint64_t gone_until_us = 0;
   bool busy_when_gone = false;
   bool lost_contact = false;
@@ -110,12 +116,15 @@ inline bool whole(const Block& block, BlockHeader& head) {
   return head.magic == kBlockMagic && head.version == kBlockVersion;
 }
 
+// Copies of a block are read once: the first that is whole.
 inline Recording read_recording(const std::vector<Block>& blocks, size_t n) {
   using namespace tfsat::protocol;
   Recording recording;
+  std::set<uint32_t> seen;
   for (size_t i = 0; i < n && i < blocks.size(); ++i) {
     BlockHeader head;
     if (!whole(blocks[i], head)) break;
+    if (!seen.insert(head.block_number).second) continue;
     recording.heads.push_back(head);
     const uint8_t* bytes = blocks[i].bytes;
     if (head.kind == BlockKind::kHeader) {
@@ -136,6 +145,15 @@ inline Recording read_recording(const std::vector<Block>& blocks, size_t n) {
     }
   }
   return recording;
+}
+
+inline std::vector<tfsat::protocol::Event> events_of(const Recording& recording,
+                                                     tfsat::protocol::EventCode code) {
+  std::vector<tfsat::protocol::Event> found;
+  for (const tfsat::protocol::Event& event : recording.events) {
+    if (event.code == code) found.push_back(event);
+  }
+  return found;
 }
 
 }  // namespace tfsat_test

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-_ENUMS = {"kind": "BlockKind", "code": "EventCode"}
+_ENUMS = {"kind": "BlockKind", "code": "EventCode", "stop_reason": "StopReason"}
 
 _HEAD = """\
 #pragma once

@@ -14,13 +14,14 @@ using tfsat_test::Recording;
 namespace {
 
 constexpr uint32_t kSession = 0xC0FFEE;
+constexpr uint64_t kUnixAtZeroUs = 1790000000000000u;
 
 struct Bench {
   explicit Bench(uint32_t capacity, uint32_t max_blocks = 100000)
       : memory(capacity), ring(memory.data(), capacity), builder(ring) {
     LogHeader header = {};
     header.rate_hz = 280.0f;
-    builder.begin(kSession, header, max_blocks);
+    builder.begin(kSession, header, kUnixAtZeroUs, max_blocks);
   }
   void sample() {
     Sample sample = {};
@@ -125,6 +126,18 @@ TEST_CASE(the_header_comes_again) {
     CHECK((head.kind == BlockKind::kHeader) == copy);
   }
   CHECK(recording.headers.size() == 5);
+  size_t copy = 0;
+  for (const BlockHeader& head : recording.heads) {
+    if (head.kind != BlockKind::kHeader) continue;
+    CHECK(recording.headers[copy++].wall_clock_us == kUnixAtZeroUs + head.time_us);
+  }
+}
+
+TEST_CASE(a_clock_that_nobody_set_tells_nothing) {
+  Bench bench(8);
+  bench.builder.begin(kSession, LogHeader(), 0, 100);
+  bench.sample();
+  CHECK(bench.recording().headers[0].wall_clock_us == 0);
 }
 
 TEST_CASE(samples_that_find_no_room_are_counted_and_noted) {
@@ -149,12 +162,34 @@ TEST_CASE(the_footer_always_finds_room_in_the_file) {
   for (int i = 0; i < 100; ++i) bench.sample();
   CHECK(bench.builder.file_full() && bench.builder.blocks() == 9);
   bench.t_us += 77000;
-  CHECK(bench.builder.add_footer(bench.t_us));
+  LogFooter known = {};
+  known.card_stall_max_ms = 71;
+  known.blocks_rewritten = 5;
+  known.stop_reason = StopReason::kFileFull;
+  CHECK(bench.builder.add_footer(bench.t_us, known));
   const Recording recording = bench.recording();
   CHECK(recording.heads.size() == 10 && recording.heads.back().kind == BlockKind::kFooter);
   CHECK(recording.samples.size() == 7 * 6 && recording.headers.size() == 2);
   const LogFooter& footer = recording.footers.at(0);
   CHECK(footer.samples == 100 && footer.samples_dropped == 58 && footer.blocks == 10);
   CHECK(footer.interval_min_us == 1000 && footer.interval_max_us == 1000);
-  CHECK(footer.ring_peak_blocks == 9);
+  CHECK(footer.ring_peak_blocks == 9 && footer.ring_blocks == 64);
+  CHECK(footer.card_stall_max_ms == 71 && footer.blocks_rewritten == 5);
+  CHECK(footer.stop_reason == StopReason::kFileFull && footer.late_ticks == 0);
+  CHECK_NEAR(footer.jitter_rms_us, 1e6 / 280 - 1000, 0.01);  // the bench samples at 1 kHz
+}
+
+TEST_CASE(room_in_the_file_is_given_away_but_not_what_is_needed_next) {
+  Bench bench(64, 40);
+  for (int i = 0; i < 60; ++i) bench.sample();
+  const uint32_t made = bench.builder.blocks();
+  CHECK(bench.builder.room() == 40 - made - 1);
+  CHECK(bench.builder.give_room(5) == 5 && bench.builder.room() == 40 - made - 1 - 5);
+  CHECK(bench.builder.give_room(100) == 40u - made - 1 - 5 - 4 && bench.builder.room() == 4);
+  CHECK(bench.builder.give_room(100) == 0);
+  for (int i = 0; i < 100; ++i) bench.sample();
+  CHECK(bench.builder.file_full() && bench.builder.blocks() == made + 4);
+  bench.builder.add_room(1);
+  for (int i = 0; i < 100; ++i) bench.sample();
+  CHECK(bench.builder.blocks() == made + 5);
 }

@@ -12,20 +12,36 @@ from tests.logger.golden_blocks import write_header
 
 HERE = Path(__file__).parent
 CORE = REPOSITORY / "firmware" / "teensy_logger" / "src" / "core"
-RECORDER = ["block_builder", "card_writer", "recorder"]
+RECORDER = ["block_builder", "card_writer", "drop_watch", "../release/release_detector", "recorder"]
+SENSORS = ["settings", "mpu6050", "sampler"]
+LOGGER = [*RECORDER, *SENSORS, "log_server", "request_server", "logger"]
 CORE_SOURCES: dict[str, list[str]] = {
     "ring": [],
+    "interval_stats": [],
     "builder": ["block_builder"],
+    "drop_watch": ["drop_watch", "../release/release_detector"],
     "recorder": RECORDER,
-    "sensors": ["mpu6050", "sampler"],
-    "board": [*RECORDER, "mpu6050", "sampler", "logger"],
+    "card_trouble": RECORDER,
+    "rewrite": RECORDER,
+    "ram": RECORDER,
+    "log_server": [*RECORDER, "log_server"],
+    "settings_store": ["settings"],
+    "settings": ["settings"],
+    "sensors": SENSORS,
+    "sampling_faults": SENSORS,
+    "core": LOGGER,
+    "board": LOGGER,
+    "requests": LOGGER,
+    "long_wait": LOGGER,
 }
+IMU = ["sensors/mpu6050", "sensors/low_pass"]
+BOARD = [*IMU, "sensors/angle_sensor", "card/block_device", "boards/logger_board"]
 EMULATED = {
-    "sensors": ["sensors/mpu6050", "sensors/low_pass"],
-    "board": [
-        *("sensors/mpu6050", "sensors/low_pass", "sensors/angle_sensor"),
-        *("card/block_device", "boards/logger_board"),
-    ],
+    "sensors": IMU,
+    "sampling_faults": IMU,
+    "board": BOARD,
+    "requests": BOARD,
+    "long_wait": BOARD,
 }
 
 

@@ -10,9 +10,50 @@ using tfsat::logger::Block;
 using tfsat::logger::BlockRing;
 using tfsat::logger::SpscQueue;
 
-TEST_CASE(ring_holds_three_seconds_at_1_khz) {
-  CHECK(tfsat::logger::kRingBlocks == 512);
-  CHECK(tfsat::logger::kRingBlocks * tfsat::protocol::kSamplesPerBlock >= 3000);
+TEST_CASE(ring_holds_a_drop_at_1_khz) {
+  using namespace tfsat::protocol;
+  constexpr uint32_t kDropSamples = (kRewriteBeforeReleaseUs + kRewriteAfterReleaseUs) / 1000;
+  CHECK(tfsat::logger::kRingBlocks * kSamplesPerBlock >= kDropSamples + kDropSamples / 20);
+}
+
+TEST_CASE(ring_of_any_capacity_goes_round) {
+  for (const uint32_t capacity : {3u, 7u, 10u}) {
+    std::vector<Block> memory(capacity);
+    BlockRing ring(memory.data(), capacity);
+    uint8_t next = 0;
+    for (uint32_t round = 0; round < 50; ++round) {
+      for (uint32_t i = 0; i < 1 + round % capacity; ++i) {
+        ring.acquire()->bytes[511] = static_cast<uint8_t>(ring.committed());
+        ring.commit();
+      }
+      const uint32_t n = ring.waiting();
+      for (uint32_t i = 0; i < n; ++i) {
+        CHECK(ring.peek(i)->bytes[511] == static_cast<uint8_t>(next + i));
+      }
+      CHECK(ring.peek(n) == nullptr);
+      ring.release(n);
+      next = static_cast<uint8_t>(next + n);
+    }
+  }
+}
+
+TEST_CASE(ring_gives_copies_of_blocks_that_are_still_whole) {
+  std::vector<Block> memory(5);
+  BlockRing ring(memory.data(), 5);
+  Block out;
+  CHECK(ring.oldest() == 0 && !ring.copy(0, out));
+  for (uint8_t i = 0; i < 12; ++i) {
+    ring.acquire()->bytes[0] = i;
+    ring.commit();
+    ring.release();
+    const uint32_t made = i + 1u;
+    CHECK(ring.oldest() == (made < 5 ? 0 : made - 4));  // the fifth may be being overwritten
+    for (uint32_t k = 0; k < made + 2; ++k) {
+      const bool given = ring.copy(k, out);
+      CHECK(given == (k >= ring.oldest() && k < made));
+      CHECK(!given || out.bytes[0] == k);
+    }
+  }
 }
 
 TEST_CASE(ring_refuses_when_full_and_gives_blocks_back_in_order) {

@@ -13,7 +13,7 @@ from tfsat_host.devices.logger_settings import StoredLoggerSettings, read_settin
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.enums import Board, ErrorCode, LoggerState
-from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, SAMPLES_PER_BLOCK
+from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
 from tfsat_host.protocol.messages import (
     ClockSetReply,
     ClockSetRequest,
@@ -33,10 +33,8 @@ from tfsat_host.protocol.messages import (
 
 STOP_TIMEOUT_S = 20.0
 """The ring's blocks may wait for a card that stalls; one that is gone is given up after 15 s (card_writer.h)."""
-START_TIMEOUT_S = 15.0
-"""A card fills its new file with zeros first, which takes 2 to 4 s."""
-RING_BLOCKS = 896
-"""Blocks that the logger's RAM keeps (kRingBlocks of the firmware)."""
+START_TIMEOUT_S = 25.0
+"""A card fills its new file with zeros first; for the largest that the settings allow, a slow one takes 20 s."""
 POLL_S = 0.1
 LIVE_TIMEOUT_S = 1.0
 

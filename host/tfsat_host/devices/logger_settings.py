@@ -11,12 +11,16 @@ from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.limits import (
     AFTER_LANDING_MAX_S,
     AFTER_LANDING_MIN_S,
+    CARD_FILL_MIB_S,
     FILE_MAX_MIB,
     FILE_MIN_MIB,
     IMU_BURST_BITS,
     IMUS_PER_BUS,
+    PARTIAL_BLOCK_MS,
+    RING_BLOCKS,
     SAMPLE_RATE_MAX_HZ,
     SAMPLE_RATE_MIN_HZ,
+    SAMPLES_PER_BLOCK,
     SAMPLING_MARGIN_US,
 )
 from tfsat_host.protocol.messages import (
@@ -61,6 +65,12 @@ def rate_max_hz(bus_khz: int) -> int:
     return min(1_000_000 // _needed_us(bus_khz), SAMPLE_RATE_MAX_HZ)
 
 
+def file_max_mib(rate_hz: int) -> int:
+    """The most room that a recording may ask for: RAM takes its samples while the card fills it with zeros."""
+    blocks_s = max(-(-rate_hz // SAMPLES_PER_BLOCK), 1000 // PARTIAL_BLOCK_MS)
+    return min(CARD_FILL_MIB_S * RING_BLOCKS // blocks_s, FILE_MAX_MIB)
+
+
 def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
     """Why a rate does, or does not, fit."""
     return (
@@ -80,8 +90,17 @@ def check(settings: LoggerSettings) -> None:
     _within(
         "time after the landing", settings.after_landing_s, AFTER_LANDING_MIN_S, AFTER_LANDING_MAX_S, " s"
     )
-    _within("room of a recording", settings.file_mib, FILE_MIN_MIB, FILE_MAX_MIB, " MiB")
     _within("sampling rate", settings.rate_hz, SAMPLE_RATE_MIN_HZ, SAMPLE_RATE_MAX_HZ, " Hz")
+    _within("room of a recording", settings.file_mib, FILE_MIN_MIB, FILE_MAX_MIB, " MiB")
+    if settings.file_mib > file_max_mib(settings.rate_hz):
+        raise UsageError(
+            what=f"A card may need {settings.file_mib / CARD_FILL_MIB_S:.1f} s to fill {settings.file_mib} MiB "
+            f"with zeros; the logger's RAM holds {file_max_mib(settings.rate_hz) / CARD_FILL_MIB_S:.1f} s "
+            f"at {settings.rate_hz} Hz.",
+            meaning="The first samples of a recording would be lost; the logger keeps its settings.",
+            next_step=f"Ask for --file-mib {file_max_mib(settings.rate_hz)}: "
+            "before a release, a recording whose file is full goes on in the next by itself.",
+        )
     if settings.rate_hz > rate_max_hz(settings.bus_khz):
         faster = [khz for khz in BUS_CLOCKS_KHZ if rate_max_hz(khz) >= settings.rate_hz]
         raise UsageError(

@@ -111,7 +111,9 @@ class StopReason(IntEnum):
     LANDING = 2
     """The time after the landing was over."""
     FILE_FULL = 3
-    """The file had no more room."""
+    """The file had no more room; before a release the recording goes on in the next."""
+    CARD_GONE = 4
+    """The card took nothing, and more samples would have cost RAM the drop."""
 
 
 class BlockKind(IntEnum):

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("12bf1a9896ac4117")
+PROTOCOL_HASH = bytes.fromhex("28fcbfb1fe319dac")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -99,6 +99,10 @@ FILE_MIN_MIB = 1
 """Least room."""
 FILE_MAX_MIB = 1024
 """Most."""
+RING_BLOCKS = 896
+"""Blocks that the logger's RAM holds: 5.3 s at 1 kHz, 19 s at 280 Hz."""
+CARD_FILL_MIB_S = 8
+"""A card that fills its file with zeros slower than this is too slow; the ring takes the samples meanwhile."""
 LANDING_SHOCK_G = 6
 """A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g."""
 LANDING_EARLIEST_US = 300000

@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: eb690344051fabd9475c1fa6fb42a61c7aafeb90267710dca0329fc7d652b1ac
+# sha256 of protocol/tfsat_log.ksy: d798849f8a4851c96f55fb0eee59191a391a420f564daf4d2ea8f6b4eca8bcb3
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors
@@ -41,6 +41,7 @@ class TfsatLog(KaitaiStruct):
         host = 1
         landing = 2
         file_full = 3
+        card_gone = 4
     def __init__(self, _io, _parent=None, _root=None):
         super(TfsatLog, self).__init__(_io)
         self._parent = _parent

@@ -38,6 +38,15 @@ void BlockBuilder::begin(uint32_t session, const protocol::LogHeader& header,
   blocks_ = 0;
 }
 
+// The interrupt may be about to fill a block, and a header before it.
+uint32_t BlockBuilder::give_room(uint32_t wanted) {
+  constexpr uint32_t kSoon = 4;
+  const uint32_t free = room() > kSoon ? room() - kSoon : 0;
+  const uint32_t given = wanted < free ? wanted : free;
+  max_blocks_ = max_blocks_ - given;
+  return given;
+}
+
 void BlockBuilder::add_sample(uint64_t t_us, Sample sample) {
   intervals_.add(t_us);
   if (block_ == nullptr && open(t_us) == nullptr) {

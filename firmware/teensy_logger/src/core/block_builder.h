@@ -26,6 +26,10 @@ class BlockBuilder {
              uint32_t max_blocks);
   // No end to the blocks from now on: RAM takes them, not a file.
   void forget_file() { max_blocks_ = UINT32_MAX; }
+  // Main loop. The file has room for so many blocks more.
+  void add_room(uint32_t blocks) { max_blocks_ = max_blocks_ + blocks; }
+  // Main loop. Gives up to so many blocks of room away; returns how many.
+  uint32_t give_room(uint32_t blocks);
 
   // Producer. The sample's time_offset_us is filled in here. A sample that finds no room is
   // counted.
@@ -44,8 +48,13 @@ class BlockBuilder {
   uint32_t samples() const { return samples_.load(std::memory_order_relaxed); }
   uint32_t samples_dropped() const { return dropped_.load(std::memory_order_relaxed); }
   uint32_t blocks() const { return blocks_.load(std::memory_order_relaxed); }
-  // Only the footer still has room in the file.
-  bool file_full() const { return blocks() + 1 >= max_blocks_; }
+  // Blocks that still have room in the file, the footer not counted.
+  uint32_t room() const {
+    const uint32_t made = blocks() + 1;
+    const uint32_t max_blocks = max_blocks_;
+    return made < max_blocks ? max_blocks - made : 0;
+  }
+  bool file_full() const { return room() == 0; }
 
  private:
   Block* open(uint64_t t_us);

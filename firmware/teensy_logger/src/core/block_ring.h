@@ -23,7 +23,7 @@ struct alignas(32) Block {
 
 // 448 KiB of the Teensy's RAM2, which the USB buffers share: 5.3 s at 1 kHz, 19 s at 280 Hz. A drop
 // from a second before the release to four seconds after it fits at every rate.
-constexpr uint32_t kRingBlocks = 896;
+using protocol::kRingBlocks;
 static_assert(kRingBlocks * protocol::kSamplesPerBlock >=
                   (protocol::kRewriteBeforeReleaseUs + protocol::kRewriteAfterReleaseUs) /
                       (1000000u / protocol::kSampleRateMaxHz),
@@ -64,6 +64,11 @@ class BlockRing {
     memcpy(out.bytes, blocks_[index % capacity_].bytes, sizeof out.bytes);
     std::atomic_signal_fence(std::memory_order_seq_cst);
     return committed() - index < capacity_;
+  }
+  // Consumer. The oldest block that copy() may still give.
+  uint32_t oldest() const {
+    const uint32_t made = committed();
+    return made < capacity_ ? 0 : made - capacity_ + 1;
   }
   // Blocks handed over since reset().
   uint32_t committed() const { return head_.load(std::memory_order_acquire); }

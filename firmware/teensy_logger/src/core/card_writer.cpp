@@ -21,10 +21,12 @@ ErrorCode CardWriter::open(uint32_t n_blocks) {
   refused_ = false;
   was_free_ = false;
   closed_ = false;
+  events_.clear();
   return sink_.open(n_blocks);
 }
 
-ErrorCode CardWriter::poll(uint64_t t_us) {
+ErrorCode CardWriter::poll(uint64_t t_us, bool capturing) {
+  capturing_ = capturing;
   if (refused_) {
     if (t_us < retry_at_us_) return ErrorCode::kNone;
     const ErrorCode error = sink_.recover(t_us);
@@ -40,8 +42,10 @@ ErrorCode CardWriter::poll(uint64_t t_us) {
   const ErrorCode error = sink_.poll(t_us);
   if (error != ErrorCode::kNone) return refuse(error, t_us);
   if (sink_.busy()) {
-    // Before it was free for the first time, the file is being prepared, which takes longer.
-    const bool gone = was_free_ && t_us - busy_since_us_ >= kBusyLimitUs;
+    // Before it was free for the first time, the file is being prepared, which takes longer: as
+    // long as the ring has room.
+    if (!was_free_) return ring_low() ? ErrorCode::kCardWriteFailed : ErrorCode::kNone;
+    const bool gone = t_us - busy_since_us_ >= kBusyLimitUs;
     return gone ? refuse(ErrorCode::kCardWriteFailed, t_us) : ErrorCode::kNone;
   }
   busy_since_us_ = t_us;
@@ -68,14 +72,14 @@ ErrorCode CardWriter::write_block(uint64_t t_us, const uint8_t* block) {
   return result;
 }
 
-void CardWriter::rewrite(uint32_t first, uint32_t max_blocks) {
+uint32_t CardWriter::rewrite(uint32_t first, uint32_t max_blocks) {
   const uint32_t end = ring_.committed();
-  const uint32_t oldest = end > ring_.capacity() ? end - ring_.capacity() : 0;
-  if (first < oldest) first = oldest;
+  if (first < ring_.oldest()) first = ring_.oldest();
   if (end - first > max_blocks) first = end - max_blocks;
   rewrite_next_ = first;
   rewrite_safe_ = first;
   rewrite_end_ = end;
+  return end - first;
 }
 
 // New samples take the room of the oldest blocks meanwhile: a block that is gone is passed over.
@@ -95,6 +99,7 @@ ErrorCode CardWriter::rewrite_one(uint64_t t_us) {
 // Half a ring of blocks that only wait to be safe is enough: the other half is for new ones.
 bool CardWriter::sync_due(uint64_t t_us) const {
   if (position_ == safe_position_) return false;
+  if (safe_position_ == 0) return true;  // nothing can be read without the header
   return t_us - unsynced_since_us_ >= protocol::kCardSyncMs * 1000 ||
          unsynced_ >= ring_.capacity() / 2;
 }
@@ -140,10 +145,8 @@ ErrorCode CardWriter::refuse(ErrorCode error, uint64_t t_us) {
   trouble_ = error;
   refused_ = true;
   retry_at_us_ = t_us + kRetryUs;
-  const bool ring_full = ring_.waiting() == ring_.capacity();
-  const bool given_up =
-      (ring_full && refusals_ >= kAttempts) || t_us - refused_since_us_ >= kGiveUpUs;
-  return given_up ? error : ErrorCode::kNone;
+  const bool too_long = !capturing_ && t_us - refused_since_us_ >= kGiveUpUs;
+  return (ring_low() && refusals_ >= kAttempts) || too_long ? error : ErrorCode::kNone;
 }
 
 // The card is free now, or takes blocks again. Preparing the file is no stall: counting begins when

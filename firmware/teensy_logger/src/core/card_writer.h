@@ -24,19 +24,25 @@ class CardWriter {
   // Simplified Specification, sec. Write Timeout).
   static constexpr uint32_t kBusyLimitUs = 1000000;
   static constexpr uint32_t kRetryUs = 100000;
-  // A full ring ends the recording after this many refusals in a row, and time does while nothing
-  // is captured any more that could fill it.
+  // A card that refuses this often in a row is given up when the ring is full but for 1/8 (0.7 s at
+  // 1 kHz: no sample is lost between trying and giving up), or after this time once nothing is
+  // captured any more that could fill it.
   static constexpr uint32_t kAttempts = 3;
   static constexpr uint32_t kGiveUpUs = 15000000;
 
   CardWriter(BlockRing& ring, BlockSink& sink) : ring_(ring), sink_(sink) {}
 
   protocol::ErrorCode open(uint32_t n_blocks);
-  // One step: at most one block or one sync. An error ends the recording.
-  protocol::ErrorCode poll(uint64_t t_us);
+  // One step: at most one block or one sync. An error ends the recording. `capturing`: more blocks
+  // are to come.
+  protocol::ErrorCode poll(uint64_t t_us, bool capturing);
   // Writes the ring's blocks from `first` up to now again, if they are still there; at most
-  // `max_blocks`.
-  void rewrite(uint32_t first, uint32_t max_blocks);
+  // `max_blocks`, the newest. Returns how much room that takes.
+  uint32_t rewrite(uint32_t first, uint32_t max_blocks);
+  // Some of them are still to be written.
+  bool rewriting() const { return rewrite_next_ != rewrite_end_; }
+  // All of them are safe.
+  bool rewritten() const { return rewrite_safe_ == rewrite_end_; }
   // Everything that was in the ring is with the card, and the card is not busy.
   bool drained() {
     return !refused_ && !rewriting() && ring_.waiting() == unsynced_ && !sink_.busy();
@@ -55,10 +61,10 @@ class CardWriter {
   bool take_event(protocol::Event& event);
 
  private:
-  bool rewriting() const { return rewrite_next_ != rewrite_end_; }
   protocol::ErrorCode write_block(uint64_t t_us, const uint8_t* block);
   protocol::ErrorCode rewrite_one(uint64_t t_us);
   bool sync_due(uint64_t t_us) const;
+  bool ring_low() const { return ring_.waiting() >= ring_.capacity() - ring_.capacity() / 8; }
   protocol::ErrorCode take(protocol::ErrorCode result, uint64_t t_us);
   protocol::ErrorCode refuse(protocol::ErrorCode error, uint64_t t_us);
   void mark_synced(uint64_t t_us);
@@ -85,7 +91,8 @@ class CardWriter {
   uint32_t stall_max_ms_ = 0;
   uint32_t refusals_ = 0;  // in a row
   protocol::ErrorCode trouble_ = protocol::ErrorCode::kNone;
-  bool refused_ = false;   // recover() comes next
+  bool capturing_ = false;
+  bool refused_ = false;  // recover() comes next
   bool was_free_ = false;
   bool closed_ = false;
   bool copy_turn_ = false;

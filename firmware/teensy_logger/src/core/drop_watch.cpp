@@ -56,9 +56,11 @@ void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
     closed_ = true;
     closed_since_us_ = t_us;
   }
-  if (t_us - closed_since_us_ < kSeatedUs) return;
-  if (!seated_) seat(t_us);
+  const uint64_t closed_us = t_us - closed_since_us_;
+  if (!seated_ && closed_us >= protocol::kReleaseDebounceUs) seat(t_us);
   if (phase() == DropPhase::kWaiting) return;
+  const bool landed = phase() == DropPhase::kLanded;
+  if (closed_us < (landed ? kSeatedAfterLandingUs : kSeatedUs)) return;
   phase_ = DropPhase::kWaiting;
   note(released_us_, EventCode::kRelease, 0, 0);
   seat(t_us);
@@ -68,6 +70,7 @@ void DropWatch::note_release(uint64_t t_us, uint8_t switches_open) {
   if (!seated_ || !detector_.poll(ticks(t_us), switches_open)) return;
   const uint32_t ago_ticks = ticks(t_us) - detector_.released_at();
   released_us_ = t_us - sequencer::us_from_ticks(ago_ticks);
+  released_low_us_ = static_cast<uint32_t>(released_us_);
   phase_ = DropPhase::kFalling;
   note(released_us_, EventCode::kRelease, 1, 0);
 }

@@ -15,8 +15,10 @@ namespace logger {
 
 class DropWatch {
  public:
-  // Both switches closed again for this long: it was no release, or somebody has seated the robot.
+  // Both switches closed again for this long: it was no release, and the robot is seated.
   static constexpr uint32_t kSeatedUs = 200000;
+  // After a landing it takes longer: the robot may lie on its switches for a while.
+  static constexpr uint32_t kSeatedAfterLandingUs = 2000000;
 
   // A recording begins. `counts_per_g`: of the accelerometers; at the end of its range a sensor
   // shows a shock, too.
@@ -29,7 +31,13 @@ class DropWatch {
   bool take_event(protocol::Event& event);
 
   // Both.
-  protocol::DropPhase phase() const { return phase_.load(std::memory_order_relaxed); }
+  protocol::DropPhase phase() const { return phase_.load(std::memory_order_acquire); }
+  // Both, after a release: its time, which must lie within 35 minutes of `t_us`.
+  uint64_t released_us(uint64_t t_us) const {
+    const uint32_t off =
+        released_low_us_.load(std::memory_order_relaxed) - static_cast<uint32_t>(t_us);
+    return t_us + static_cast<uint64_t>(int64_t{static_cast<int32_t>(off)});
+  }
 
  private:
   static constexpr uint8_t kBothOpen = (1u << protocol::kSwitchCount) - 1;
@@ -46,6 +54,7 @@ class DropWatch {
   float counts_per_g_ = 1.0f;
   uint32_t shock_counts_ = UINT32_MAX;
   uint64_t released_us_ = 0;
+  std::atomic<uint32_t> released_low_us_{0};  // of released_us_: 64 bits could be read half-changed
   uint64_t closed_since_us_ = 0;
   bool closed_ = false;  // both switches, since closed_since_us_
   bool seated_ = false;  // the detector watches

@@ -28,9 +28,12 @@ class IntervalStats {
       ++late_;
       return true;
     }
-    // At 10 Hz, 1e16 each at most; a recording of 23 minutes at any rate stays below 2^64.
-    sum_squares_ns2_ += static_cast<uint64_t>(off_ns * off_ns);
+    sum_squares_ns2_ += static_cast<uint64_t>(off_ns * off_ns);  // 1e16 at most, at 10 Hz
     ++on_time_;
+    if (sum_squares_ns2_ >> 63 != 0) {  // half of both has the same mean
+      sum_squares_ns2_ /= 2;
+      on_time_ /= 2;
+    }
     return false;
   }
 
@@ -49,7 +52,7 @@ class IntervalStats {
   uint64_t last_us_ = 0;
   uint64_t sum_squares_ns2_ = 0;
   uint32_t count_ = 0;
-  uint32_t on_time_ = 0;
+  uint32_t on_time_ = 0;  // intervals in the sum
   uint32_t last_interval_us_ = 0;
   uint32_t min_us_ = 0;
   uint32_t max_us_ = 0;

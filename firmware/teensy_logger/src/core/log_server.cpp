@@ -90,10 +90,12 @@ ErrorCode LogServer::begin_read(const protocol::LogReadRequest& request, uint16_
   if (blocks > protocol::kLogReadBlocks) blocks = protocol::kLogReadBlocks;
   number_ = request.number;
   block_index_ = request.first_block;
+  part_ = 0;
+  const ErrorCode unread = read(number_, block_index_);
+  if (unread != ErrorCode::kNone) return unread;
+  loaded_ = true;
   count = static_cast<uint16_t>(blocks);
   left_ = count;
-  part_ = 0;
-  loaded_ = false;
   return ErrorCode::kNone;
 }
 

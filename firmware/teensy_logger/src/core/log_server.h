@@ -50,7 +50,7 @@ class LogServer {
   uint32_t block_index_ = 0;  // to be sent next
   uint16_t left_ = 0;         // blocks still to be sent, this one included
   uint8_t part_ = 0;
-  bool loaded_ = false;       // block_ holds it
+  bool loaded_ = false;  // block_ holds it
 };
 
 }  // namespace logger

@@ -66,22 +66,26 @@ void Logger::sample(uint64_t t_us) {
 }
 
 void Logger::collect_events(uint64_t t_us) {
-  if (!recorder_.capturing()) strokes_ = 0;
+  if (!recorder_.capturing() || recorder_.session() != session_) {
+    session_ = recorder_.session();
+    strokes_ = 0;
+    events_.clear();
+  }
   for (uint8_t i = 0; i < instant_.event_count; ++i) events_.push(instant_.events[i]);
   protocol::Event event = {};
   if (intervals_.add(t_us)) {
-    late_ticks_.store(intervals_.late(), std::memory_order_relaxed);
+    late_ticks_.fetch_add(1, std::memory_order_relaxed);
     event.time_us = t_us;
     event.code = protocol::EventCode::kSamplingLate;
     event.value = static_cast<int32_t>(intervals_.last_interval_us());
     events_.push(event);
   }
   Edge edge;
-  while (!events_.full() && inputs_.take_edge(edge)) push_edge(edge);
+  while (events_.room() > kOwnEvents && inputs_.take_edge(edge)) push_edge(edge);
   if (recorder_.capturing()) {
     recorder_.watch().poll(t_us, inputs_.switches_open(), peak_accel_counts(instant_.sample));
   }
-  while (!events_.full() && recorder_.take_event(event)) events_.push(event);
+  while (events_.room() > kOwnEvents && recorder_.take_event(event)) events_.push(event);
 }
 
 void Logger::push_edge(const Edge& edge) {
@@ -104,10 +108,13 @@ void Logger::push_edge(const Edge& edge) {
 
 void Logger::poll(uint64_t t_us) {
   recorder_.poll(t_us);
-  if (!recorder_.uses_card()) {
+  // Looking at a card may take a second, and in a drop nobody reads the answer.
+  const bool drop = recorder_.capturing() && recorder_.phase() != protocol::DropPhase::kWaiting;
+  if (!recorder_.uses_card() && !drop) {
     card_watch_.poll(t_us, file_blocks(settings_.settings()));
   }
   requests_.set_now(t_us);
+  if (recorder_.wants_next_file()) requests_.start_next_file();
   link_.poll();
   if (!stream_.connected()) {
     live_ = false;

@@ -39,6 +39,9 @@ class Logger final : private Control {
  private:
   // Frames of a recording that may go out in one pass of the main loop.
   static constexpr uint8_t kLogFrames = 16;
+  // A chattering input leaves room in the queue for what one instant may add: each IMU's fault, a
+  // late tick, a high water.
+  static constexpr uint32_t kOwnEvents = protocol::kImuCount + 2;
 
   bool apply(const protocol::LoggerSettings& settings) override;
   void set_live(bool enabled) override { live_ = enabled; }
@@ -53,11 +56,12 @@ class Logger final : private Control {
 
   // Interrupt.
   Sampler sampler_;
-  EventQueue events_;
   Instant instant_ = {};
   IntervalStats intervals_;
   uint32_t sample_index_ = 0;
-  uint8_t strokes_ = 0;  // in this recording
+  uint32_t session_ = 0;  // of the recording that the next two belong to
+  uint8_t strokes_ = 0;
+  EventQueue events_;
 
   // Both.
   Recorder recorder_;

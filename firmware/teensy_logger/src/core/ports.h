@@ -94,7 +94,8 @@ class BlockSink {
   // Shortens the file to `n_blocks` and closes it: the only change of metadata since open().
   virtual protocol::ErrorCode close(uint32_t n_blocks) = 0;
   // Looks at the card while no file is open: kNone when a file of `n_blocks` would find room. May
-  // take a second the first time that it meets a card, a millisecond afterwards.
+  // take seconds the first time that it meets a card (to count its free room), a millisecond
+  // afterwards.
   virtual protocol::ErrorCode inspect(uint32_t n_blocks) = 0;
   // Room on the card when it was counted last.
   virtual uint32_t free_mib() = 0;

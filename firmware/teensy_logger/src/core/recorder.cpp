@@ -14,16 +14,23 @@ ErrorCode Recorder::start(uint32_t number, const Plan& plan) {
   if (knows(number)) return ErrorCode::kNone;
   if (uses_card()) return ErrorCode::kWrongState;
   if (ram_holds_drop()) return ErrorCode::kRamHoldsDrop;
+  number_ = number;
+  begin(plan);
+  return ErrorCode::kNone;
+}
+
+void Recorder::begin(const Plan& plan) {
   capture_ = Capture::kOff;  // a failed recording may still be capturing
   const ErrorCode error = writer_.open(plan.file_blocks);
-  number_ = number;
   plan_ = plan;
   error_ = ErrorCode::kNone;
   stop_reason_ = protocol::StopReason::kHost;
   footer_added_ = false;
+  stop_asked_ = false;
   ram_released_ = false;
   followed_ = DropPhase::kWaiting;
   fall_kept_ = false;
+  drop_only_in_ram_ = false;
   high_water_quarters_ = 0;
   file_reserve_blocks_ =
       ring_.capacity() < plan.file_blocks / 2 ? ring_.capacity() : plan.file_blocks / 2;
@@ -33,12 +40,15 @@ ErrorCode Recorder::start(uint32_t number, const Plan& plan) {
   state_ = LoggerState::kRecording;
   capture_ = Capture::kOn;
   if (error != ErrorCode::kNone) fail(error);
-  return ErrorCode::kNone;
 }
 
 ErrorCode Recorder::stop(protocol::StopReason reason) {
   if (session() == 0) return ErrorCode::kNotRecording;
-  if (capture_ != Capture::kOff) capture_ = Capture::kFinishing;
+  if (reason == protocol::StopReason::kHost) stop_asked_ = true;
+  Capture capture = capture_;
+  while (capture != Capture::kOff &&
+         !capture_.compare_exchange_weak(capture, Capture::kFinishing)) {
+  }
   if (state_ == LoggerState::kRecording) {
     state_ = LoggerState::kStopping;
     stop_reason_ = reason;
@@ -47,18 +57,32 @@ ErrorCode Recorder::stop(protocol::StopReason reason) {
 }
 
 void Recorder::poll(uint64_t t_us) {
-  if (capturing()) follow_drop(t_us);
+  if (capturing() || state_ == LoggerState::kRecording) follow_drop(t_us);
   if (!uses_card()) return;
-  const ErrorCode error = writer_.poll(t_us);
+  const ErrorCode error = writer_.poll(t_us, capturing());
   if (error != ErrorCode::kNone) {
     fail(error);
     return;
   }
-  if (state_ == LoggerState::kRecording && builder_.file_full()) {
-    error_ = ErrorCode::kCardFull;
-    stop(protocol::StopReason::kFileFull);
-  }
+  // The interrupt ends a capture that would cost RAM the drop.
+  if (state_ == LoggerState::kRecording && !capturing()) stop(protocol::StopReason::kCardGone);
+  if (state_ == LoggerState::kRecording) follow_file();
   if (state_ == LoggerState::kStopping && capture_ == Capture::kOff) finish(t_us);
+}
+
+// Where the file ends in a fall, the room for the second copy is the first's, and all of it is used.
+void Recorder::follow_file() {
+  const bool falling = followed_ != DropPhase::kWaiting && !fall_kept_;
+  if (falling && builder_.room() < ring_.capacity() / 4) {
+    builder_.add_room(file_reserve_blocks_);
+    file_reserve_blocks_ = 0;
+  }
+  const uint32_t file_blocks = plan_.file_blocks - file_reserve_blocks_;
+  const uint32_t spare =
+      file_blocks / 8 < kFileSpareBlocks ? file_blocks / 8 : kFileSpareBlocks;
+  if (falling ? !builder_.file_full() : builder_.room() > spare) return;
+  error_ = ErrorCode::kCardFull;
+  stop(protocol::StopReason::kFileFull);
 }
 
 void Recorder::follow_drop(uint64_t t_us) {
@@ -66,42 +90,66 @@ void Recorder::follow_drop(uint64_t t_us) {
   if (phase != followed_) {
     if (phase == DropPhase::kWaiting) fall_kept_ = false;
     if (followed_ == DropPhase::kWaiting) {
-      released_us_ = t_us;
-      released_at_block_ = builder_.blocks();
+      released_us_ = watch_.released_us(t_us);
+      drop_first_block_ = block_before(released_us_);
     }
     if (phase == DropPhase::kLanded) landed_us_ = t_us;
     followed_ = phase;
   }
-  if (followed_ == DropPhase::kLanded) after_fall(t_us);
+  if (followed_ != DropPhase::kWaiting) keep_fall(t_us);
+  const bool on_card_twice = fall_kept_ && writer_.rewritten();
+  const bool card_takes = uses_card() && writer_.trouble() == ErrorCode::kNone;
+  drop_only_in_ram_ = followed_ != DropPhase::kWaiting && !on_card_twice && !card_takes;
 }
 
-void Recorder::after_fall(uint64_t t_us) {
-  const bool over = t_us - landed_us_ >= protocol::kRewriteAfterLandingUs &&
-                    t_us - released_us_ >= protocol::kRewriteAfterReleaseUs;
-  if (over && !fall_kept_) {
+// Of the fall, RAM holds what it needs to once the blow is over, and as much as it can when it
+// would lose the beginning.
+void Recorder::keep_fall(uint64_t t_us) {
+  const bool landed = followed_ == DropPhase::kLanded;
+  const bool over = landed && t_us - landed_us_ >= protocol::kRewriteAfterLandingUs &&
+                    t_us >= released_us_ + protocol::kRewriteAfterReleaseUs;
+  if (!fall_kept_ && (over || no_room_behind_drop(kRewriteSpareBlocks))) {
     fall_kept_ = true;
-    if (state_ == LoggerState::kFailed) {
-      stop();  // what comes now would take the room of the fall
-    } else {
-      writer_.rewrite(first_block_of_drop(), file_reserve_blocks_);
+    if (uses_card()) write_fall_again();
+  }
+  if (fall_kept_ && state_ == LoggerState::kFailed) stop();  // more would take the room of the fall
+  if (landed && t_us - landed_us_ >= plan_.after_landing_s * 1000000ull) {
+    stop(protocol::StopReason::kLanding);
+  }
+}
+
+bool Recorder::no_room_behind_drop(uint32_t spare_blocks) const {
+  return builder_.blocks() - drop_first_block_ + spare_blocks >= ring_.capacity();
+}
+
+// The newest block in RAM that begins kRewriteBeforeReleaseUs before `t_us`, or the oldest. Only
+// samples tell: an event may come late into the log.
+uint32_t Recorder::block_before(uint64_t t_us) const {
+  Block block;
+  protocol::BlockHeader head;
+  uint32_t number = ring_.committed();
+  while (number > ring_.oldest() && ring_.copy(number - 1, block)) {
+    --number;
+    const bool read = head.decode(block.bytes, protocol::BlockHeader::kSize);
+    if (read && head.sample_count > 0 && head.time_us + protocol::kRewriteBeforeReleaseUs <= t_us) {
+      break;
     }
   }
-  const bool closing = t_us - landed_us_ >= plan_.after_landing_s * 1000000ull;
-  if (closing) stop(protocol::StopReason::kLanding);
+  return number;
 }
 
-// A block waits for kPartialBlockMs at most, so there are more of them at low rates than samples
-// fill.
-uint32_t Recorder::first_block_of_drop() const {
-  constexpr uint32_t kBeforeMs = protocol::kRewriteBeforeReleaseUs / 1000;
-  const uint32_t rate_hz = static_cast<uint32_t>(plan_.header.rate_hz);
-  const uint32_t filled = kBeforeMs * rate_hz / (1000 * protocol::kSamplesPerBlock) + 1;
-  const uint32_t timed = kBeforeMs / protocol::kPartialBlockMs;
-  const uint32_t before = filled > timed ? filled : timed;
-  return released_at_block_ > before ? released_at_block_ - before : 0;
+// When the file's end has no room for it, because of an earlier drop or a long one, what has not been
+// recorded yet gives some.
+void Recorder::write_fall_again() {
+  const uint32_t wanted = builder_.blocks() - drop_first_block_;
+  if (wanted > file_reserve_blocks_) {
+    file_reserve_blocks_ += builder_.give_room(wanted - file_reserve_blocks_);
+  }
+  file_reserve_blocks_ -= writer_.rewrite(drop_first_block_, file_reserve_blocks_);
 }
 
 void Recorder::finish(uint64_t t_us) {
+  if (writer_.rewriting()) return;  // the footer counts it
   if (!footer_added_) {
     protocol::LogFooter footer = {};
     footer.card_stall_max_ms = writer_.stall_max_ms();
@@ -126,13 +174,10 @@ void Recorder::fail(ErrorCode error) {
   capture_.compare_exchange_strong(on, Capture::kNewest);
 }
 
-uint32_t Recorder::ram_blocks() const {
-  const uint32_t made = ring_.committed();
-  return made < ring_.capacity() ? made : ring_.capacity() - 1;
-}
+uint32_t Recorder::ram_blocks() const { return ring_.committed() - ring_.oldest(); }
 
 bool Recorder::copy_from_ram(uint32_t index, Block& out) const {
-  return index < ram_blocks() && ring_.copy(ring_.committed() - ram_blocks() + index, out);
+  return index < ram_blocks() && ring_.copy(ring_.oldest() + index, out);
 }
 
 bool Recorder::ram_holds_drop() const {
@@ -140,6 +185,9 @@ bool Recorder::ram_holds_drop() const {
 }
 
 void Recorder::capture(uint64_t t_us, const protocol::Sample& sample, EventQueue& events) {
+  if (capturing() && drop_only_in_ram_ && no_room_behind_drop(kBlocksAnInstant + 1)) {
+    capture_ = Capture::kFinishing;
+  }
   const Capture capture = capture_;
   if (capture == Capture::kOff) {
     events.clear();

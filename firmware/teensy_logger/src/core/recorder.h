@@ -3,7 +3,8 @@
 //
 // Whatever the card does, capture goes on. While it is busy or gone the ring fills. When it has
 // failed, or there was none from the start, the ring keeps the newest seconds, and stops when the
-// robot has landed: the drop stays in RAM until the power goes or a host has fetched it.
+// robot has landed: the drop stays in RAM until the power goes or a host has fetched it. A recording
+// whose card is gone ends when RAM would lose the drop; the card is tried on.
 #pragma once
 
 #include "block_builder.h"
@@ -22,9 +23,9 @@ class Recorder {
   Recorder(Block* ring_blocks, uint32_t ring_capacity, BlockSink& sink);
 
   struct Plan {
-    uint32_t session;           // not 0
+    uint32_t session;  // not 0
     protocol::LogHeader header;
-    uint64_t unix_at_zero_us;   // 0: nobody has set the clock
+    uint64_t unix_at_zero_us;  // 0: nobody has set the clock
     uint32_t file_blocks;
     uint16_t after_landing_s;
   };
@@ -33,6 +34,13 @@ class Recorder {
   // starts nothing. When the card refuses, the state is failed with its error, and capture goes on
   // in RAM. Errors: kWrongState while another recording runs, kRamHoldsDrop.
   protocol::ErrorCode start(uint32_t number, const Plan& plan);
+  // Main loop. The recording whose file is full before any release goes on in another file, under
+  // the same number: a robot may wait for long.
+  bool wants_next_file() const {
+    return state_ == protocol::LoggerState::kStopped && followed_ == protocol::DropPhase::kWaiting &&
+           stop_reason_ == protocol::StopReason::kFileFull && !stop_asked_;
+  }
+  void start_next_file(const Plan& plan) { begin(plan); }
   // The number belongs to the present or last recording.
   bool knows(uint32_t number) const { return session() != 0 && number == number_; }
   // Main loop. Ends the recording; a second call changes nothing. Error: kNotRecording.
@@ -84,10 +92,19 @@ class Recorder {
   // One instant begins no more blocks: a header, a data block of samples, one of events, and one to
   // spare.
   static constexpr uint32_t kBlocksAnInstant = 4;
+  // The second copy begins no later than with so much room: 0.2 s at 1 kHz for the card to begin.
+  static constexpr uint32_t kRewriteSpareBlocks = 32;
 
+  // A file ends with so much room to spare: 0.7 s at 1 kHz for the main loop to notice.
+  static constexpr uint32_t kFileSpareBlocks = 112;
+
+  void begin(const Plan& plan);
   void follow_drop(uint64_t t_us);
-  void after_fall(uint64_t t_us);
-  uint32_t first_block_of_drop() const;
+  void keep_fall(uint64_t t_us);
+  bool no_room_behind_drop(uint32_t spare_blocks) const;
+  uint32_t block_before(uint64_t t_us) const;
+  void write_fall_again();
+  void follow_file();
   void finish(uint64_t t_us);
   void fail(protocol::ErrorCode error);
   void note_high_water(uint64_t t_us, EventQueue& events);
@@ -104,14 +121,19 @@ class Recorder {
   uint32_t number_ = 0;
   uint32_t file_reserve_blocks_ = 0;  // for the second copy
   bool footer_added_ = false;
+  bool stop_asked_ = false;  // by a host
   bool ram_released_ = false;
 
   // The drop as the main loop has followed it.
   protocol::DropPhase followed_ = protocol::DropPhase::kWaiting;
   uint64_t released_us_ = 0;
   uint64_t landed_us_ = 0;
-  uint32_t released_at_block_ = 0;
   bool fall_kept_ = false;
+
+  // Both. The first block of the drop: from a second before the release. While the card may not
+  // have it twice and takes nothing, capture ends rather than overwrite it in RAM.
+  std::atomic<uint32_t> drop_first_block_{0};
+  std::atomic<bool> drop_only_in_ram_{false};
 
   // Interrupt.
   uint8_t high_water_quarters_ = 0;

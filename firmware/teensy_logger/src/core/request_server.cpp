@@ -120,14 +120,7 @@ Reply RequestServer::record_start(const protocol::RecordStartRequest& request, u
   if (!recorder.knows(request.number)) {
     if (request.unix_us != 0) set_clock(request.unix_us);
     parts_.log_server.end();
-    const protocol::LoggerSettings& settings = parts_.settings.settings();
-    Recorder::Plan plan;
-    plan.session = control_.new_session();
-    plan.header = log_header();
-    plan.unix_at_zero_us = unix_at_zero_us_;
-    plan.file_blocks = file_blocks(settings);
-    plan.after_landing_s = settings.after_landing_s;
-    const ErrorCode error = recorder.start(request.number, plan);
+    const ErrorCode error = recorder.start(request.number, plan());
     if (error != ErrorCode::kNone) return Reply::refused(error);
     parts_.card_watch.look_again();
   }
@@ -135,6 +128,17 @@ Reply RequestServer::record_start(const protocol::RecordStartRequest& request, u
   started.state = recorder.state();
   started.session = recorder.session();
   return encoded(started, reply);
+}
+
+Recorder::Plan RequestServer::plan() const {
+  const protocol::LoggerSettings& settings = parts_.settings.settings();
+  Recorder::Plan plan;
+  plan.session = control_.new_session();
+  plan.header = log_header();
+  plan.unix_at_zero_us = unix_at_zero_us_;
+  plan.file_blocks = file_blocks(settings);
+  plan.after_landing_s = settings.after_landing_s;
+  return plan;
 }
 
 Reply RequestServer::record_stop(uint8_t* reply) {

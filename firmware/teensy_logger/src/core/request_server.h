@@ -55,6 +55,9 @@ class RequestServer final : public protocol::RequestHandler {
   // The time at which the requests of this pass of the main loop are served.
   void set_now(uint64_t t_us) { now_us_ = t_us; }
 
+  // A recording whose file is full goes on in the next.
+  void start_next_file() { parts_.recorder.start_next_file(plan()); }
+
   protocol::Reply handle(uint8_t type, const uint8_t* payload, size_t size,
                          uint8_t* reply) override;
 
@@ -85,7 +88,8 @@ class RequestServer final : public protocol::RequestHandler {
 
   bool busy() const { return parts_.recorder.uses_card() || parts_.recorder.capturing(); }
   protocol::CardState card_state() const;
-  void set_clock(uint64_t unix_us) { unix_at_zero_us_ = unix_us - now_us_; }
+  void set_clock(uint64_t unix_us) { unix_at_zero_us_ = unix_us > now_us_ ? unix_us - now_us_ : 0; }
+  Recorder::Plan plan() const;
   protocol::LogHeader log_header() const;
 
   Control& control_;

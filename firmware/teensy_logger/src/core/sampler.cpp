@@ -25,7 +25,6 @@ void Sampler::Lane::apply(const protocol::LoggerSettings& settings) {
 void Sampler::Lane::begin(uint64_t t_us) {
   next_ = 0;
   recovered_ = false;
-  if (needs_recovery_) recover();
   start_next(t_us);
 }
 
@@ -47,24 +46,19 @@ bool Sampler::Lane::start_next(uint64_t t_us) {
 }
 
 // A bus that breaks down is clocked free once an instant, which is what timing.h has time for. At
-// the second breakdown it is given up until the next instant.
+// the second breakdown it is left alone until the next instant.
 void Sampler::Lane::finish(I2cResult result, uint64_t t_us) {
   transferring_ = false;
   const bool broke_down = result == I2cResult::kTimeout || result == I2cResult::kStuck;
   if (broke_down && recovered_) {
     while (next_ < kImusPerBus) imus_[next_++].finish(result, t_us);
-    needs_recovery_ = true;
     return;
   }
   // On a stuck bus the addressed sensor is not to blame: its transfer is begun again.
   if (result != I2cResult::kStuck) imus_[next_++].finish(result, t_us);
-  if (broke_down) recover();
-}
-
-void Sampler::Lane::recover() {
+  if (!broke_down) return;
   bus_.recover();
   recovered_ = true;
-  needs_recovery_ = false;
 }
 
 void Sampler::sample(uint64_t t_us, Instant& instant) {

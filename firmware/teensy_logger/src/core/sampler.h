@@ -35,8 +35,8 @@ class Sampler {
   // before the first call. Not while sample() can be called.
   void apply(const protocol::LoggerSettings& settings);
 
-  // Called from the interrupt. Two bursts long (0.8 ms at 400 kHz), and whatever fails, shorter than
-  // the period of the highest rate that the buses carry (timing.h).
+  // Called from the interrupt. Two bursts long (0.8 ms at 400 kHz), and whatever fails, shorter
+  // than the period of the highest rate that the buses carry (timing.h).
   void sample(uint64_t t_us, Instant& instant);
 
   // Bits 0-3: IMU 1-4 answers.
@@ -62,14 +62,12 @@ class Sampler {
    private:
     bool start_next(uint64_t t_us);
     void finish(I2cResult result, uint64_t t_us);
-    void recover();
 
     I2cBus& bus_;
     Mpu6050 imus_[kImusPerBus] = {Mpu6050(0x68), Mpu6050(0x69)};
     uint8_t next_ = 0;
     bool transferring_ = false;
-    bool recovered_ = false;     // at this instant
-    bool needs_recovery_ = false;
+    bool recovered_ = false;  // at this instant
   };
 
   const Mpu6050& imu(uint8_t i) const { return lanes_[i / kImusPerBus].imu(i % kImusPerBus); }

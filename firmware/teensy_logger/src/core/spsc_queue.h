@@ -28,6 +28,12 @@ class SpscQueue {
     return head - tail_.load(std::memory_order_acquire) == kCapacity;
   }
 
+  // Producer. Items that fit at least.
+  uint32_t room() const {
+    return kCapacity -
+           (head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
+  }
+
   // Consumer. The oldest item, or nullptr.
   const T* front() const {
     const uint32_t tail = tail_.load(std::memory_order_relaxed);

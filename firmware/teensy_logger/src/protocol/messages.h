@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x12, 0xBF, 0x1A, 0x98, 0x96, 0xAC, 0x41, 0x17};
+constexpr uint8_t kProtocolHash[8] = {0x28, 0xFC, 0xBF, 0xB1, 0xFE, 0x31, 0x9D, 0xAC};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -105,6 +105,10 @@ constexpr uint32_t kFileFactoryMib = 32;
 constexpr uint32_t kFileMinMib = 1;
 // Most.
 constexpr uint32_t kFileMaxMib = 1024;
+// Blocks that the logger's RAM holds: 5.3 s at 1 kHz, 19 s at 280 Hz.
+constexpr uint32_t kRingBlocks = 896;
+// A card that fills its file with zeros slower than this is too slow; the ring takes the samples meanwhile.
+constexpr uint32_t kCardFillMibS = 8;
 // A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g.
 constexpr uint32_t kLandingShockG = 6;
 // No landing is believed before this time after the release.
@@ -214,7 +218,8 @@ enum class DropPhase : uint8_t {
 enum class StopReason : uint8_t {
   kHost = 1,  // A host asked for it.
   kLanding = 2,  // The time after the landing was over.
-  kFileFull = 3,  // The file had no more room.
+  kFileFull = 3,  // The file had no more room; before a release the recording goes on in the next.
+  kCardGone = 4,  // The card took nothing, and more samples would have cost RAM the drop.
 };
 
 // What a block on the card holds.

@@ -1,0 +1,264 @@
+// What a host may ask of the whole logger: settings, the time, its card, recordings over the cable.
+#include <initializer_list>
+#include <map>
+
+#include "board_bench.h"
+
+using namespace tfsat;
+using namespace tfsat::protocol;
+using emulator::CardDefect;
+using tfsat_test::events_of;
+using tfsat_test::Frame;
+using tfsat_test::Recording;
+using Bench = tfsat_test::BoardBench;
+
+namespace {
+
+LoggerSettings factory() { return logger::factory_settings(); }
+
+LoggerSettings fast() {
+  LoggerSettings settings = factory();
+  settings.rate_hz = 1000;
+  settings.file_mib = 4;
+  settings.after_landing_s = 5;
+  return settings;
+}
+
+std::vector<LiveSampleStream> live_for_ms(Bench& bench, uint32_t ms) {
+  std::vector<LiveSampleStream> samples;
+  for (uint32_t i = 0; i < ms / 10; ++i) {
+    bench.run_ms(10);
+    for (const Frame& frame : bench.receive()) {
+      CHECK(frame.type == LiveSampleStream::kType);
+      samples.emplace_back().decode(frame.payload.data(), frame.payload.size());
+    }
+  }
+  return samples;
+}
+
+// A whole recording over the cable, window by window.
+std::vector<logger::Block> fetch(Bench& bench, const LogEntry& entry) {
+  std::vector<logger::Block> blocks(entry.blocks);
+  std::map<uint32_t, int> parts;
+  for (uint32_t first = 0; first < entry.blocks; first += kLogReadBlocks) {
+    const LogReadRequest request{entry.number, entry.session, first, kLogReadBlocks};
+    bench.send(LogReadRequest::kType, Bench::encoded(request));
+    for (int i = 0; i < 40; ++i) {
+      bench.run_ms(5);
+      for (const Frame& frame : bench.receive()) {
+        LogPartStream part;
+        if (frame.type != LogPartStream::kType) continue;
+        CHECK(part.decode(frame.payload.data(), frame.payload.size()));
+        ++parts[part.block];
+        std::memcpy(blocks.at(part.block).bytes + part.part * kLogPartBytes, part.data,
+                    kLogPartBytes);
+      }
+    }
+  }
+  CHECK(parts.size() == entry.blocks);
+  return blocks;
+}
+
+LogListReply list(Bench& bench, uint16_t from) {
+  return bench.get<LogListReply>(LogListRequest::kType, Bench::encoded(LogListRequest{from}));
+}
+
+}  // namespace
+
+TEST_CASE(settings_are_told_with_what_the_buses_carry) {
+  Bench bench;
+  const auto read = [&bench] {
+    return bench.get<LoggerSettingsReadReply>(LoggerSettingsReadRequest::kType);
+  };
+  CHECK(read().origin == Origin::kFactory && read().settings.rate_hz == 280);
+  CHECK(read().rate_max_hz == 1000);
+  LoggerSettings slow = factory();
+  slow.bus_khz = 100;
+  slow.rate_hz = 200;
+  bench.write_settings(slow);
+  CHECK(read().origin == Origin::kUploaded && read().settings.bus_khz == 100);
+  CHECK(read().rate_max_hz >= 200 && read().rate_max_hz < 320);
+  CHECK(bench.status().settings_origin == Origin::kUploaded);
+}
+
+TEST_CASE(a_new_rate_is_sampled_at_once_and_after_the_next_start) {
+  Bench bench;
+  bench.write_settings(fast());
+  for (int boot = 0; boot < 2; ++boot) {
+    CHECK(bench.get<LiveReply>(LiveRequest::kType, {1}).rate_hz == 1000);
+    const std::vector<LiveSampleStream> samples = live_for_ms(bench, 1000);
+    CHECK(samples.size() >= 995 && samples.size() <= 1005);
+    for (size_t i = 1; i < samples.size(); ++i) {
+      CHECK(samples[i].index == samples[i - 1].index + 1);  // complete
+      CHECK(samples[i].time_us == samples[i - 1].time_us + 1000);
+    }
+    CHECK((samples.back().sample.flags & 0x0F) == 0x0F);
+    bench.board.set_power(false);
+    bench.run_ms(10);
+    bench.board.set_power(true);
+    bench.run_ms(200);
+    bench.receive();
+    CHECK(bench.status().rate_hz == 1000 && bench.status().late_ticks == 0);
+  }
+}
+
+TEST_CASE(settings_that_make_no_sense_are_refused_with_their_place) {
+  Bench bench;
+  LoggerSettings wrong = factory();
+  wrong.accel_range_g = 3;
+  ErrorReply reply = bench.refused(LoggerSettingsWriteRequest{wrong});
+  CHECK(reply.code == ErrorCode::kLoggerSettingOutOfRange && reply.detail == 2);
+  wrong = factory();
+  wrong.bus_khz = 100;
+  wrong.rate_hz = 1000;
+  reply = bench.refused(LoggerSettingsWriteRequest{wrong});
+  CHECK(reply.code == ErrorCode::kRateTooHigh && reply.detail > 200 && reply.detail < 320);
+  CHECK(bench.status().rate_hz == 280);
+  CHECK(bench.board.memory() == std::vector<uint8_t>(bench.board.memory().size(), 0xFF));
+  bench.start(1);
+  CHECK(bench.refused(LoggerSettingsWriteRequest{fast()}).code == ErrorCode::kWrongState);
+  CHECK(bench.status().rate_hz == 280);
+  bench.stop();
+  bench.write_settings(fast());
+}
+
+TEST_CASE(every_header_tells_the_time_of_day_of_its_block) {
+  constexpr uint64_t kUnixUs = 1790000000123456u;
+  for (const bool by_start : {false, true}) {
+    Bench bench;
+    CHECK(bench.status().unix_us == 0);
+    bench.write_settings(fast());
+    uint64_t unix_at_zero_us = 0;
+    if (by_start) {
+      bench.start(1, kUnixUs);
+      unix_at_zero_us = bench.status().unix_us - 1000ull * bench.status().uptime_ms;
+    } else {
+      const ClockSetRequest set{kUnixUs};
+      unix_at_zero_us =
+          kUnixUs - bench.get<ClockSetReply>(ClockSetRequest::kType, Bench::encoded(set)).uptime_us;
+      bench.start(1);
+    }
+    const LoggerStatusReply status = bench.status();
+    const uint64_t error_us = status.unix_us - unix_at_zero_us - 1000ull * status.uptime_ms;
+    CHECK(error_us < 20000);
+    bench.run_ms(4000);
+    bench.stop();
+    const Recording log = bench.log();
+    CHECK(log.headers.size() >= 4);
+    size_t i = 0;
+    uint64_t zero_us = 0;
+    for (const BlockHeader& head : log.heads) {
+      if (head.kind != BlockKind::kHeader) continue;
+      const uint64_t this_us = log.headers[i++].wall_clock_us - head.time_us;
+      CHECK(zero_us == 0 || this_us == zero_us);
+      zero_us = this_us;
+    }
+    CHECK(by_start ? zero_us - unix_at_zero_us < 20000 : zero_us == unix_at_zero_us);
+    CHECK(log.headers[0].after_landing_s == 5 && log.headers[0].bus_khz == 400);
+    CHECK(std::memcmp(log.headers[0].schema, kLogSchema, sizeof kLogSchema) == 0);
+  }
+}
+
+TEST_CASE(a_clock_set_to_nothing_is_not_set) {
+  Bench bench;
+  bench.get<ClockSetReply>(ClockSetRequest::kType, Bench::encoded(ClockSetRequest{0}));
+  CHECK(bench.status().unix_us == 0);
+}
+
+TEST_CASE(the_status_tells_what_the_card_is_like) {
+  Bench bench;
+  bench.run_ms(2100);
+  CHECK(bench.status().card == CardState::kReady && bench.status().card_free_mib == 128);
+  const struct {
+    CardDefect defect;
+    CardState state;
+  } defects[] = {{CardDefect::kWriteProtected, CardState::kWriteProtected},
+                 {CardDefect::kUnreadable, CardState::kUnreadable},
+                 {CardDefect::kFailing, CardState::kFailing},
+                 {CardDefect::kNone, CardState::kReady}};
+  for (const auto& defect : defects) {
+    bench.card.set_defect(defect.defect);
+    bench.run_ms(2100);
+    CHECK(bench.status().card == defect.state);
+  }
+  bench.card.set_present(false);
+  bench.run_ms(2100);
+  CHECK(bench.status().card == CardState::kMissing);
+  bench.card.set_present(true);
+  bench.card.fill_up_to(32 * 2048 - 1);
+  bench.run_ms(2100);
+  CHECK(bench.status().card == CardState::kFull && bench.status().card_free_mib == 31);
+  bench.write_settings(fast());  // a smaller file: looked at once more
+  bench.run_ms(5);
+  CHECK(bench.status().card == CardState::kReady);
+}
+
+TEST_CASE(a_drop_is_recorded_twice_closed_and_fetched_over_the_cable) {
+  Bench bench;
+  bench.write_settings(fast());
+  const uint32_t session = bench.start(1).session;
+  bench.run_ms(1000);
+  bench.release();
+  bench.run_ms(2500);
+  CHECK(bench.status().phase == DropPhase::kFalling);
+  bench.land();
+  CHECK(bench.status().phase == DropPhase::kLanded);
+  bench.run_ms(5200);
+  CHECK(bench.status().state == LoggerState::kStopped);
+  CHECK(bench.status().phase == DropPhase::kLanded);
+  const Recording log = bench.log();
+  const LogFooter& footer = log.footers.at(0);
+  CHECK(footer.stop_reason == StopReason::kLanding && footer.blocks_rewritten > 700);
+  CHECK(footer.samples_dropped == 0 && log.samples.size() == footer.samples);
+  CHECK(footer.late_ticks == 0 && footer.jitter_rms_us == 0.0f);
+  CHECK(bench.card.n_blocks() == footer.blocks + footer.blocks_rewritten);
+  const std::vector<Event> landings = events_of(log, EventCode::kLanding);
+  CHECK(landings.size() == 1 && landings[0].arg == 1 && landings[0].value >= 6000);
+
+  CHECK(list(bench, 0).entry.number == 0);  // RAM still holds the end
+  const LogEntry entry = list(bench, 1).entry;
+  CHECK(entry.number == 1 && entry.session == session && entry.closed == 1);
+  const std::vector<uint8_t> file = bench.card.file(1);
+  const std::vector<logger::Block> fetched = fetch(bench, entry);
+  CHECK(file.size() == fetched.size() * kBlockBytes);
+  CHECK(std::memcmp(fetched.data(), file.data(), file.size()) == 0);
+  const LogEraseRequest erase{1, session};
+  CHECK(bench.get<LogEraseReply>(LogEraseRequest::kType, Bench::encoded(erase)).erased == 1);
+  CHECK(bench.card.file(1).empty() && list(bench, 1).found == 0);
+}
+
+TEST_CASE(a_drop_without_a_card_is_fetched_from_ram_before_anything_else) {
+  for (const bool pulled : {false, true}) {
+    Bench bench;
+    bench.write_settings(fast());
+    if (!pulled) bench.card.set_defect(CardDefect::kWriteProtected);
+    const RecordStartReply started = bench.start(1);
+    CHECK(started.state == (pulled ? LoggerState::kRecording : LoggerState::kFailed));
+    bench.run_ms(1500);
+    bench.release();
+    bench.run_ms(700);
+    if (pulled) bench.card.set_present(false);
+    bench.run_ms(1800);
+    bench.land();
+    bench.run_ms(25000);
+    const LoggerStatusReply status = bench.status();
+    CHECK(status.state == LoggerState::kFailed && status.ram_holds_drop == 1);
+    CHECK(status.error == (pulled ? ErrorCode::kNoCard : ErrorCode::kCardWriteProtected));
+    CHECK(status.card == (pulled ? CardState::kMissing : CardState::kWriteProtected));
+    CHECK(bench.refused(RecordStartRequest{2, 0}).code == ErrorCode::kRamHoldsDrop);
+    const LogEntry ram = list(bench, 0).entry;
+    CHECK(ram.number == 0 && ram.session == started.session);
+    const std::vector<logger::Block> blocks = fetch(bench, ram);
+    const Recording log = tfsat_test::read_recording(blocks, blocks.size());
+    CHECK(log.heads.size() == blocks.size() && !log.headers.empty());
+    const std::vector<Event> releases = events_of(log, EventCode::kRelease);
+    CHECK(releases.size() == 1 && events_of(log, EventCode::kLanding).size() == 1);
+    CHECK(log.sample_times_us.front() + kRewriteBeforeReleaseUs <= releases[0].time_us);
+    CHECK(log.sample_times_us.back() >= releases[0].time_us + kRewriteAfterReleaseUs);
+    const LogEraseRequest erase{0, ram.session};
+    bench.get<LogEraseReply>(LogEraseRequest::kType, Bench::encoded(erase));
+    bench.card.set_present(true);
+    bench.card.set_defect(CardDefect::kNone);
+    CHECK(bench.start(3).state == LoggerState::kRecording);
+  }
+}

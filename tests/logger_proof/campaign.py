@@ -1,0 +1,74 @@
+"""The fault campaign: runs of many seeds, each read back by the decoder and judged."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from tests.logger_proof.judge import Broken, Outcome, judge
+from tests.logger_proof.truth import Kind, read_truth
+
+FIRST_SEED = 0
+SEEDS = 2880
+"""Of the full form: 120 of each kind of fault at each rate."""
+RATES_HZ = (280, 1000)
+SHORT_SEEDS = 72
+BATCH = 24
+RUN_LIMIT_S = 120
+
+
+def seeds_of(kind: Kind, count: int) -> list[int]:
+    """The first seeds whose runs are of this kind, at both rates in turn."""
+    return [kind + number * len(Kind) for number in range(count)]
+
+
+def run_and_judge(program: Path, first: int, count: int) -> list[Outcome]:
+    """The seeds from `first` on. Raises Broken: a promise was not kept, or the program failed."""
+    # In memory where that is possible: a card's image is 1 to 2 MiB.
+    memory = Path("/dev/shm")
+    with tempfile.TemporaryDirectory(prefix="tfsat-", dir=memory if memory.is_dir() else None) as name:
+        folder = Path(name)
+        run(program, first, count, folder)
+        return [_judge(folder, seed) for seed in range(first, first + count)]
+
+
+def run_each(program: Path, seeds: Sequence[int]) -> list[Outcome]:
+    """Likewise, of these seeds."""
+    return [outcome for seed in seeds for outcome in run_and_judge(program, seed, 1)]
+
+
+def run(program: Path, first: int, count: int, folder: Path) -> None:
+    """Leaves SEED.bin and SEED.truth in the folder. Raises Broken: the program failed."""
+    command = [str(program), str(first), str(count), str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
+    if done.returncode != 0:
+        raise Broken(f"seeds {first} to {first + count - 1}: exit code {done.returncode}\n{done.stderr}")
+
+
+def run_all(
+    program: Path, first: int, count: int, progress: Callable[[int], None] = lambda _: None
+) -> list[Outcome]:
+    """All seeds from `first` on, on all cores; the outcomes do not depend on how many there are."""
+    batches = [(at, min(BATCH, first + count - at)) for at in range(first, first + count, BATCH)]
+    outcomes: list[Outcome] = []
+    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
+        futures = [pool.submit(run_and_judge, program, *batch) for batch in batches]
+        try:
+            for future in futures:
+                outcomes += future.result()
+                progress(len(outcomes))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return outcomes
+
+
+def _judge(folder: Path, seed: int) -> Outcome:
+    image = folder / f"{seed}.bin"
+    outcome = judge(image, read_truth(folder / f"{seed}.truth"))
+    image.unlink()
+    return outcome

@@ -1,0 +1,106 @@
+"""Short form of the fault campaign, on the PC with the sanitizers on; and defects that it must find."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.emulator_avr.building import Edit
+from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SHORT_SEEDS, run_all, run_each, seeds_of
+from tests.logger_proof.conftest import Plant
+from tests.logger_proof.judge import Broken
+from tests.logger_proof.truth import Kind
+from tfsat_host.sdlog import blocks
+
+WRITER = "core/card_writer.cpp"
+BUILDER = "core/block_builder.cpp"
+RECORDER = "core/recorder.cpp"
+
+# What the defect is, where it is planted, the runs that find it, and what they say.
+DEFECTS = {
+    "the card is never synced": (
+        Edit(WRITER, "if (position_ == safe_position_) return false;", "return false;"),
+        (Kind.CACHE_LOST, 6),
+        "before the cut is lost|had been synced|dropped|lost although",
+    ),
+    "what a card without contact forgot is not written again": (
+        Edit(WRITER, "    position_ = safe_position_;", "    ring_.release(unsynced_), position_ = safe_position_;"),
+        (Kind.PULLED, 6),
+        "before the cut is lost|lost although",
+    ),
+    "all sessions have the same id": (
+        Edit("core/logger.cpp", "= entropy_.next();", "= entropy_.next() & 0;"),
+        (Kind.STALE, 4),
+        "a time is wrong|never taken",
+    ),
+    "block numbers come again": (
+        Edit(BUILDER, "head.block_number = blocks();", "head.block_number = blocks() % 128;"),
+        (Kind.BETWEEN, 4),
+        "lost that stood on the card|is refused",
+    ),
+    "the footer comes before the last block": (
+        Edit(RECORDER, "    builder_.flush();\n    capture_ =", "    capture_ ="),
+        (Kind.SPOILED, 4),
+        "were dropped, the log tells of 0",
+    ),
+    "the file is closed before everything is in it": (
+        Edit(RECORDER, "if (!footer_added_ || !writer_.drained()) return;", "if (!footer_added_) return;"),
+        (Kind.SPOILED, 4),
+        "lost although|has no end",
+    ),
+    "the second copy is of other blocks": (
+        Edit(WRITER, "ring_.copy(rewrite_next_, copy_)", "ring_.copy(rewrite_end_ - 1, copy_)"),
+        (Kind.SPOILED, 4),
+        "of the fall were not written twice",
+    ),
+    "drops are not counted": (
+        Edit(BUILDER, "  increment(dropped_);\n", ""),
+        (Kind.SMALL_RING, 4),
+        "samples were dropped, the log tells of",
+    ),
+    "the header is not repeated": (
+        Edit(BUILDER, "blocks() == kEarlyHeaderBlock || blocks() % protocol::kHeaderRepeatBlocks", "blocks()"),
+        (Kind.SPOILED, 1),
+        "no header stands on the card",
+    ),
+    "a dead sensor keeps its last reading": (
+        Edit("core/sampler.cpp", "    if (!imu(i).fresh()) continue;\n", ""),
+        (Kind.DEAD_SENSORS, 6),
+        "an IMU is called valid that gave nothing",
+    ),
+}  # fmt: skip
+
+
+def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> None:
+    outcomes = run_all(pc, FIRST_SEED, SHORT_SEEDS)
+    assert {(outcome.kind, outcome.rate_hz) for outcome in outcomes} == {
+        (kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ
+    }
+    # Every kind of fault did happen.
+    assert any(outcome.torn for outcome in outcomes)
+    assert any(outcome.stale for outcome in outcomes)
+    assert any(outcome.dropped for outcome in outcomes)
+    assert any(outcome.duplicate for outcome in outcomes)
+    assert any(outcome.pulled for outcome in outcomes)
+    assert any(outcome.stalls for outcome in outcomes)
+    assert any(outcome.spoiled for outcome in outcomes)
+    assert {outcome.verdict for outcome in outcomes} >= {"complete", "truncated", "damaged"}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_planted_defect_is_found(plant: Plant, defect: str) -> None:
+    edit, (kind, count), found_by = DEFECTS[defect]
+    with pytest.raises(Broken, match=found_by):
+        run_each(plant([edit]), seeds_of(kind, count))
+
+
+def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def believed(data: memoryview) -> NDArray[np.bool_]:
+        return np.ones(len(data) // 512, np.bool_)
+
+    monkeypatch.setattr(blocks, "_crc_is_right", believed)
+    with pytest.raises(Broken, match=r"wrong|no whole block|never taken"):
+        run_each(pc, seeds_of(Kind.TORN, 8))

@@ -1,0 +1,99 @@
+"""The committed report is of the present core; it says what was found; a run that fails leaves none."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.emulator_avr.building import REPOSITORY
+from tests.logger_proof.__main__ import REPORT
+from tests.logger_proof.building import core_files, core_sha256
+from tests.logger_proof.campaign import RATES_HZ, SEEDS
+from tests.logger_proof.instructions import Figure, Instructions
+from tests.logger_proof.judge import Outcome
+from tests.logger_proof.m7 import Twins
+from tests.logger_proof.report import Tools, render
+from tests.logger_proof.truth import Kind
+
+RUNS = [
+    Outcome(
+        seed=1,
+        kind=kind,
+        rate_hz=rate_hz,
+        verdict="truncated",
+        closed=False,
+        file_full=False,
+        stalls=stalls,
+        longest_stall_us=stalls * 450_000,
+        pulled=pulled,
+        samples=1000,
+        decoded=950,
+        dropped=0,
+        torn=2,
+        stale=0,
+        duplicate=0,
+        loss_us=123_000,
+        trouble_us=0,
+        rewritten=False,
+        spoiled=0,
+        headerless=False,
+        ring_peak_blocks=77 * stalls,
+    )
+    for kind in Kind
+    for rate_hz in RATES_HZ
+    for stalls, pulled in ((0, False), (1, False), (0, True))
+]
+COUNTED = [
+    Instructions(
+        rate_hz=rate_hz,
+        sample=Figure(100, 4000, 12_000),
+        idle_sample=Figure(100, 2000, 2040),
+        ports=200,
+        empty_pass=Figure(400, 250, 300),
+        pass_with_block=Figure(17, 300, 320),
+    )
+    for rate_hz in RATES_HZ
+]
+
+
+def test_the_report_is_of_the_present_core() -> None:
+    named = f"`{core_sha256()}`" in REPORT.read_text()
+    assert named, "docs/logger-proof.md is of other sources. Run: make logger-report"
+
+
+def test_the_hash_is_of_everything_that_knows_no_hardware() -> None:
+    names = {path.name for path in core_files()}
+    assert {"logger.cpp", "card_writer.cpp", "messages.h", "crc32.h", "release_detector.cpp"} <= names
+    assert not any(path.parent.name == "drivers" for path in core_files())
+
+
+def test_the_report_is_of_the_full_campaign() -> None:
+    told = re.search(r"(\d+) recordings, (\d+) of them cut off", REPORT.read_text().replace("\n", " "))
+    assert told is not None
+    assert int(told[1]) == SEEDS
+    assert int(told[2]) >= 2000
+
+
+def test_the_report_names_no_machine_and_its_lines_can_be_read() -> None:
+    text = REPORT.read_text()
+    assert str(Path.home()) not in text
+    assert str(REPOSITORY) not in text
+    assert "/tmp" not in text
+    assert all(len(line) <= 120 for line in text.splitlines() if not line.startswith("|"))
+
+
+def test_a_report_tells_its_runs_figures() -> None:
+    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, Tools("12.2.1", "7.2.22"))
+    assert f"{len(RUNS)} recordings, {len(RUNS)} of them cut off" in text.replace("\n", " ")
+    assert "| takes what comes | 280 | 11 | 123 | 123 |" in text
+    assert "| 1000 | 11 | 11 | 450 | 77 | 0 |" in text
+    assert "| 1000 | 3800 | 11800 | 1800 | 300 | 250 | 0.64% |" in text
+    assert f"`{'ab' * 32}`" in text
+
+
+@pytest.mark.parametrize("rate_hz", RATES_HZ)
+def test_the_share_of_the_processor_grows_with_the_rate(rate_hz: int) -> None:
+    one = COUNTED[RATES_HZ.index(rate_hz)]
+    assert one.share == pytest.approx((3800 + 0.17 * 300) * rate_hz / 600e6)

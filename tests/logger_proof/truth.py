@@ -1,0 +1,126 @@
+"""What really happened in a run, as its program wrote it (board/truth.h)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.protocol.enums import BlockKind
+
+HEAD = np.dtype(
+    [
+        *(("magic", "S8"), ("seed", "<u4"), ("kind", "u1"), ("holds_older", "u1"), ("closed", "u1")),
+        *(("state", "u1"), ("rate_hz", "<u2"), ("stall_one_in", "<u2"), ("ring_blocks", "<u4")),
+        *(("image_blocks", "<u4"), ("ticks", "<u4"), ("writes", "<u4"), ("troubles", "<u4")),
+        *(("edges", "<u4"), ("end_us", "<u8"), ("release_us", "<u8"), ("landing_us", "<u8")),
+        *(("faulty", "u1"), ("landing_felt", "u1"), ("pulled", "u1"), ("waits_inside", "u1")),
+        *(("padding", "<u4"), ("spoiled_blocks", "<u4"), ("cache_blocks", "<u4")),
+    ],
+    align=True,
+)
+TICK = np.dtype(
+    [
+        *(("t_us", "<u8"), ("imu", "<i2", (4, 7)), ("angle", "<u2", (6,)), ("served", "u1")),
+        *(("switches_open", "u1"), ("angles", "u1"), ("captured", "u1")),
+    ]
+)
+WRITE = np.dtype(
+    [
+        *(("t_us", "<u8"), ("position", "<u4"), ("session", "<u4"), ("number", "<u4")),
+        *(("first_sample", "<u4"), ("kind", "u1"), ("samples", "u1"), ("synced", "u1")),
+        *(("on_medium", "u1"), ("padding", "<u4")),
+    ]
+)
+TROUBLE = np.dtype([("from_us", "<u8"), ("to_us", "<u8")])
+EDGE = np.dtype([("t_us", "<u8"), ("source", "u1"), ("index", "u1"), ("open", "u1"), ("padding", "u1", (5,))])
+assert (HEAD.itemsize, TICK.itemsize, WRITE.itemsize, EDGE.itemsize) == (88, 80, 32, 16)
+
+
+class Kind(IntEnum):
+    """What a run is about (board/scenario.h)."""
+
+    BETWEEN = 0
+    TORN = 1
+    CACHE_LOST = 2
+    OUT_OF_ORDER = 3
+    STALE = 4
+    STALLS = 5
+    SECOND_COPY = 6
+    CLOSE = 7
+    PULLED = 8
+    DEAD_SENSORS = 9
+    SMALL_RING = 10
+    SPOILED = 11
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """One run.
+
+    Attributes:
+        head: (HEAD) the run as a whole.
+        ticks: (n,) of TICK, every sampling instant.
+        writes: (w,) of WRITE, every block that the card took, in this order.
+        troubles: (k,) of TROUBLE, stalls and losses of contact.
+        edges: (e,) of EDGE, every change of an input.
+    """
+
+    head: np.void
+    ticks: NDArray[np.void]
+    writes: NDArray[np.void]
+    troubles: NDArray[np.void]
+    edges: NDArray[np.void]
+
+    @property
+    def kind(self) -> Kind:
+        return Kind(int(self.head["kind"]))
+
+    @property
+    def end_us(self) -> int:
+        """When the power went."""
+        return int(self.head["end_us"])
+
+    @property
+    def first_tick(self) -> int:
+        """Row of the tick that gave sample 0; the number of ticks when nothing was recorded."""
+        captured = np.flatnonzero(self.ticks["captured"])
+        return int(captured[0]) if len(captured) else len(self.ticks)
+
+    def samples_in(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(n,) bool by sample index: it is in one of the chosen writes."""
+        held = np.zeros(len(self.ticks) + 6, np.bool_)
+        data = self.writes[chosen & (self.writes["kind"] == BlockKind.DATA)]
+        for slot in range(6):
+            held[(data["first_sample"] + slot)[data["samples"] > slot]] = True
+        return held[: len(self.ticks)]
+
+    def dropped(self) -> NDArray[np.bool_]:
+        """(n,) bool by sample index: it found no room, as the numbers of the blocks around it tell."""
+        _, rows = np.unique(self.writes["number"], return_index=True)
+        blocks = self.writes[rows]
+        dropped = np.zeros(len(self.ticks), np.bool_)
+        ends = blocks["first_sample"][:-1].astype(np.int64) + blocks["samples"][:-1]
+        for end, begin in zip(ends.tolist(), blocks["first_sample"][1:].tolist(), strict=True):
+            dropped[end:begin] = True
+        return dropped
+
+
+def read_truth(path: Path) -> Truth:
+    """Raises ValueError: the file is not what its program should have written."""
+    data = path.read_bytes()
+    if len(data) < HEAD.itemsize or data[:8] != b"TFSATRUN":
+        raise ValueError(f"{path} does not tell what happened")
+    head = np.frombuffer(data, HEAD, 1)[0]
+    at = HEAD.itemsize
+    lists = []
+    for name, dtype in (("ticks", TICK), ("writes", WRITE), ("troubles", TROUBLE), ("edges", EDGE)):
+        count = int(head[name])
+        lists.append(np.frombuffer(data, dtype, count, at))
+        at += count * dtype.itemsize
+    if at != len(data):
+        raise ValueError(f"{path} has {len(data)} bytes, {at} were announced")
+    return Truth(head, *lists)
