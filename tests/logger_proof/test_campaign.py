@@ -28,7 +28,7 @@ DEFECTS = {
     ),
     "what a card without contact forgot is not written again": (
         Edit(WRITER, "    position_ = safe_position_;", "    ring_.release(unsynced_), position_ = safe_position_;"),
-        (Kind.PULLED, 6),
+        (Kind.PULLED, 24),
         "before the cut is lost|lost although",
     ),
     "all sessions have the same id": (
