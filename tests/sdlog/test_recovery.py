@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from tests.sdlog.encoder import HEADER, SESSION, Recorder, event, recording, renumbered
 from tests.sdlog.test_values import assert_values, write
 from tfsat_host.protocol.enums import EventCode
+from tfsat_host.protocol.limits import BLOCK_VERSION
 from tfsat_host.protocol.messages import BlockHeader, LogFooter
 from tfsat_host.sdlog import LogError, SessionError, load
 
@@ -155,7 +156,7 @@ def test_contradictions_inside_are_doubtful(tmp_path: Path, change: dict[str, in
         ({"sample_count": 7}, "malformed"),
         ({"event_count": 3}, "malformed"),
         ({"time_us": 1 << 63}, "malformed"),
-        ({"version": 2}, "newer"),
+        ({"version": BLOCK_VERSION + 1}, "newer"),
     ],
 )
 def test_blocks_with_impossible_heads_are_set_aside(

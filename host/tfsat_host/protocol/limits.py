@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("28fcbfb1fe319dac")
+PROTOCOL_HASH = bytes.fromhex("9c2323c9cc045839")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -125,7 +125,7 @@ BLOCK_BYTES = 512
 """A block on the card."""
 BLOCK_MAGIC = 827541076
 """The bytes 'TFS1' that every block begins with."""
-BLOCK_VERSION = 1
+BLOCK_VERSION = 2
 """Version of the block layout."""
 SAMPLES_PER_BLOCK = 6
 """Sample slots in a data block."""

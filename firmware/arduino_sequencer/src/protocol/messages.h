@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x28, 0xFC, 0xBF, 0xB1, 0xFE, 0x31, 0x9D, 0xAC};
+constexpr uint8_t kProtocolHash[8] = {0x9C, 0x23, 0x23, 0xC9, 0xCC, 0x04, 0x58, 0x39};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -132,7 +132,7 @@ constexpr uint32_t kBlockBytes = 512;
 // The bytes 'TFS1' that every block begins with.
 constexpr uint32_t kBlockMagic = 827541076;
 // Version of the block layout.
-constexpr uint32_t kBlockVersion = 1;
+constexpr uint32_t kBlockVersion = 2;
 // Sample slots in a data block.
 constexpr uint32_t kSamplesPerBlock = 6;
 // Event slots in a data block.
