@@ -61,12 +61,20 @@ fuzz-decode: venv  ## look for damaged logs that the decoder gets wrong, RUNS=10
 	@$(BIN)/python -m tests.fuzz.log_campaign --runs $(RUNS)
 
 .PHONY: bench-decode
-bench-decode: venv  ## measure the decoder beside pyulog, mcap, pymavlink's DFReader and Kaitai on the same samples
+bench-decode: decoders  ## measure the decoder beside pyulog, mcap, pymavlink's DFReader and Kaitai on the same samples
 	$(call say,decoders on the same samples)
+	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.decode_bench
+
+.PHONY: decode-report
+decode-report: compiler venv decoders  ## measure the decoder (minutes), decode four drops and write docs/decode-report.md
+	$(call say,what the decoder was measured to do)
+	@$(BIN)/python -m tests.decode_bench.report
+
+.PHONY: decoders
+decoders: venv
 	@[ -e build/bench-decode/installed ] || { $(MAKE_VENV) build/bench-decode/venv && \
 	  build/bench-decode/venv/bin/pip install -qq pyulog mcap pymavlink kaitaistruct numpy fastcrc && \
 	  touch build/bench-decode/installed; }
-	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.decode_bench
 
 .PHONY: sequencer-report
 sequencer-report: toolchain venv  ## measure the sequencer's image in full (minutes) and write docs/sequencer-proof.md

@@ -53,13 +53,21 @@ def test_a_drop_is_recorded_by_hand(robot: Served, both: dict[str, str], tfsat_h
 def test_recording_twice_and_stopping_nothing(robot: Served, tfsat_host: RunCli) -> None:
     nothing = tfsat_host("record", "stop", "--port", robot.logger, expect=1)
     assert "no recording to stop" in nothing.stderr
+    assert "waiting" not in nothing.stderr, "there is nothing to wait for"
     assert f"tfsat-host status --port {robot.logger}" in nothing.stderr
     people = tfsat_host("record", "start", "--port", robot.logger)
     assert f"tfsat-host record stop --port {robot.logger}" in people.stdout
     error = tfsat_host.json("record", "start", "--port", robot.logger, expect=4)["error"]
     assert error["code"] == "wrong_state"
-    assert "recording already" in error["what"]
-    assert error["next_step"].startswith(f"tfsat-host record stop --port {robot.logger}, then")
+    assert error["what"].startswith(f"It is recording already: session {_session(robot, tfsat_host)}, ")
+    assert "That recording goes on" in error["meaning"]
+    assert error["next_step"].startswith(f"Nothing, or see it: tfsat-host status --port {robot.logger}\n")
+    assert tfsat_host.json("status", "--port", robot.logger)["logger"]["state"] == "recording"
+
+
+def _session(robot: Served, tfsat_host: RunCli) -> str:
+    session: str = tfsat_host.json("status", "--port", robot.logger)["logger"]["session"]
+    return session
 
 
 def test_a_logger_that_is_not_named_is_not_asked(robot: Served, tfsat_host: RunCli) -> None:

@@ -7,10 +7,12 @@ of its own (build/bench-decode/venv), where the others are installed.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from importlib.metadata import version as installed
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,6 +47,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="make bench-decode", description=__doc__)
     parser.add_argument("--samples", type=int, default=168_000, help="10 minutes at 280 Hz")
     parser.add_argument("--rounds", type=int, default=5, help="the best one counts")
+    parser.add_argument("--json", type=Path, help="put the figures into this file too")
     arguments = parser.parse_args()
     samples = formats.make_samples(arguments.samples)
     with tempfile.TemporaryDirectory(prefix="tfsat-bench-") as folder:
@@ -68,10 +71,33 @@ def main() -> int:
     print(
         f"\ntfsat on {large_mb:.0f} MB: {large_s:.3f} s, {large_mb / large_s:.0f} MB/s, every block's CRC checked"
     )
+    if arguments.json:
+        table = [
+            {
+                "decoder": one.name,
+                "version": version(one.name),
+                "checks": one.checks,
+                "mb": mb,
+                "taken_s": taken_s,
+            }
+            for one, (mb, _, taken_s) in zip(DECODERS, rows, strict=True)
+        ]
+        figures = {"samples": len(samples.t_us), "rounds": arguments.rounds, "decoders": table}
+        arguments.json.write_text(json.dumps(figures | {"large_mb": large_mb, "large_s": large_s}))
     wrong = [decoder.name for decoder, (_, right, _) in zip(DECODERS, rows, strict=True) if not right]
     if wrong:
         print(f"Error: wrong values from {', '.join(wrong)}", file=sys.stderr)
     return int(bool(wrong))
+
+
+def version(decoder: str) -> str:
+    """Of the package that has it."""
+    package = {"DFReader": "pymavlink", "Kaitai": "kaitaistruct"}.get(decoder, decoder)
+    if package != "tfsat":
+        return installed(package)
+    from tfsat_host import __version__
+
+    return __version__
 
 
 def _measure(decoder: Decoder, samples: Samples, folder: Path, rounds: int) -> tuple[float, bool, float]:

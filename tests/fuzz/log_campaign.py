@@ -47,7 +47,9 @@ def main() -> int:
         print(f"  job {job}: {coverage} edges, {features} features, {corpus} inputs kept")
     found = sorted(set(findings.iterdir()) - before)
     rate = executions / taken_s if taken_s else 0
-    print(f"decoder: {executions} damaged logs in {taken_s:.0f} s ({rate:.0f}/s), {len(found)} findings")
+    summary = f"{executions} damaged logs in {taken_s:.0f} s ({rate:.0f}/s), {len(found)} findings"
+    print(f"decoder: {summary}")
+    (FOLDER / "summary").write_text(f"{summary}\n", encoding="utf-8")
     for finding in found:
         print(f"Error: the decoder broke on {finding.relative_to(REPOSITORY)}", file=sys.stderr)
         print(

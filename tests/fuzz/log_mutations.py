@@ -247,7 +247,8 @@ def _check_sane(log: DropLog) -> None:
         assert np.isfinite(column[log.imu_valid]).all()
     assert np.isfinite(log.sensor_angle_rad[log.angle_valid]).all()
     if log.verdict != "damaged":
-        assert not log.gaps and not log.doubts and log.samples_lost == log.blocks_lost == 0
+        assert log.gaps in ((), (log.late_start,)) and not log.doubts
+        assert log.samples_lost == log.blocks_lost == 0
         assert (np.diff(log.sample_index) == 1).all() and (np.diff(log.t_us) > 0).all()
 
 
@@ -269,7 +270,12 @@ def _check_true(log: DropLog) -> None:
     else:
         assert warnings(log)
     if log.verdict == "truncated":
-        assert log.sample_index.tolist() == list(range(len(log)))
-        assert events == truth.events[: len(events)]
+        first = int(log.sample_index[0])
+        assert log.sample_index.tolist() == list(range(first, first + len(log)))
+        assert log.late_start is not None or first == 0
+        begin = truth.events.index(events[0]) if events else 0
+        assert begin == 0 or log.late_start is not None
+        assert events == truth.events[begin : begin + len(events)]
     if log.footer is not None:
-        assert log.samples_lost == truth.recorder.samples - len(log)
+        before = log.late_start.samples if log.late_start else 0
+        assert log.samples_lost == truth.recorder.samples - len(log) - before

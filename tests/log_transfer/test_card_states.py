@@ -124,7 +124,7 @@ def test_ram_keeps_the_newest_seconds_and_no_more(bench: Bench) -> None:
     bench.logger.start_recording()
     bench.wait(25.0)
     bench.logger.end_capture()
-    entry = bench.logger.wait_for_logs(1.0)[0]
+    entry = bench.logger.wait_for_listing(1.0).entries[0]
     assert entry.blocks == RING_BLOCKS - 1
     path = bench.folder / "ram.bin"
     path.write_bytes(bench.fetch(entry))

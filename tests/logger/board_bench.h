@@ -30,7 +30,10 @@ struct BoardBench {
   }
 
   void run_ms(uint64_t ms) {
-    for (const uint64_t end_us = t_us + 1000 * ms; t_us < end_us;) {
+    run_until(t_us + 1000 * ms);
+  }
+  void run_until(uint64_t end_us) {
+    while (t_us < end_us) {
       t_us += 500;
       for (emulator::Mpu6050& imu : imus) imu.sample(t_us, {0.5, 0, 0}, {0, 0, force_m_s2}, 25.0);
       board.advance_to(t_us);

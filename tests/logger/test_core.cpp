@@ -178,7 +178,7 @@ struct Bench {
 LoggerSettings small_file(uint16_t rate_hz) {
   LoggerSettings settings = factory_settings();
   settings.rate_hz = rate_hz;
-  settings.file_mib = 1;
+  settings.file_mib = 8;
   return settings;
 }
 

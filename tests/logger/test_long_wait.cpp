@@ -10,11 +10,11 @@ using Bench = tfsat_test::BoardBench;
 
 namespace {
 
-// 1 MiB lasts 6.9 s at 1 kHz, less the room for the second copy.
+// At 1 kHz 2 MiB last for a drop of 11 s, its second copy, and 8 s before.
 LoggerSettings small() {
   LoggerSettings settings = logger::factory_settings();
   settings.rate_hz = 1000;
-  settings.file_mib = 1;
+  settings.file_mib = 2;
   settings.after_landing_s = 5;
   return settings;
 }
@@ -28,13 +28,22 @@ Recording file(const Bench& bench, uint16_t number) {
   return tfsat_test::read_recording(blocks, blocks.size());
 }
 
+// When the first file ends, by a run that nobody disturbs.
+uint64_t first_file_ends_us() {
+  Bench bench;
+  bench.write_settings(small());
+  bench.start(1);
+  bench.run_ms(12000);
+  return file(bench, 1).sample_times_us.back();
+}
+
 }  // namespace
 
 TEST_CASE(a_full_file_goes_on_in_the_next_and_a_stop_ends_it) {
   Bench bench;
   bench.write_settings(small());
   const uint32_t session = bench.start(1).session;
-  bench.run_ms(17000);
+  bench.run_ms(20000);
   CHECK(bench.status().state == LoggerState::kRecording && bench.status().session != session);
   CHECK(bench.start(1).session == bench.status().session);  // a late copy of the first start
   bench.stop();
@@ -52,19 +61,48 @@ TEST_CASE(a_full_file_goes_on_in_the_next_and_a_stop_ends_it) {
   }
 }
 
-TEST_CASE(a_file_that_is_full_in_a_drop_ends_the_recording) {
-  Bench bench;
-  bench.write_settings(small());
-  bench.start(1);
-  bench.run_ms(4000);
-  bench.release();
-  bench.run_ms(2500);
-  bench.land();
-  bench.run_ms(8000);
-  CHECK(bench.status().state == LoggerState::kStopped && bench.card.file(2).empty());
-  const Recording log = file(bench, 1);
-  const std::vector<Event> landings = events_of(log, EventCode::kLanding);
-  CHECK(!landings.empty() && log.sample_times_us.back() > landings[0].time_us);
+// Just before the file's end, between two files, and just after.
+TEST_CASE(a_drop_at_the_change_of_files_is_recorded_like_any_other) {
+  const uint64_t end_us = first_file_ends_us();
+  for (const int64_t offset_us : {-2000000, -6000, -2000, -500, 0, 500, 1000, 3000, 8000, 20000}) {
+    Bench bench;
+    bench.write_settings(small());
+    bench.start(1);
+    bench.run_until(static_cast<uint64_t>(static_cast<int64_t>(end_us) + offset_us));
+    bench.release();
+    const uint64_t released_us = bench.t_us;
+    bench.run_ms(2500);
+    bench.land();
+    bench.run_ms(7000);
+    CHECK(bench.status().state == LoggerState::kStopped);
+    const uint16_t last = bench.card.file(2).empty() ? 1 : 2;
+    const Recording log = file(bench, last);
+    const std::vector<Event> releases = events_of(log, EventCode::kRelease);
+    CHECK(releases.size() == 1 && releases[0].time_us == released_us);
+    CHECK(events_of(log, EventCode::kLanding).size() == 1);
+    const size_t before = last == 1 ? 0 : events_of(file(bench, 1), EventCode::kSwitchEdge).size();
+    CHECK(before + events_of(log, EventCode::kSwitchEdge).size() == 2);
+    CHECK(log.footers.at(0).stop_reason == StopReason::kLanding);
+    CHECK(log.footers[0].samples_dropped == 0 && log.footers[0].blocks_rewritten > 600);
+  }
+}
+
+TEST_CASE(a_card_gone_at_the_change_of_files_leaves_the_drop_in_ram) {
+  const uint64_t end_us = first_file_ends_us();
+  for (const int64_t offset_us : {-3000000, -200000, -1000, 0, 500, 1000, 1500, 2500}) {
+    Bench bench;
+    bench.write_settings(small());
+    bench.start(1);
+    bench.run_until(static_cast<uint64_t>(static_cast<int64_t>(end_us) + offset_us));
+    bench.card.set_present(false);
+    bench.run_ms(12000);
+    CHECK(bench.status().state == LoggerState::kFailed);
+    bench.release();
+    bench.run_ms(2500);
+    bench.land();
+    bench.run_ms(6000);
+    CHECK(bench.status().ram_holds_drop == 1);
+  }
 }
 
 TEST_CASE(a_card_without_room_for_the_next_file_leaves_the_drop_in_ram) {

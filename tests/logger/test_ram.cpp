@@ -228,3 +228,26 @@ TEST_CASE(a_main_loop_that_is_away_for_a_second_costs_ram_nothing) {
     check_holds_drop(ram_of(bench), released_us, 1000);
   }
 }
+
+// The loop meets a card that does not answer; meanwhile a knock ends and the robot is released.
+TEST_CASE(a_release_behind_a_knock_that_the_main_loop_never_saw_is_the_one_that_is_kept) {
+  for (const uint32_t knock_ms : {1000u, 3000u}) {
+    Bench bench;
+    bench.period_us = 1000;
+    bench.card.open_error = ErrorCode::kNoCard;
+    bench.start(1, 11);
+    bench.release_after_us(5000000);
+    bench.run_us(knock_ms * 1000);
+    bench.set_switches(0);
+    for (int i = 0; i < 500; ++i) bench.interrupt();
+    bench.set_switches(3);
+    const uint64_t released_us = bench.t_us;
+    for (int i = 0; i < 100; ++i) bench.interrupt();
+    bench.run_us(2500000);
+    bench.land();
+    bench.run_us(10000000);
+    const Recording ram = ram_of(bench);
+    CHECK(ram.sample_times_us.front() + kRewriteBeforeReleaseUs <= released_us);
+    CHECK(ram.sample_times_us.back() >= released_us + kRewriteAfterReleaseUs);
+  }
+}

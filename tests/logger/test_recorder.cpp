@@ -86,7 +86,7 @@ TEST_CASE(a_full_file_is_closed_cleanly) {
   CHECK(bench.recorder.state() == LoggerState::kStopped);
   CHECK(bench.recorder.error() == ErrorCode::kCardFull);
   const Recording recording = tfsat_test::read_recording(bench.card.blocks, 40);
-  CHECK(recording.heads.size() <= 20 && recording.heads.size() > 16);
+  CHECK(recording.heads.size() <= 20 && recording.heads.size() > 9);
   CHECK(recording.footers.size() == 1 && recording.footers[0].samples_dropped == 0);
   CHECK(recording.footers[0].stop_reason == StopReason::kFileFull);
 }

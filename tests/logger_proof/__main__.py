@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 
 from tests.emulator_avr.building import REPOSITORY, BuildError
+from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
 from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SEEDS, run_all
 from tests.logger_proof.instructions import count_instructions
-from tests.logger_proof.judge import Broken
 from tests.logger_proof.m7 import BATCH, FULL_SEEDS, twins
 from tests.logger_proof.report import Tools, render
 

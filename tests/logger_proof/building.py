@@ -17,8 +17,8 @@ FIRMWARE = Path("firmware", "teensy_logger", "src")
 SOURCES = REPOSITORY / FIRMWARE
 PORTABLE = ("core", "protocol", "release")
 """Folders of the firmware that know no hardware."""
-RUN = ("main", "world", "robot", "card", "scenario")
-INSTRUCTIONS = ("instructions",)
+RUN = ("main", "world", "robot", "card", "cable", "scenario")
+INSTRUCTIONS = ("instructions", "cable")
 
 WARNINGS = ("-Wall", "-Wextra", "-Wshadow", "-Werror")
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")

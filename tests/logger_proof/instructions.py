@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.logger_proof.judge import Broken
+from tests.logger_proof.broken import Broken
 from tests.logger_proof.m7 import qemu
 
 CLOCK_HZ = 600_000_000

@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.logger_proof.broken import Broken
+from tests.logger_proof.contents import check_contents, check_headers
+from tests.logger_proof.ram import check_ram, doubled_samples, fall_rows
 from tests.logger_proof.truth import Kind, Truth
 from tfsat_host.protocol.enums import BlockKind, LoggerState, StopReason
+from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.sdlog import DropLog, LogError, load
 
 PARTIAL_AND_SYNC_US = 100_000 + 250_000
@@ -20,10 +24,6 @@ STATE_LAG_US = 50_000
 """The interrupt may end a recording before the main loop knows."""
 ROWS_OF_A_FALL_US = (-900_000, 3_900_000)
 """About the release: what the second copy must hold, a little less than 1 s before it to 4 s after it."""
-
-
-class Broken(Exception):
-    """A promise that the logger or the decoder did not keep."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +40,8 @@ class Outcome:
         trouble_us: In that time and the 2 s before it, when the card took nothing.
         ring_peak_blocks: Most blocks that ever waited, as the footer tells; 0 without one.
         headerless: Samples stood on the card before its first sync, and no header.
+        number: Of the recording in its run, from 1.
+        from_ram: The drop was fetched from RAM.
     """
 
     seed: int
@@ -63,74 +65,116 @@ class Outcome:
     spoiled: int
     headerless: bool
     ring_peak_blocks: int
+    number: int
+    from_ram: bool
+
+    @property
+    def cut(self) -> bool:
+        """The power went before the end."""
+        return not self.closed and self.kind is not Kind.CARD_LOST
 
 
-def judge(image: Path, truth: Truth) -> Outcome:
-    """Raises Broken, with the seed in its text."""
+@dataclass(frozen=True, eq=False)
+class _Reading:
+    """What a recording's samples came to; all (n,) bool by sample index.
+
+    Attributes:
+        log: None where the card holds no readable recording yet.
+        taken: The logger recorded it.
+        held: It is read from the card.
+        dropped: It found no room.
+        on_card: A whole block on the medium holds it.
+    """
+
+    log: DropLog | None
+    taken: NDArray[np.bool_]
+    held: NDArray[np.bool_]
+    dropped: NDArray[np.bool_]
+    on_card: NDArray[np.bool_]
+
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        lost: NDArray[np.bool_] = self.taken & ~self.held & ~self.dropped
+        return lost
+
+    @property
+    def headerless(self) -> bool:
+        return self.log is None and bool(self.on_card.any())
+
+
+def judge(folder: Path, truth: Truth) -> Outcome:
+    """One recording of a run, from SEED.bin and SEED.ram. Raises Broken, with the seed in its text."""
+    head = truth.head
     try:
-        return _judge(image, truth)
+        return _judge(folder, truth)
     except Broken as broken:
-        head = truth.head
         raise Broken(f"seed {head['seed']} ({truth.kind.name}, {head['rate_hz']} Hz): {broken}") from None
 
 
-def _judge(image: Path, truth: Truth) -> Outcome:
-    if int(truth.head["state"]) == LoggerState.FAILED:
+def _judge(folder: Path, truth: Truth) -> Outcome:
+    failed = truth.is_last and int(truth.head["state"]) == LoggerState.FAILED
+    if failed and not truth.head["lost_for_good"]:
         raise Broken("the card was given up although it came back in time")
-    log = _decoded(image, truth)
-    samples = truth.ticks[truth.first_tick :]
-    held = np.zeros(len(samples), np.bool_)
-    if log is not None:
-        rows = _rows(log, samples)
-        held[rows] = True
-        _check_values(log, samples[rows], truth)
-        _check_events(log, truth)
-    on_medium = truth.writes["on_medium"] != 0
-    headerless = log is None and bool(truth.samples_in(on_medium).any())
-    if not headerless:
-        _check_kept(held, truth.samples_in(on_medium)[: len(held)], "stood on the card")
-    _check_kept(held, truth.samples_in(truth.writes["synced"] != 0)[: len(held)], "had been synced")
-    if (held & ~truth.samples_in(on_medium)[: len(held)]).any():
+    reading = _read(_own_file(folder, truth), truth)
+    log = reading.log
+    if not reading.headerless:
+        _check_kept(reading.held, reading.on_card, "stood on the card")
+    _check_kept(reading.held, truth.samples_in(truth.writes["synced"] != 0), "had been synced")
+    if (reading.held & ~reading.on_card).any():
         raise Broken("a sample was read that no whole block on the card holds")
-    dropped = truth.dropped()[: len(held)]
-    taken = _taken(truth, samples)
-    _check_drops(log, dropped)
-    lost = taken & ~held & ~dropped
-    loss_us, trouble_us = _loss(lost, samples, truth)
+    _check_drops(log, reading.dropped)
+    loss_us, trouble_us = _loss(reading.lost, truth)
     if log is not None:
-        _check_verdict(log, lost, dropped, truth)
-    rewritten = _check_second_copy(truth, samples)
-    return _outcome(log, truth, taken, held, dropped, loss_us, trouble_us, rewritten, headerless)
+        _check_verdict(log, reading, truth)
+    doubled = doubled_samples(truth)
+    _check_second_copy(truth, doubled)
+    if truth.is_last and truth.head["lost_for_good"]:
+        check_ram(folder / f"{truth.head['seed']}.ram", truth, doubled, reading.held)
+    return _outcome(truth, reading, loss_us, trouble_us, bool(doubled.any()))
 
 
-def _outcome(
-    log: DropLog | None,
-    truth: Truth,
-    taken: NDArray[np.bool_],
-    held: NDArray[np.bool_],
-    dropped: NDArray[np.bool_],
-    loss_us: int,
-    trouble_us: int,
-    rewritten: bool,
-    headerless: bool,
-) -> Outcome:
+def _own_file(folder: Path, truth: Truth) -> Path:
+    image = folder / f"{truth.head['seed']}.bin"
+    if truth.head["file_count"] == 1:
+        return image
+    own = folder / f"{truth.head['seed']}.{truth.number}.bin"
+    begin, end = truth.blocks.start * BLOCK_BYTES, truth.blocks.stop * BLOCK_BYTES
+    own.write_bytes(image.read_bytes()[begin:end])
+    return own
+
+
+def _read(image: Path, truth: Truth) -> _Reading:
+    log = _decoded(image, truth)
+    held = np.zeros(len(truth.samples), np.bool_)
+    if log is not None:
+        held[check_contents(log, truth)] = True
+        check_headers(image, truth)
+    return _Reading(
+        log=log,
+        taken=_taken(truth),
+        held=held,
+        dropped=truth.dropped(),
+        on_card=truth.samples_in(truth.writes["on_medium"] != 0),
+    )
+
+
+def _outcome(truth: Truth, reading: _Reading, loss_us: int, trouble_us: int, rewritten: bool) -> Outcome:
+    log = reading.log
     aside = log.set_aside if log else None
-    stalls = truth.troubles["to_us"] - truth.troubles["from_us"]
+    stalls = truth.troubles[truth.troubles["pulled"] == 0]
     return Outcome(
         seed=int(truth.head["seed"]),
         kind=truth.kind,
-        rate_hz=int(truth.head["rate_hz"]),
+        rate_hz=truth.rate_hz,
         verdict=log.verdict if log else "nothing yet",
-        closed=bool(truth.head["closed"]),
-        file_full=log is not None
-        and log.footer is not None
-        and log.footer.stop_reason == StopReason.FILE_FULL,
-        stalls=len(stalls) if truth.head["stall_one_in"] else 0,
-        longest_stall_us=int(stalls.max(initial=0)) if truth.kind is not Kind.PULLED else 0,
+        closed=truth.closed,
+        file_full=bool(log and log.footer and log.footer.stop_reason == StopReason.FILE_FULL),
+        stalls=len(stalls),
+        longest_stall_us=int((stalls["to_us"] - stalls["from_us"]).max(initial=0)),
         pulled=bool(truth.head["pulled"]),
-        samples=int(np.count_nonzero(taken)),
-        decoded=int(np.count_nonzero(held)),
-        dropped=int(np.count_nonzero(dropped)),
+        samples=int(np.count_nonzero(reading.taken)),
+        decoded=int(np.count_nonzero(reading.held)),
+        dropped=int(np.count_nonzero(reading.dropped)),
         torn=aside.torn if aside else 0,
         stale=aside.stale if aside else 0,
         duplicate=aside.duplicate if aside else 0,
@@ -138,8 +182,10 @@ def _outcome(
         trouble_us=trouble_us,
         rewritten=rewritten,
         spoiled=int(truth.head["spoiled_blocks"]),
-        headerless=headerless,
+        headerless=reading.headerless,
         ring_peak_blocks=log.footer.ring_peak_blocks if log and log.footer else 0,
+        number=truth.number,
+        from_ram=bool(truth.is_last and truth.head["ram_blocks"]),
     )
 
 
@@ -166,69 +212,18 @@ def _decoded(image: Path, truth: Truth) -> DropLog | None:
     return None
 
 
-def _taken(truth: Truth, samples: NDArray[np.void]) -> NDArray[np.bool_]:
+def _taken(truth: Truth) -> NDArray[np.bool_]:
     """(n,) bool: the logger recorded it, as its state told, or handed it to the card."""
-    handed = truth.samples_in(np.ones(len(truth.writes), np.bool_))[: len(samples)]
-    taken: NDArray[np.bool_] = handed | (samples["captured"] != 0)
+    handed = truth.samples_in(np.ones(len(truth.writes), np.bool_))
+    taken: NDArray[np.bool_] = handed | (truth.samples["captured"] != 0)
     footers = truth.writes[truth.writes["kind"] == BlockKind.FOOTER]
     if len(footers):
         end = int(footers["first_sample"][0])
-        after = samples["t_us"][end:][taken[end:]]
+        after = truth.samples["t_us"][end:][taken[end:]]
         if len(after) and int(after[-1] - after[0]) > STATE_LAG_US:
             raise Broken("no sample is taken although the state says that it records")
         taken[end:] = False
     return taken
-
-
-def _rows(log: DropLog, samples: NDArray[np.void]) -> NDArray[np.int64]:
-    """Which sample each decoded one claims to be."""
-    if len(np.unique(log.sample_index)) != len(log) or log.sample_index[-1] >= len(samples):
-        raise Broken("samples that were never taken")
-    if not np.array_equal(samples["t_us"][log.sample_index], log.t_us.astype(np.uint64)):
-        raise Broken("a time is wrong")
-    return log.sample_index
-
-
-def _check_values(log: DropLog, truth: NDArray[np.void], run: Truth) -> None:
-    served = _bits(truth["served"], 4)
-    if (log.imu_valid & ~served).any():
-        raise Broken("an IMU is called valid that gave nothing")
-    if (log.imu_counts != truth["imu"])[log.imu_valid].any():
-        raise Broken("an IMU's value is wrong")
-    faulty = _bits(run.head["faulty"][None], 4)[0]
-    if not log.imu_valid[:, ~faulty].all():
-        raise Broken("a fault of one IMU costs another its values")
-    ends = np.isin(truth["imu"][:, :, [0, 1, 2, 4, 5, 6]], (-32768, 32767)).any(axis=2)
-    if (log.clipped != ends)[log.imu_valid].any():
-        raise Broken("a clipped value is not flagged, or another is")
-    if not np.array_equal(log.angle_valid, _bits(truth["angles"], 6)):
-        raise Broken("an angle sensor is called valid that is not, or the other way")
-    if not np.array_equal(log.angle_counts, truth["angle"]):
-        raise Broken("an angle is wrong")
-    if not np.array_equal(log.switch_open, _bits(truth["switches_open"], 2)):
-        raise Broken("a release switch is wrong")
-
-
-def _bits(values: NDArray[np.uint8], count: int) -> NDArray[np.bool_]:
-    bits: NDArray[np.bool_] = (values[:, None] >> np.arange(count)) & 1 != 0
-    return bits
-
-
-def _check_events(log: DropLog, truth: Truth) -> None:
-    edges = {tuple(edge) for edge in truth.edges[["t_us", "source", "index", "open"]].tolist()}
-    strokes = sorted(edge[0] for edge in edges if edge[1])
-    for event in log.events:
-        if event.name == "switch_edge" and (event.t_us, 0, event.index, event.arg) not in edges:
-            raise Broken("a switch edge that was none")
-        if event.name == "stroke" and (event.index >= len(strokes) or strokes[event.index] != event.t_us):
-            raise Broken("a stroke that was none")
-    if log.release is not None and not log.gaps and abs(log.release.t_us - _release_us(truth)) > 1:
-        raise Broken(f"the release is {log.release.t_us - _release_us(truth)} us off")
-
-
-def _release_us(truth: Truth) -> int:
-    """Both switches open: the second one's edge."""
-    return int(truth.edges["t_us"][(truth.edges["source"] == 0) & (truth.edges["index"] == 1)][0])
 
 
 def _check_kept(held: NDArray[np.bool_], due: NDArray[np.bool_], what: str) -> None:
@@ -250,11 +245,11 @@ def _check_drops(log: DropLog | None, dropped: NDArray[np.bool_]) -> None:
         raise Broken("samples were dropped, and the recording is called complete")
 
 
-def _loss(lost: NDArray[np.bool_], samples: NDArray[np.void], truth: Truth) -> tuple[int, int]:
+def _loss(lost: NDArray[np.bool_], truth: Truth) -> tuple[int, int]:
     """How old the oldest lost sample was at the cut, and for how much of that the card took nothing."""
     if not lost.any():
         return 0, 0
-    oldest_us = int(samples["t_us"][np.argmax(lost)])
+    oldest_us = int(truth.samples["t_us"][np.argmax(lost)])
     end_us = truth.end_us
     # Before that, a backlog may have been left by earlier trouble.
     window_us = oldest_us - 2_000_000
@@ -268,31 +263,23 @@ def _loss(lost: NDArray[np.bool_], samples: NDArray[np.void], truth: Truth) -> t
     return end_us - oldest_us, trouble_us
 
 
-def _check_verdict(log: DropLog, lost: NDArray[np.bool_], dropped: NDArray[np.bool_], truth: Truth) -> None:
-    if truth.head["closed"] and lost.any():
+def _check_verdict(log: DropLog, reading: _Reading, truth: Truth) -> None:
+    lost, dropped = reading.lost, reading.dropped
+    if truth.closed and lost.any():
         raise Broken(f"{np.count_nonzero(lost)} samples are lost although the recording was closed")
-    if truth.head["closed"] and log.footer is None:
+    if truth.closed and log.footer is None:
         raise Broken("the recording was closed, and has no end")
     if log.verdict == "complete" and (lost.any() or dropped.any()):
         raise Broken("a recording that lacks samples is called complete")
-    unspoiled = truth.head["closed"] and not dropped.any() and not truth.head["spoiled_blocks"]
+    unspoiled = truth.closed and not dropped.any() and not truth.head["spoiled_blocks"]
     if unspoiled and log.verdict != "complete":
         raise Broken(f"a whole recording is called {log.verdict}: {log.doubts}")
 
 
-def _check_second_copy(truth: Truth, samples: NDArray[np.void]) -> bool:
-    """Whether the fall was written twice; it must be where the card was quiet and the recording closed."""
-    synced = truth.writes[truth.writes["synced"] != 0]
-    twice = np.zeros(len(truth.writes), np.bool_)
-    numbers, counts = np.unique(synced["number"], return_counts=True)
-    twice[:] = np.isin(truth.writes["number"], numbers[counts > 1])
-    doubled = truth.samples_in(twice)[: len(samples)]
-    since_us = samples["t_us"].astype(np.int64) - _release_us(truth)
-    fall = (since_us > ROWS_OF_A_FALL_US[0]) & (since_us < ROWS_OF_A_FALL_US[1])
+def _check_second_copy(truth: Truth, doubled: NDArray[np.bool_]) -> None:
+    """The fall must be there twice where the card was quiet and the recording ended by itself."""
+    fall = fall_rows(truth, ROWS_OF_A_FALL_US)
     quiet = not len(truth.troubles) and truth.kind is not Kind.SMALL_RING
-    ended_by_itself = (
-        truth.head["closed"] and int(samples["t_us"][-1]) > int(truth.head["landing_us"]) + 4_500_000
-    )
-    if quiet and ended_by_itself and not doubled[fall].all():
+    ended_by_itself = truth.closed and truth.last_sample_us > int(truth.head["landing_us"]) + 4_500_000
+    if quiet and ended_by_itself and truth.begin_us < truth.release_us and not doubled[fall].all():
         raise Broken(f"{np.count_nonzero(fall & ~doubled)} samples of the fall were not written twice")
-    return bool(doubled.any())

@@ -11,13 +11,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.logger_proof.broken import Broken
 from tests.logger_proof.campaign import run
-from tests.logger_proof.judge import Broken
 
 MACHINE = "mps2-an500"
 FULL_SEEDS = 96
-"""Four of each kind of fault at each rate."""
-SHORT_SEEDS = (1, 16, 20, 33)
+"""Three of each kind of fault at each rate."""
+SHORT_SEEDS = (1, 14, 15, 28)
 BATCH = 8
 LIMIT_S = 240
 

@@ -31,6 +31,10 @@ TEXT = {
     Kind.PULLED: "after the card was out of its contacts, once or twice",
     Kind.DEAD_SENSORS: "one to three IMUs, a bus or an angle sensor fail",
     Kind.SMALL_RING: "2 % of the writes stall, with a ring of 10 to 63 blocks",
+    Kind.FALSE_RELEASE: "after both switches opened and closed again before the release",
+    Kind.RECLOSED: "after both switches closed for good behind the landing",
+    Kind.CARD_LOST: "the card is gone for good before, in or after the fall",
+    Kind.NEXT_FILE: "the file is full before the release, another follows",
     Kind.SPOILED: "after the end; 5 % of the blocks written twice and the header spoiled",
 }
 VERDICTS = ("complete", "truncated", "damaged", "nothing yet")
@@ -40,13 +44,19 @@ Judged after each run, sample by sample:
 - Nothing is lost that the card had: every sample that a sync had made safe, or whose block stands whole on the
   medium, is read.
 - Nothing is wrong: no time, reading, angle, switch, flag or edge is other than the sensors said; no sample is read that
-  no whole block holds; no IMU is called valid that gave nothing, and none invalid because another failed.
+  no whole block holds; no IMU is called valid that gave nothing, and none invalid because another failed; what a frozen
+  one repeated is taken back to where it stood still; each header has the rate and the time of day.
+- Every event is there whose block must be: edges, strokes and how many came too fast, releases and those that were
+  none, the landing, stalls, losses of the card, late ticks; each once, at its time, with its value. There is no other.
+  The footer's times between samples (of ticks that jitter and that are missed), jitter, stalls and copies are right.
 - Nothing is hidden: a recording that lacks anything is never called complete, what the logger dropped stands in the
   log, and a recording that was closed lacks nothing else.
+- Where the card is gone for good, RAM, fetched over the cable, gives the drop from 1 s before the release to 4 s after
+  it (at 1 kHz, which the ring just holds: 0.9 s and 3.9 s), unless the card has it twice; judged as a card is.
 - Where the recording ended by itself on a quiet card, the fall from 0.9 s before the release to 3.9 s after it is on
   it twice.
 
-This many runs, and what the decoder called them:"""
+This many recordings, and what the decoder called them:"""
 NOT_MODELLED = """\
 - **A real card's mistakes.** The card here loses, tears and reorders what it had not programmed. It does not damage
   blocks that were safe, but for the last kind of run, and does not lie about a sync.
@@ -96,8 +106,8 @@ def _head(outcomes: Sequence[Outcome], tools: Tools) -> str:
             ("emulator", f"QEMU {tools.qemu}, machine {MACHINE}"),
         ],
     )
-    cuts = sum(not outcome.closed for outcome in outcomes)
-    last_seed = FIRST_SEED + len(outcomes) - 1
+    cuts = sum(outcome.cut for outcome in outcomes)
+    last_seed = max(outcome.seed for outcome in outcomes)
     text = _paragraph(
         "Written by `make logger-report`; do not edit. The logger's own core records drops of a synthetic robot on a "
         "card that fails in every way below, in virtual time; the decoder reads the card's image afterwards and is "
@@ -114,22 +124,26 @@ def _campaign(outcomes: Sequence[Outcome]) -> str:
         for rate_hz in RATES_HZ:
             part = [one for one in outcomes if (one.kind, one.rate_hz) == (kind, rate_hz)]
             verdicts = Counter(one.verdict for one in part)
-            cuts = sum(not one.closed for one in part)
+            cuts = sum(one.cut for one in part)
             torn, stale = sum(one.torn for one in part), sum(one.stale for one in part)
             rows.append(
                 (TEXT[kind], rate_hz, len(part), cuts, *(verdicts[name] for name in VERDICTS), torn, stale)
             )
-    header = ("when the power goes", "Hz", "runs", "cuts", *VERDICTS, "torn blocks", "stale blocks")
+    header = ("when the power goes", "Hz", "recordings", "cuts", *VERDICTS, "torn blocks", "stale blocks")
     decoded = sum(one.decoded for one in outcomes)
     dropped = [one.dropped for one in outcomes if one.dropped]
     early = sum(one.headerless for one in outcomes)
+    from_ram = sum(one.from_ram for one in outcomes)
+    later = sum(one.number > 1 for one in outcomes)
     found = _paragraph(
         f"{decoded} samples were read back and compared. {sum(dropped)} samples of {len(dropped)} runs found no room, "
         "in a ring that was too small on purpose, or in a file that was full before the main loop knew: the log "
         f"counts each of them as dropped. In {early} runs the power went before the first sync, when a card that "
         "programs in any order held samples and not yet the header: those cannot be read, and the decoder says so. "
         "A torn block is any split of new and old bytes, either part first, alternating stretches of 8 to 256 bytes, "
-        "or noise behind the split. A run without a cut ended by itself before its power went."
+        "or noise behind the split. A recording without a cut ended by itself before its power went. "
+        f"{later} recordings followed another one in "
+        f"their run. From RAM, {from_ram} drops were fetched."
     )
     return f"## 1. Faults\n\n{JUDGED}\n\n{table(header, rows)}\n\n{found}"
 
@@ -138,9 +152,7 @@ def _losses(outcomes: Sequence[Outcome]) -> str:
     rows = []
     for rate_hz in RATES_HZ:
         cut = [
-            one
-            for one in outcomes
-            if one.rate_hz == rate_hz and not one.closed and one.kind is not Kind.SMALL_RING
+            one for one in outcomes if one.rate_hz == rate_hz and one.cut and one.kind is not Kind.SMALL_RING
         ]
         for name, chosen in (
             ("takes what comes", [one for one in cut if not one.stalls and not one.pulled]),
@@ -178,8 +190,8 @@ def _stalls(outcomes: Sequence[Outcome]) -> str:
     header = ("Hz", "runs", "stalls", "longest, ms", "most blocks waiting", "samples dropped")
     full = sum(one.file_full for one in outcomes)
     rest = _paragraph(
-        f"Not among them: {full} runs in which a file of 1 MiB was full before the recording was over. What is sampled "
-        "between the file's last block and the end of the recording, half a second behind a stall, counts as dropped."
+        f"Not among them: {full} recordings whose file was full before the end. What is sampled between the file's "
+        "last block and the end of the recording, half a second behind a stall, counts as dropped."
     )
     title = "## 3. Stalls of 50 to 500 ms in 1 % of the writes, with the firmware's own ring"
     return f"{title}\n\n{table(header, rows)}\n\n{rest}"

@@ -9,15 +9,17 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.emulator_avr.building import Edit
+from tests.logger_proof.broken import Broken
 from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SHORT_SEEDS, run_all, run_each, seeds_of
 from tests.logger_proof.conftest import Plant
-from tests.logger_proof.judge import Broken
 from tests.logger_proof.truth import Kind
 from tfsat_host.sdlog import blocks
 
 WRITER = "core/card_writer.cpp"
 BUILDER = "core/block_builder.cpp"
 RECORDER = "core/recorder.cpp"
+LOGGER = "core/logger.cpp"
+WATCH = "core/drop_watch.cpp"
 
 # What the defect is, where it is planted, the runs that find it, and what they say.
 DEFECTS = {
@@ -71,6 +73,66 @@ DEFECTS = {
         (Kind.DEAD_SENSORS, 6),
         "an IMU is called valid that gave nothing",
     ),
+    "every second stroke is not logged": (
+        Edit(LOGGER, "event.value = edge.lost;", "event.value = edge.lost;\n  if (strokes_ % 2 && strokes_++) return;"),
+        (Kind.SPOILED, 1),
+        "no stroke is in the log",
+    ),
+    "edges that were not kept are not told": (
+        Edit(LOGGER, "  event.value = edge.lost;\n", ""),
+        (Kind.SPOILED, 4),
+        "no stroke is in the log",
+    ),
+    "the release is logged 250 ms late": (
+        Edit(WATCH, "(released_us_, EventCode::kRelease, 1,", "(released_us_ + 250000, EventCode::kRelease, 1,"),
+        (Kind.SPOILED, 1),
+        "no release is in the log",
+    ),
+    "a release that was none is not taken back": (
+        Edit(WATCH, "note(released_us_, EventCode::kRelease, 0, 0);", ""),
+        (Kind.FALSE_RELEASE, 4),
+        "no release is in the log",
+    ),
+    "the landing is not logged": (
+        Edit(WATCH, "note(t_us, EventCode::kLanding,", "if (false) note(t_us, EventCode::kLanding,"),
+        (Kind.SPOILED, 1),
+        "no landing is in the log",
+    ),
+    "stalls are not logged": (
+        Edit(WRITER, "    note(last_free_us_, EventCode::kCardStall, 0, took_ms);\n", ""),
+        (Kind.STALLS, 4),
+        "no card_stall is in the log",
+    ),
+    "the time of day lacks the uptime": (
+        Edit(BUILDER, "unix_at_zero_us_ == 0 ? 0 : unix_at_zero_us_ + t_us", "unix_at_zero_us_"),
+        (Kind.SPOILED, 1),
+        "time of day is wrong",
+    ),
+    "the jitter is not told": (
+        Edit(BUILDER, "  footer.jitter_rms_us = intervals_.rms_us();\n", ""),
+        (Kind.SPOILED, 4),
+        "the jitter is",
+    ),
+    "what a frozen sensor repeated is not taken back": (
+        Edit("core/sampler.cpp", "froze ? static_cast<int32_t>(sensor.still_us()) : 0;", "0;\n  (void)froze;"),
+        (Kind.DEAD_SENSORS, 24),
+        "what a frozen IMU repeated is called valid",
+    ),
+    "events without room are forgotten": (
+        Edit(RECORDER, "if (!builder_.add_event(*event)) break;", "builder_.add_event(*event);"),
+        (Kind.SMALL_RING, 8),
+        "is in the log",
+    ),
+    "RAM is overwritten after the landing": (
+        Edit(RECORDER, "if (fall_kept_ && state_ == LoggerState::kFailed) {", "if (false) {"),
+        (Kind.CARD_LOST, 4),
+        "RAM",
+    ),
+    "a drop that only RAM has is not kept": (
+        Edit(RECORDER, "!on_card_twice && !card_takes;", "!on_card_twice && !card_takes && false;"),
+        (Kind.CARD_LOST, 8),
+        "RAM lacks",
+    ),
 }  # fmt: skip
 
 
@@ -87,6 +149,8 @@ def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> No
     assert any(outcome.pulled for outcome in outcomes)
     assert any(outcome.stalls for outcome in outcomes)
     assert any(outcome.spoiled for outcome in outcomes)
+    assert any(outcome.from_ram for outcome in outcomes)
+    assert any(outcome.number > 1 for outcome in outcomes)
     assert {outcome.verdict for outcome in outcomes} >= {"complete", "truncated", "damaged"}
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.emulator_avr.building import Edit
+from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import INSTRUCTIONS, build_for_m7
 from tests.logger_proof.instructions import count_instructions
-from tests.logger_proof.judge import Broken
 from tests.logger_proof.m7 import SHORT_SEEDS, compare, twins
 
 

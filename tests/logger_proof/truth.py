@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.enums import BlockKind
 
+FILE = np.dtype([("first_block", "<u4"), ("blocks", "<u4"), ("closed", "<u4")])
 HEAD = np.dtype(
     [
-        *(("magic", "S8"), ("seed", "<u4"), ("kind", "u1"), ("holds_older", "u1"), ("closed", "u1")),
+        *(("magic", "S8"), ("seed", "<u4"), ("kind", "u1"), ("holds_older", "u1"), ("file_count", "u1")),
         *(("state", "u1"), ("rate_hz", "<u2"), ("stall_one_in", "<u2"), ("ring_blocks", "<u4")),
         *(("image_blocks", "<u4"), ("ticks", "<u4"), ("writes", "<u4"), ("troubles", "<u4")),
         *(("edges", "<u4"), ("end_us", "<u8"), ("release_us", "<u8"), ("landing_us", "<u8")),
-        *(("faulty", "u1"), ("landing_felt", "u1"), ("pulled", "u1"), ("waits_inside", "u1")),
-        *(("padding", "<u4"), ("spoiled_blocks", "<u4"), ("cache_blocks", "<u4")),
+        *(("faulty", "u1"), ("landing_felt", "u1"), ("pulled", "u1"), ("lost_for_good", "u1")),
+        *(("ram_blocks", "<u4"), ("spoiled_blocks", "<u4"), ("cache_blocks", "<u4")),
+        *(("unix_at_zero_us", "<u8"), ("files", FILE, (4,))),
     ],
     align=True,
 )
@@ -32,12 +34,22 @@ WRITE = np.dtype(
     [
         *(("t_us", "<u8"), ("position", "<u4"), ("session", "<u4"), ("number", "<u4")),
         *(("first_sample", "<u4"), ("kind", "u1"), ("samples", "u1"), ("synced", "u1")),
-        *(("on_medium", "u1"), ("padding", "<u4")),
+        *(("on_medium", "u1"), ("file", "u1"), ("padding", "u1", (3,))),
     ]
 )
-TROUBLE = np.dtype([("from_us", "<u8"), ("to_us", "<u8")])
-EDGE = np.dtype([("t_us", "<u8"), ("source", "u1"), ("index", "u1"), ("open", "u1"), ("padding", "u1", (5,))])
-assert (HEAD.itemsize, TICK.itemsize, WRITE.itemsize, EDGE.itemsize) == (88, 80, 32, 16)
+TROUBLE = np.dtype([("from_us", "<u8"), ("to_us", "<u8"), ("pulled", "u1"), ("padding", "u1", (7,))])
+EDGE = np.dtype(
+    [
+        ("t_us", "<u8"),
+        ("source", "u1"),
+        ("index", "u1"),
+        ("open", "u1"),
+        ("lost", "u1"),
+        ("padding", "u1", (4,)),
+    ]
+)
+SIZES = (HEAD.itemsize, TICK.itemsize, WRITE.itemsize, TROUBLE.itemsize, EDGE.itemsize)
+assert SIZES == (144, 80, 32, 24, 16)
 
 
 class Kind(IntEnum):
@@ -55,29 +67,56 @@ class Kind(IntEnum):
     DEAD_SENSORS = 9
     SMALL_RING = 10
     SPOILED = 11
+    FALSE_RELEASE = 12
+    RECLOSED = 13
+    CARD_LOST = 14
+    NEXT_FILE = 15
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """One run.
+    """One recording of a run.
 
     Attributes:
         head: (HEAD) the run as a whole.
-        ticks: (n,) of TICK, every sampling instant.
-        writes: (w,) of WRITE, every block that the card took, in this order.
+        number: Of the recording and its file, from 1.
+        ticks: (n,) of TICK, every sampling instant from power-up to the next recording.
+        writes: (w,) of WRITE, every block of it that the card took, in this order.
         troubles: (k,) of TROUBLE, stalls and losses of contact.
-        edges: (e,) of EDGE, every change of an input.
+        edges: (e,) of EDGE, every change of an input in the run.
+        begin_us: The recording before it had its last sample then; 0 without one.
     """
 
     head: np.void
+    number: int
     ticks: NDArray[np.void]
     writes: NDArray[np.void]
     troubles: NDArray[np.void]
     edges: NDArray[np.void]
+    begin_us: int
 
     @property
     def kind(self) -> Kind:
         return Kind(int(self.head["kind"]))
+
+    @property
+    def rate_hz(self) -> int:
+        return int(self.head["rate_hz"])
+
+    @property
+    def closed(self) -> bool:
+        """Its file was closed."""
+        return bool(self.head["files"][self.number - 1]["closed"])
+
+    @property
+    def is_last(self) -> bool:
+        return self.number == max(1, int(self.head["file_count"]))
+
+    @property
+    def blocks(self) -> slice:
+        """Its file's on the medium."""
+        first, count, _ = self.head["files"][self.number - 1].tolist()
+        return slice(first, first + count)
 
     @property
     def end_us(self) -> int:
@@ -85,10 +124,28 @@ class Truth:
         return int(self.head["end_us"])
 
     @property
+    def release_us(self) -> int:
+        """Of the robot: both switches open, the second one's edge."""
+        opened = (self.edges["source"] == 0) & (self.edges["index"] == 1) & (self.edges["open"] == 1)
+        return int(self.edges["t_us"][opened][-1])
+
+    @property
     def first_tick(self) -> int:
         """Row of the tick that gave sample 0; the number of ticks when nothing was recorded."""
-        captured = np.flatnonzero(self.ticks["captured"])
+        captured = np.flatnonzero(self.ticks["captured"] == self.number)
         return int(captured[0]) if len(captured) else len(self.ticks)
+
+    @property
+    def samples(self) -> NDArray[np.void]:
+        """(n,) of TICK by sample index; behind the last sample, ticks that were not recorded."""
+        return self.ticks[self.first_tick :]
+
+    @property
+    def last_sample_us(self) -> int:
+        """As its footer tells, or the end of the run."""
+        footers = self.writes[self.writes["kind"] == BlockKind.FOOTER]
+        end = int(footers["first_sample"][0]) if len(footers) else 0
+        return int(self.samples["t_us"][end - 1]) if end else self.end_us
 
     def samples_in(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(n,) bool by sample index: it is in one of the chosen writes."""
@@ -96,31 +153,52 @@ class Truth:
         data = self.writes[chosen & (self.writes["kind"] == BlockKind.DATA)]
         for slot in range(6):
             held[(data["first_sample"] + slot)[data["samples"] > slot]] = True
-        return held[: len(self.ticks)]
+        return held[: len(self.samples)]
 
     def dropped(self) -> NDArray[np.bool_]:
         """(n,) bool by sample index: it found no room, as the numbers of the blocks around it tell."""
         _, rows = np.unique(self.writes["number"], return_index=True)
         blocks = self.writes[rows]
-        dropped = np.zeros(len(self.ticks), np.bool_)
+        dropped = np.zeros(len(self.samples), np.bool_)
         ends = blocks["first_sample"][:-1].astype(np.int64) + blocks["samples"][:-1]
         for end, begin in zip(ends.tolist(), blocks["first_sample"][1:].tolist(), strict=True):
             dropped[end:begin] = True
         return dropped
 
 
-def read_truth(path: Path) -> Truth:
-    """Raises ValueError: the file is not what its program should have written."""
+def read_truth(path: Path) -> list[Truth]:
+    """The recordings of a run; one, without writes, where none was begun.
+
+    Raises ValueError: the file is not what its program should have written.
+    """
     data = path.read_bytes()
     if len(data) < HEAD.itemsize or data[:8] != b"TFSATRUN":
         raise ValueError(f"{path} does not tell what happened")
     head = np.frombuffer(data, HEAD, 1)[0]
     at = HEAD.itemsize
-    lists = []
+    lists = {}
     for name, dtype in (("ticks", TICK), ("writes", WRITE), ("troubles", TROUBLE), ("edges", EDGE)):
         count = int(head[name])
-        lists.append(np.frombuffer(data, dtype, count, at))
+        lists[name] = np.frombuffer(data, dtype, count, at)
         at += count * dtype.itemsize
     if at != len(data):
         raise ValueError(f"{path} has {len(data)} bytes, {at} were announced")
-    return Truth(head, *lists)
+    return _recordings(head, **lists)
+
+
+def _recordings(
+    head: np.void,
+    ticks: NDArray[np.void],
+    writes: NDArray[np.void],
+    troubles: NDArray[np.void],
+    edges: NDArray[np.void],
+) -> list[Truth]:
+    recordings: list[Truth] = []
+    begin_us = 0
+    for number in range(1, max(1, int(head["file_count"])) + 1):
+        later = np.flatnonzero(ticks["captured"] > number)
+        own = ticks[: later[0]] if len(later) else ticks
+        written = writes[writes["file"] == number]
+        recordings.append(Truth(head, number, own, written, troubles, edges, begin_us))
+        begin_us = recordings[-1].last_sample_us
+    return recordings

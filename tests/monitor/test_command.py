@@ -236,6 +236,11 @@ def test_without_any_board(tfsat_host: RunCli) -> None:
     assert error["code"] == "none-found"
 
 
+def test_a_port_that_is_not_there(tfsat_host: RunCli) -> None:
+    done = tfsat_host("monitor", "--for", "1", "--port", "nope", "--json", expect=1)
+    assert json.loads(done.stdout)["error"]["code"] == "missing"
+
+
 def test_emulated(tfsat_host: RunCli) -> None:
     lines = json_lines(tfsat_host("monitor", "--emulated", "--for", "0.4", "--json").stdout)
     assert lines[-1]["sequencer"]["state"] == "safe" and lines[-1]["logger"]["state"] == "idle"

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sdlog.encoder import SESSION, recording
+from tests.sdlog.encoder import SESSION, recording, renumbered
 from tfsat_host.protocol.log_layout import CRC_OFFSET
 from tfsat_host.sdlog import LogError, load, survey
 from tfsat_host.sdlog.source import LogSource
@@ -99,6 +99,41 @@ def test_blocks_in_any_order(tmp_path: Path) -> None:
     used, said = above_output(path)
     assert used < ALLOWED_BYTES
     assert said == ["truncated", 239_994, 0]
+
+
+def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neighbours are read together, and of a number only the best block so far is kept."""
+    header, data, *rest = recording(3).blocks
+    path = tmp_path / "SD.bin"
+    path.write_bytes(header + data * 400_000 + b"".join(rest))
+    used, said = above_output(path)
+    assert used < ALLOWED_BYTES
+    assert said == ["complete", 18, 399_999]
+    reads = 0
+    read_into = LogSource.read_into
+
+    def counted(source: LogSource, target: memoryview, offset: int) -> memoryview:
+        nonlocal reads
+        reads += 1
+        return read_into(source, target, offset)
+
+    monkeypatch.setattr(LogSource, "read_into", counted)
+    load(path)
+    assert reads < 300
+
+
+def test_one_block_written_again_with_other_content(tmp_path: Path) -> None:
+    """The one with the most samples counts, then the first; others are equal to it or in conflict."""
+    recorder = recording(3)
+    header, data, *rest = recorder.blocks
+    fewer = renumbered(data, sample_count=3)
+    other = renumbered(data, time_us=5_000_001)
+    path = tmp_path / "SD.bin"
+    again = [fewer] * 5000 + [data] * 5000 + [other] * 5000 + [data] * 2 + [fewer]
+    path.write_bytes(b"".join([header, *again, *rest]))
+    log = load(path)
+    assert (log.set_aside.duplicate, log.set_aside.conflicting) == (5001, 10_001)
+    assert (len(log), int(log.t_us[0])) == (18, 5_000_000)
 
 
 def test_old_recordings_of_a_whole_card_leave_only_their_places(

@@ -263,9 +263,13 @@ def test_any_loss_gives_right_values_and_right_counts(
     assert log.sample_index.tolist() == samples
     assert log.t_us.tolist() == [recorder.time_us(index) for index in samples]
     assert_values(log)
-    assert log.blocks_lost == max(kept) + 1 - len(kept)
+    before = log.late_start
+    if before is not None:
+        assert order[0] == blocks[before.blocks] and min(kept) == before.blocks
+    assert log.blocks_lost == max(kept) + 1 - len(kept) - (before.blocks if before else 0)
     has_footer = closed and len(blocks) - 1 in kept
     if has_footer:
-        assert log.samples_lost == recorder.samples - len(samples)
-    everything = len(kept) == max(kept) + 1 and not log.samples_lost
-    assert log.verdict == (("complete" if has_footer else "truncated") if everything else "damaged")
+        assert log.samples_lost == recorder.samples - len(samples) - (before.samples if before else 0)
+    whole = not log.blocks_lost and not log.samples_lost
+    both_ends = has_footer and before is None
+    assert log.verdict == (("complete" if both_ends else "truncated") if whole else "damaged")

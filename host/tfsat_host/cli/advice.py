@@ -13,6 +13,7 @@ from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import ErrorCode
 
 if TYPE_CHECKING:
+    from tfsat_host.devices.card_trouble import DropInDanger
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
 
@@ -45,6 +46,7 @@ def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -
     except BoardError as error:
         if error.code == ErrorCode.WRONG_STATE:
             error.what, error.next_step = _wrong_state(board)
+            error.meaning, error.next_step = _drop_in_danger(board) or (error.meaning, error.next_step)
         error.next_step = _DEVICE_COMMAND.sub(lambda found: found[0] + device_option(args), error.next_step)
         raise
 
@@ -99,6 +101,15 @@ def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
     )
 
 
+def _drop_in_danger(board: SequencerClient | LoggerClient) -> DropInDanger | None:
+    """What is worse than a refused request: a drop that no card takes."""
+    from tfsat_host.devices.card_trouble import drop_in_danger
+    from tfsat_host.protocol.messages import LoggerStatusReply
+
+    status = board.status()
+    return drop_in_danger(status) if isinstance(status, LoggerStatusReply) else None
+
+
 _WRITING = "still writing its EEPROM"
 _WRONG_STATES = {
     ("sequencer", "safe"): (f"safe, but {_WRITING}", "Wait a second"),
@@ -112,6 +123,6 @@ _WRONG_STATES = {
         "still recording into its RAM, as its card has failed",
         "tfsat-host record stop ends that",
     ),
-    ("logger", "stopping"): ("still closing its last recording", "Wait a second"),
+    ("logger", "stopping"): ("still closing its last recording", "Wait until it is closed"),
 }
 """By board and state: the state in words, and what ends it."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import os
-from contextlib import closing
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
+from tfsat_host.cli.arming_logger import look_at_logger
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
 from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
 from tfsat_host.cli.output import Output
@@ -36,6 +35,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     if parser.prog.endswith(" disarm"):
         return
     accept_negative_numbers(parser)
+    parser.add_argument(
+        "--unrecorded",
+        action="store_true",
+        help="arm even if the logger's recording does not reach its card",
+    )
     parser.add_argument(
         "--joints",
         metavar=("A1", "A2", "A3"),
@@ -78,7 +82,7 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
         refusal = arm_refusal(status, stored, sequencer.settings().settings, args.joints_cdeg)
         if refusal is not None:
             raise refusal
-        recording = _look_at_logger(args, out)
+        recording = look_at_logger(args, out)
         out.note(flight_words(stored))
         out.note(_servo_warning(status.state))
         _demand_the_word(out)
@@ -166,41 +170,3 @@ def _disarm(args: argparse.Namespace, out: Output) -> int:
             _EMULATED_DISARMED if args.emulated else _DISARMED,
         )
     return 0
-
-
-def _look_at_logger(args: argparse.Namespace, out: Output) -> bool | None:
-    """Whether the logger records, with a warning if not; None when there is none to ask.
-
-    An explicit `--port` scans no others: then only the environment names a logger.
-    """
-    from tfsat_host.devices.discovery import PortError, find_port, port_variable
-    from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.devices.transport import SerialTransport
-    from tfsat_host.protocol.enums import LoggerState
-
-    if args.port is not None and not os.environ.get(port_variable("logger")):
-        out.warn(
-            f"The logger was not asked whether it records: --port names the sequencer only. A drop that is not "
-            f"recorded leaves no data. To have it asked, set {port_variable('logger')}=PORT"
-        )
-        return None
-    try:
-        port = find_port("logger")
-    except PortError as error:
-        out.warn(
-            f"The logger was not asked whether it records: a drop that is not recorded leaves no data. {error.what}"
-        )
-        return None
-    try:
-        with closing(SerialTransport(port)) as transport:
-            status = LoggerClient.connect(transport).status()
-    except TfsatError as error:
-        out.warn(f"The logger did not say whether it records. {error.what}")
-        return None
-    recording = status.state == LoggerState.RECORDING and status.blocks_written > 0
-    if not recording:
-        out.warn(
-            f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
-            "Start it: tfsat-host record start"
-        )
-    return recording

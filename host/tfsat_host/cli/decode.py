@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import argparse
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.decode_words import aside_words, footer_rows, recordings_lines, utc, verdict_words
 from tfsat_host.cli.decoded_files import FORMATS
 from tfsat_host.cli.event_words import event_words
 from tfsat_host.cli.options import add_output_options
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import DataLossError
+from tfsat_host.errors import DataLossError, TfsatError
 
 if TYPE_CHECKING:
-    pass
+    from tfsat_host.cli.decoded_files import Written
+    from tfsat_host.sdlog import DropLog
 
-_VERDICTS = {
-    "complete": "complete: nothing is missing",
-    "truncated": "truncated: nothing is missing up to the last sample; the end is",
-    "damaged": "damaged: something inside is missing or contradictory",
-}
+
+class NotWrittenError(TfsatError):
+    """The recording was decoded and its files could not be written (exit code 1).
+
+    Attributes:
+        details: For `--json`: the decoded facts, which a full disk need not cost.
+    """
+
+    def __init__(self, error: TfsatError, facts: dict[str, Any]) -> None:
+        super().__init__(what=error.what, meaning=error.meaning, next_step=error.next_step)
+        self.details = {"decoded": facts}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +49,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder to write to (default: beside FILE)")
     parser.add_argument(
-        "--session", metavar="ID", type=_session, help="which recording, 8 hex digits (default: the newest)"
+        "--session",
+        metavar="ID",
+        type=_session,
+        help="which recording of the file, 8 hex digits (default: the newest by the time of day in the headers; "
+        "where an unbroken one has none, the first in the file)",
     )
     parser.add_argument("--force", action="store_true", help="overwrite files that this command did not make")
     add_output_options(parser)
@@ -50,53 +61,66 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
-    from tfsat_host.cli.decoded_files import write_decoded
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.summary import summary
 
-    log = load(args.file, session=args.session)
-    folder = args.out or args.file.parent
-    with out.progress(f"Writing {', '.join(args.format)}"):
-        written = write_decoded(log, folder / args.file.stem, args.format, force=args.force)
-    for path in written.removed:
-        out.note(f"{path} was removed: it is older than the recording of this name.")
-    facts = summary(log) | {"files": {name: str(path) for name, path in written.files.items()}}
+    with out.progress(f"Reading {args.file}", total=1.0) as advance:
+        log = load(args.file, session=args.session, progress=advance)
+    facts = summary(log)
+    for line in recordings_lines(facts, args.file):
+        out.note(line)
     for warning in facts["warnings"]:
         out.warn(warning) if not warning.startswith(" ") else out.note(warning)
+    try:
+        written = _write(log, args, out)
+    except TfsatError as error:
+        _show(facts, out)
+        raise NotWrittenError(error, facts) from None
+    for path in written.removed:
+        out.note(f"{path} was removed: it is older than the recording of this name.")
+    facts["files"] = {name: str(path) for name, path in written.files.items()}
     out.result(facts, lambda: _show(facts, out))
     return DataLossError.exit_code if facts["warnings"] else 0
 
 
+def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
+    """Raises TfsatError also where the system refuses: the recording itself was decoded."""
+    from tfsat_host.cli.decoded_files import write_decoded
+
+    folder = args.out or args.file.parent
+    try:
+        with out.progress(f"Writing {', '.join(args.format)}"):
+            return write_decoded(log, folder / args.file.stem, args.format, force=args.force)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise TfsatError(
+            what=f"No file could be written to {folder}: {error.strerror or error}.",
+            meaning=f"The recording {log.session:08x} is decoded ({log.verdict}, {len(log)} samples); "
+            "not all of its files are there.",
+            next_step="Make room, or name a folder that can be written with --out.",
+        ) from None
+
+
 def _show(facts: dict[str, Any], out: Output) -> None:
-    others = facts["other_sessions"]
-    out.line(
-        f"Recording  {facts['session']}" + (f"  (also in the file: {', '.join(others)})" if others else "")
-    )
-    out.line(f"Verdict    {_VERDICTS[facts['verdict']]}")
+    out.line(f"Recording  {facts['session']}")
+    out.line(f"Verdict    {verdict_words(facts)}")
     if facts["unix_offset_us"] is not None:
-        out.line(f"Started    {_utc(facts['header']['wall_clock_us'])}")
+        out.line(f"Started    {utc(facts['header']['wall_clock_us'])}")
     rate = "unknown" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
     commanded = f"{facts['header']['rate_hz']:g} Hz commanded"
     out.line(f"Samples    {facts['samples']} in {facts['duration_s']:.3f} s, {rate} ({commanded})")
-    aside = {name: count for name, count in facts["set_aside"].items() if count}
-    if aside:
-        listed = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in aside.items())
-        out.line(f"Set aside  {listed} (blocks)")
+    for label, text in footer_rows(facts["footer"]):
+        out.line(f"{label:<11}{text}")
+    if aside := aside_words(facts):
+        out.line(f"Set aside  {aside} (blocks)")
     out.line()
     columns = ("sensor", "valid", "invalid", "clipped")
     out.table(columns, [[row[name] for name in columns] for row in facts["sensors"]])
     _show_clipping(facts, out)
     _show_events(facts, out)
-    for path in facts["files"].values():
+    for path in facts.get("files", {}).values():
         out.line(f"Written    {path}")
-
-
-def _utc(unix_us: int) -> str:
-    try:
-        moment = datetime.fromtimestamp(unix_us / 1e6, UTC)
-    except (OverflowError, ValueError, OSError):
-        return f"at an impossible time of day ({unix_us} µs since 1970)"
-    return moment.isoformat(sep=" ", timespec="seconds").replace("+00:00", " UTC")
 
 
 def _show_clipping(facts: dict[str, Any], out: Output) -> None:

@@ -14,12 +14,15 @@ _TEXTS = {
     "sensor_recovered": "IMU of body {number} measures again",
     "card_stall": "the card took nothing for {value} ms",
     "samples_dropped": "{value} samples dropped: the ring was full",
-    "ring_high_water": "{value} blocks wait for the card: {arg} quarters of the ring are full",
+    "ring_high_water": "{value} blocks wait for the card: {fill} of the ring",
     "card_lost": "the card was lost: {cause}",
     "card_back": "the card takes blocks again, after {value} ms",
     "rewritten": "the seconds around the fall were written a second time: {value} blocks",
     "sampling_late": "{value} µs without a sample",
 }
+
+_FILLS = {1: "more than a quarter", 2: "more than half", 3: "more than 3 quarters"}
+"""By whole quarters of the ring."""
 
 
 def event_words(event: dict[str, Any]) -> str:
@@ -34,7 +37,7 @@ def event_words(event: dict[str, Any]) -> str:
     return _TEXTS.get(name, name).format(
         number=event["index"] + 1,
         state="opened" if arg else "closed",
-        arg=arg,
+        fill=_FILLS.get(arg, "all"),
         value=value,
         cause=_cause(arg),
     )

@@ -24,43 +24,46 @@ class FetchedLogs:
         self.path = Path(platformdirs.user_state_dir("tfsat")) / "fetched.json"
 
     def copy_of(self, serial: str, entry: LogEntry) -> Path | None:
-        """Where the copy of a logger's recording lies; None if there is none, or it is not as it was.
+        """Where a copy of a logger's recording lies, the newest first; None if none stands as it was fetched.
 
         Raises:
             TfsatError: the notes are damaged.
         """
-        note = self._notes().get(_key(serial, entry))
-        if note is None:
-            return None
-        path = Path(str(note["path"]))
-        try:
-            with path.open("rb") as file:
-                same = hashlib.file_digest(file, "sha256").hexdigest() == note["sha256"]
-        except OSError:
-            return None
-        return path if same else None
+        notes = reversed(self._notes().get(_key(serial, entry), []))
+        return next((Path(note["path"]) for note in notes if _stands(note)), None)
+
+    def sha256_of(self, serial: str, entry: LogEntry, path: Path) -> str | None:
+        """The SHA-256 of `path` if it is as it was fetched from this recording; None if it is anything else.
+
+        Raises:
+            TfsatError: the notes are damaged.
+        """
+        for note in self._notes().get(_key(serial, entry), []):
+            if _same_file(Path(note["path"]), path) and _stands(note):
+                return str(note["sha256"])
+        return None
 
     def add(self, serial: str, entry: LogEntry, path: Path, sha256: str) -> None:
-        """Notes that `path` holds the whole recording. Raises TfsatError."""
+        """Notes that `path` holds the whole recording, beside the other copies of it. Raises TfsatError."""
         from tfsat_host.cli.outputs import write_atomically
 
         notes = self._notes()
-        notes[_key(serial, entry)] = {
-            "path": str(path.absolute()),
-            "sha256": sha256,
-            "fetched_unix_s": int(time.time()),
-        }
-        text = json.dumps(notes, indent=1)
+        place = str(path.absolute())
+        for key, copies in notes.items():
+            notes[key] = [note for note in copies if note["path"] != place]
+        note = {"path": place, "sha256": sha256, "fetched_unix_s": int(time.time())}
+        notes.setdefault(_key(serial, entry), []).append(note)
+        text = json.dumps({key: copies for key, copies in notes.items() if copies}, indent=1)
         write_atomically(self.path, lambda file: file.write_text(text, encoding="utf-8"))
 
-    def _notes(self) -> dict[str, dict[str, Any]]:
+    def _notes(self) -> dict[str, list[dict[str, Any]]]:
         try:
             notes = json.loads(self.path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             return {}
         except ValueError:
             notes = None
-        if not isinstance(notes, dict) or not all(_is_note(note) for note in notes.values()):
+        if not isinstance(notes, dict) or not all(_are_notes(copies) for copies in notes.values()):
             raise TfsatError(
                 what=f"{self.path} is damaged: it notes which recordings were fetched.",
                 meaning="No recording is concerned, neither on the logger nor on this computer.",
@@ -69,8 +72,26 @@ class FetchedLogs:
         return notes
 
 
-def _is_note(note: object) -> bool:
-    return isinstance(note, dict) and {"path", "sha256"} <= note.keys()
+def _are_notes(copies: object) -> bool:
+    return isinstance(copies, list) and all(
+        isinstance(note, dict) and all(isinstance(note.get(name), str) for name in ("path", "sha256"))
+        for note in copies
+    )
+
+
+def _stands(note: dict[str, Any]) -> bool:
+    try:
+        with Path(note["path"]).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() == str(note["sha256"])
+    except OSError:
+        return False
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:
+        return False
 
 
 def _key(serial: str, entry: LogEntry) -> str:

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.output import Output
+from tfsat_host.cli.output import Output, error_as_dict
 from tfsat_host.errors import RefusedError
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.logger import LoggerClient
+    from pathlib import Path
+
+    from tfsat_host.devices.log_transfer import Listing
     from tfsat_host.protocol.messages import LogEntry
 
 _RAM = 0
@@ -43,8 +45,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
             action.add_argument(
                 "--out",
                 metavar="PATH",
-                type=file_name,
-                help="file, or folder (default: the recording's own name in the current folder)",
+                type=_place,
+                help="file, or folder; a name that ends with / is a new one "
+                "(default: the recording's own name in the current folder)",
             )
             action.add_argument("--force", action="store_true", help="overwrite another file of that name")
         elif name == "erase":
@@ -70,11 +73,12 @@ def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
     from tfsat_host.cli.fetched import FetchedLogs
     from tfsat_host.cli.log_words import ENTRY_COLUMNS, entry_as_dict, entry_row
-    from tfsat_host.devices.logger import ram_seconds
+    from tfsat_host.cli.logger_state import card_words
 
     fetched = FetchedLogs()
     with open_logger(args, out) as logger:
-        entries = logger.logs()
+        listing = logger.listing()
+        entries = listing.entries
         status = logger.status()
         copies = [fetched.copy_of(logger.identity.serial, entry) for entry in entries]
         result: dict[str, Any] = {
@@ -85,6 +89,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
             "ram_holds_drop": bool(status.ram_holds_drop),
             "card": status.card.name.lower(),
             "card_free_mib": status.card_free_mib,
+            "card_error": None if listing.card_error is None else error_as_dict(listing.card_error),
             "device": {"port": logger.port, **logger.identity.as_dict()},
         }
     rows = [entry_row(entry, str(copy) if copy else "–") for entry, copy in zip(entries, copies, strict=True)]
@@ -93,19 +98,18 @@ def _list(args: argparse.Namespace, out: Output) -> int:
         if rows:
             out.table(ENTRY_COLUMNS, rows)
         else:
-            out.line("No recordings.")
-        out.line(f"Card: {status.card.name.lower().replace('_', ' ')}, {status.card_free_mib} MiB free.")
+            out.line("No recordings." if listing.card_error is None else "No recordings can be read.")
+        out.line(f"Card: {card_words(status)}.")
         if status.ram_holds_drop:
             out.line("RAM holds a drop that no card has.")
         elif any(entry.number == _RAM for entry in entries):
-            seconds = ram_seconds(status.rate_hz)
-            out.line(
-                f"RAM still holds the last {seconds:.0f} s or less of the last recording, until power goes."
-            )
+            out.line("RAM still holds the end of the last recording, until power goes.")
 
     out.result(result, show)
     if status.ram_holds_drop:
         out.warn(ram_warning(device_option(args)))
+    if listing.card_error is not None:
+        out.warn(f"The card's recordings cannot be listed. {listing.card_error.what}")
     return 0
 
 
@@ -124,9 +128,10 @@ def _erase(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.devices.log_names import entry_words
 
     with open_logger(args, out) as logger:
-        entry = pick(logger.logs(), args.which)
+        entry = pick(logger.listing(), args.which)
+        holds_drop = bool(logger.status().ram_holds_drop)
         copy = FetchedLogs().copy_of(logger.identity.serial, entry)
-        if copy is None and not args.force and _matters(logger, entry):
+        if copy is None and not args.force and (entry.number != _RAM or holds_drop):
             raise RefusedError(
                 what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
                 "or not as it was fetched.",
@@ -144,33 +149,43 @@ def _erase(args: argparse.Namespace, out: Output) -> int:
                 "copy": copy,
                 "device": {"port": logger.port, **logger.identity.as_dict()},
             },
-            "Given up: a recording may be started again."
-            if entry.number == _RAM
-            else f"Erased: {entry_words(entry)}.",
+            _given_up(copy, holds_drop) if entry.number == _RAM else f"Erased: {entry_words(entry)}.",
         )
     return 0
 
 
-def _matters(logger: LoggerClient, entry: LogEntry) -> bool:
-    """What RAM holds beside the card is of no worth."""
-    return entry.number != _RAM or bool(logger.status().ram_holds_drop)
+def _given_up(copy: Path | None, held_drop: bool) -> str:
+    """RAM is overwritten by the next recording; until then it stays as it is."""
+    if copy is not None:
+        return f"RAM is free for the next recording; what it held is safe: {copy}."
+    if held_drop:
+        return "Given up: a recording may be started again."
+    return "RAM held no drop that needed keeping; a recording may be started."
 
 
-def pick(entries: list[LogEntry], number: int) -> LogEntry:
+def pick(listing: Listing, number: int) -> LogEntry:
     """The recording of that number. Raises BoardError, as the logger would."""
     from tfsat_host.devices.board_errors import board_error
     from tfsat_host.protocol.enums import ErrorCode
     from tfsat_host.protocol.messages import ErrorReply, LogReadRequest
 
-    for entry in entries:
+    for entry in listing.entries:
         if entry.number == number:
             return entry
+    if listing.card_error is not None and number != _RAM:
+        raise listing.card_error
     raise board_error(ErrorReply(LogReadRequest.TYPE, ErrorCode.NO_SUCH_LOG, -1))
 
 
 def word(entry: LogEntry) -> str:
     """What a person types for it."""
     return "ram" if entry.number == _RAM else str(entry.number)
+
+
+def _place(text: str) -> str:
+    """An argparse type: a file or folder, as it was typed. Raises ArgumentTypeError for nothing."""
+    file_name(text)
+    return text
 
 
 def _which(text: str) -> int:

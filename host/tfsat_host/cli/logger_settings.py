@@ -50,6 +50,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for option, name, metavar, meaning in _OPTIONS:
         set_.add_argument(option, dest=name, metavar=metavar, type=_whole, help=meaning)
     set_.add_argument(
+        "--factory", action="store_true", help="take the factory's values for all that is not named"
+    )
+    set_.add_argument(
         "--clock",
         action="store_true",
         help="also set the logger's time of day to this computer's, until power goes",
@@ -87,9 +90,10 @@ def _show(args: argparse.Namespace, out: Output) -> int:
 def _set(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.advice import offering_emulated
     from tfsat_host.cli.connection import open_logger
-    from tfsat_host.devices.logger_settings import check
+    from tfsat_host.devices.logger_settings import FACTORY, check
 
-    wanted = {name: value for _, name, _, _ in _OPTIONS if (value := getattr(args, name)) is not None}
+    named = {name: value for _, name, _, _ in _OPTIONS if (value := getattr(args, name)) is not None}
+    wanted = asdict(FACTORY) | named if args.factory else named
     if not wanted and not args.clock:
         raise UsageError(
             what="Nothing to set was named.",

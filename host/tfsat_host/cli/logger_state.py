@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.board_state import Rows, switch_words, switches_closed, with_fault
+from tfsat_host.cli.board_state import Rows, switch_words, switches_closed
 from tfsat_host.cli.log_words import clock_words
+from tfsat_host.cli.output import error_as_dict
+from tfsat_host.devices.card_trouble import drop_in_danger, file_was_full, recording_in_danger, state_words
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.units import US_PER_S
 
@@ -28,9 +30,13 @@ def logger_state(board: LoggerClient) -> tuple[dict[str, Any], Rows]:
     """State, card, sensors, switches, the recording, the clock. Raises what its requests raise."""
     status = board.status()
     clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
+    refusal = recording_in_danger(status)
     state: dict[str, Any] = {
         "state": status.state.name.lower(),
         "error": status.error.name.lower(),
+        "file_full": file_was_full(status),
+        "attention": attention(status),
+        "arm_refusal": None if refusal is None else error_as_dict(refusal),
         "card": status.card.name.lower(),
         "card_free_mib": status.card_free_mib,
         "phase": status.phase.name.lower(),
@@ -57,7 +63,8 @@ def logger_state(board: LoggerClient) -> tuple[dict[str, Any], Rows]:
 def _rows(status: LoggerStatusReply, clock_error_s: float | None) -> Rows:
     settings = "factory" if status.settings_origin == Origin.FACTORY else "changed"
     rows = [
-        ("  state", with_fault(status.state.name.lower(), status.error.name.lower())),
+        ("  state", state_words(status)),
+        *(("  ATTENTION", text) for text in attention(status)),
         ("  card", card_words(status)),
         ("  IMUs", _imu_words(status)),
         ("  switches", switch_words(status.switches_open)),
@@ -68,6 +75,15 @@ def _rows(status: LoggerStatusReply, clock_error_s: float | None) -> Rows:
     if status.ram_holds_drop:
         rows.insert(1, ("  RAM", RAM_HOLDS_DROP))
     return rows
+
+
+def attention(status: LoggerStatusReply) -> list[str]:
+    """What must not be overlooked of a recording and its card, one text each; RAM_HOLDS_DROP is another."""
+    drop = drop_in_danger(status)
+    if drop is not None:
+        return [" ".join(drop)]
+    refusal = None if status.ram_holds_drop else recording_in_danger(status)
+    return [] if refusal is None else [" ".join((refusal.what, refusal.meaning))]
 
 
 def card_words(status: LoggerStatusReply) -> str:

@@ -137,15 +137,18 @@ def _all_lost(lost: dict[BoardName, TfsatError]) -> TfsatError:
 def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack) -> Watched:
     """Opens what there is. Raises what is most telling if there is nothing, and BuildError."""
     watched = Watched(time.monotonic)
+    errors: list[TfsatError] = []
     for place in places(args, out, stack):
         try:
             _open_one(place, watched, sensors, out, stack)
         except TfsatError as error:
-            out.note(error.what)
+            errors.append(error)
             if place.expected is not None:
                 watched.lost[place.expected] = error
     if not watched.any_left:
-        raise most_telling(list(watched.lost.values()))
+        raise most_telling(errors)
+    for missed in errors:
+        out.note(missed.what)
     watched.lost = {board: error for board, error in watched.lost.items() if not absent(error)}
     return watched
 

@@ -8,9 +8,10 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.board_state import switch_words, with_fault
-from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, card_words
+from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention, card_words
 from tfsat_host.cli.monitor_words import UNCALIBRATED, commanded_deg, error_words
-from tfsat_host.protocol.enums import CardState, ErrorCode
+from tfsat_host.devices.card_trouble import card_is_bad, file_was_full, state_words
+from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 
 if TYPE_CHECKING:
@@ -87,10 +88,12 @@ class Picture:
             if status.resets_while_armed:
                 texts.append(f"RESTARTS: the sequencer restarted {status.resets_while_armed} x while armed.")
         if self.logger is not None:
-            texts += _error("LOGGER ERROR", self.logger.status.error)
+            texts += attention(self.logger.status)
+            if not file_was_full(self.logger.status):
+                texts += _error("LOGGER ERROR", self.logger.status.error)
             if self.logger.status.ram_holds_drop:
                 texts.append(f"RAM {RAM_HOLDS_DROP}")
-            if self.logger.status.card not in (CardState.READY, CardState.UNKNOWN):
+            if card_is_bad(self.logger.status):
                 texts.append(f"CARD {card_words(self.logger.status)}")
             if self.logger.status.samples_dropped:
                 texts.append(f"DROPPED: {self.logger.status.samples_dropped} samples of the recording.")
@@ -149,12 +152,7 @@ def _logger(watch: LoggerWatch, width: int) -> list[Block]:
         f"{measured} Hz measured, {status.rate_hz} Hz set; {meter.missed} not shown in {meter.gaps} gaps"
     )
     return [
-        *_head(
-            watch,
-            with_fault(status.state.name.lower(), status.error.name.lower()),
-            status.switches_open,
-            width,
-        ),
+        *_head(watch, state_words(status), status.switches_open, width),
         _row(_ACTIVITY, "recording", recording, width),
         _row(_ACTIVITY, "card", card_words(status), width),
         _row(_ACTIVITY, "sampling", sampling, width),

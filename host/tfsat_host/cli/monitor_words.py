@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
-from tfsat_host.cli.logger_state import RAM_HOLDS_DROP
+from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention
 from tfsat_host.cli.sequencer_state import explained
+from tfsat_host.devices.card_trouble import file_was_full, state_words
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.remedies import REMEDIES
 
@@ -52,7 +53,9 @@ def logger_as_dict(watch: LoggerWatch) -> dict[str, Any]:
     return {
         "state": status.state.name.lower(),
         "error": status.error.name.lower(),
-        "error_explained": explained(status.error),
+        "error_explained": None if file_was_full(status) else explained(status.error),
+        "file_full": file_was_full(status),
+        "attention": attention(status),
         "switches_closed": switches_closed(status.switches_open),
         "card": status.card.name.lower(),
         "phase": status.phase.name.lower(),
@@ -102,9 +105,10 @@ def one_line(t_s: float, sequencer: SequencerWatch | None, logger: LoggerWatch |
     if logger is not None:
         meter, reading = logger.meter, logger.reading
         rate = "–" if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
-        state = with_fault(logger.status.state.name.lower(), logger.status.error.name.lower())
+        state = state_words(logger.status)
         card = logger.status.card.name.lower().replace("_", " ")
         parts.append(f"logger {state}, card {card}, {rate} Hz, {meter.missed} lost")
+        parts += attention(logger.status)
         if logger.status.ram_holds_drop:
             parts.append(f"RAM {RAM_HOLDS_DROP}")
         if reading is not None:

@@ -52,7 +52,7 @@ def absent(error: TfsatError) -> bool:
 
 
 def most_telling(errors: list[TfsatError]) -> TfsatError:
-    """That nothing is plugged in tells least."""
+    """That nothing is plugged in tells least. At least one is given."""
     return min(errors, key=absent)
 
 

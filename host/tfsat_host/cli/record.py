@@ -10,13 +10,14 @@ from tfsat_host.cli.advice import device_option, refuse_emulated
 from tfsat_host.cli.connection import open_logger
 from tfsat_host.cli.options import add_device_options
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import DataLossError
-from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.errors import DataLossError, RefusedError
+from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.protocol.messages import RecordStartReply
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _start(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
-        started = logger.start_recording(unix_us=time.time_ns() // 1000)
+        started = _begin(logger, args)
         with out.progress("waiting until the card takes blocks (a new card's file takes 2 to 4 s)"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
@@ -69,8 +70,39 @@ def _start(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
+class RecordingAlready(RefusedError):
+    """What was asked for is so already; `code` is the board's own."""
+
+    code = ErrorCode.WRONG_STATE
+
+
+def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
+    """A new recording. Raises BoardError, and RecordingAlready where one runs: nobody should end a good one."""
+    from tfsat_host.devices.board_errors import BoardError
+    from tfsat_host.devices.card_trouble import recording_in_danger
+
+    try:
+        return logger.start_recording(unix_us=time.time_ns() // 1000)
+    except BoardError as error:
+        status = logger.status()
+        if error.code != ErrorCode.WRONG_STATE or status.state != LoggerState.RECORDING:
+            raise
+    danger = recording_in_danger(status)
+    if danger is not None:
+        raise danger
+    raise RecordingAlready(
+        what=f"It is recording already: session {status.session:08x}, {status.samples} samples, "
+        f"{status.samples_dropped} dropped.",
+        meaning="That recording goes on, and nothing was changed: the robot may be dropped.",
+        next_step=f"Nothing, or see it: tfsat-host status{device_option(args)}\n"
+        "Only to have a file of its own for the next drop, end this one first: "
+        f"tfsat-host record stop{device_option(args)}",
+    )
+
+
 def _stop(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
+        logger.end_capture()  # refuses at once where there is nothing to wait for
         with out.progress("waiting until the card holds the recording's end"):
             stopped = logger.stop_recording()
         session = f"{stopped.session:08x}"

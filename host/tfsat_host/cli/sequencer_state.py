@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 MOST_RESETS = 255
 """As many as the board counts."""
+NOTHING_AGAINST_IT = "nothing stands against it"
 _MAY_BE_ARMED = (SequencerState.SAFE, SequencerState.DONE, SequencerState.FAULT)
 _ARMED_ALREADY = (SequencerState.ARMED, SequencerState.RUNNING)
 _SENDS_TO_STATUS = re.compile(r" \(tfsat-host status[^)]*\)")
@@ -176,7 +177,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
 
 def _arming(refusal: BoardError | None) -> str:
     if refusal is None:
-        return "nothing stands against it"
+        return NOTHING_AGAINST_IT
     if refusal.code == ErrorCode.FAULT_LATCHED:
         return (
             f"would be refused ({refusal_name(refusal.code)}) until the fault is cleared: tfsat-host disarm"

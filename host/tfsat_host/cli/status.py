@@ -45,16 +45,38 @@ def run(args: argparse.Namespace, out: Output) -> int:
         if missed is not None and not absent(reason):
             shown[missed] = {"error": error_as_dict(reason)}
     shown |= {board: state for board, (state, _) in answers.items()}
+    _stand_against_arming(shown, answers)
     out.result(shown, lambda: _show([row for _, rows in answers.values() for row in rows], out))
-    _warn_of_ram(shown["logger"], args, out)
+    _warn(shown["logger"], args, out)
     return 0
 
 
-def _warn_of_ram(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) -> None:
+def _warn(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) -> None:
     from tfsat_host.cli.log import ram_warning
 
-    if logger is not None and logger.get("ram_holds_drop"):
+    if logger is None:
+        return
+    for text in logger.get("attention", ()):
+        out.warn(text)
+    if logger.get("ram_holds_drop"):
         out.warn(ram_warning(device_option(args)))
+
+
+def _stand_against_arming(
+    shown: dict[str, Any], answers: dict[BoardName, tuple[dict[str, Any], Rows]]
+) -> None:
+    """The sequencer does not know of the logger: what would make `arm` refuse is said in its place."""
+    from tfsat_host.cli.sequencer_state import NOTHING_AGAINST_IT
+
+    refusal = (shown["logger"] or {}).get("arm_refusal")
+    if refusal is None or "sequencer" not in answers:
+        return
+    state, rows = answers["sequencer"]
+    arming = ("  arming", NOTHING_AGAINST_IT)
+    if arming in rows:
+        state["arm_refusal"] = refusal
+        text = f"would be refused because of the logger. {refusal['what']} {refusal['next_step']}"
+        rows[rows.index(arming)] = ("  arming", " ".join(text.split()))
 
 
 def _show(rows: Rows, out: Output) -> None:

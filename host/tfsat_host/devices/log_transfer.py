@@ -39,6 +39,11 @@ FRUITLESS_WINDOWS = 50
 UNREADABLE_LIMIT = 16
 """Blocks in a row that the card does not read: then it is the card, and no block of it."""
 _LAST_NUMBER = 0xFFFF
+_CARD_ERRORS = (
+    ErrorCode.NO_CARD,
+    ErrorCode.CARD_UNREADABLE,
+    ErrorCode.CARD_WRITE_FAILED,
+)
 _PARTS = BLOCK_BYTES // LOG_PART_BYTES
 _CRC_OFFSET = BLOCK_BYTES - 4
 _MAGIC_VERSION_SESSION = struct.Struct("<I4xI")
@@ -67,12 +72,37 @@ class Outcome:
     unreadable: list[int] = field(default_factory=list)
 
 
-def list_logs(client: Client) -> Iterator[LogEntry]:
-    """What RAM holds, if anything, then the card's recordings by number.
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """What there is to fetch.
+
+    Attributes:
+        entries: What RAM holds, if anything, then the card's recordings by number.
+        card_error: Why the card's are not all there; RAM's is there without any card.
+    """
+
+    entries: list[LogEntry]
+    card_error: BoardError | None = None
+
+
+def list_logs(client: Client) -> Listing:
+    """What RAM and the card hold.
 
     Raises:
         BoardError: WRONG_STATE while it records.
     """
+    entries: list[LogEntry] = []
+    try:
+        for entry in _walk(client):
+            entries.append(entry)  # noqa: PERF402  what came before an error stays
+    except BoardError as error:
+        if error.code not in _CARD_ERRORS:
+            raise
+        return Listing(entries, error)
+    return Listing(entries)
+
+
+def _walk(client: Client) -> Iterator[LogEntry]:
     number = 0
     while number <= _LAST_NUMBER:
         reply = client.request(LogListRequest(number), LogListReply)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Self
 
 from tfsat_host.devices.client import BoardError, BoardIdentity, Client
-from tfsat_host.devices.log_transfer import Outcome, Put, Span, erase_log, fetch_blocks, list_logs
+from tfsat_host.devices.log_transfer import Listing, Outcome, Put, Span, erase_log, fetch_blocks, list_logs
 from tfsat_host.devices.logger_settings import StoredLoggerSettings, read_settings, write_settings
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
@@ -36,6 +36,8 @@ STOP_TIMEOUT_S = 20.0
 START_TIMEOUT_S = 25.0
 """A card fills its new file with zeros first; for the largest that the settings allow, a slow one takes 20 s."""
 POLL_S = 0.1
+SAMPLES_WAIT_S = 0.5
+"""Five samples at the lowest rate."""
 LIVE_TIMEOUT_S = 1.0
 
 
@@ -130,6 +132,21 @@ class LoggerClient:
                 )
             self._client.wait(POLL_S)
 
+    def after_more_blocks(self, blocks: int, timeout_s: float) -> LoggerStatusReply:
+        """The status once the card has taken more than `blocks`, or does not record, or after `timeout_s`."""
+        deadline = self._client.transport.now_s() + timeout_s
+        while True:
+            status = self.status()
+            moving = status.state == LoggerState.RECORDING and status.blocks_written <= blocks
+            if not moving or self._client.transport.now_s() > deadline:
+                return status
+            self._client.wait(POLL_S)
+
+    def takes_samples(self, samples: int) -> bool:
+        """Whether more than `samples` come into the recording within a short while, on the card or not."""
+        self._client.wait(SAMPLES_WAIT_S)
+        return self.status().samples > samples
+
     def stop_recording(self) -> RecordStopReply:
         """Ends the recording and waits until the card has all of it.
 
@@ -164,23 +181,30 @@ class LoggerClient:
         """See `logger_settings.write_settings`."""
         return write_settings(self._client, settings)
 
-    def logs(self) -> list[LogEntry]:
-        """What RAM holds, if anything, then the card's recordings. Raises BoardError while it records."""
-        return list(list_logs(self._client))
+    def listing(self) -> Listing:
+        """What RAM holds, if anything, and the card's recordings. Raises BoardError while it records."""
+        return list_logs(self._client)
 
-    def wait_for_logs(self, timeout_s: float) -> list[LogEntry]:
+    def logs(self) -> list[LogEntry]:
+        """Likewise, in one list; of a card that cannot be read there are none."""
+        return self.listing().entries
+
+    def wait_for_listing(self, timeout_s: float) -> Listing:
         """Likewise, once a drop that RAM still takes is over. Raises BoardError when it goes on for longer."""
         deadline = self._client.transport.now_s() + timeout_s
         while True:
             try:
-                return self.logs()
+                return self.listing()
             except BoardError as error:
                 if error.code != ErrorCode.WRONG_STATE or self._client.transport.now_s() > deadline:
                     raise
             self._client.wait(POLL_S)
 
     def end_capture(self) -> None:
-        """Ends what goes on in RAM after the card has failed."""
+        """Ends the recording, or what goes on in RAM after the card has failed; waits for nothing.
+
+        Raises BoardError when there is no recording.
+        """
         self._client.request(RecordStopRequest(), RecordStopReply)
 
     def fetch_blocks(self, entry: LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:

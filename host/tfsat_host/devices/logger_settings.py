@@ -9,15 +9,24 @@ from tfsat_host.devices.stored_record import VerifyError
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.limits import (
+    ACCEL_RANGE_FACTORY_G,
+    AFTER_LANDING_FACTORY_S,
     AFTER_LANDING_MAX_S,
     AFTER_LANDING_MIN_S,
+    BLOCK_BYTES,
+    BUS_FACTORY_KHZ,
     CARD_FILL_MIB_S,
+    DLPF_FACTORY,
+    FILE_FACTORY_MIB,
     FILE_MAX_MIB,
     FILE_MIN_MIB,
+    GYRO_RANGE_FACTORY_DEG_S,
     IMU_BURST_BITS,
     IMUS_PER_BUS,
+    LANDING_LATEST_US,
     PARTIAL_BLOCK_MS,
     RING_BLOCKS,
+    SAMPLE_RATE_HZ,
     SAMPLE_RATE_MAX_HZ,
     SAMPLE_RATE_MIN_HZ,
     SAMPLES_PER_BLOCK,
@@ -36,6 +45,16 @@ ACCEL_RANGES_G = (2, 4, 8, 16)
 BUS_CLOCKS_KHZ = (100, 400)
 DLPF_HZ = (256, 188, 98, 42, 20, 10, 5)
 """Bandwidth of the gyros by DLPF_CFG (RM-MPU-6000A rev. 4.2, p. 13)."""
+FACTORY = LoggerSettings(
+    rate_hz=SAMPLE_RATE_HZ,
+    gyro_range_deg_s=GYRO_RANGE_FACTORY_DEG_S,
+    accel_range_g=ACCEL_RANGE_FACTORY_G,
+    dlpf_cfg=DLPF_FACTORY,
+    bus_khz=BUS_FACTORY_KHZ,
+    after_landing_s=AFTER_LANDING_FACTORY_S,
+    file_mib=FILE_FACTORY_MIB,
+)
+"""What a logger that never got any uses."""
 
 _WORDS = {2: "two"}
 
@@ -67,8 +86,13 @@ def rate_max_hz(bus_khz: int) -> int:
 
 def file_max_mib(rate_hz: int) -> int:
     """The most room that a recording may ask for: RAM takes its samples while the card fills it with zeros."""
-    blocks_s = max(-(-rate_hz // SAMPLES_PER_BLOCK), 1000 // PARTIAL_BLOCK_MS)
-    return min(CARD_FILL_MIB_S * RING_BLOCKS // blocks_s, FILE_MAX_MIB)
+    return min(CARD_FILL_MIB_S * RING_BLOCKS // _blocks_per_s(rate_hz), FILE_MAX_MIB)
+
+
+def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
+    """The least room that holds a drop, what follows it, and its second copy (file_budget.h)."""
+    blocks = _blocks_per_s(rate_hz) * (LANDING_LATEST_US // 1_000_000 + after_landing_s + 1) + RING_BLOCKS
+    return -(-blocks * BLOCK_BYTES // (1 << 20))
 
 
 def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
@@ -92,6 +116,14 @@ def check(settings: LoggerSettings) -> None:
     )
     _within("sampling rate", settings.rate_hz, SAMPLE_RATE_MIN_HZ, SAMPLE_RATE_MAX_HZ, " Hz")
     _within("room of a recording", settings.file_mib, FILE_MIN_MIB, FILE_MAX_MIB, " MiB")
+    least_mib = file_min_mib(settings.rate_hz, settings.after_landing_s)
+    if settings.file_mib < least_mib:
+        raise UsageError(
+            what=f"A drop with {settings.after_landing_s} s after its landing and its second copy takes "
+            f"{least_mib} MiB at {settings.rate_hz} Hz, and a recording would have {settings.file_mib} MiB.",
+            meaning="It would end before it should; the logger keeps its settings.",
+            next_step=f"Ask for --file-mib {least_mib} or more, or for a shorter --after-landing.",
+        )
     if settings.file_mib > file_max_mib(settings.rate_hz):
         raise UsageError(
             what=f"A card may need {settings.file_mib / CARD_FILL_MIB_S:.1f} s to fill {settings.file_mib} MiB "
@@ -133,6 +165,10 @@ def write_settings(client: Client, settings: LoggerSettings) -> StoredLoggerSett
             next_step="Run the same command again; if it recurs, replace the board.",
         )
     return stored
+
+
+def _blocks_per_s(rate_hz: int) -> int:
+    return max(-(-rate_hz // SAMPLES_PER_BLOCK), 1000 // PARTIAL_BLOCK_MS) + 1
 
 
 def _needed_us(bus_khz: int) -> int:

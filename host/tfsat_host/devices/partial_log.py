@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
-from io import BufferedRandom
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -23,6 +23,41 @@ from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
 
 _CHUNK_BLOCKS = 2048
+
+
+def unproven_spans(file: FileIO, entry: LogEntry) -> Iterator[Span]:
+    """Spans of a file's blocks of which none proves itself to be the recording's; it has its size.
+
+    The first block is what the listed session was read from. Raises SessionError if it is another's.
+    """
+    first = count = 0
+    chunk = b""
+    for index in range(entry.blocks):
+        at = index % _CHUNK_BLOCKS * BLOCK_BYTES
+        if at == 0:
+            chunk = file.read(_CHUNK_BLOCKS * BLOCK_BYTES)
+        block = chunk[at : at + BLOCK_BYTES]
+        whole = is_whole(block)
+        if index == 0 and whole and session_of(block) != entry.session:
+            raise SessionError(session_of(block))
+        if whole and session_of(block) == entry.session:
+            if count:
+                yield first, count
+            count = 0
+        elif count:
+            count += 1
+        else:
+            first, count = index, 1
+    if count:
+        yield first, count
+
+
+class SessionError(ValueError):
+    """A file begins with a block of another recording; `session` is that one's."""
+
+    def __init__(self, session: int) -> None:
+        super().__init__(f"session {session:08x}")
+        self.session = session
 
 
 class PartialLogError(TfsatError):
@@ -52,7 +87,8 @@ class PartialLog:
         self.path = target.with_name(f"{target.name}.part")
         target.parent.mkdir(parents=True, exist_ok=True)
         found = self.path.exists()
-        self._file: BufferedRandom = self.path.open("r+b" if found else "w+b")
+        # Not buffered: a block counts as kept once the file has it, and a full disk fails here, not at the end.
+        self._file: FileIO = self.path.open("r+b" if found else "w+b", buffering=0)
         try:
             self.missing = list(self._look(entry)) if found else self._begin(entry)
         except PartialLogError:
@@ -71,13 +107,14 @@ class PartialLog:
         self._file.close()
 
     def put(self, index: int, block: bytes) -> None:
-        """Puts a block in its place."""
+        """Puts a block in its place. Raises OSError when the disk is full."""
         self._file.seek(index * BLOCK_BYTES)
-        self._file.write(block)
+        written = 0
+        while written < len(block):
+            written += self._file.write(block[written:])
 
     def finish(self) -> str:
         """All blocks are there: gives the file its name once it is on the disk; its SHA-256."""
-        self._file.flush()
         os.fsync(self._file.fileno())
         self._file.seek(0)
         digest = hashlib.file_digest(self._file, "sha256").hexdigest()
@@ -95,33 +132,11 @@ class PartialLog:
         size = os.fstat(self._file.fileno()).st_size
         if size != self._size:
             raise self._other(f"it has {size} bytes, the recording has {self._size}", entry)
-        first = count = 0
-        for index in range(entry.blocks):
-            block = self._next_block(index)
-            if index == 0:
-                self._refuse_another(block, entry)
-            if is_whole(block) and session_of(block) == entry.session:
-                if count:
-                    yield first, count
-                count = 0
-            elif count:
-                count += 1
-            else:
-                first, count = index, 1
-        if count:
-            yield first, count
-
-    def _next_block(self, index: int) -> bytes:
-        at = index % _CHUNK_BLOCKS * BLOCK_BYTES
-        if at == 0:
-            self._chunk = self._file.read(_CHUNK_BLOCKS * BLOCK_BYTES)
-        return self._chunk[at : at + BLOCK_BYTES]
-
-    def _refuse_another(self, block: bytes, entry: LogEntry) -> None:
-        """The first block is what the listed session was read from."""
-        if is_whole(block) and session_of(block) != entry.session:
-            sessions = f"it has session {session_of(block):08x}, the recording has {entry.session:08x}"
-            raise self._other(sessions, entry)
+        try:
+            yield from unproven_spans(self._file, entry)
+        except SessionError as error:
+            sessions = f"it has session {error.session:08x}, the recording has {entry.session:08x}"
+            raise self._other(sessions, entry) from None
 
     def _other(self, why: str, entry: LogEntry) -> PartialLogError:
         return PartialLogError(

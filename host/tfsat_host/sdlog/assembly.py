@@ -1,8 +1,9 @@
 """Which blocks of a file make up one recording, in order.
 
-The logger writes a recording from the start of its file, over whatever an older recording left there.
-So the recording whose blocks stand first is the newest; the middle (median) position decides, because
-a single old block may survive at the very start where a write was lost.
+Where the time of day does not tell the newest recording (see `recordings`), its place does: the logger
+writes a recording from the start of its file, over whatever an older recording left there. The middle
+(median) position of its blocks decides, because a single old block may survive at the very start where
+a write was lost.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from . import errors
 from .blocks import Unusable
 from .copies import take_each_number_once
+from .recordings import Census, ChosenBy, Recording, newest, unbroken_sessions
 from .source import LogSource
 
 
@@ -28,7 +30,7 @@ class SetAside:
         foreign: Not ours.
         malformed: The CRC is right, the contents impossible.
         newer: The CRC is right, the layout version unknown.
-        stale: Undamaged, of another recording.
+        stale: Undamaged, of the file's other recordings, whole or not.
         duplicate: A second copy of a block that was taken: the logger writes the last seconds twice.
         conflicting: Undamaged, with the number of a block that was taken, and different.
     """
@@ -51,17 +53,21 @@ class Assembly:
         session: Its random id.
         pieces: Where its blocks stand, by number, each number once; (k,) of PIECE, joined where possible.
         other_sessions: Ids of the file's other recordings, as they stand in the file.
+        recordings: All of the file, as they stand in it; of very many the first ones.
+        chosen_by: Why it was this one.
         set_aside: What was left out.
     """
 
     session: int
     pieces: NDArray[np.void]
     other_sessions: tuple[int, ...]
+    recordings: tuple[Recording, ...]
+    chosen_by: ChosenBy
     set_aside: SetAside
 
 
 def assemble(
-    source: LogSource, pieces: NDArray[np.void], unusable: Unusable, session: int | None
+    source: LogSource, pieces: NDArray[np.void], unusable: Unusable, census: Census, session: int | None
 ) -> Assembly:
     """Choose a recording (`session`, or the newest) and put its blocks in order.
 
@@ -69,6 +75,7 @@ def assemble(
         source: The file; read again only where blocks of one number compete.
         pieces: All usable blocks, as they stand in the file.
         unusable: The other blocks, counted.
+        census: What was seen of each recording.
         session: The recording asked for.
 
     Raises:
@@ -78,8 +85,10 @@ def assemble(
     if not len(pieces):
         raise _nothing_found(source, unusable)
     sessions = _sessions_by_position(pieces)
+    recordings = census.recordings(sessions, unbroken_sessions(pieces))
+    chosen_by: ChosenBy = "asked for"
     if session is None:
-        session = sessions[0]
+        session, chosen_by = newest(recordings, counted_all=len(recordings) == len(sessions))
     elif session not in sessions:
         raise errors.no_such_session(source.path, session, sessions)
     own = pieces[pieces["session"] == session]
@@ -95,7 +104,7 @@ def assemble(
         conflicting=taken.conflicting,
     )
     others = tuple(other for other in sessions if other != session)
-    return Assembly(session, taken.pieces, others, set_aside)
+    return Assembly(session, taken.pieces, others, recordings, chosen_by, set_aside)
 
 
 def _sessions_by_position(pieces: NDArray[np.void]) -> tuple[int, ...]:

@@ -96,6 +96,11 @@ def look(data: memoryview) -> Looked:
     return Looked(heads, usable, unusable)
 
 
+def is_sound(block: bytes) -> bool:
+    """Whether the CRC at the end of a block is right."""
+    return crc32(block) == _RESIDUE
+
+
 def look_at_tail(tail: bytes) -> Unusable:
     """What the bytes behind the last whole block are."""
     if tail.startswith(MAGIC):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,18 @@ from .pieces import PIECE, joined
 from .source import CHUNK_BLOCKS, LogSource
 
 _NUMBERS_AT_A_TIME = 16384
-_CANDIDATE = np.dtype([("position", "<i8"), ("number", "<i8"), ("sample_count", "u1"), ("crc", "<u4")])
+_CANDIDATE = np.dtype([("sample_count", "u1"), ("crc", "<u4")])
+_BEST = np.dtype(
+    [
+        ("number", "<i8"),
+        ("position", "<i8"),
+        ("sample_count", "<i2"),
+        ("crc", "<u4"),
+        ("seen", "<i8"),
+        ("same", "<i8"),
+    ]
+)
+"""The best block of a number so far, how many were seen with that number, and how many like it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,19 +53,26 @@ class Taken:
 def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> Taken:
     """Of blocks with one number take the one with the most samples, then the first of the file.
 
+    Args:
+        source: The file.
+        pieces: As they stand in it.
+
     Raises:
         LogError: the file cannot be read, or is not what it was.
     """
-    pieces = pieces[np.lexsort((pieces["position"], pieces["number"]))]
+    if (pieces["number"][1:] < pieces["number"][:-1]).any():
+        pieces = pieces[np.lexsort((pieces["position"], pieces["number"]))]
     cuts, contested = _contested(pieces)
     if not len(cuts):
         return Taken(joined(pieces), 0, 0)
     parts = _cut(pieces, cuts)
+    del pieces
     stretch = np.searchsorted(cuts, parts["number"], side="right")
     compete = contested[stretch]
     settled = [parts[~compete]]
+    parts, stretch = parts[compete], stretch[compete]
     duplicate = conflicting = 0
-    for rivals in _batches(parts[compete], stretch[compete]):
+    for rivals in _batches(parts, stretch):
         best, again, different = _settle(source, rivals)
         settled.append(best)
         duplicate += again
@@ -68,6 +87,7 @@ def _contested(pieces: NDArray[np.void]) -> tuple[NDArray[np.int64], NDArray[np.
     Contested stretches are cut again where they are longer than can be compared at a time. The second
     array has one item more: what holds before the first cut.
     """
+    pieces = _two_of_each(pieces)
     start = pieces["number"]
     end = start + pieces["count"]
     reach = np.maximum.accumulate(end)
@@ -88,13 +108,19 @@ def _contested(pieces: NDArray[np.void]) -> tuple[NDArray[np.int64], NDArray[np.
     return cuts, np.concatenate(([False], at < len(begins)))
 
 
+def _two_of_each(pieces: NDArray[np.void]) -> NDArray[np.void]:
+    """Without the third and further pieces of the same numbers: two contest them as well."""
+    again = (pieces["number"][1:] == pieces["number"][:-1]) & (pieces["count"][1:] == pieces["count"][:-1])
+    return pieces[~np.concatenate(([False, False], again[1:] & again[:-1]))[: len(pieces)]]
+
+
 def _cut(pieces: NDArray[np.void], cuts: NDArray[np.int64]) -> NDArray[np.void]:
     """The same blocks in pieces that no cut divides."""
-    start = pieces["number"]
-    end = start + pieces["count"]
-    first = np.searchsorted(cuts, start, side="right")
-    inside = np.searchsorted(cuts, end, side="left") - first
-    parts = np.repeat(pieces, inside + 1)
+    first = np.searchsorted(cuts, pieces["number"], side="right")
+    inside = np.searchsorted(cuts, pieces["number"] + pieces["count"], side="left") - first
+    divided = np.flatnonzero(inside > 0)
+    whole, first, inside = pieces[divided], first[divided], inside[divided]
+    parts = np.repeat(whole, inside + 1)
     which = np.arange(len(parts)) - np.repeat(np.cumsum(inside + 1) - inside - 1, inside + 1)
     cut = np.repeat(first, inside + 1) + which
     padded = np.append(cuts, 0)
@@ -103,13 +129,16 @@ def _cut(pieces: NDArray[np.void], cuts: NDArray[np.int64]) -> NDArray[np.void]:
     parts["position"] += low - parts["number"]
     parts["number"] = low
     parts["count"] = high - low
-    return parts
+    cut_up = np.concatenate((pieces, parts[which > 0]))
+    cut_up[divided] = parts[which == 0]
+    return cut_up
 
 
 def _batches(parts: NDArray[np.void], stretch: NDArray[np.int64]) -> Iterator[NDArray[np.void]]:
     """All parts of a stretch between two cuts together, several short stretches at a time."""
-    order = np.argsort(stretch, kind="stable")
-    parts, stretch = parts[order], stretch[order]
+    if (stretch[1:] < stretch[:-1]).any():
+        order = np.argsort(stretch, kind="stable")
+        parts, stretch = parts[order], stretch[order]
     upto = np.cumsum(parts["count"])
     ends = np.append(np.flatnonzero(np.diff(stretch)) + 1, len(parts))
     begin = 0
@@ -123,35 +152,72 @@ def _batches(parts: NDArray[np.void], stretch: NDArray[np.int64]) -> Iterator[ND
 
 
 def _settle(source: LogSource, rivals: NDArray[np.void]) -> tuple[NDArray[np.void], int, int]:
-    """The blocks to take, and how many are equal to one of them or different."""
-    blocks = np.concatenate([_candidates(source, part) for part in rivals])
-    order = np.lexsort((blocks["position"], -blocks["sample_count"].astype(np.int16), blocks["number"]))
-    blocks = blocks[order]
-    again = np.concatenate(([False], blocks["number"][1:] == blocks["number"][:-1]))
-    best = blocks[~again]
-    same = best["crc"][np.cumsum(~again) - 1] == blocks["crc"]
-    blocks_taken = np.empty(len(best), PIECE)
-    blocks_taken["position"], blocks_taken["number"] = best["position"], best["number"]
-    blocks_taken["count"], blocks_taken["session"] = 1, rivals["session"][0]
-    return (
-        joined(blocks_taken),
-        int(np.count_nonzero(again & same)),
-        int(np.count_nonzero(again & ~same)),
-    )
+    """The blocks to take, and how many are equal to one of them or different.
+
+    The file may hold one number any number of times: of each, only the best block so far is kept.
+    """
+    best = _one_each(rivals)
+    for positions, numbers in _in_file_order(rivals):
+        blocks = _candidates(source, positions, numbers)
+        at = np.searchsorted(best["number"], numbers)
+        order = np.lexsort((positions, -blocks["sample_count"].astype(np.int16), at))
+        first = order[np.flatnonzero(np.diff(at[order], prepend=-1))]
+        better = first[blocks["sample_count"][first] > best["sample_count"][at[first]]]
+        better_at = at[better]
+        best["position"][better_at] = positions[better]
+        best["sample_count"][better_at] = blocks["sample_count"][better]
+        best["crc"][better_at] = blocks["crc"][better]
+        # No block before was equal to one with more samples.
+        best["same"][better_at] = 0
+        np.add.at(best["seen"], at, 1)
+        np.add.at(best["same"], at[blocks["crc"] == best["crc"][at]], 1)
+    taken = np.empty(len(best), PIECE)
+    taken["position"], taken["number"] = best["position"], best["number"]
+    taken["count"], taken["session"] = 1, rivals["session"][0]
+    same = int(best["same"].sum())
+    return joined(taken), same - len(best), int(best["seen"].sum()) - same
 
 
-def _candidates(source: LogSource, part: np.void) -> NDArray[np.void]:
-    """What decides between blocks, of each block of a piece; (n,) of _CANDIDATE."""
-    found = np.empty(int(part["count"]), _CANDIDATE)
-    found["position"] = np.arange(part["position"], part["position"] + part["count"])
-    found["number"] = np.arange(part["number"], part["number"] + part["count"])
-    for first in range(0, len(found), CHUNK_BLOCKS):
-        rows = found[first : first + CHUNK_BLOCKS]
-        data = source.read_blocks(int(rows["position"][0]), len(rows))
-        looked = look(data)
-        numbers_as_before = np.array_equal(looked.heads["block_number"], rows["number"])
-        if not looked.usable.all() or not numbers_as_before:
-            raise errors.changed_while_read(source.path)
-        rows["sample_count"] = looked.heads["sample_count"]
-        rows["crc"] = np.frombuffer(data, "<u4")[BLOCK_BYTES // 4 - 1 :: BLOCK_BYTES // 4]
+def _one_each(parts: NDArray[np.void]) -> NDArray[np.void]:
+    """A place for the best block of each number, by number; (n,) of _BEST, nothing seen yet."""
+    parts = _two_of_each(parts)
+    parts = parts[np.argsort(parts["number"], kind="stable")]
+    low = parts["number"]
+    reach = np.maximum.accumulate(low + parts["count"])
+    apart = np.flatnonzero(np.concatenate(([True], low[1:] > reach[:-1])))
+    high = reach[np.append(apart[1:], len(parts)) - 1]
+    numbers = [np.arange(a, b) for a, b in zip(low[apart].tolist(), high.tolist(), strict=True)]
+    best = np.zeros(int((high - low[apart]).sum()), _BEST)
+    best["number"] = np.concatenate(numbers)
+    best["sample_count"] = -1
+    return best
+
+
+def _in_file_order(parts: NDArray[np.void]) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Positions and numbers of all blocks of the parts, by position, CHUNK_BLOCKS at a time."""
+    order = np.argsort(parts["position"])
+    upto = np.cumsum(parts["count"][order])
+    for first in range(0, int(upto[-1]), CHUNK_BLOCKS):
+        ranks = np.arange(first, min(first + CHUNK_BLOCKS, int(upto[-1])))
+        at = np.searchsorted(upto, ranks, side="right")
+        which = order[at]
+        inside = ranks - upto[at] + parts["count"][which]
+        yield parts["position"][which] + inside, parts["number"][which] + inside
+
+
+def _candidates(
+    source: LogSource, positions: NDArray[np.int64], numbers: NDArray[np.int64]
+) -> NDArray[np.void]:
+    """What decides between blocks, of each of some; (n,) of _CANDIDATE. Neighbours are read together."""
+    data = memoryview(bytearray(len(positions) * BLOCK_BYTES))
+    cuts = [0, *(np.flatnonzero(np.diff(positions) != 1) + 1).tolist(), len(positions)]
+    for begin, end in pairwise(cuts):
+        target = data[begin * BLOCK_BYTES : end * BLOCK_BYTES]
+        source.read_into(target, int(positions[begin]) * BLOCK_BYTES)
+    looked = look(data)
+    if not looked.usable.all() or not np.array_equal(looked.heads["block_number"], numbers):
+        raise errors.changed_while_read(source.path)
+    found = np.empty(len(positions), _CANDIDATE)
+    found["sample_count"] = looked.heads["sample_count"]
+    found["crc"] = np.frombuffer(data, "<u4")[BLOCK_BYTES // 4 - 1 :: BLOCK_BYTES // 4]
     return found

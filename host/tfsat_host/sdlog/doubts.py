@@ -13,6 +13,7 @@ from .footers import Footers
 from .gaps import Gap
 from .header import FoundHeader
 from .ledger import Account
+from .noted import read_noted
 from .release import Release
 from .timing import Steps
 
@@ -66,11 +67,23 @@ def release_doubts(
 ) -> Iterator[str]:
     """Yield a sentence if the release is not certain to the microsecond, or missing where one must be."""
     if release is None:
-        if gaps and any(event.name == "stroke" for event in events):
+        noted = read_noted(events).believed_us
+        if noted:
+            yield (
+                f"the logger noted a release at {noted[-1] / 1e6:.6f} s of its clock that its switch edges "
+                "do not tell, or not where it can be the drop's: times count from the first sample"
+            )
+        elif gaps and any(event.name == "stroke" for event in events):
             yield "strokes were recorded and no release: times count from the first sample"
         elif gaps and gaps[0].start_us is None and switch_open[:1].all():
             yield "the start is lost and both switches are open after it: the release may lie in it"
-    elif release.uncertainty_us:
+        return
+    if release.contradicts_us is not None:
+        yield (
+            f"the logger noted a release at {release.contradicts_us / 1e6:.6f} s of its clock; its switch edges "
+            f"tell none there but one at {release.t_us / 1e6:.6f} s, which t = 0 is"
+        )
+    if release.uncertainty_us:
         before_ms = (release.t_us - release.earliest_us) / 1e3
         after_ms = (release.latest_us - release.t_us) / 1e3
         yield (

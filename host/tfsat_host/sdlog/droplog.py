@@ -15,6 +15,7 @@ from tfsat_host.protocol.messages import LogFooter, LogHeader
 from .assembly import SetAside
 from .events import DropEvent
 from .gaps import Gap
+from .recordings import ChosenBy, Recording
 from .release import Release
 
 Verdict = Literal["complete", "truncated", "damaged"]
@@ -34,6 +35,9 @@ class DropLog:
         path: The file.
         session: Random id of the recording.
         other_sessions: Ids of other recordings in the file.
+        recordings: All recordings of the file by a first look, this one too.
+        chosen_by: Why this one of them was decoded: `only one`, `asked for`, `time of day` (the newest by
+            the headers) or `place` (the first of the file).
         header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`).
         header_is_copy: The first block was lost and a repetition of the header was used.
         header_time_us: The logger's clock when that header was written.
@@ -52,16 +56,19 @@ class DropLog:
         late_rows: (m,) int64, rows of samples that came more than one and a half sampling periods after
             the one before although none is lost between them: they were never taken.
         set_aside: Blocks of the file that are no part of the recording.
-        samples_lost: Samples known to be lost, on the card or before it.
-        blocks_lost: Blocks known to be lost.
+        samples_lost: Samples known to be lost, on the card or before it; not what lies before a late start.
+        blocks_lost: Blocks known to be lost, likewise.
         doubts: Contradictions inside the recording, in words.
-        verdict: `complete`: header, footer and everything between. `truncated`: everything from the
-            header up to a point, but no footer. `damaged`: something inside is missing or contradictory.
+        verdict: `complete`: header, footer and everything between. `truncated`: everything from one point
+            to another, but not the start, the end or both. `damaged`: something inside is missing or
+            contradictory.
     """
 
     path: Path
     session: int
     other_sessions: tuple[int, ...]
+    recordings: tuple[Recording, ...]
+    chosen_by: ChosenBy
     header: LogHeader
     header_is_copy: bool
     header_time_us: int
@@ -86,6 +93,17 @@ class DropLog:
 
     def __len__(self) -> int:
         return len(self.t_us)
+
+    def __repr__(self) -> str:
+        return (
+            f"<DropLog {self.session:08x}: {self.verdict}, {len(self)} samples at {self.rate_hz:.2f} Hz, "
+            f"{self.samples_lost} lost, {str(self.path)!r}>"
+        )
+
+    @property
+    def late_start(self) -> Gap | None:
+        """What lies before the file's first block, if the file begins later than the recording."""
+        return self.gaps[0] if self.gaps and self.gaps[0].late_start else None
 
     @property
     def release_us(self) -> int | None:

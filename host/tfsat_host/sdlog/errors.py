@@ -50,6 +50,15 @@ def unreadable(path: Path, reason: str) -> LogError:
     )
 
 
+def not_seekable(path: Path) -> LogError:
+    """A pipe, a socket or an endless device."""
+    return LogError(
+        what=f"{path} is not a file that can be read from any place: it is a pipe or a stream.",
+        meaning="Nothing was decoded: a recording is put together from all over its file.",
+        next_step="Save it to a file first, and decode that: cat ... >SD.bin; tfsat-host decode SD.bin",
+    )
+
+
 def empty(path: Path) -> LogError:
     """Zero bytes."""
     return LogError(

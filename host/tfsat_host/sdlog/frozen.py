@@ -8,8 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.limits import FROZEN_US
 
 from .events import DropEvent
+
+FROZEN_READINGS = 5
+"""Fewer equal readings prove nothing, however slow the sampling (`FreezeWatch::kFrozenReadings`)."""
+_ROWS_AT_A_TIME = 1 << 15
+_PROBE_EVERY = 2
+"""Of any FROZEN_READINGS rows that follow each other, two that are so far apart are looked at."""
+_READING = np.dtype([("probe", "<u8"), ("rest", "<i2", (3,))])
+_AXES = np.array([0, 1, 2, 4, 5, 6])
+_ENDS_OF_RANGE = (-(1 << 15), (1 << 15) - 1)
 
 
 def invalidate_frozen(
@@ -42,3 +52,83 @@ def invalidate_frozen(
         for first, last in bounds.tolist():
             imu_valid[order[max(first, done) : last], imu] = False
             done = max(done, last)
+
+
+def invalidate_repeated(
+    imu: NDArray[np.int16], index: NDArray[np.int64], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
+) -> None:
+    """Clear the validity, in place, of readings that an IMU repeated, whether or not an event says so.
+
+    The event may be in a lost block, or the power may have gone before the logger was certain. So it is
+    the logger's rule (`FreezeWatch`): FROZEN_READINGS equal readings or more over FROZEN_US, unless all
+    six axes stand at the ends of their ranges. A standstill that ends where the IMU is invalid, samples
+    are lost or the recording ends may have gone on: there FROZEN_READINGS are enough. As with the event,
+    the first of the equal readings is invalid too.
+
+    Args:
+        imu: (n, 4, 7) raw counts.
+        index: (n,) sample numbers.
+        t_us: (n,) sample times.
+        imu_valid: (n, 4) bool; changed.
+    """
+    open_runs = [np.empty((0, 2), np.int64)] * imu.shape[1]
+    for begin in range(0, len(imu), _ROWS_AT_A_TIME):
+        end = begin + _ROWS_AT_A_TIME
+        rows, which = _still(imu, imu_valid, begin, end)
+        for body, before in enumerate(open_runs):
+            own = rows[which == body]
+            if not len(own) and not len(before):
+                continue
+            runs = _joined(np.concatenate((before, np.stack((own, own + _PROBE_EVERY), axis=1))))
+            goes_on = runs[:, 1] == end
+            open_runs[body] = runs[goes_on]
+            _judge(runs[~goes_on], imu[:, body], index, t_us, imu_valid[:, body])
+    for body, runs in enumerate(open_runs):
+        _judge(runs, imu[:, body], index, t_us, imu_valid[:, body])
+
+
+def _still(
+    imu: NDArray[np.int16], imu_valid: NDArray[np.bool_], begin: int, end: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Every second row whose reading the next two repeat, and of which IMU: (k,), (k,)."""
+    probes = imu[begin : end + 1 : _PROBE_EVERY].view(_READING)["probe"][:, :, 0]
+    found = np.flatnonzero(probes[1:] == probes[:-1])
+    rows, which = np.divmod(found, imu.shape[1])
+    rows = rows * _PROBE_EVERY + begin
+    for step in range(_PROBE_EVERY + 1):
+        same = imu_valid[rows + step, which]
+        if step:
+            same &= (imu[rows + step, which] == imu[rows, which]).all(axis=1)
+        rows, which = rows[same], which[same]
+    return rows, which
+
+
+def _joined(runs: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k, 2) first and last rows, those joined of which one begins with the last row of the one before."""
+    starts = np.flatnonzero(np.concatenate(([True], runs[1:, 0] != runs[:-1, 1])))
+    ends = np.append(starts[1:], len(runs)) - 1
+    return np.stack((runs[starts, 0], runs[ends, 1]), axis=1)
+
+
+def _judge(
+    runs: NDArray[np.int64],
+    imu: NDArray[np.int16],
+    index: NDArray[np.int64],
+    t_us: NDArray[np.int64],
+    valid: NDArray[np.bool_],
+) -> None:
+    """Of one IMU: clear the validity in the runs of equal readings that are no measurements."""
+    if not len(runs):
+        return
+    first, last = runs.T
+    final = len(imu) - 1
+    row, following = np.maximum(first - 1, 0), np.minimum(last + 1, final)
+    first = np.where(valid[row] & (imu[row] == imu[first]).all(axis=1), row, first)
+    last = np.where(valid[following] & (imu[following] == imu[last]).all(axis=1), following, last)
+    following = np.minimum(last + 1, final)
+    may_go_on = (last == final) | ~valid[following] | (index[following] != index[last] + 1)
+    stands = may_go_on | (t_us[last] - t_us[first] >= FROZEN_US)
+    saturated = np.isin(imu[first][:, _AXES], _ENDS_OF_RANGE).all(axis=1)
+    frozen = stands & ~saturated & (last - first + 1 >= FROZEN_READINGS)
+    for begin, end in zip(first[frozen].tolist(), last[frozen].tolist(), strict=True):
+        valid[begin : end + 1] = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from .ledger import Account
 
 @dataclass(frozen=True)
 class Gap:
-    """A place where something is missing between two samples that are there.
+    """A place where something is missing: between two samples that are there, or at either end.
 
     Attributes:
         after_sample: Index of the last sample before it; -1 at the start.
@@ -23,6 +23,8 @@ class Gap:
         blocks: Blocks lost here.
         start_us: The logger's clock at the last sample before; None at the start.
         end_us: The same at the first sample after; None at the end.
+        late_start: Nothing is damaged here: the file begins later than the recording, as one fetched from
+            the logger's RAM does, which keeps the newest blocks.
     """
 
     after_sample: int
@@ -31,17 +33,24 @@ class Gap:
     blocks: int
     start_us: int | None
     end_us: int | None
+    late_start: bool = False
 
 
-def find_gaps(account: Account, t_us: NDArray[np.int64], footer: LogFooter | None) -> tuple[Gap, ...]:
+def find_gaps(
+    account: Account, t_us: NDArray[np.int64], footer: LogFooter | None, starts_with: int
+) -> tuple[Gap, ...]:
     """Every gap, from what the blocks' numbers say.
 
     Args:
         account: Of all blocks of the recording.
         t_us: (n,) sample times.
         footer: If there is one.
+        starts_with: Number of the block that the file itself begins with; 0 if that is none of the
+            recording's.
     """
     gaps = [_gap(t_us, row, after, (*lost,)) for row, after, *lost in account.breaks.tolist()]
+    if gaps and gaps[0].start_us is None and 0 < starts_with == gaps[0].blocks:
+        gaps[0] = replace(gaps[0], late_start=True)
     blocks = account.blocks_missing_at_end
     samples = max(footer.samples - account.samples_end, 0) if footer else 0
     if blocks or samples:

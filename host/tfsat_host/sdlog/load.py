@@ -17,20 +17,30 @@ from .blocks import LATEST_TIME_US, look
 from .doubts import event_doubts, find_doubts, release_doubts
 from .droplog import DropLog, Verdict
 from .events import read_events
-from .frozen import invalidate_frozen
-from .gaps import Gap, find_gaps
+from .frozen import invalidate_frozen, invalidate_repeated
+from .gaps import find_gaps
+from .misaligned import find_shift
 from .records import Records, RecordsBuilder
 from .release import find_release
 from .source import CHUNK_BLOCKS, LogSource
-from .survey import survey
+from .survey import Progress, survey
 from .timing import look_at_steps
 
 
-def load(path: str | PathLike[str], *, session: int | None = None) -> DropLog:
+def load(
+    path: str | PathLike[str], *, session: int | None = None, progress: Progress | None = None
+) -> DropLog:
     """Decode a log: the file off the card, or an image of the card.
 
-    Every block whose CRC is right is used, wherever it stands. Of several recordings in the file,
-    the newest is decoded (see `assembly`), or the one with id `session`.
+    Every block whose CRC is right is used, in whichever sector it stands.
+
+    Args:
+        path: The file.
+        session: Id of the recording to decode. Without it, of several in the file the newest: by the time
+            of day in the headers where every unbroken one has it, else the one that stands first;
+            `DropLog.chosen_by` says which rule it was, `DropLog.recordings` what else there is.
+        progress: Called again and again while the file is read, with the share of it that was read since
+            the call before (the shares come to 1).
 
     Raises:
         LogError: the file cannot be read, is no log, has no samples, or its values would be wrong; or
@@ -39,15 +49,19 @@ def load(path: str | PathLike[str], *, session: int | None = None) -> DropLog:
     """
     with LogSource(Path(path)) as source:
         try:
-            assembly, records = _read(source, session)
+            assembly, records = _read(source, session, progress)
         except MemoryError:
             raise errors.too_large(source.path) from None
     return _drop_log(source.path, assembly, records)
 
 
-def _read(source: LogSource, session: int | None) -> tuple[Assembly, Records]:
-    found = survey(source, session)
-    assembly = assemble(source, found.pieces, found.unusable, session)
+def _read(source: LogSource, session: int | None, progress: Progress | None) -> tuple[Assembly, Records]:
+    found = survey(source, session, progress)
+    looks_written = found.unusable.foreign or found.unusable.torn
+    if not len(found.pieces) and looks_written and (shift := find_shift(source)):
+        source.begin_at(shift)
+        found = survey(source, session)
+    assembly = assemble(source, found.pieces, found.unusable, found.census, session)
     if found.early_records is not None and np.array_equal(found.early_pieces, assembly.pieces):
         return assembly, found.early_records
     del found
@@ -97,11 +111,13 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
         raise errors.no_samples(path, assembly.session, assembly.other_sessions)
     found = records.headers.found(path, assembly.session)
     account, footer = records.account, records.footers.last
-    gaps = find_gaps(account, records.t_us, footer)
+    first = assembly.pieces[0]
+    gaps = find_gaps(account, records.t_us, footer, int(first["number"]) if first["position"] == 0 else 0)
     steps = look_at_steps(records.t_us, records.index, found.header.rate_hz)
     events = read_events(records.events)
     believed = [event for event in events if event.t_us < LATEST_TIME_US]
     invalidate_frozen(believed, records.t_us, records.imu_valid)
+    invalidate_repeated(records.imu, records.index, records.t_us, records.imu_valid)
     release = find_release(believed, records.t_us, records.switch_open, gaps)
     doubts = (
         *find_doubts(found, records.footers, account, steps, assembly.set_aside),
@@ -109,13 +125,17 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
         *release_doubts(release, believed, gaps, records.switch_open),
     )
     dropped = max(account.most_samples_dropped, footer.samples_dropped if footer else 0)
+    before = [gap for gap in gaps if gap.late_start]
+    lost = [gap for gap in gaps if not gap.late_start]
     # What the logger dropped shows as gaps too, except after the last block.
-    samples_lost = max(sum(gap.samples for gap in gaps), dropped)
-    blocks_lost = account.last_number + 1 - account.block_count
+    samples_lost = max(sum(gap.samples for gap in lost), dropped - sum(gap.samples_dropped for gap in before))
+    blocks_lost = account.last_number + 1 - account.block_count - sum(gap.blocks for gap in before)
     return DropLog(
         path=path,
         session=assembly.session,
         other_sessions=assembly.other_sessions,
+        recordings=assembly.recordings,
+        chosen_by=assembly.chosen_by,
         header=found.header,
         header_is_copy=found.is_copy,
         header_time_us=found.time_us,
@@ -136,11 +156,13 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
         samples_lost=samples_lost,
         blocks_lost=blocks_lost,
         doubts=doubts,
-        verdict=_verdict(gaps, samples_lost + blocks_lost, doubts, footer is not None),
+        verdict=_verdict(
+            bool(lost or samples_lost or blocks_lost or doubts), footer is not None and not before
+        ),
     )
 
 
-def _verdict(gaps: tuple[Gap, ...], lost: int, doubts: tuple[str, ...], has_end: bool) -> Verdict:
-    if gaps or lost or doubts:
+def _verdict(is_damaged: bool, has_both_ends: bool) -> Verdict:
+    if is_damaged:
         return "damaged"
-    return "complete" if has_end else "truncated"
+    return "complete" if has_both_ends else "truncated"

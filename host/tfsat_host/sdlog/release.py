@@ -20,12 +20,16 @@ from tfsat_host.protocol.limits import (
 
 from .events import DropEvent
 from .gaps import Gap
+from .noted import Noted, read_noted, set_against
 
 ALL_OPEN = (1 << SWITCH_COUNT) - 1
 _BACKLOG_BLOCKS = 2
 """Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
 _ROWS_AT_A_TIME = 1 << 15
 _STEPS_LOOKED_AT = 1 << 16
+_NEVER_US = 1 << 62
+_SEATED_US = 200_000
+"""Both switches closed for so long in a fall and the logger revokes its release (`DropWatch::kSeatedUs`)."""
 
 SwitchEdge = tuple[int, int, bool]
 """Time in µs, switch from 0, whether it opened."""
@@ -42,12 +46,15 @@ class Release:
         earliest_us: It cannot have been before.
         latest_us: It cannot have been after.
         touches_gap: Blocks or samples that are lost may hold its edges.
+        contradicts_us: Another time, at which the logger noted a release that the edges do not tell, and
+            nothing is lost that would explain it.
     """
 
     t_us: int
     earliest_us: int
     latest_us: int
     touches_gap: bool
+    contradicts_us: int | None = None
 
     @property
     def uncertainty_us(self) -> int:
@@ -61,7 +68,9 @@ def find_release(
     switch_open: NDArray[np.bool_],
     gaps: Sequence[Gap] = (),
 ) -> Release | None:
-    """The last release before the first stroke, or without strokes the first; None without one.
+    """The last release before the first stroke, else before the landing, else of all; None without one.
+
+    A release that the logger revoked is none. One that it noted is certain, whatever edges are lost.
 
     Args:
         events: By time.
@@ -94,24 +103,31 @@ def find_release(
         if gap.end_us is not None
     ]
     start = sum(1 << i for i, is_open in enumerate(switch_open[0].tolist()) if is_open)
-    releases = release_times(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
-    latest_us = next((event.t_us - PAUSE_MIN_US for event in events if event.name == "stroke"), None)
-    chosen = _choose(releases, latest_us, period_us)
+    told = release_times(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
+    before_start = [(-_NEVER_US, int(t_us[0])) for gap in gaps if gap.start_us is None]
+    noted = read_noted(events)
+    releases = set_against(told, noted, unseen + holes + before_start)
+    latest_us, chosen = _choose(releases.at_us, events, period_us)
     if chosen is None:
         return None
     begin, end = _window(chosen, edges, start, unseen + holes)
     if latest_us is not None:
         end = max(end, latest_us)
+    is_noted = chosen in releases.noted_us
 
     def may_move_it(span: Span) -> bool:
+        if is_noted:
+            # Only an unseen closing and another release could: that takes longer than most gaps.
+            return chosen < span[1] and span[0] <= end and span[1] - span[0] >= _SEATED_US
         return span[1] >= begin and span[0] <= end and not _is_chatter(span, chosen)
 
     near = [span for span in unseen + holes if may_move_it(span)]
     return Release(
         chosen,
-        min([chosen, *(span[0] for span in near)]),
+        chosen if is_noted else min([chosen, *(span[0] for span in near)]),
         max([chosen, *(span[1] for span in near)]),
         any(may_move_it(span) for span in holes),
+        None if is_noted or near else _last_before(noted, latest_us),
     )
 
 
@@ -152,14 +168,27 @@ def release_times(edges: Sequence[SwitchEdge], start: int, end_us: int) -> list[
     return releases
 
 
-def _choose(releases: list[int], latest_us: int | None, tolerance_us: int) -> int | None:
-    if latest_us is None:
-        return releases[0] if releases else None
+def _choose(
+    releases: list[int], events: Sequence[DropEvent], tolerance_us: int
+) -> tuple[int | None, int | None]:
+    """Until when the release must have been, None if nothing tells; and the release."""
+    stroke_us = next((event.t_us for event in events if event.name == "stroke"), None)
+    landing_us = next((event.t_us for event in events if event.name == "landing"), None)
+    if stroke_us is None:
+        before = [release for release in releases if landing_us is None or release <= landing_us]
+        return landing_us, before[-1] if before else None
+    latest_us = stroke_us - PAUSE_MIN_US
     # A release that only the samples show is dated late: allow for it, the first stroke is certain.
     before = [release for release in releases if release <= latest_us + tolerance_us]
     if not before:
-        before = [release for release in releases if release <= latest_us + PAUSE_MIN_US]
-    return before[-1] if before else None
+        before = [release for release in releases if release <= stroke_us]
+    return latest_us, before[-1] if before else None
+
+
+def _last_before(noted: Noted, latest_us: int | None) -> int | None:
+    """The logger's own choice: its last release before `latest_us`, else the first after it."""
+    before = [time_us for time_us in noted.believed_us if latest_us is None or time_us <= latest_us]
+    return next(iter([*before[-1:], *noted.believed_us]), None)
 
 
 def _lost_before_edges(events: Sequence[DropEvent]) -> list[Span]:
@@ -187,7 +216,7 @@ def _unrecorded(
         telling = telling[np.diff(telling, prepend=-1) > 0]
         t_us, is_open = t_us[telling], is_open[telling]
     after = np.searchsorted(edge_us, t_us, side="right")
-    padded = np.concatenate(([-(1 << 62)], edge_us, [1 << 62]))
+    padded = np.concatenate(([-_NEVER_US], edge_us, [_NEVER_US]))
     # A sample within a period of an edge may have been read on either side of it.
     clear = (t_us - padded[after] >= period_us) & (padded[after + 1] - t_us >= period_us)
     rows = np.flatnonzero(clear)
@@ -245,7 +274,7 @@ def _window(release_us: int, edges: list[SwitchEdge], start: int, unseen: list[S
     found_begin = False
     state, next_edge = start, 0
     previous: int | None = None
-    for mark in [*marks, 1 << 62]:
+    for mark in [*marks, _NEVER_US]:
         if previous is None or mark - previous >= RELEASE_DEBOUNCE_US:
             started = 0 if previous is None else bisect_right(span_starts, previous)
             known = not started or reach_us[started - 1] < mark

@@ -6,7 +6,9 @@ that can be shown.
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
@@ -23,15 +25,23 @@ CHUNK_BLOCKS = 4096
 class LogSource:
     """An open log.
 
+    Attributes:
+        blocks_in_holes: Blocks that `chunks` passed over because a sparse file has nothing there: zeros.
+
     Raises:
-        LogError: there is no file, it is a directory, it cannot be read or it is empty.
+        LogError: there is no file, it is a directory, a pipe or a stream, it cannot be read or it is empty.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.blocks_in_holes = 0
+        self._begin = 0
         try:
             if path.is_dir():
                 raise errors.not_a_file(path, sorted(path.glob("*.[bB][iI][nN]")))
+            kind = path.stat().st_mode
+            if stat.S_ISFIFO(kind) or stat.S_ISSOCK(kind):
+                raise errors.not_seekable(path)
             self._file = path.open("rb", buffering=0)
         except FileNotFoundError:
             raise errors.missing(path) from None
@@ -44,7 +54,7 @@ class LogSource:
             raise errors.unreadable(path, error.strerror or str(error)) from None
         if self.size_bytes == 0:
             self._file.close()
-            raise errors.empty(path)
+            raise errors.not_seekable(path) if stat.S_ISCHR(kind) else errors.empty(path)
 
     def __enter__(self) -> Self:
         return self
@@ -57,14 +67,24 @@ class LogSource:
     @property
     def block_count(self) -> int:
         """Whole blocks in the file."""
-        return self.size_bytes // BLOCK_BYTES
+        return (self.size_bytes - self._begin) // BLOCK_BYTES
+
+    def begin_at(self, offset: int) -> None:
+        """Count blocks from byte `offset` of the file on; what stands before is not looked at."""
+        self._begin = offset
 
     def chunks(self) -> Iterator[tuple[int, memoryview]]:
-        """Yield (index of the first block, up to CHUNK_BLOCKS whole blocks); the buffer is reused."""
+        """Yield (index of the first block, up to CHUNK_BLOCKS whole blocks); the buffer is reused.
+
+        Holes of a sparse file are passed over.
+        """
         buffer = memoryview(bytearray(min(CHUNK_BLOCKS, self.block_count) * BLOCK_BYTES))
-        for first in range(0, self.block_count, CHUNK_BLOCKS):
-            size = min(CHUNK_BLOCKS, self.block_count - first) * BLOCK_BYTES
-            yield first, self.read_into(buffer[:size], first * BLOCK_BYTES)
+        reached = self.blocks_in_holes = 0
+        while (first := self._next_written(reached)) < self.block_count:
+            self.blocks_in_holes += first - reached
+            reached = min(first + CHUNK_BLOCKS, self.block_count)
+            yield first, self.read_into(buffer[: (reached - first) * BLOCK_BYTES], first * BLOCK_BYTES)
+        self.blocks_in_holes += self.block_count - reached
 
     def read_blocks(self, position: int, count: int) -> memoryview:
         """Blocks `position` and following, in a buffer of their own. Raises LogError as `read_into`."""
@@ -72,18 +92,32 @@ class LogSource:
 
     def tail(self) -> bytes:
         """The bytes behind the last whole block."""
-        size = self.size_bytes % BLOCK_BYTES
-        return bytes(self.read_into(memoryview(bytearray(size)), self.size_bytes - size))
+        whole = self.block_count * BLOCK_BYTES
+        size = self.size_bytes - self._begin - whole
+        return bytes(self.read_into(memoryview(bytearray(size)), whole))
+
+    def _next_written(self, block: int) -> int:
+        """The first block from `block` on that is no hole, as far as the system can tell."""
+        if not hasattr(os, "SEEK_DATA") or block >= self.block_count:
+            return block
+        try:
+            written = self._file.seek(self._begin + block * BLOCK_BYTES, os.SEEK_DATA)
+            return max(block, (written - self._begin) // BLOCK_BYTES)
+        except OSError as error:
+            nothing_follows = error.errno == errno.ENXIO
+        if nothing_follows and self._file.seek(0, os.SEEK_END) >= self.size_bytes:
+            return self.block_count
+        return block
 
     def read_into(self, target: memoryview, offset: int) -> memoryview:
-        """Fill `target` with the bytes at `offset`.
+        """Fill `target` with the bytes `offset` behind the first block's begin.
 
         Raises:
             LogError: the system refuses, or the file is shorter than it was.
         """
         done = 0
         try:
-            self._file.seek(offset)
+            self._file.seek(self._begin + offset)
             while done < len(target):
                 got = self._file.readinto(target[done:])
                 if not got:

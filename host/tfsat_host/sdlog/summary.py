@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.protocol.limits import FALL_US
+from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 
 from .droplog import DropLog
+from .gaps import Gap
 from .metadata import late_samples, metadata
 
 Json = dict[str, Any]
@@ -64,24 +65,23 @@ def _row(name: str, valid: NDArray[np.bool_], clipped: int | None) -> Json:
 def warnings(log: DropLog) -> list[str]:
     """Sentences on everything that was lost or is doubtful; empty for a recording without fault."""
     lines = [f"Doubtful: {doubt}." for doubt in log.doubts]
-    if log.header_is_copy:
+    if log.header_is_copy and log.late_start is None:
         lines.append("The first block is lost; the scales come from a copy of the header.")
+    gaps = [gap for gap in log.gaps if not gap.late_start]
+    if log.late_start is not None:
+        lines.append(_late_start_line(log, log.late_start))
     if log.samples_lost or log.blocks_lost:
         total = len(log) + log.samples_lost
         lines.append(
-            f"{log.samples_lost} of {total} samples are lost ({log.blocks_lost} blocks), "
-            f"in {len(log.gaps)} places."
+            f"{log.samples_lost} of {total} samples are lost ({log.blocks_lost} blocks), in {len(gaps)} places."
         )
-    lines += [_gap_line(log, index) for index in range(min(len(log.gaps), _GAPS_SHOWN))]
-    if len(log.gaps) > _GAPS_SHOWN:
-        lines.append(f"  … and {len(log.gaps) - _GAPS_SHOWN} more (all of them with --json).")
+    lines += [_gap_line(log, gap) for gap in gaps[:_GAPS_SHOWN]]
+    if len(gaps) > _GAPS_SHOWN:
+        lines.append(f"  … and {len(gaps) - _GAPS_SHOWN} more (all of them with --json).")
     if len(log.late_rows):
         lines.append(_late_line(log))
     if log.footer is None:
-        lines.append(
-            "The recording has no end: power was cut, the card failed, or the file is a partial copy. "
-            "What came after the last sample is unknown."
-        )
+        lines.append(_open_end_line(log))
     clipped = clipping(log)
     if clipped is not None and clipped["in_fall"]:
         lines.append(f"{clipped['in_fall']} samples in the fall are clipped: they are lower bounds.")
@@ -105,8 +105,28 @@ def _late_line(log: DropLog) -> str:
     )
 
 
-def _gap_line(log: DropLog, index: int) -> str:
-    gap = log.gaps[index]
+def _late_start_line(log: DropLog, gap: Gap) -> str:
+    begins = f"The recording begins at block {gap.blocks}"
+    if _fits_in_ram(log):
+        return f"{begins}: RAM kept the newest {log.duration_s:.1f} s."
+    return f"{begins}: what came before it is not in this file."
+
+
+def _open_end_line(log: DropLog) -> str:
+    last_s = log.seconds(int(log.t_us[-1]))
+    if log.late_start is not None and _fits_in_ram(log):
+        return f"It was not closed on a card: it ends with the newest sample that RAM had, at {last_s:.3f} s."
+    return (
+        "The recording has no end: power was cut, the card failed, or the file is a partial copy. "
+        f"What came after the last sample, at {last_s:.3f} s, is unknown."
+    )
+
+
+def _fits_in_ram(log: DropLog) -> bool:
+    return not log.other_sessions and log.recordings[0].blocks <= RING_BLOCKS
+
+
+def _gap_line(log: DropLog, gap: Gap) -> str:
     start = "the start" if gap.start_us is None else f"{log.seconds(gap.start_us):.3f} s"
     end = "the end" if gap.end_us is None else f"{log.seconds(gap.end_us):.3f} s"
     cause = f", {gap.samples_dropped} of them dropped by the logger" if gap.samples_dropped else ""

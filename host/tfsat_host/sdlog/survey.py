@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +10,14 @@ from numpy.typing import NDArray
 
 from .blocks import Looked, Unusable, look, look_at_tail
 from .pieces import PieceList, as_pieces
+from .recordings import Census
 from .records import Records, RecordsBuilder
 from .source import LogSource
 
 DECODED_AT_ONCE_BYTES = 2 << 30
 """In a larger file the recording is first looked for, so that no memory is reserved for what is not one."""
+
+Progress = Callable[[float], object]
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,28 +27,32 @@ class Survey:
     Attributes:
         pieces: All usable blocks, in the order of the file; (k,) of PIECE.
         unusable: The others, counted.
+        census: What was seen of each recording.
         early_pieces: The blocks that were decoded in passing; (j,) of PIECE.
         early_records: What they hold; None if nothing was decoded in passing.
     """
 
     pieces: NDArray[np.void]
     unusable: Unusable
+    census: Census
     early_pieces: NDArray[np.void]
     early_records: Records | None
 
 
-def survey(source: LogSource, session: int | None) -> Survey:
+def survey(source: LogSource, session: int | None, progress: Progress | None = None) -> Survey:
     """Look at every block of the file, and decode in passing what seems to be the recording.
 
     Args:
         source: The file.
         session: The recording asked for; None for the newest.
+        progress: Is given the share of the file that was looked at since the call before.
 
     Raises:
         LogError: the file cannot be read, or is a jumble.
     """
-    pieces, unusable = PieceList(source.path), Unusable()
+    pieces, unusable, census = PieceList(source.path), Unusable(), Census()
     early = _EarlyDecoder(source, session) if source.size_bytes <= DECODED_AT_ONCE_BYTES else None
+    reached = 0
     for first, data in source.chunks():
         looked = look(data)
         unusable.add(looked.unusable)
@@ -54,11 +62,18 @@ def survey(source: LogSource, session: int | None) -> Survey:
         pieces.append(found)
         if early is not None and not early.take(first, data, looked, found):
             early = None
+        census.add(data, heads, where)
+        if progress is not None:
+            reached, before = first + len(looked.heads), reached
+            progress((reached - before) / source.block_count)
+    if progress is not None and source.block_count:
+        progress((source.block_count - reached) / source.block_count)
+    unusable.never_written += source.blocks_in_holes
     unusable.add(look_at_tail(source.tail()))
     empty = PieceList(source.path).all()
     if early is None:
-        return Survey(pieces.all(), unusable, empty, None)
-    return Survey(pieces.all(), unusable, early.pieces.all(), early.builder.records())
+        return Survey(pieces.all(), unusable, census, empty, None)
+    return Survey(pieces.all(), unusable, census, early.pieces.all(), early.builder.records())
 
 
 class _EarlyDecoder:

@@ -23,8 +23,12 @@ Card::Card(Medium& medium, const Scenario& scenario, Clock& clock, Truth& truth)
 ErrorCode Card::open(uint32_t n_blocks) {
   clock_.pass(timing_.between(5000, 20000));
   if (!usable()) return ErrorCode::kNoCard;
-  medium_.blocks = n_blocks;
-  if (!scenario_.holds_older) memset(medium_.bytes, 0, sizeof medium_.bytes);
+  const uint32_t first = files() == 0 ? 0 : file().first_block + file().blocks;
+  if (files() == kFiles || n_blocks > kMediumBlocks - first) return ErrorCode::kCardFull;
+  ++truth_.head.file_count;
+  file() = FileTruth{first, n_blocks, 0};
+  medium_.blocks = first + n_blocks;
+  if (!scenario_.holds_older) memset(at(first), 0, n_blocks * kBlockBytes);
   // Filling it with zeros; the ring has to last that long.
   const uint32_t longest_us = scenario_.kind == Kind::kSmallRing ? 50000 : 200000;
   busy_until_us_ = clock_.now_us() + timing_.between(10000, longest_us);
@@ -60,11 +64,11 @@ void Card::stall() {
 ErrorCode Card::write(uint32_t index, const uint8_t* block) {
   clock_.pass(kTransferUs);
   if (!usable()) return ErrorCode::kCardWriteFailed;
-  if (index >= medium_.blocks) return ErrorCode::kCardFull;
+  if (index >= file().blocks) return ErrorCode::kCardFull;
   busy_until_us_ = clock_.now_us() + timing_.between(50, 400);
   if (scenario_.stall_one_in != 0 && timing_.one_in(scenario_.stall_one_in)) stall();
   if (!usable()) return ErrorCode::kCardWriteFailed;
-  remember(index, block);
+  remember(file().first_block + index, block);
   return ErrorCode::kNone;
 }
 
@@ -74,6 +78,7 @@ void Card::remember(uint32_t position, const uint8_t* block) {
   WriteTruth& write = truth_.writes.add();
   write.t_us = clock_.now_us();
   write.position = position;
+  write.file = static_cast<uint8_t>(files());
   write.session = head.session;
   write.number = head.block_number;
   write.first_sample = head.first_sample;
@@ -118,10 +123,11 @@ ErrorCode Card::close(uint32_t n_blocks) {
   if (error != ErrorCode::kNone) return error;
   clock_.pass(kMetadataUs);
   if (!usable()) return ErrorCode::kCardWriteFailed;
-  medium_.blocks = n_blocks;
+  file().blocks = n_blocks;
+  medium_.blocks = file().first_block + n_blocks;
   clock_.pass(kMetadataUs);
-  closed_ = usable();
-  return closed_ ? ErrorCode::kNone : ErrorCode::kCardWriteFailed;
+  file().closed = usable();
+  return closed() ? ErrorCode::kNone : ErrorCode::kCardWriteFailed;
 }
 
 void Card::lose_supply() {

@@ -12,13 +12,13 @@ namespace proof {
 
 using tfsat::protocol::ErrorCode;
 
-constexpr uint32_t kMediumBlocks = 4096;
+constexpr uint32_t kMediumBlocks = 8192;
 constexpr uint32_t kBlockBytes = tfsat::protocol::kBlockBytes;
 
 // What stays when the power goes.
 struct Medium {
   uint8_t bytes[kMediumBlocks * kBlockBytes];
-  uint32_t blocks;  // of the file
+  uint32_t blocks;  // of all files
 };
 
 class Card final : public tfsat::logger::BlockSink, public tfsat::logger::LogArchive {
@@ -52,7 +52,8 @@ class Card final : public tfsat::logger::BlockSink, public tfsat::logger::LogArc
   uint32_t spoil();
   // Notes which of the blocks that were taken stand there whole.
   void settle_truth();
-  bool closed() const { return closed_; }
+  uint32_t files() const { return truth_.head.file_count; }
+  bool closed() const { return files() > 0 && file().closed != 0; }
 
  private:
   static constexpr uint32_t kCacheRoom = 65;
@@ -62,6 +63,7 @@ class Card final : public tfsat::logger::BlockSink, public tfsat::logger::LogArc
     uint8_t bytes[kBlockBytes];
   };
 
+  FileTruth& file() const { return truth_.head.files[truth_.head.file_count - 1]; }
   bool usable() const { return present_ && !lost_ && !clock_.dead(); }
   void stall();
   void remember(uint32_t position, const uint8_t* block);
@@ -83,7 +85,6 @@ class Card final : public tfsat::logger::BlockSink, public tfsat::logger::LogArc
   uint64_t busy_until_us_ = 0;
   bool present_ = true;
   bool lost_ = false;  // until recover()
-  bool closed_ = false;
 };
 
 }  // namespace proof

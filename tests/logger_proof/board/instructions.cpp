@@ -131,7 +131,8 @@ QuietInputs inputs;
 QuietTimer timer;
 QuietCard card;
 Memory memory;
-Cable cable;
+Ram ram;
+Cable cable(ram);
 SessionIds ids(1);
 tfsat::logger::Block ring[tfsat::logger::kRingBlocks];
 constexpr uint32_t kPasses = 4;  // of the main loop between two samples
@@ -185,18 +186,14 @@ void send_settings(uint16_t rate_hz) {
   tfsat::protocol::LoggerSettingsWriteRequest request;
   request.settings = tfsat::logger::factory_settings();
   request.settings.rate_hz = rate_hz;
-  uint8_t payload[tfsat::protocol::LoggerSettingsWriteRequest::kSize];
-  request.encode(payload);
-  cable.send(request.kType, payload, sizeof payload);
+  cable.send(request);
 }
 
 void send_start() {
   tfsat::protocol::RecordStartRequest request;
   request.number = 1;
   request.unix_us = 0;
-  uint8_t payload[tfsat::protocol::RecordStartRequest::kSize];
-  request.encode(payload);
-  cable.send(request.kType, payload, sizeof payload);
+  cable.send(request);
 }
 
 }  // namespace

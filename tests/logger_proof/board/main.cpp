@@ -1,5 +1,6 @@
 // run FIRST COUNT FOLDER: the runs of COUNT seeds from FIRST on. Of each, the card as it is
-// afterwards goes to FOLDER/SEED.bin, and what really happened to FOLDER/SEED.truth.
+// afterwards goes to FOLDER/SEED.bin, what a host fetched from RAM to FOLDER/SEED.ram, and what
+// really happened to FOLDER/SEED.truth.
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +16,7 @@ namespace {
 using namespace proof;
 
 Medium medium;
+Ram ram;
 Truth truth;
 tfsat::logger::Block ring[tfsat::logger::kRingBlocks];
 alignas(World) uint8_t world_memory[sizeof(World)];
@@ -23,7 +25,8 @@ void live(const Scenario& scenario) {
   memset(static_cast<void*>(&truth), 0, sizeof truth);
   memset(world_memory, 0xA5, sizeof world_memory);  // whoever relies on zeros there is found
   memset(ring, 0xA5, sizeof ring);
-  (new (world_memory) World(scenario, medium, ring, truth))->live();
+  ram.blocks = 0;
+  (new (world_memory) World(scenario, medium, ram, ring, truth))->live();
 }
 
 // In one piece: through semihosting, each call is dear.
@@ -44,6 +47,8 @@ bool write_list(int file, const Records& list) {
 }
 
 bool write_image(int file) { return write_all(file, medium.bytes, medium.blocks * kBlockBytes); }
+
+bool write_ram(int file) { return write_all(file, ram.bytes, ram.blocks * kBlockBytes); }
 
 bool write_truth(int file) {
   return write_all(file, &truth.head, sizeof truth.head) && write_list(file, truth.ticks) &&
@@ -71,9 +76,10 @@ int main(int argc, char** argv) {
     memset(&medium, 0, sizeof medium);
     if (scenario.holds_older) live(older_of(scenario));
     live(scenario);
-    if (!save(argv[3], seed, "bin", write_image) || !save(argv[3], seed, "truth", write_truth)) {
-      return 1;
-    }
+    const bool saved = save(argv[3], seed, "bin", write_image) &&
+                       save(argv[3], seed, "ram", write_ram) &&
+                       save(argv[3], seed, "truth", write_truth);
+    if (!saved) return 1;
   }
   return 0;
 }

@@ -146,15 +146,22 @@ void Script::power_up(const Scenario& scenario, Truth& truth) {
   count_ = taken_ = 0;
   Draw draw(scenario.seed, 5);
   const uint64_t release_us = scenario.release_us;
+  if (scenario.knock_us != kNever) {
+    both(scenario.knock_us, scenario.second_switch_us, true);
+    both(scenario.knock_ends_us, scenario.second_switch_us, false);
+  }
   if (draw.one_in(2)) {  // chatter of the switch that opens first; both have been open by then once
     const uint64_t gap_us = draw.between(20, 400);
     add(release_us - 2 * gap_us, Edge::Source::kSwitch, 0, true);
     add(release_us - gap_us, Edge::Source::kSwitch, 0, false);
   }
-  add(release_us, Edge::Source::kSwitch, 0, true);
-  add(release_us + scenario.second_switch_us, Edge::Source::kSwitch, 1, true);
+  both(release_us, scenario.second_switch_us, true);
   for (const uint32_t after_us : kStrokesUs) {
     add(release_us + scenario.second_switch_us + after_us, Edge::Source::kStroke, 0, true);
+  }
+  edges_[count_ - 1].lost = static_cast<uint16_t>(draw.between(0, 4));
+  if (scenario.reclosed_us != kNever) {
+    both(scenario.reclosed_us, scenario.second_switch_us, false);
   }
   for (uint32_t i = 0; i < count_; ++i) {
     EdgeTruth& edge = truth.edges.add();
@@ -162,7 +169,13 @@ void Script::power_up(const Scenario& scenario, Truth& truth) {
     edge.source = edges_[i].source == Edge::Source::kStroke;
     edge.index = edges_[i].index;
     edge.open = edges_[i].open;
+    edge.lost = static_cast<uint8_t>(edges_[i].lost);
   }
+}
+
+void Script::both(uint64_t t_us, uint64_t apart_us, bool open) {
+  add(t_us, Edge::Source::kSwitch, 0, open);
+  add(t_us + apart_us, Edge::Source::kSwitch, 1, open);
 }
 
 void Script::add(uint64_t t_us, Edge::Source source, uint8_t index, bool open) {

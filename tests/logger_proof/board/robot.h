@@ -79,7 +79,7 @@ class Angles final : public tfsat::logger::Adc {
   uint8_t converted_ = 0;
 };
 
-// Release switches, with a little chatter, and the strokes of 59/70.
+// Release switches, with a little chatter and maybe a knock before, and the strokes of 59/70.
 class Script final : public tfsat::logger::Inputs {
  public:
   void power_up(const Scenario& scenario, Truth& truth);
@@ -90,6 +90,7 @@ class Script final : public tfsat::logger::Inputs {
 
  private:
   static constexpr uint32_t kRoom = 32;
+  void both(uint64_t t_us, uint64_t apart_us, bool open);
   void add(uint64_t t_us, tfsat::logger::Edge::Source source, uint8_t index, bool open);
 
   tfsat::logger::Edge edges_[kRoom] = {};

@@ -48,6 +48,43 @@ void draw_faults(Scenario& s, Draw& draw) {
   s.fault_from_us[0] = s.fault_from_us[0] != 0 ? s.fault_from_us[0] : kStartUs + 1000000;
 }
 
+// A knock, or somebody who lifts the robot out and seats it again.
+void draw_knock(Scenario& s, Draw& draw) {
+  s.knock_us = s.release_us;
+  s.knock_ends_us = s.knock_us + draw.between(100000, 4000000);
+  const uint64_t later_us = s.knock_ends_us + draw.between(300000, 2000000) - s.release_us;
+  s.release_us += later_us;
+  s.landing_us += later_us;
+}
+
+// For good: before, in or after the fall.
+void draw_loss(Scenario& s, Draw& draw) {
+  const uint64_t from_us[] = {kStartUs + 400000, s.release_us, s.landing_us};
+  const uint64_t to_us[] = {s.release_us, s.landing_us, s.landing_us + 4900000};
+  const uint32_t when = draw.next() % 3;
+  s.pulled_us[0] = from_us[when] + draw.next() % static_cast<uint32_t>(to_us[when] - from_us[when]);
+  s.landing_felt = draw.one_in(2);
+  s.life_us = 45000000;
+}
+
+// The file is changed after 13.4 s at 280 Hz and after 8.1 s at 1 kHz: half of the releases come near
+// that.
+void draw_wait(Scenario& s, Draw& draw) {
+  const uint32_t change_us = s.rate_hz == 1000 ? 8000000 : 13300000;
+  const uint32_t wait_us = draw.one_in(2) ? draw.between(change_us - 200000, change_us + 400000)
+                                          : draw.between(change_us, change_us + 4000000);
+  const uint64_t later_us = kStartUs + wait_us - s.release_us;
+  s.release_us += later_us;
+  s.landing_us += later_us;
+  s.life_us = s.landing_us + 15000000;
+}
+
+void draw_ticks(Scenario& s) {
+  Draw draw(s.seed, 8);
+  if (draw.one_in(2)) s.jitter_us = draw.between(1, 100);
+  if (draw.one_in(3)) s.missed_one_in = 300;
+}
+
 // The second copy begins 4 s after the release, or 1 s after the landing, and takes 0.3 s on a
 // quick card and 3 s on one that stalls.
 void draw_cut(Scenario& s, Draw& draw) {
@@ -58,7 +95,16 @@ void draw_cut(Scenario& s, Draw& draw) {
     const uint64_t begin_us = landed_us + 1000000 > earliest_us ? landed_us + 1000000 : earliest_us;
     s.cut_us = begin_us + draw.between(1000, s.stall_one_in != 0 ? 3000000 : 700000);
   }
-  if (s.kind == Kind::kClose || s.kind == Kind::kSpoiled) s.cut_us = kNever;
+  if (s.kind == Kind::kReclosed && draw.one_in(2)) {
+    s.cut_us = s.landing_us + kAfterLandingS * 1000000u + draw.between(300000, 2500000);
+  }
+  if (s.kind == Kind::kNextFile) {
+    s.cut_us = draw.one_in(2) ? kNever : s.release_us + draw.next() % 11000000 - 1000000;
+  }
+  if (s.kind == Kind::kFalseRelease && draw.one_in(2)) s.cut_us = kNever;
+  const bool uncut =
+      s.kind == Kind::kClose || s.kind == Kind::kSpoiled || s.kind == Kind::kCardLost;
+  if (uncut) s.cut_us = kNever;
   if (s.kind == Kind::kClose) s.cut_in_close_us = draw.between(1, 12000);
 }
 
@@ -70,10 +116,14 @@ Scenario scenario_of(uint32_t seed) {
   s.seed = seed;
   s.kind = static_cast<Kind>(seed % kKinds);
   s.rate_hz = seed / kKinds % 2 == 0 ? 280 : 1000;
-  s.file_mib = s.rate_hz == 1000 && !draw.one_in(8) ? 2 : 1;
+  s.file_mib = s.rate_hz == 1000 ? 2 : 1;
   s.ring_blocks = tfsat::logger::kRingBlocks;
   s.pulled_us[0] = s.pulled_us[1] = s.back_us[0] = s.back_us[1] = kNever;
   s.dead_angle = 0xFF;
+  s.knock_us = s.knock_ends_us = s.reclosed_us = kNever;
+  s.life_us = 20000000;
+  s.unix_us = 1790000000000000u;
+  draw_ticks(s);
   draw_fall(s, draw);
   draw_card(s, draw);
   switch (s.kind) {
@@ -109,7 +159,19 @@ Scenario scenario_of(uint32_t seed) {
       s.ring_blocks = s.rate_hz == 1000 ? draw.between(24, 64) : draw.between(10, 20);
       break;
     case Kind::kSpoiled:
-      s.file_mib = s.rate_hz == 1000 ? 2 : 1;
+      break;
+    case Kind::kFalseRelease:
+      draw_knock(s, draw);
+      break;
+    case Kind::kReclosed:
+      s.landing_felt = true;
+      s.reclosed_us = s.landing_us + draw.between(50000, 3000000);
+      break;
+    case Kind::kCardLost:
+      draw_loss(s, draw);
+      break;
+    case Kind::kNextFile:
+      draw_wait(s, draw);
       break;
   }
   draw_cut(s, draw);
@@ -128,6 +190,8 @@ Scenario older_of(const Scenario& scenario) {
   for (ImuFault& fault : s.fault) fault = ImuFault::kNone;
   s.pulled_us[0] = s.pulled_us[1] = kNever;
   s.rate_hz = 1000;
+  s.file_mib = 2;
+  s.unix_us -= 86400000000u;
   s.cut_us = kStartUs + draw.between(50000, 9000000);
   s.cut_in_close_us = 0;
   return s;

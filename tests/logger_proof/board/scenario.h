@@ -19,8 +19,12 @@ enum class Kind : uint8_t {
   kDeadSensors,  // IMUs, buses and angle sensors fail
   kSmallRing,    // stalls with a ring that is too small for them
   kSpoiled,      // the blow spoils a twentieth of what was on the card, and the first header
+  kFalseRelease, // the switches open and close again before the release
+  kReclosed,     // both switches close for good after the landing
+  kCardLost,     // the card is gone for good: before, in or after the fall
+  kNextFile,     // the file is full before the release
 };
-constexpr uint32_t kKinds = 12;
+constexpr uint32_t kKinds = 16;
 
 // What the card makes of the blocks in its RAM when it loses its supply.
 enum class Fate : uint8_t { kWhole, kTorn, kLost, kMixed };
@@ -44,12 +48,19 @@ struct Scenario {
   // In us after power-up; UINT64_MAX: never.
   uint64_t release_us;
   uint64_t second_switch_us;  // after the first
+  uint64_t knock_us;          // both open before the release, until knock_ends_us
+  uint64_t knock_ends_us;
+  uint64_t reclosed_us;  // both close after the landing
   uint64_t landing_us;
   bool landing_felt;
   uint64_t cut_us;
   uint32_t cut_in_close_us;  // or so long after the closing began; 0: not
   uint64_t pulled_us[2];
   uint64_t back_us[2];
+  uint64_t life_us;       // the run ends then, if nothing ended it
+  uint64_t unix_us;       // what the host says that the time is
+  uint32_t jitter_us;     // of the sampling ticks, at most
+  uint32_t missed_one_in; // ticks: one to three are missed; 0: none
 
   ImuFault fault[4];
   uint64_t fault_from_us[4];
@@ -61,7 +72,6 @@ constexpr uint64_t kNever = UINT64_MAX;
 constexpr uint64_t kSettingsUs = 150000;
 constexpr uint64_t kStartUs = 300000;
 constexpr uint16_t kAfterLandingS = 5;
-constexpr uint64_t kLongestLifeUs = 15500000;
 
 Scenario scenario_of(uint32_t seed);
 // An earlier recording that leaves its blocks in the same file.

@@ -14,7 +14,7 @@ struct TickTruth {
   uint8_t served;        // bit i: IMU i gave a whole burst, awake, at this tick
   uint8_t switches_open;
   uint8_t angles;  // bit i: angle sensor i was converted
-  uint8_t captured;  // the logger recorded when the tick came
+  uint8_t captured;  // which recording took it, from 1; 0: the logger did not record
 };
 static_assert(sizeof(TickTruth) == 80, "no padding");
 
@@ -29,7 +29,8 @@ struct WriteTruth {
   uint8_t samples;
   uint8_t synced;     // a sync() came back after it
   uint8_t on_medium;  // it stands there whole at the end
-  uint32_t padding;
+  uint8_t file;       // of the card, from 1
+  uint8_t padding[3];
 };
 static_assert(sizeof(WriteTruth) == 32, "no padding");
 
@@ -37,14 +38,26 @@ static_assert(sizeof(WriteTruth) == 32, "no padding");
 struct TroubleTruth {
   uint64_t from_us;
   uint64_t to_us;
+  uint8_t pulled;  // out of its contacts; else a stall
+  uint8_t padding[7];
 };
+static_assert(sizeof(TroubleTruth) == 24, "no padding");
+
+// A recording is a file.
+struct FileTruth {
+  uint32_t first_block;  // on the medium
+  uint32_t blocks;
+  uint32_t closed;
+};
+constexpr uint32_t kFiles = 4;
 
 struct EdgeTruth {
   uint64_t t_us;
   uint8_t source;  // 0 switch, 1 stroke
   uint8_t index;
   uint8_t open;
-  uint8_t padding[5];
+  uint8_t lost;  // before it
+  uint8_t padding[4];
 };
 
 struct TruthHead {
@@ -52,7 +65,7 @@ struct TruthHead {
   uint32_t seed;
   uint8_t kind;
   uint8_t holds_older;
-  uint8_t closed;
+  uint8_t file_count;
   uint8_t state;  // LoggerState at the end
   uint16_t rate_hz;
   uint16_t stall_one_in;
@@ -68,12 +81,14 @@ struct TruthHead {
   uint8_t faulty;  // bit i: IMU i, or its bus, fails some time
   uint8_t landing_felt;
   uint8_t pulled;
-  uint8_t waits_inside;
-  uint32_t padding;
+  uint8_t lost_for_good;
+  uint32_t ram_blocks;  // fetched after the end
   uint32_t spoiled_blocks;
   uint32_t cache_blocks;
+  uint64_t unix_at_zero_us;  // of the logger's clock, as the host has set it
+  FileTruth files[kFiles];
 };
-static_assert(sizeof(TruthHead) == 88, "no padding");
+static_assert(sizeof(TruthHead) == 144, "no padding");
 
 template <typename Record, size_t kRoom>
 struct List {
@@ -91,7 +106,7 @@ struct List {
 
 struct Truth {
   TruthHead head;
-  List<TickTruth, 16384> ticks;
+  List<TickTruth, 40960> ticks;
   List<WriteTruth, 16384> writes;
   List<TroubleTruth, 4096> troubles;
   List<EdgeTruth, 64> edges;

@@ -8,18 +8,21 @@ using tfsat::protocol::LoggerState;
 namespace {
 
 constexpr uint64_t kUnplugUs = 400000;
+constexpr uint64_t kNextFileUs = 500000;
 constexpr tfsat::logger::Identity kIdentity = {{1, 2, 3, 4, 5, 6, 7, 8}, 0x12345678};
 
 }  // namespace
 
-World::World(const Scenario& scenario, Medium& medium, tfsat::logger::Block* ring, Truth& truth)
+World::World(const Scenario& scenario, Medium& medium, Ram& ram, tfsat::logger::Block* ring,
+             Truth& truth)
     : scenario_(scenario),
       truth_(truth),
       medium_(medium),
       loop_(scenario.seed, 7),
       cut_us_(scenario.cut_us),
-      timer_(*this),
+      timer_(*this, scenario),
       card_(medium, scenario, *this, truth),
+      cable_(ram),
       ids_(scenario.seed),
       logger_(Ports{bus_a_, bus_b_, angles_, script_, timer_, card_, card_, memory_, cable_, ids_},
               kIdentity, ring, scenario.ring_blocks) {}
@@ -41,9 +44,17 @@ void World::live() {
   tell_truth();
 }
 
-bool World::over() const {
-  return card_.closed() || now_us_ >= kLongestLifeUs ||
-         (now_us_ > kUnplugUs && logger_.state() == LoggerState::kFailed);
+// Another recording may follow one that was closed. From a logger that has failed, a host fetches
+// what its RAM holds.
+bool World::over() {
+  const bool failed = told_ == 3 && logger_.state() == LoggerState::kFailed;
+  if (!card_.closed()) {
+    closed_us_ = 0;
+  } else if (closed_us_ == 0) {
+    closed_us_ = now_us_;
+  }
+  const bool closed = closed_us_ != 0 && now_us_ - closed_us_ >= kNextFileUs;
+  return closed || now_us_ >= scenario_.life_us || (failed && cable_.fetch_ram(now_us_));
 }
 
 // What a host does before a drop: settings, start, cable off.
@@ -54,17 +65,14 @@ void World::talk() {
     request.settings.rate_hz = scenario_.rate_hz;
     request.settings.after_landing_s = kAfterLandingS;
     request.settings.file_mib = scenario_.file_mib;
-    uint8_t payload[tfsat::protocol::LoggerSettingsWriteRequest::kSize];
-    request.encode(payload);
-    cable_.send(request.kType, payload, sizeof payload);
+    cable_.send(request);
     told_ = 1;
   } else if (told_ == 1 && now_us_ >= kStartUs) {
     tfsat::protocol::RecordStartRequest request;
     request.number = 1;
-    request.unix_us = 1790000000000000u;
-    uint8_t payload[tfsat::protocol::RecordStartRequest::kSize];
-    request.encode(payload);
-    cable_.send(request.kType, payload, sizeof payload);
+    request.unix_us = scenario_.unix_us;
+    truth_.head.unix_at_zero_us = scenario_.unix_us - now_us_;
+    cable_.send(request);
     told_ = 2;
   } else if (told_ == 2 && now_us_ >= kUnplugUs) {
     cable_.pull();
@@ -105,7 +113,9 @@ void World::happen() {
     gone_ = true;
     TroubleTruth& trouble = truth_.troubles.add();
     trouble.from_us = now_us_;
-    trouble.to_us = scenario_.back_us[pull_];
+    const uint64_t back_us = scenario_.back_us[pull_];
+    trouble.to_us = back_us < scenario_.life_us ? back_us : scenario_.life_us;
+    trouble.pulled = 1;
   }
 }
 
@@ -116,7 +126,7 @@ void World::closing() {
 void World::tick() {
   timer_.advance();
   ++ticks_;
-  const bool captured = logger_.state() == LoggerState::kRecording;
+  const uint32_t captured = logger_.state() == LoggerState::kRecording ? card_.files() : 0;
   bus_a_.measure(now_us_, ticks_);
   bus_b_.measure(now_us_, ticks_);
   angles_.measure(now_us_, ticks_);
@@ -132,7 +142,7 @@ void World::tick() {
   truth.served = static_cast<uint8_t>(bus_a_.served() | bus_b_.served() << 2);
   truth.switches_open = script_.switches_open();
   truth.angles = angles_.converted();
-  truth.captured = captured;
+  truth.captured = static_cast<uint8_t>(captured);
 }
 
 void World::tell_truth() {
@@ -141,7 +151,6 @@ void World::tell_truth() {
   head.seed = scenario_.seed;
   head.kind = static_cast<uint8_t>(scenario_.kind);
   head.holds_older = scenario_.holds_older;
-  head.closed = card_.closed();
   head.state = static_cast<uint8_t>(logger_.state());
   head.rate_hz = scenario_.rate_hz;
   head.stall_one_in = static_cast<uint16_t>(scenario_.stall_one_in);
@@ -162,7 +171,8 @@ void World::tell_truth() {
   }
   head.landing_felt = scenario_.landing_felt;
   head.pulled = pull_ > 0 || gone_;
-  head.waits_inside = scenario_.waits_inside;
+  head.lost_for_good = gone_ && scenario_.back_us[pull_] == kNever;
+  head.ram_blocks = cable_.ram_blocks();
   head.cache_blocks = scenario_.cache_blocks;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../../../firmware/teensy_logger/src/core/logger.h"
+#include "cable.h"
 #include "card.h"
 #include "clock.h"
 #include "robot.h"
@@ -12,7 +13,8 @@ namespace proof {
 // The sampling timer: when its next tick comes.
 class Timer final : public tfsat::logger::SampleTimer {
  public:
-  explicit Timer(const Clock& clock) : clock_(clock) {}
+  Timer(const Clock& clock, const Scenario& scenario)
+      : clock_(clock), scenario_(scenario), misses_(scenario.seed, 9) {}
   void start(uint16_t rate_hz) override {
     rate_hz_ = rate_hz;
     started_us_ = clock_.now_us();
@@ -20,36 +22,24 @@ class Timer final : public tfsat::logger::SampleTimer {
   }
   void stop() override { rate_hz_ = 0; }
   uint64_t next_us() const {
-    return rate_hz_ == 0 ? kNever : started_us_ + (ticks_ + 1) * 1000000u / rate_hz_;
+    if (rate_hz_ == 0) return kNever;
+    const uint32_t late_us = drawn_at(scenario_.seed, static_cast<uint32_t>(ticks_), 80);
+    return started_us_ + (ticks_ + 1) * 1000000u / rate_hz_ + late_us % (scenario_.jitter_us + 1);
   }
-  void advance() { ++ticks_; }
+  void advance() {
+    ++ticks_;
+    if (scenario_.missed_one_in != 0 && misses_.one_in(scenario_.missed_one_in)) {
+      ticks_ += misses_.between(1, 4);
+    }
+  }
 
  private:
   const Clock& clock_;
+  const Scenario& scenario_;
+  Draw misses_;
   uint64_t started_us_ = 0;
   uint64_t ticks_ = 0;
   uint16_t rate_hz_ = 0;
-};
-
-// The cable, with a host that only talks.
-class Cable final : public tfsat::protocol::ByteStream {
- public:
-  void send(uint8_t type, const uint8_t* payload, size_t size) {
-    size_ += tfsat::protocol::encode_frame(type, sequence_++, payload, size, bytes_ + size_);
-    connected_ = true;
-  }
-  void pull() { connected_ = false; }
-
-  bool connected() override { return connected_; }
-  int read() override { return read_ < size_ ? bytes_[read_++] : -1; }
-  size_t write(const uint8_t*, size_t size) override { return size; }
-
- private:
-  uint8_t bytes_[256];
-  size_t size_ = 0;
-  size_t read_ = 0;
-  uint8_t sequence_ = 1;
-  bool connected_ = false;
 };
 
 class Memory final : public tfsat::logger::NonVolatile {
@@ -72,7 +62,8 @@ class SessionIds final : public tfsat::logger::Entropy {
 
 class World final : private Clock {
  public:
-  World(const Scenario& scenario, Medium& medium, tfsat::logger::Block* ring, Truth& truth);
+  World(const Scenario& scenario, Medium& medium, Ram& ram, tfsat::logger::Block* ring,
+        Truth& truth);
 
   void live();
 
@@ -86,7 +77,7 @@ class World final : private Clock {
   void happen();
   void tick();
   void talk();
-  bool over() const;
+  bool over();
   void tell_truth();
 
   const Scenario& scenario_;
@@ -95,6 +86,7 @@ class World final : private Clock {
   Draw loop_;
   uint64_t now_us_ = 0;
   uint64_t cut_us_;
+  uint64_t closed_us_ = 0;  // since when nothing is open; 0: something is
   uint32_t ticks_ = 0;
   uint32_t pull_ = 0;
   uint8_t told_ = 0;

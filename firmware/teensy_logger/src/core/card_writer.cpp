@@ -20,6 +20,7 @@ ErrorCode CardWriter::open(uint32_t n_blocks) {
   trouble_ = ErrorCode::kNone;
   refused_ = false;
   was_free_ = false;
+  busy_since_us_ = 0;
   closed_ = false;
   events_.clear();
   return sink_.open(n_blocks);
@@ -44,7 +45,11 @@ ErrorCode CardWriter::poll(uint64_t t_us, bool capturing) {
   if (sink_.busy()) {
     // Before it was free for the first time, the file is being prepared, which takes longer: as
     // long as the ring has room.
-    if (!was_free_) return ring_low() ? ErrorCode::kCardWriteFailed : ErrorCode::kNone;
+    if (!was_free_) {
+      if (busy_since_us_ == 0) busy_since_us_ = t_us;
+      const bool too_long = !capturing_ && t_us - busy_since_us_ >= kGiveUpUs;
+      return ring_low() || too_long ? ErrorCode::kCardWriteFailed : ErrorCode::kNone;
+    }
     const bool gone = t_us - busy_since_us_ >= kBusyLimitUs;
     return gone ? refuse(ErrorCode::kCardWriteFailed, t_us) : ErrorCode::kNone;
   }

@@ -54,6 +54,9 @@ class CardWriter {
 
   // Why the card takes nothing now, or kNone.
   protocol::ErrorCode trouble() const { return trouble_; }
+  bool in_trouble_for(uint64_t t_us, uint32_t duration_us) const {
+    return refusals_ > 0 && t_us - refused_since_us_ >= duration_us;
+  }
   uint32_t blocks_written() const { return position_; }
   uint32_t blocks_rewritten() const { return rewritten_; }
   uint32_t stall_max_ms() const { return stall_max_ms_; }

@@ -22,6 +22,8 @@ void DropWatch::reset(float counts_per_g) {
   counts_per_g_ = counts_per_g;
   shock_counts_ = static_cast<uint32_t>(shock < kEndOfRangeCounts ? shock : kEndOfRangeCounts);
   phase_ = DropPhase::kWaiting;
+  releases_ = 0;
+  hangs_ = false;
   closed_ = false;
   seated_ = false;
   events_.clear();
@@ -50,6 +52,7 @@ void DropWatch::seat(uint64_t t_us) {
 void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
   if (switches_open != 0) {
     closed_ = false;
+    hangs_ = false;
     return;
   }
   if (!closed_) {
@@ -58,9 +61,8 @@ void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
   }
   const uint64_t closed_us = t_us - closed_since_us_;
   if (!seated_ && closed_us >= protocol::kReleaseDebounceUs) seat(t_us);
-  if (phase() == DropPhase::kWaiting) return;
-  const bool landed = phase() == DropPhase::kLanded;
-  if (closed_us < (landed ? kSeatedAfterLandingUs : kSeatedUs)) return;
+  hangs_ = closed_us >= kSeatedUs;
+  if (phase() != DropPhase::kFalling || !hangs_) return;
   phase_ = DropPhase::kWaiting;
   note(released_us_, EventCode::kRelease, 0, 0);
   seat(t_us);
@@ -71,6 +73,7 @@ void DropWatch::note_release(uint64_t t_us, uint8_t switches_open) {
   const uint32_t ago_ticks = ticks(t_us) - detector_.released_at();
   released_us_ = t_us - sequencer::us_from_ticks(ago_ticks);
   released_low_us_ = static_cast<uint32_t>(released_us_);
+  releases_.store(releases() + 1, std::memory_order_release);
   phase_ = DropPhase::kFalling;
   note(released_us_, EventCode::kRelease, 1, 0);
 }

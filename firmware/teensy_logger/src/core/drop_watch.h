@@ -15,10 +15,9 @@ namespace logger {
 
 class DropWatch {
  public:
-  // Both switches closed again for this long: it was no release, and the robot is seated.
+  // Both switches closed again for this long in a fall: it was none. A landing is one for the rest
+  // of the recording, whatever the robot lies on.
   static constexpr uint32_t kSeatedUs = 200000;
-  // After a landing it takes longer: the robot may lie on its switches for a while.
-  static constexpr uint32_t kSeatedAfterLandingUs = 2000000;
 
   // A recording begins. `counts_per_g`: of the accelerometers; at the end of its range a sensor
   // shows a shock, too.
@@ -32,6 +31,10 @@ class DropWatch {
 
   // Both.
   protocol::DropPhase phase() const { return phase_.load(std::memory_order_acquire); }
+  // Both. Releases since reset(), those that were none included.
+  uint32_t releases() const { return releases_.load(std::memory_order_acquire); }
+  // Both switches have been closed for kSeatedUs, at the last instant.
+  bool seated() const { return hangs_.load(std::memory_order_relaxed); }
   // Both, after a release: its time, which must lie within 35 minutes of `t_us`.
   uint64_t released_us(uint64_t t_us) const {
     const uint32_t off =
@@ -54,6 +57,8 @@ class DropWatch {
   float counts_per_g_ = 1.0f;
   uint32_t shock_counts_ = UINT32_MAX;
   uint64_t released_us_ = 0;
+  std::atomic<uint32_t> releases_{0};
+  std::atomic<bool> hangs_{false};
   std::atomic<uint32_t> released_low_us_{0};  // of released_us_: 64 bits could be read half-changed
   uint64_t closed_since_us_ = 0;
   bool closed_ = false;  // both switches, since closed_since_us_

@@ -66,10 +66,10 @@ void Logger::sample(uint64_t t_us) {
 }
 
 void Logger::collect_events(uint64_t t_us) {
-  if (!recorder_.capturing() || recorder_.session() != session_) {
+  if (!recorder_.watching() || recorder_.session() != session_) {
     session_ = recorder_.session();
     strokes_ = 0;
-    events_.clear();
+    if (!recorder_.continued()) events_.clear();
   }
   for (uint8_t i = 0; i < instant_.event_count; ++i) events_.push(instant_.events[i]);
   protocol::Event event = {};
@@ -82,14 +82,14 @@ void Logger::collect_events(uint64_t t_us) {
   }
   Edge edge;
   while (events_.room() > kOwnEvents && inputs_.take_edge(edge)) push_edge(edge);
-  if (recorder_.capturing()) {
+  if (recorder_.watching()) {
     recorder_.watch().poll(t_us, inputs_.switches_open(), peak_accel_counts(instant_.sample));
   }
   while (events_.room() > kOwnEvents && recorder_.take_event(event)) events_.push(event);
 }
 
 void Logger::push_edge(const Edge& edge) {
-  if (recorder_.capturing()) recorder_.watch().on_edge(edge);
+  if (recorder_.watching()) recorder_.watch().on_edge(edge);
   protocol::Event event = {};
   event.time_us = edge.t_us;
   event.value = edge.lost;

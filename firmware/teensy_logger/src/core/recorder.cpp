@@ -1,5 +1,7 @@
 #include "recorder.h"
 
+#include "file_budget.h"
+
 namespace tfsat {
 namespace logger {
 
@@ -15,45 +17,70 @@ ErrorCode Recorder::start(uint32_t number, const Plan& plan) {
   if (uses_card()) return ErrorCode::kWrongState;
   if (ram_holds_drop()) return ErrorCode::kRamHoldsDrop;
   number_ = number;
-  begin(plan);
+  capture_ = Capture::kOff;  // a failed recording may still be capturing
+  goes_on_ = false;
+  continued_ = false;
+  watch_.reset(plan.header.accel_lsb_per_g);
+  const ErrorCode error = open(plan);
+  capture_ = Capture::kOn;
+  if (error != ErrorCode::kNone) fail(error);
   return ErrorCode::kNone;
 }
 
-void Recorder::begin(const Plan& plan) {
-  capture_ = Capture::kOff;  // a failed recording may still be capturing
+// The switches have been followed all the time: a release between the files is the next file's. After
+// a landing the watch begins anew.
+void Recorder::start_next_file(const Plan& plan) {
+  const bool after_landing = watch_.phase() == DropPhase::kLanded;
+  continued_ = !after_landing;
+  if (after_landing) {
+    goes_on_ = false;
+    watch_.reset(plan.header.accel_lsb_per_g);
+  }
+  const ErrorCode error = open(plan);
+  capture_ = Capture::kOn;
+  goes_on_ = false;
+  if (error != ErrorCode::kNone) fail(error);
+}
+
+ErrorCode Recorder::open(const Plan& plan) {
   const ErrorCode error = writer_.open(plan.file_blocks);
   plan_ = plan;
   error_ = ErrorCode::kNone;
   stop_reason_ = protocol::StopReason::kHost;
   footer_added_ = false;
-  stop_asked_ = false;
   ram_released_ = false;
   followed_ = DropPhase::kWaiting;
+  releases_followed_ = 0;
   fall_kept_ = false;
   drop_only_in_ram_ = false;
   high_water_quarters_ = 0;
   file_reserve_blocks_ =
       ring_.capacity() < plan.file_blocks / 2 ? ring_.capacity() : plan.file_blocks / 2;
+  const uint32_t for_drop =
+      drop_blocks(static_cast<uint32_t>(plan.header.rate_hz), plan.after_landing_s);
+  const uint32_t half = (plan.file_blocks - file_reserve_blocks_) / 2;
+  file_spare_blocks_ = for_drop < half ? for_drop : half;
   builder_.begin(plan.session, plan.header, plan.unix_at_zero_us,
                  plan.file_blocks - file_reserve_blocks_);
-  watch_.reset(plan.header.accel_lsb_per_g);
   state_ = LoggerState::kRecording;
-  capture_ = Capture::kOn;
-  if (error != ErrorCode::kNone) fail(error);
+  return error;
 }
 
-ErrorCode Recorder::stop(protocol::StopReason reason) {
+ErrorCode Recorder::stop() {
   if (session() == 0) return ErrorCode::kNotRecording;
-  if (reason == protocol::StopReason::kHost) stop_asked_ = true;
+  goes_on_ = false;
+  end(protocol::StopReason::kHost);
+  return ErrorCode::kNone;
+}
+
+void Recorder::end(protocol::StopReason reason) {
   Capture capture = capture_;
   while (capture != Capture::kOff &&
          !capture_.compare_exchange_weak(capture, Capture::kFinishing)) {
   }
-  if (state_ == LoggerState::kRecording) {
-    state_ = LoggerState::kStopping;
-    stop_reason_ = reason;
-  }
-  return ErrorCode::kNone;
+  if (state_ != LoggerState::kRecording) return;
+  state_ = LoggerState::kStopping;
+  stop_reason_ = reason;
 }
 
 void Recorder::poll(uint64_t t_us) {
@@ -64,8 +91,15 @@ void Recorder::poll(uint64_t t_us) {
     fail(error);
     return;
   }
+  if (goes_on_ && !capturing() && writer_.in_trouble_for(t_us, kChangeLimitUs)) {
+    fail(writer_.trouble());
+    return;
+  }
   // The interrupt ends a capture that would cost RAM the drop.
-  if (state_ == LoggerState::kRecording && !capturing()) stop(protocol::StopReason::kCardGone);
+  if (state_ == LoggerState::kRecording && !capturing()) {
+    goes_on_ = followed_ != DropPhase::kLanded;
+    end(protocol::StopReason::kCardGone);
+  }
   if (state_ == LoggerState::kRecording) follow_file();
   if (state_ == LoggerState::kStopping && capture_ == Capture::kOff) finish(t_us);
 }
@@ -77,25 +111,26 @@ void Recorder::follow_file() {
     builder_.add_room(file_reserve_blocks_);
     file_reserve_blocks_ = 0;
   }
-  const uint32_t file_blocks = plan_.file_blocks - file_reserve_blocks_;
-  const uint32_t spare =
-      file_blocks / 8 < kFileSpareBlocks ? file_blocks / 8 : kFileSpareBlocks;
-  if (falling ? !builder_.file_full() : builder_.room() > spare) return;
+  const bool waiting = followed_ == DropPhase::kWaiting;
+  const bool card_takes = writer_.trouble() == ErrorCode::kNone;
+  const bool next = waiting && card_takes && builder_.room() <= file_spare_blocks_;
+  if (!next && !builder_.file_full()) return;
   error_ = ErrorCode::kCardFull;
-  stop(protocol::StopReason::kFileFull);
+  goes_on_ = waiting;
+  end(protocol::StopReason::kFileFull);
 }
 
 void Recorder::follow_drop(uint64_t t_us) {
   const DropPhase phase = watch_.phase();
-  if (phase != followed_) {
-    if (phase == DropPhase::kWaiting) fall_kept_ = false;
-    if (followed_ == DropPhase::kWaiting) {
-      released_us_ = watch_.released_us(t_us);
-      drop_first_block_ = block_before(released_us_);
-    }
-    if (phase == DropPhase::kLanded) landed_us_ = t_us;
-    followed_ = phase;
+  const uint32_t releases = watch_.releases();
+  if (releases != releases_followed_ && phase != DropPhase::kWaiting) {
+    releases_followed_ = releases;
+    fall_kept_ = false;
+    released_us_ = watch_.released_us(t_us);
+    drop_first_block_ = block_before(released_us_);
   }
+  if (phase == DropPhase::kLanded && followed_ != DropPhase::kLanded) landed_us_ = t_us;
+  followed_ = phase;
   if (followed_ != DropPhase::kWaiting) keep_fall(t_us);
   const bool on_card_twice = fall_kept_ && writer_.rewritten();
   const bool card_takes = uses_card() && writer_.trouble() == ErrorCode::kNone;
@@ -112,10 +147,12 @@ void Recorder::keep_fall(uint64_t t_us) {
     fall_kept_ = true;
     if (uses_card()) write_fall_again();
   }
-  if (fall_kept_ && state_ == LoggerState::kFailed) stop();  // more would take the room of the fall
-  if (landed && t_us - landed_us_ >= plan_.after_landing_s * 1000000ull) {
-    stop(protocol::StopReason::kLanding);
+  if (fall_kept_ && state_ == LoggerState::kFailed) {
+    end(protocol::StopReason::kLanding);  // more would take the room of the fall
   }
+  if (!landed || t_us - landed_us_ < plan_.after_landing_s * 1000000ull) return;
+  if (state_ == LoggerState::kRecording) goes_on_ = watch_.seated();
+  end(protocol::StopReason::kLanding);
 }
 
 bool Recorder::no_room_behind_drop(uint32_t spare_blocks) const {
@@ -170,6 +207,11 @@ void Recorder::fail(ErrorCode error) {
   error_ = error;
   state_ = LoggerState::kFailed;
   builder_.forget_file();
+  if (goes_on_) {  // what was to follow goes into RAM
+    capture_ = Capture::kNewest;
+    goes_on_ = false;
+    return;
+  }
   Capture on = Capture::kOn;  // a recording that was ending just ends
   capture_.compare_exchange_strong(on, Capture::kNewest);
 }
@@ -190,7 +232,7 @@ void Recorder::capture(uint64_t t_us, const protocol::Sample& sample, EventQueue
   }
   const Capture capture = capture_;
   if (capture == Capture::kOff) {
-    events.clear();
+    if (!goes_on_) events.clear();  // else they are the next file's
     return;
   }
   if (capture == Capture::kNewest) {

@@ -34,17 +34,21 @@ class Recorder {
   // starts nothing. When the card refuses, the state is failed with its error, and capture goes on
   // in RAM. Errors: kWrongState while another recording runs, kRamHoldsDrop.
   protocol::ErrorCode start(uint32_t number, const Plan& plan);
-  // Main loop. The recording whose file is full before any release goes on in another file, under
-  // the same number: a robot may wait for long.
+  // Main loop. A recording goes on in another file, under the same number, when its file is full
+  // before a release (a robot may wait for long), and when it closed by itself and the robot hangs
+  // in its switches: what looked like a drop was none, or the next one is being prepared.
   bool wants_next_file() const {
-    return state_ == protocol::LoggerState::kStopped && followed_ == protocol::DropPhase::kWaiting &&
-           stop_reason_ == protocol::StopReason::kFileFull && !stop_asked_;
+    return goes_on_ && state_ == protocol::LoggerState::kStopped;
   }
-  void start_next_file(const Plan& plan) { begin(plan); }
+  void start_next_file(const Plan& plan);
+  // Interrupt. This file goes on with what the one before has begun.
+  bool continued() const { return continued_; }
+  // Interrupt. The switches are followed: while recording, and between two files.
+  bool watching() const { return capturing() || goes_on_; }
   // The number belongs to the present or last recording.
   bool knows(uint32_t number) const { return session() != 0 && number == number_; }
   // Main loop. Ends the recording; a second call changes nothing. Error: kNotRecording.
-  protocol::ErrorCode stop(protocol::StopReason reason = protocol::StopReason::kHost);
+  protocol::ErrorCode stop();
   // Main loop. At most one block to the card.
   void poll(uint64_t t_us);
 
@@ -92,13 +96,13 @@ class Recorder {
   // One instant begins no more blocks: a header, a data block of samples, one of events, and one to
   // spare.
   static constexpr uint32_t kBlocksAnInstant = 4;
+  // Nothing is captured between two files: a card that is gone for longer ends that.
+  static constexpr uint32_t kChangeLimitUs = 1000000;
   // The second copy begins no later than with so much room: 0.2 s at 1 kHz for the card to begin.
   static constexpr uint32_t kRewriteSpareBlocks = 32;
 
-  // A file ends with so much room to spare: 0.7 s at 1 kHz for the main loop to notice.
-  static constexpr uint32_t kFileSpareBlocks = 112;
-
-  void begin(const Plan& plan);
+  protocol::ErrorCode open(const Plan& plan);
+  void end(protocol::StopReason reason);
   void follow_drop(uint64_t t_us);
   void keep_fall(uint64_t t_us);
   bool no_room_behind_drop(uint32_t spare_blocks) const;
@@ -120,12 +124,13 @@ class Recorder {
   protocol::StopReason stop_reason_ = protocol::StopReason::kHost;
   uint32_t number_ = 0;
   uint32_t file_reserve_blocks_ = 0;  // for the second copy
+  uint32_t file_spare_blocks_ = 0;    // for a drop: with less, a robot that waits gets another file
   bool footer_added_ = false;
-  bool stop_asked_ = false;  // by a host
   bool ram_released_ = false;
 
   // The drop as the main loop has followed it.
   protocol::DropPhase followed_ = protocol::DropPhase::kWaiting;
+  uint32_t releases_followed_ = 0;
   uint64_t released_us_ = 0;
   uint64_t landed_us_ = 0;
   bool fall_kept_ = false;
@@ -134,6 +139,10 @@ class Recorder {
   // have it twice and takes nothing, capture ends rather than overwrite it in RAM.
   std::atomic<uint32_t> drop_first_block_{0};
   std::atomic<bool> drop_only_in_ram_{false};
+
+  // Both. Another file follows this one.
+  std::atomic<bool> goes_on_{false};
+  std::atomic<bool> continued_{false};  // another came before
 
   // Interrupt.
   uint8_t high_water_quarters_ = 0;

@@ -177,17 +177,25 @@ Reply RequestServer::log_list(const protocol::LogListRequest& request, uint8_t* 
   return encoded(parts_.log_server.list(request.from_number), reply);
 }
 
+// A file is not there, too, when its card is gone.
+ErrorCode RequestServer::why_no_log(uint16_t number, ErrorCode error) {
+  if (error != ErrorCode::kNoSuchLog || number == 0) return error;
+  const ErrorCode card = parts_.card.inspect(0);
+  return card == ErrorCode::kNone ? error : card;
+}
+
 Reply RequestServer::log_read(const protocol::LogReadRequest& request, uint8_t* reply) {
   if (busy()) return Reply::refused(ErrorCode::kWrongState);
   protocol::LogReadReply read;
-  const ErrorCode error = parts_.log_server.begin_read(request, read.count);
+  const ErrorCode error =
+      why_no_log(request.number, parts_.log_server.begin_read(request, read.count));
   if (error != ErrorCode::kNone) return Reply::refused(error);
   return encoded(read, reply);
 }
 
 Reply RequestServer::log_erase(const protocol::LogEraseRequest& request, uint8_t* reply) {
   if (busy()) return Reply::refused(ErrorCode::kWrongState);
-  const ErrorCode error = parts_.log_server.erase(request);
+  const ErrorCode error = why_no_log(request.number, parts_.log_server.erase(request));
   if (error != ErrorCode::kNone) return Reply::refused(error);
   parts_.card_watch.look_again();
   protocol::LogEraseReply erased;

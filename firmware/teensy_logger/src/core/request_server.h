@@ -3,6 +3,7 @@
 
 #include "../protocol/link.h"
 #include "card_watch.h"
+#include "file_budget.h"
 #include "log_server.h"
 #include "recorder.h"
 #include "sampler.h"
@@ -20,7 +21,7 @@ struct Identity {
 constexpr uint32_t kAngleCountsPerTurn = 4096;
 
 constexpr uint32_t file_blocks(const protocol::LoggerSettings& settings) {
-  return settings.file_mib * (1024u * 1024u / protocol::kBlockBytes);
+  return settings.file_mib * kBlocksPerMib;
 }
 
 // What a request may change about sampling itself.
@@ -86,6 +87,7 @@ class RequestServer final : public protocol::RequestHandler {
     return (this->*function)(request, reply);
   }
 
+  protocol::ErrorCode why_no_log(uint16_t number, protocol::ErrorCode error);
   bool busy() const { return parts_.recorder.uses_card() || parts_.recorder.capturing(); }
   protocol::CardState card_state() const;
   void set_clock(uint64_t unix_us) { unix_at_zero_us_ = unix_us > now_us_ ? unix_us - now_us_ : 0; }

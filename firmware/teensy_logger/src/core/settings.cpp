@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../protocol/crc16.h"
+#include "file_budget.h"
 #include "timing.h"
 
 namespace tfsat {
@@ -27,16 +28,6 @@ bool within(uint32_t value, uint32_t least, uint32_t most) {
   return value >= least && value <= most;
 }
 
-// The ring takes the samples while the card fills the file with zeros.
-uint32_t most_file_mib(uint16_t rate_hz) {
-  using namespace protocol;
-  const uint32_t full_blocks_s = (rate_hz + kSamplesPerBlock - 1) / kSamplesPerBlock;
-  const uint32_t timed_blocks_s = 1000 / kPartialBlockMs;
-  const uint32_t blocks_s = full_blocks_s > timed_blocks_s ? full_blocks_s : timed_blocks_s;
-  const uint32_t most = kCardFillMibS * kRingBlocks / blocks_s;
-  return most < kFileMaxMib ? most : kFileMaxMib;
-}
-
 // The place of the first field that makes no sense, or -1.
 int32_t first_wrong(const LoggerSettings& s) {
   using namespace protocol;
@@ -47,7 +38,7 @@ int32_t first_wrong(const LoggerSettings& s) {
       s.dlpf_cfg <= kDlpfMax,
       s.bus_khz == 100 || s.bus_khz == 400,
       within(s.after_landing_s, kAfterLandingMinS, kAfterLandingMaxS),
-      within(s.file_mib, kFileMinMib, most_file_mib(s.rate_hz)),
+      within(s.file_mib, least_file_mib(s.rate_hz, s.after_landing_s), most_file_mib(s.rate_hz)),
   };
   for (size_t i = 0; i < sizeof right / sizeof right[0]; ++i) {
     if (!right[i]) return static_cast<int32_t>(i);

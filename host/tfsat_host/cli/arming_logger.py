@@ -1,0 +1,78 @@
+"""What `arm` asks of the logger: whether the drop will be on its card."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from contextlib import closing
+from typing import TYPE_CHECKING
+
+from tfsat_host.cli.advice import device_option
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import TfsatError
+
+if TYPE_CHECKING:
+    from tfsat_host.devices.card_trouble import NotOnCard
+    from tfsat_host.protocol.messages import LoggerStatusReply
+
+
+def look_at_logger(args: argparse.Namespace, out: Output) -> bool | None:
+    """Whether the drop would be on the logger's card, with a warning if not; None when there is none to ask.
+
+    An explicit `--port` scans no others: then only the environment names a logger.
+
+    Raises:
+        NotOnCard: a recording was started and does not reach its card, and nobody said `--unrecorded`.
+    """
+    from tfsat_host.devices.discovery import PortError, find_port, port_variable
+
+    if args.port is not None and not os.environ.get(port_variable("logger")):
+        out.warn(
+            f"The logger was not asked whether it records: --port names the sequencer only. A drop that is not "
+            f"recorded leaves no data. To have it asked, set {port_variable('logger')}=PORT"
+        )
+        return None
+    try:
+        port = find_port("logger")
+    except PortError as error:
+        out.warn(
+            f"The logger was not asked whether it records: a drop that is not recorded leaves no data. {error.what}"
+        )
+        return None
+    try:
+        status, danger = _ask(port)
+    except TfsatError as error:
+        out.warn(f"The logger did not say whether it records. {error.what}")
+        return None
+    if danger is not None:
+        if not args.unrecorded:
+            danger.meaning = f"{danger.meaning} Nothing was armed."
+            danger.next_step = (
+                f"{danger.next_step}\nTo arm all the same: tfsat-host arm --unrecorded{device_option(args)}"
+            )
+            raise danger
+        out.warn(f"{danger.what} {danger.meaning}")
+        return False
+    if not _records(status):
+        out.warn(
+            f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
+            "Start it: tfsat-host record start"
+        )
+    return _records(status)
+
+
+def _ask(port: str) -> tuple[LoggerStatusReply, NotOnCard | None]:
+    from tfsat_host.devices.card_trouble import stalled_recording
+    from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.devices.transport import SerialTransport
+
+    with closing(SerialTransport(port)) as transport:
+        logger = LoggerClient.connect(transport)
+        status = logger.status()
+        return status, stalled_recording(logger, status)
+
+
+def _records(status: LoggerStatusReply) -> bool:
+    from tfsat_host.protocol.enums import LoggerState
+
+    return status.state == LoggerState.RECORDING

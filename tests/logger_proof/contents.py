@@ -1,0 +1,111 @@
+"""What a decoded recording says, sample by sample, against what the sensors said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.logger_proof.broken import Broken
+from tests.logger_proof.events import check_events
+from tests.logger_proof.truth import Truth
+from tfsat_host.protocol.enums import BlockKind
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.log_layout import HEADER_BYTES
+from tfsat_host.protocol.messages import LogFooter, LogHeader
+from tfsat_host.sdlog import DropLog
+from tfsat_host.sdlog.blocks import look
+
+STALL_SLACK_MS = 20
+MOST_RMS_ERROR = 1e-3
+
+
+def check_contents(log: DropLog, truth: Truth) -> NDArray[np.int64]:
+    """Which samples were read. Raises Broken: a value, an event or a figure is wrong, or an event is missing."""
+    rows = _rows(log, truth.samples)
+    _check_values(log, truth.samples[rows], truth)
+    check_events(log, truth)
+    _check_release(log, truth)
+    if log.footer is not None:
+        _check_footer(log.footer, truth)
+    return rows
+
+
+def check_headers(image: Path, truth: Truth) -> None:
+    """Raises Broken: of a whole header of this recording in an image, rate or time of day are wrong."""
+    data = memoryview(image.read_bytes())
+    looked = look(data)
+    own = looked.usable & (looked.heads["session"] == truth.writes["session"][0])
+    for row in np.flatnonzero(own & (looked.heads["kind"] == BlockKind.HEADER)).tolist():
+        payload = data[row * BLOCK_BYTES + HEADER_BYTES :][: LogHeader.SIZE]
+        header = LogHeader.decode(bytes(payload))
+        if header.rate_hz != truth.rate_hz:
+            raise Broken(f"a header has {header.rate_hz} Hz")
+        unix_at_zero_us = header.wall_clock_us - int(looked.heads["time_us"][row])
+        if unix_at_zero_us != int(truth.head["unix_at_zero_us"]):
+            raise Broken(f"a header's time of day is wrong: {header.wall_clock_us}")
+
+
+def _rows(log: DropLog, samples: NDArray[np.void]) -> NDArray[np.int64]:
+    """Which sample each decoded one claims to be."""
+    if len(np.unique(log.sample_index)) != len(log) or log.sample_index[-1] >= len(samples):
+        raise Broken("samples that were never taken")
+    if not np.array_equal(samples["t_us"][log.sample_index], log.t_us.astype(np.uint64)):
+        raise Broken("a time is wrong")
+    return log.sample_index
+
+
+def _check_values(log: DropLog, truth: NDArray[np.void], run: Truth) -> None:
+    served = _bits(truth["served"], 4)
+    if (log.imu_valid & ~served).any():
+        raise Broken("an IMU is called valid that gave nothing")
+    if (log.imu_counts != truth["imu"])[log.imu_valid].any():
+        raise Broken("an IMU's value is wrong")
+    faulty = _bits(run.head["faulty"][None], 4)[0]
+    if not log.imu_valid[:, ~faulty].all():
+        raise Broken("a fault of one IMU costs another its values")
+    ends = np.isin(truth["imu"][:, :, [0, 1, 2, 4, 5, 6]], (-32768, 32767)).any(axis=2)
+    if (log.clipped != ends)[log.imu_valid].any():
+        raise Broken("a clipped value is not flagged, or another is")
+    if not np.array_equal(log.angle_valid, _bits(truth["angles"], 6)):
+        raise Broken("an angle sensor is called valid that is not, or the other way")
+    if not np.array_equal(log.angle_counts, truth["angle"]):
+        raise Broken("an angle is wrong")
+    if not np.array_equal(log.switch_open, _bits(truth["switches_open"], 2)):
+        raise Broken("a release switch is wrong")
+
+
+def _bits(values: NDArray[np.uint8], count: int) -> NDArray[np.bool_]:
+    bits: NDArray[np.bool_] = (values[:, None] >> np.arange(count)) & 1 != 0
+    return bits
+
+
+def _check_release(log: DropLog, truth: Truth) -> None:
+    """The decoder's own, once strokes tell which release was the robot's."""
+    sure = not log.gaps and any(event.name == "stroke" for event in log.events)
+    if sure and (log.release is None or abs(log.release.t_us - truth.release_us) > 1):
+        raise Broken(f"the release is {log.release and log.release.t_us - truth.release_us} us off")
+
+
+def _check_footer(footer: LogFooter, truth: Truth) -> None:
+    """Times between samples, the longest stall, and what was written twice."""
+    times = truth.samples["t_us"][: footer.samples].astype(np.int64)
+    steps = np.diff(times)
+    nominal_us = 1e6 / truth.rate_hz
+    late = steps > 1.5 * nominal_us
+    rms_us = float(np.sqrt(np.mean((steps[~late] - nominal_us) ** 2)))
+    told = (footer.interval_min_us, footer.interval_max_us, footer.late_ticks)
+    if told != (int(steps.min()), int(steps.max()), int(np.count_nonzero(late))):
+        raise Broken(f"times between samples: the footer has {told}")
+    if abs(footer.jitter_rms_us - rms_us) > 0.01 + MOST_RMS_ERROR * rms_us:
+        raise Broken(f"the jitter is {rms_us} us, the footer has {footer.jitter_rms_us}")
+    if truth.head["pulled"]:
+        return
+    troubles = truth.troubles[truth.troubles["from_us"] > truth.begin_us]
+    longest_ms = int((troubles["to_us"] - troubles["from_us"]).max(initial=0)) // 1000
+    if truth.is_last and not longest_ms - 1 <= footer.card_stall_max_ms <= longest_ms + STALL_SLACK_MS:
+        raise Broken(f"the longest stall is {longest_ms} ms, the footer has {footer.card_stall_max_ms}")
+    twice = len(truth.writes) - len(np.unique(truth.writes["number"]))
+    if footer.blocks_rewritten != twice:
+        raise Broken(f"{twice} blocks were written twice, the footer has {footer.blocks_rewritten}")

@@ -1,0 +1,161 @@
+"""Every event that a recording must hold, told by what happened and not by the logger; and that it holds no other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tests.logger_proof.broken import Broken
+from tests.logger_proof.drop import drop_events
+from tests.logger_proof.due import Due
+from tests.logger_proof.truth import Kind, Truth
+from tfsat_host.protocol.limits import FROZEN_US
+from tfsat_host.sdlog import DropEvent, DropLog
+
+BLOCK_US = 30_000
+"""An event may stand in a block whose samples are up to so much older."""
+BACKLOG_US = 50_000
+"""Two events find room at an instant, the rest waits."""
+END_US = 10_000
+"""At the end of a recording that is closed, nothing waits."""
+NOTICED_US = 10_000
+"""A pass of the main loop, with a sync."""
+LOSS_NOTICED_US = 2_200_000
+"""A card that looks busy is gone after 1 s; it may have stalled before, and a host cannot tell."""
+STALL_US = 550_000
+"""What the card says is stamped when the main loop asked, and it may wait in a stall."""
+TAKEN = frozenset({"switch_edge", "stroke", "release", "landing", "sampling_late", "card_lost", "card_back"})
+
+
+def check_events(log: DropLog, truth: Truth) -> None:
+    """Raises Broken: an event is missing whose block must be there, or one is there that never was."""
+    left = list(log.events)
+    names = TAKEN if truth.head["pulled"] else TAKEN | {"card_stall"}
+    for due in sorted(_due(truth), key=lambda due: due.earliest_us):
+        found = next((event for event in left if due.matches(event)), None)
+        if found is not None:
+            left.remove(found)
+        elif not due.may_lack and _must_hold(log, truth, due.earliest_us, due.known_us):
+            raise Broken(f"no {due.name} is in the log for {due.earliest_us / 1e6:.6f} s: {_like(log, due)}")
+    for event in left:
+        if event.name in names:
+            raise Broken(f"a {event.name} that was none: {event}")
+    _check_sensors(log, truth)
+
+
+def _like(log: DropLog, due: Due) -> list[DropEvent]:
+    return [event for event in log.events if event.name == due.name]
+
+
+def _must_hold(log: DropLog, truth: Truth, earliest_us: int, known_us: int) -> bool:
+    """What the logger knew by then must have reached a block that was read."""
+    if not _in_recording(truth, known_us):
+        return False
+    end_us = int(log.t_us[-1])
+    for gap in log.gaps:
+        gap_us = (gap.start_us or 0, gap.end_us if gap.end_us is not None else truth.end_us)
+        if gap.blocks == 0 and gap_us[0] - BLOCK_US < known_us < gap_us[1]:
+            known_us = gap_us[1]  # it waited for room
+        if gap.blocks and gap_us[0] < known_us + BACKLOG_US + BLOCK_US and earliest_us - BLOCK_US < gap_us[1]:
+            return False
+    is_whole = log.footer is not None and not any(gap.end_us is None for gap in log.gaps)
+    return known_us + (END_US if is_whole else BACKLOG_US + BLOCK_US) <= end_us
+
+
+def _in_recording(truth: Truth, known_us: int) -> bool:
+    """A recording that goes on in the next file before a release loses nothing between them."""
+    continued = truth.kind is Kind.NEXT_FILE and truth.number > 1
+    begin_us = truth.begin_us + 1 if continued else int(truth.samples["t_us"][0])
+    return begin_us <= known_us <= truth.last_sample_us
+
+
+def _due(truth: Truth) -> Iterator[Due]:
+    yield from _edges(truth)
+    yield from drop_events(truth)
+    yield from _late_ticks(truth)
+    for trouble in truth.troubles:
+        yield from _losses(trouble) if trouble["pulled"] else _stalls(trouble, truth)
+
+
+def _edges(truth: Truth) -> Iterator[Due]:
+    strokes = 0
+    for t_us, source, index, is_open, lost, _ in truth.edges.tolist():
+        known_us = _tick(truth, t_us)
+        if truth.begin_us < known_us <= truth.last_sample_us or not source:
+            name = "stroke" if source else "switch_edge"
+            number, arg = (strokes, 0) if source else (index, is_open)
+            yield Due(name, t_us, t_us, known_us, number, arg, (lost, lost))
+            strokes += source
+
+
+def _tick(truth: Truth, t_us: int) -> int:
+    """Time of the first tick not before; the end of the run if there is none."""
+    row = int(np.searchsorted(truth.ticks["t_us"], t_us))
+    return int(truth.ticks["t_us"][row]) if row < len(truth.ticks) else truth.end_us
+
+
+def _late_ticks(truth: Truth) -> Iterator[Due]:
+    times = truth.ticks["t_us"].astype(np.int64)
+    steps = np.diff(times)
+    for row in np.flatnonzero(steps * truth.rate_hz > 1_500_000).tolist():
+        t_us = int(times[row + 1])
+        yield Due("sampling_late", t_us, t_us, t_us, 0, 0, (int(steps[row]), int(steps[row])))
+
+
+def _stalls(trouble: np.void, truth: Truth) -> Iterator[Due]:
+    from_us, to_us = int(trouble["from_us"]), int(trouble["to_us"])
+    took_ms = (to_us - from_us) // 1000
+    pulls = truth.troubles[truth.troubles["pulled"] != 0]
+    beside = (pulls["from_us"] < to_us + LOSS_NOTICED_US) & (pulls["to_us"] + LOSS_NOTICED_US > from_us)
+    of_file_before = to_us < int(truth.samples["t_us"][0])  # its footer tells
+    value = (took_ms - 1, took_ms + 2 * NOTICED_US // 1000)
+    known_us = to_us + NOTICED_US
+    yield Due(
+        "card_stall",
+        from_us - NOTICED_US,
+        from_us,
+        known_us,
+        0,
+        0,
+        value,
+        bool(beside.any()) or of_file_before,
+    )
+
+
+def _losses(trouble: np.void) -> Iterator[Due]:
+    from_us, to_us = int(trouble["from_us"]), int(trouble["to_us"])
+    noticed_us = from_us + LOSS_NOTICED_US
+    yield Due("card_lost", from_us - STALL_US, noticed_us, noticed_us, 0, None, None)
+    back_us = max(to_us, noticed_us) + LOSS_NOTICED_US
+    yield Due("card_back", to_us - STALL_US, back_us, back_us, 0, 0, None)
+
+
+def _check_sensors(log: DropLog, truth: Truth) -> None:
+    """None fails that did not; readings that stood still for 0.1 s are not called valid."""
+    for event in log.events:
+        sensor = event.name in ("sensor_fault", "sensor_recovered")
+        if sensor and not int(truth.head["faulty"]) >> event.index & 1:
+            raise Broken(f"a sound IMU is called faulty: {event}")
+    rows = np.full(len(truth.samples), -1)
+    rows[log.sample_index] = np.arange(len(log))
+    for imu in range(log.imu_valid.shape[1]):
+        for still in standstills(truth, imu):
+            known_us = int(truth.samples["t_us"][still.stop - 1])
+            if not _must_hold(log, truth, known_us, known_us):
+                continue
+            held = rows[still][rows[still] >= 0]
+            if log.imu_valid[held[1:], imu].any():
+                raise Broken(f"what a frozen IMU repeated is called valid, sample {still.start}")
+
+
+def standstills(truth: Truth, imu: int) -> Iterator[slice]:
+    """Samples in which the IMU was read at each tick and gave one reading for FROZEN_US and more."""
+    samples = truth.samples
+    same = (samples["imu"][1:, imu] == samples["imu"][:-1, imu]).all(axis=1)
+    served = (samples["served"] >> imu) & 1 != 0
+    same &= served[1:] & served[:-1]
+    bounds = np.flatnonzero(np.diff(np.concatenate(([0], same.astype(np.int8), [0]))))
+    for begin, end in bounds.reshape(-1, 2).tolist():
+        if int(samples["t_us"][end]) - int(samples["t_us"][begin]) >= FROZEN_US:
+            yield slice(begin, end + 1)

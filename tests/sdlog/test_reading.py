@@ -1,0 +1,111 @@
+"""How files are read: sparse ones, ones with something before their blocks, streams, and the progress of it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.sdlog.encoder import recording
+from tests.sdlog.test_decode_command import decode
+from tests.sdlog.test_values import assert_values, write
+from tfsat_host.sdlog import LogError, load
+from tfsat_host.sdlog.source import LogSource
+
+MIB = 1 << 20
+
+
+@pytest.fixture
+def sparse(tmp_path: Path) -> Path:
+    """64 MiB that hold nothing but a recording in the middle."""
+    path = tmp_path / "card.img"
+    with path.open("wb") as file:
+        file.truncate(64 * MIB + 100)
+        file.seek(20 * MIB)
+        file.write(recording(4).image())
+    return path
+
+
+def test_holes_of_a_sparse_image_are_not_read_and_count_as_never_written(
+    sparse: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = []
+    whole = LogSource.read_into
+
+    def counted(self: LogSource, target: memoryview, offset: int) -> memoryview:
+        read.append(len(target))
+        return whole(self, target, offset)
+
+    monkeypatch.setattr(LogSource, "read_into", counted)
+    log = load(sparse)
+    skipped, aside = sum(read), log.set_aside
+    assert (log.verdict, len(log)) == ("complete", 24)
+    assert skipped <= 8 * MIB
+    read.clear()
+    monkeypatch.delattr(os, "SEEK_DATA", raising=False)
+    assert load(sparse).set_aside == aside
+    assert sum(read) >= 64 * MIB
+
+
+def test_a_hole_where_the_file_got_shorter_is_no_hole(sparse: Path) -> None:
+    with LogSource(sparse) as source:
+        chunks = source.chunks()
+        next(chunks)
+        os.truncate(sparse, 22 * MIB)
+        with pytest.raises(LogError, match="changed while"):
+            list(chunks)
+
+
+@pytest.mark.parametrize("shift", [1, 37, 511])
+def test_blocks_behind_something_that_is_no_sector_are_found(tmp_path: Path, shift: int) -> None:
+    junk = b"..TFS1 was here".ljust(shift + 5 * 512, b".")
+    log = load(write(tmp_path / "card.img", junk + recording(4000).image() + b"end"))
+    assert (log.verdict, len(log)) == ("complete", 24_000)
+    assert_values(log)
+
+
+def test_a_lone_magic_is_no_log(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="is not a tfsat log"):
+        load(write(tmp_path / "text", b"..TFS1" * 400))
+
+
+def test_progress_comes_to_one(tmp_path: Path, sparse: Path) -> None:
+    for path in (sparse, write(tmp_path / "SD.bin", recording(9000).image())):
+        shares: list[float] = []
+        load(path, progress=shares.append)
+        assert len(shares) > 1
+        assert sum(shares) == pytest.approx(1.0)
+        assert min(shares) >= 0.0
+
+
+def test_a_log_has_a_short_name(tmp_path: Path) -> None:
+    path = write(tmp_path / "SD.bin", recording(4).image())
+    assert repr(load(path)) == f"<DropLog 1234abcd: complete, 24 samples at 280.03 Hz, 0 lost, '{path}'>"
+
+
+def test_pipes_and_endless_devices_are_refused_in_words(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path in (pipe, Path("/dev/zero")):
+        said = decode(path, expect=1).stderr
+        assert f"{path} is not a file that can be read from any place" in said
+        assert "Save it to a file" in said
+
+
+def test_a_disk_that_cannot_be_written_does_not_cost_the_verdict(tmp_path: Path) -> None:
+    path = write(tmp_path / "SD.bin", recording(4).image())
+    # A folder below a device's file cannot be made, by root either.
+    done = decode(path, "--out", "/proc/nowhere", expect=1)
+    assert "complete: nothing is missing" in done.stdout
+    assert "No file could be written to /proc/nowhere" in done.stderr
+    assert "is decoded (complete, 24 samples)" in done.stderr
+    json_text = decode(path, "--out", "/proc/nowhere", "--json", expect=1).stdout
+    assert '"verdict": "complete"' in json_text and '"error"' in json_text
+
+
+def test_the_footer_is_shown_in_words(tmp_path: Path) -> None:
+    shown = decode(write(tmp_path / "SD.bin", recording(4).image())).stdout
+    assert "jitter 1.5 µs rms, steps of 3.569 to 3.573 ms, 0 late ticks" in shown
+    assert "longest stall 7 ms, at most 3 of 768 blocks waited, 0 written a second time" in shown
+    assert "Ended      by a stop over the cable" in shown

@@ -1,0 +1,58 @@
+"""The emulated robot's drop as cards bring it home: the verdict, the exit code, and no wrong value."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.decode_bench.scenarios import CUT_AT_S, NOISE_SHARE, Scenario, make
+from tests.sdlog.test_decode_command import decode_json
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.sdlog import DropLog, load
+
+
+@pytest.fixture(scope="module")
+def scenarios(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Scenario]:
+    made = make(tmp_path_factory.mktemp("scenarios"))
+    return {scenario.path.name: scenario for scenario in made}
+
+
+def assert_no_wrong_value(log: DropLog, whole: DropLog) -> None:
+    """Every sample and every event of `log` is one of the recording that came whole."""
+    rows = np.searchsorted(whole.sample_index, log.sample_index)
+    for name in ("sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "switch_open", "clipped"):
+        np.testing.assert_array_equal(getattr(log, name), getattr(whole, name)[rows])
+    assert set(log.events) <= set(whole.events)
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "exit_code"),
+    [
+        ("clean.bin", "complete", 0),
+        ("cut.bin", "truncated", 3),
+        ("noisy.bin", "damaged", 3),
+        ("card.img", "complete", 0),
+    ],
+)
+def test_verdict_exit_code_and_values(
+    scenarios: dict[str, Scenario], name: str, verdict: str, exit_code: int
+) -> None:
+    scenario = scenarios[name]
+    facts = decode_json(scenario.path, expect=exit_code)
+    log, whole = load(scenario.path), load(scenario.card)
+    assert (facts["verdict"], log.verdict, log.session) == (verdict, verdict, whole.session)
+    assert_no_wrong_value(log, whole)
+    if name == "cut.bin":
+        assert log.release == whole.release
+        assert abs(log.t_s[-1] - CUT_AT_S) < 0.03
+    if name == "noisy.bin":
+        hit = log.set_aside.foreign + log.set_aside.torn
+        assert hit == round(NOISE_SHARE * scenario.card.stat().st_size / BLOCK_BYTES)
+        assert log.blocks_lost == hit
+        assert log.samples_lost == len(whole) - len(log)
+        if log.release is not None and whole.release is not None:
+            assert log.release.earliest_us <= whole.release.t_us <= log.release.latest_us
+    if name in ("clean.bin", "card.img"):
+        assert len(log) == len(whole)
+    if name == "card.img":
+        assert (facts["chosen_by"], len(facts["other_sessions"])) == ("time of day", 1)
