@@ -10,6 +10,7 @@ from tests.logger_proof.broken import Broken
 from tests.logger_proof.drop import drop_events
 from tests.logger_proof.due import Due
 from tests.logger_proof.truth import Kind, Truth
+from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import FROZEN_US
 from tfsat_host.sdlog import DropEvent, DropLog
 
@@ -147,6 +148,19 @@ def _check_sensors(log: DropLog, truth: Truth) -> None:
             held = rows[still][rows[still] >= 0]
             if log.imu_valid[held[1:], imu].any():
                 raise Broken(f"what a frozen IMU repeated is called valid, sample {still.start}")
+            before = rows[still.start - 1] if still.start else -1
+            if before >= 0 and log.imu_valid[before, imu]:
+                _check_frozen(log, imu, int(truth.samples["t_us"][still.start]), known_us)
+
+
+def _check_frozen(log: DropLog, imu: int, from_us: int, known_us: int) -> None:
+    """The event tells since when an IMU that had run repeats itself."""
+    told = [event for event in log.events if (event.name, event.index) == ("sensor_fault", imu)]
+    frozen = [
+        event.value for event in told if event.t_us == known_us and event.arg == ErrorCode.SENSOR_FROZEN
+    ]
+    if frozen != [known_us - from_us]:
+        raise Broken(f"a frozen IMU has stood still for {known_us - from_us} us, the log has {frozen}")
 
 
 def standstills(truth: Truth, imu: int) -> Iterator[slice]:

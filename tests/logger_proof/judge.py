@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.logger_proof.broken import Broken
-from tests.logger_proof.contents import check_contents, check_headers
+from tests.logger_proof.contents import check_blocks, check_contents
 from tests.logger_proof.ram import check_ram, doubled_samples, fall_rows
 from tests.logger_proof.truth import Kind, Truth
 from tfsat_host.protocol.enums import BlockKind, LoggerState, StopReason
@@ -148,7 +148,7 @@ def _read(image: Path, truth: Truth) -> _Reading:
     held = np.zeros(len(truth.samples), np.bool_)
     if log is not None:
         held[check_contents(log, truth)] = True
-        check_headers(image, truth)
+        check_blocks(image, truth)
     return _Reading(
         log=log,
         taken=_taken(truth),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.logger_proof.broken import Broken
-from tests.logger_proof.contents import check_contents, check_headers
+from tests.logger_proof.contents import check_blocks, check_contents
 from tests.logger_proof.truth import Truth
 from tfsat_host.protocol.enums import LoggerState
 from tfsat_host.sdlog import LogError, load
@@ -39,7 +39,7 @@ def check_ram(image: Path, truth: Truth, doubled: NDArray[np.bool_], on_card: ND
         raise Broken(f"what RAM gave is refused: {error.what}") from None
     held = np.zeros(len(fall), np.bool_)
     held[check_contents(log, truth)] = True
-    check_headers(image, truth)
+    check_blocks(image, truth)
     if truth.rate_hz == 1000 and int(truth.troubles["from_us"][-1]) > truth.release_us + NOTICED_IN_TIME_US:
         held |= on_card
     if (fall & ~held).any() and not doubled[fall].all():

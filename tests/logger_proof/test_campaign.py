@@ -70,7 +70,7 @@ DEFECTS = {
     ),
     "a dead sensor keeps its last reading": (
         Edit("core/sampler.cpp", "    if (!imu(i).fresh()) continue;\n", ""),
-        (Kind.DEAD_SENSORS, 6),
+        (Kind.DEAD_SENSORS, 24),
         "an IMU is called valid that gave nothing",
     ),
     "every second stroke is not logged": (
@@ -116,7 +116,7 @@ DEFECTS = {
     "what a frozen sensor repeated is not taken back": (
         Edit("core/sampler.cpp", "froze ? static_cast<int32_t>(sensor.still_us()) : 0;", "0;\n  (void)froze;"),
         (Kind.DEAD_SENSORS, 24),
-        "what a frozen IMU repeated is called valid",
+        "a frozen IMU has stood still for",
     ),
     "events without room are forgotten": (
         Edit(RECORDER, "if (!builder_.add_event(*event)) break;", "builder_.add_event(*event);"),
@@ -125,8 +125,8 @@ DEFECTS = {
     ),
     "RAM is overwritten after the landing": (
         Edit(RECORDER, "if (fall_kept_ && state_ == LoggerState::kFailed) {", "if (false) {"),
-        (Kind.CARD_LOST, 4),
-        "RAM",
+        (Kind.CARD_LOST, 24),
+        "RAM lacks|RAM gave nothing",
     ),
     "a drop that only RAM has is not kept": (
         Edit(RECORDER, "!on_card_twice && !card_takes;", "!on_card_twice && !card_takes && false;"),

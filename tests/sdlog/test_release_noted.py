@@ -202,3 +202,27 @@ def test_a_hole_that_may_hide_another_release_is_a_doubt(tmp_path: Path) -> None
     assert log.release.t_us == story.releases[0]
     assert log.release.earliest_us <= story.releases[1] <= log.release.latest_us
     assert log.t_s_origin == "release (doubtful)"
+
+
+def test_a_release_between_two_files_is_the_second_files(tmp_path: Path) -> None:
+    """Its edges and its event stand in the log with times before the first sample."""
+    recorder = Recorder()
+    released_us = recorder.time_us(0) - 12_000
+    edges = [
+        event(released_us - 900, EventCode.SWITCH_EDGE, 0, 1),
+        event(released_us, EventCode.SWITCH_EDGE, 1, 1),
+    ]
+    recorder.data(flags=OPEN, events=edges)
+    recorder.data(flags=OPEN, events=[event(released_us, EventCode.RELEASE, 0, 1)])
+    for _ in range(40):
+        recorder.data(flags=OPEN)
+    recorder.close()
+    path = tmp_path / "SD.bin"
+    path.write_bytes(recorder.image())
+    log = load(path)
+    assert (log.release_us, log.release_uncertainty_us, log.verdict, log.doubts) == (
+        released_us,
+        0,
+        "complete",
+        (),
+    )

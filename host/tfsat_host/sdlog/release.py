@@ -102,7 +102,7 @@ def find_release(
         for gap in gaps
         if gap.end_us is not None
     ]
-    start = sum(1 << i for i, is_open in enumerate(switch_open[0].tolist()) if is_open)
+    start = _state_at_start(edges, int(t_us[0]), switch_open[0])
     told = release_times(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
     before_start = [(-_NEVER_US, int(t_us[0])) for gap in gaps if gap.start_us is None]
     noted = read_noted(events)
@@ -129,6 +129,18 @@ def find_release(
         any(may_move_it(span) for span in holes),
         None if is_noted or near else _last_before(noted, latest_us),
     )
+
+
+def _state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: NDArray[np.bool_]) -> int:
+    """Bits of the switches that were open before the first of `edges`: some may lie before the first sample.
+
+    A recording that follows another holds what happened between the two.
+    """
+    state = sum(1 << i for i, now_open in enumerate(is_open.tolist()) if now_open)
+    for time_us, switch, opened in reversed(edges):
+        if time_us < first_us:
+            state = state & ~(1 << switch) if opened else state | 1 << switch
+    return state
 
 
 def release_times(edges: Sequence[SwitchEdge], start: int, end_us: int) -> list[int]:

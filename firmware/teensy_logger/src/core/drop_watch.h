@@ -26,6 +26,12 @@ class DropWatch {
   void on_edge(const Edge& edge);
   // Interrupt, at each instant. `peak_counts`: the greatest specific force on any axis.
   void poll(uint64_t t_us, uint8_t switches_open, uint32_t peak_counts);
+  // Interrupt. The log of a fall goes on in another file, which must hold its release, too.
+  void tell_release_again() {
+    if (phase() == protocol::DropPhase::kFalling) {
+      note(released_us_, protocol::EventCode::kRelease, 1, 0);
+    }
+  }
   // Interrupt. What happened, to be logged.
   bool take_event(protocol::Event& event);
 

@@ -91,7 +91,9 @@ void Recorder::poll(uint64_t t_us) {
     fail(error);
     return;
   }
-  if (goes_on_ && !capturing() && writer_.in_trouble_for(t_us, kChangeLimitUs)) {
+  const bool between_files =
+      goes_on_ && !capturing() && stop_reason_ == protocol::StopReason::kFileFull;
+  if (between_files && writer_.in_trouble_for(t_us, kChangeLimitUs)) {
     fail(writer_.trouble());
     return;
   }
@@ -207,9 +209,11 @@ void Recorder::fail(ErrorCode error) {
   error_ = error;
   state_ = LoggerState::kFailed;
   builder_.forget_file();
-  if (goes_on_) {  // what was to follow goes into RAM
+  // What was to follow goes into RAM, unless that holds a fall that no card has.
+  const bool follows = goes_on_ && stop_reason_ == protocol::StopReason::kFileFull;
+  goes_on_ = false;
+  if (follows) {
     capture_ = Capture::kNewest;
-    goes_on_ = false;
     return;
   }
   Capture on = Capture::kOn;  // a recording that was ending just ends
@@ -252,6 +256,7 @@ void Recorder::capture(uint64_t t_us, const protocol::Sample& sample, EventQueue
   if (capture == Capture::kFinishing) {
     builder_.flush();
     capture_ = Capture::kOff;
+    if (goes_on_) watch_.tell_release_again();
   }
 }
 
