@@ -11,7 +11,7 @@ using protocol::ErrorCode;
 
 namespace {
 
-constexpr uint8_t kRegSmplrtDiv = 0x19;   // RM p. 11; 0x19 to 0x1C are written and read in a row
+constexpr uint8_t kRegSmplrtDiv = 0x19;  // RM p. 11; 0x19 to 0x1C are written and read in a row
 constexpr uint8_t kRegAccelXoutH = 0x3B;  // RM p. 29; burst up to GYRO_ZOUT_L 0x48, p. 31
 constexpr uint8_t kRegPwrMgmt1 = 0x6B;    // RM p. 40
 constexpr uint8_t kRegWhoAmI = 0x75;      // RM p. 45
