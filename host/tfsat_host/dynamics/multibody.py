@@ -1,0 +1,141 @@
+"""A tree of rigid bodies as the equations need it: seen from its base body, as arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.robot import RobotModel
+
+
+class Step(NamedTuple):
+    """One joint on the way from the base outwards: it turns `child` by `sign * angle` against `parent`."""
+
+    joint: int
+    parent: int
+    child: int
+    sign: float
+
+
+@dataclass(frozen=True, eq=False)
+class Multibody:
+    """n bodies and n - 1 hinges. Any array may have further leading batch axes: one robot a sample.
+
+    Attributes:
+        base: Index of the body whose frame the equations are written in.
+        steps: The joints in order from the base outwards.
+        mass_kg: (..., n).
+        com_m: (..., n, 3) centers of mass, global, at zero joint angles.
+        inertia_kg_m2: (..., n, 3, 3) about the center of mass, body axes.
+        joint_axis: (..., n - 1, 3) unit vectors.
+        joint_point_m: (..., n - 1, 3) a point on each axis, global, at zero joint angles.
+    """
+
+    base: int
+    steps: tuple[Step, ...]
+    mass_kg: FloatArray
+    com_m: FloatArray
+    inertia_kg_m2: FloatArray
+    joint_axis: FloatArray
+    joint_point_m: FloatArray
+
+    @classmethod
+    def of(cls, robot: RobotModel, base: int | None = None) -> Multibody:
+        """The robot seen from body `base` (its own base body if None)."""
+        root = robot.base if base is None else base
+        return cls(
+            base=root,
+            steps=_steps(robot, root),
+            mass_kg=robot.mass_kg,
+            com_m=robot.origin_m + robot.com_m,
+            inertia_kg_m2=robot.inertia_kg_m2,
+            joint_axis=robot.joint_axis,
+            joint_point_m=robot.joint_point_m,
+        )
+
+    def replace(self, **arrays: FloatArray) -> Multibody:
+        """The same tree with other arrays."""
+        return dataclasses.replace(self, **arrays)  # type: ignore[arg-type]
+
+    @property
+    def n_bodies(self) -> int:
+        """Number of bodies."""
+        return len(self.steps) + 1
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return len(self.steps)
+
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Shape of the samples; () for one robot."""
+        return np.broadcast_shapes(
+            self.mass_kg.shape[:-1],
+            self.com_m.shape[:-2],
+            self.inertia_kg_m2.shape[:-3],
+            self.joint_axis.shape[:-2],
+            self.joint_point_m.shape[:-2],
+        )
+
+    def moved_by(self, joint: int) -> tuple[int, ...]:
+        """The bodies on the far side of `joint`, seen from the base."""
+        moved: list[int] = []
+        for step in self.steps:
+            if step.joint == joint or step.parent in moved:
+                moved.append(step.child)
+        return tuple(moved)
+
+    def columns(self, batch_ndim: int) -> Columns:
+        """The arrays components first, ready to be combined with batches of `batch_ndim` axes."""
+        return Columns(
+            mass=_batch_last(self.mass_kg, 1, batch_ndim),
+            com=_batch_last(self.com_m, 2, batch_ndim),
+            inertia=_batch_last(self.inertia_kg_m2, 3, batch_ndim),
+            axis=_batch_last(self.joint_axis, 2, batch_ndim),
+            point=_batch_last(self.joint_point_m, 2, batch_ndim),
+        )
+
+
+class Columns(NamedTuple):
+    """The arrays of a `Multibody` with the batch axes last: mass (n, ...), com (n, 3, ...), and so on."""
+
+    mass: FloatArray
+    com: FloatArray
+    inertia: FloatArray
+    axis: FloatArray
+    point: FloatArray
+
+
+def batch_last(values: FloatArray, core_ndim: int = 1) -> FloatArray:
+    """Moves the last `core_ndim` axes, in their order, to the front; the batch axes follow."""
+    batch = values.ndim - core_ndim
+    return values.transpose(*range(batch, values.ndim), *range(batch))
+
+
+def batch_first(values: FloatArray, core_ndim: int = 1) -> FloatArray:
+    """The inverse of `batch_last`, in memory of its own."""
+    return np.ascontiguousarray(values.transpose(*range(core_ndim, values.ndim), *range(core_ndim)))
+
+
+def _batch_last(values: FloatArray, core_ndim: int, batch_ndim: int) -> FloatArray:
+    moved = batch_last(values, core_ndim)
+    missing = batch_ndim - (values.ndim - core_ndim)
+    return moved.reshape(moved.shape[:core_ndim] + (1,) * missing + moved.shape[core_ndim:])
+
+
+def _steps(robot: RobotModel, base: int) -> tuple[Step, ...]:
+    reached, steps = [base], list[Step]()
+    while len(reached) < robot.n_bodies:
+        for joint, (inner, outer) in enumerate(zip(robot.joint_inner, robot.joint_outer, strict=True)):
+            if inner in reached and outer not in reached:
+                steps.append(Step(joint, int(inner), int(outer), 1.0))
+                reached.append(int(outer))
+            elif outer in reached and inner not in reached:
+                steps.append(Step(joint, int(outer), int(inner), -1.0))
+                reached.append(int(inner))
+    return tuple(steps)

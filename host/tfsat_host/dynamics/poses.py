@@ -1,0 +1,58 @@
+"""Where each body is, seen from the base, at given joint angles: products of exponentials."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tfsat_host.dynamics.components import FloatArray, matmul, matvec, rotation_about
+from tfsat_host.dynamics.multibody import Columns, Multibody, batch_first, batch_last
+
+
+class Placed(NamedTuple):
+    """Components first: a body's point x (global at zero angles) lies at `rotation` x + `translation`."""
+
+    rotation: FloatArray  # (3, 3, ...)
+    translation: FloatArray  # (3, ...)
+
+    def at(self, point: FloatArray) -> FloatArray:
+        """Where `point` (3, ...) of the body lies."""
+        return matvec(self.rotation, point) + self.translation
+
+
+def poses(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poses of all bodies in the base frame.
+
+    Args:
+        body: The robot, or a batch of robots.
+        angles_rad: (..., n - 1) joint angles.
+
+    Returns:
+        Rotations (..., n, 3, 3) and translations (..., n, 3): the point of body i that lies at x, global, at
+        zero angles lies at `rotation[i] @ x + translation[i]` in the base frame.
+    """
+    angles = np.asarray(angles_rad, dtype=np.float64)
+    shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
+    placed = place(body, body.columns(len(shape)), pad(batch_last(angles), 1, len(shape)))
+    rotation = np.stack([np.broadcast_to(p.rotation, (3, 3, *shape)) for p in placed])
+    translation = np.stack([np.broadcast_to(p.translation, (3, *shape)) for p in placed])
+    return batch_first(rotation, 3), batch_first(translation, 2)
+
+
+def place(body: Multibody, columns: Columns, angles: FloatArray) -> list[Placed]:
+    """Poses of all bodies, components first; `angles`: (n - 1, ...)."""
+    ones = (1,) * (angles.ndim - 1)
+    base = Placed(np.eye(3).reshape(3, 3, *ones), np.zeros((3, *ones)))
+    placed = [base] * body.n_bodies
+    for step in body.steps:
+        parent, axis, point = placed[step.parent], columns.axis[step.joint], columns.point[step.joint]
+        turn = rotation_about(axis, step.sign * angles[step.joint])
+        placed[step.child] = Placed(matmul(parent.rotation, turn), parent.at(point - matvec(turn, point)))
+    return placed
+
+
+def pad(values: FloatArray, core_ndim: int, batch_ndim: int) -> FloatArray:
+    """Adds batch axes of length 1 behind the core axes, up to `batch_ndim`."""
+    missing = batch_ndim - (values.ndim - core_ndim)
+    return values.reshape(values.shape[:core_ndim] + (1,) * missing + values.shape[core_ndim:])

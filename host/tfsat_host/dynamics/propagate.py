@@ -1,0 +1,223 @@
+"""Attitude over time by conservation of angular momentum, for any joint history and any initial rate.
+
+The base turns at w = I^-1 (R^T H - A q') with the constant momentum H: dR/dt = R [w]. The equation is
+solved on the rotation group by Runge-Kutta-Munthe-Kaas methods: an ordinary tableau of order p in the rotation
+vector of each step, with the exact inverse of the exponential's differential, keeps the order p and
+the quaternion's length (Munthe-Kaas, "High order Runge-Kutta methods on manifolds", Applied Numerical
+Mathematics 29, 1999). Steps never cross a break of the history, so that jumping rates cost no order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics import quaternion
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.history import JointHistory
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.poses import poses
+from tfsat_host.robot.model import IntArray
+
+DEFAULT_STEP_S = 0.01
+
+
+class Tableau(NamedTuple):
+    """An explicit Runge-Kutta method: nodes (s,), weights (s,), and the stages' lower triangle (s, s)."""
+
+    nodes: FloatArray
+    weights: FloatArray
+    stages: FloatArray
+
+
+def _tableau(stages: list[list[float]], weights: list[float]) -> Tableau:
+    square = np.zeros((len(weights), len(weights)))
+    for i, row in enumerate(stages, start=1):
+        square[i, : len(row)] = row
+    return Tableau(square.sum(axis=1), np.array(weights), square)
+
+
+# Order 4: Kutta 1901. Order 6: Butcher, "On Runge-Kutta processes of high order", 1964, seven stages.
+TABLEAUS = {
+    4: _tableau([[1 / 2], [0, 1 / 2], [0, 0, 1]], [1 / 6, 1 / 3, 1 / 3, 1 / 6]),
+    6: _tableau(
+        [
+            [1 / 3],
+            [0, 2 / 3],
+            [1 / 12, 1 / 3, -1 / 12],
+            [25 / 48, -55 / 24, 35 / 48, 15 / 8],
+            [3 / 20, -11 / 24, -1 / 8, 1 / 2, 1 / 10],
+            [-261 / 260, 33 / 13, 43 / 156, -118 / 39, 32 / 195, 80 / 39],
+        ],
+        [13 / 200, 0, 11 / 40, 11 / 40, 4 / 25, 4 / 25, 13 / 200],
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """What the robot did: m instants, the first and the last of the history among them.
+
+    Attributes:
+        body: The robot that flew, seen from its base.
+        t_s: (m,).
+        quaternion_xyzw: (m, 4) attitude of the base: from base axes to inertial axes.
+        rate_rad_s: (m, 3) rate of the base, base axes.
+        angles_rad: (m, n - 1) joint angles.
+        angle_rates_rad_s: (m, n - 1); where the rates jump, those before the jump.
+    """
+
+    body: Multibody
+    t_s: FloatArray
+    quaternion_xyzw: FloatArray
+    rate_rad_s: FloatArray
+    angles_rad: FloatArray
+    angle_rates_rad_s: FloatArray
+
+    def momentum(self) -> FloatArray:
+        """Total angular momentum (m, 3) about the center of mass, inertial axes, kg m^2/s."""
+        inertia = conserved.locked_inertia(self.body, self.angles_rad)
+        joints = conserved.joint_momentum(self.body, self.angles_rad)
+        own = np.einsum("mij,mj->mi", inertia, self.rate_rad_s)
+        own += np.einsum("mij,mj->mi", joints, self.angle_rates_rad_s)
+        return np.asarray(np.einsum("mij,mj->mi", self.attitude(), own))
+
+    def kinetic_energy_j(self) -> FloatArray:
+        """Kinetic energy (m,) about the center of mass, J."""
+        return conserved.kinetic_energy_j(self.body, self.angles_rad, self.angle_rates_rad_s, self.rate_rad_s)
+
+    def attitude(self, body: int | None = None) -> FloatArray:
+        """(m, 3, 3) from the axes of body `body` (the base if None) to inertial axes."""
+        base = np.moveaxis(quaternion.to_matrix(self.quaternion_xyzw.T), -1, 0)
+        if body is None or body == self.body.base:
+            return base
+        rotation, _ = poses(self.body, self.angles_rad)
+        return base @ rotation[:, body]
+
+
+def propagate(
+    body: Multibody,
+    history: JointHistory,
+    *,
+    initial_attitude_xyzw: FloatArray | None = None,
+    initial_rate_rad_s: FloatArray | None = None,
+    step_s: float = DEFAULT_STEP_S,
+    order: Literal[4, 6] = 4,
+) -> Flight:
+    """Flies a joint history without external torque.
+
+    Args:
+        body: One robot (no batch); its base's attitude is integrated.
+        history: What the joints do.
+        initial_attitude_xyzw: (4,) attitude of the base at the start; none turned if None.
+        initial_rate_rad_s: (3,) rate of the base at the start, base axes. None: no angular momentum, whatever
+            the joints do at the start.
+        step_s: Longest step.
+        order: Order of the integration, 4 or 6.
+
+    Raises:
+        ValueError: `step_s` is not positive.
+    """
+    if not step_s > 0.0:
+        raise ValueError(f"a step of {step_s} s leads nowhere")
+    tableau = TABLEAUS[order]
+    piece, since, length = _steps(history.breaks_s, step_s)
+    angles, rates = history.in_piece(
+        piece[:, None], since[:, None] + length[:, None] * np.append(tableau.nodes, 1.0)
+    )
+    spin = _Spin.of(body, angles, rates)
+    attitude = (
+        quaternion.identity()
+        if initial_attitude_xyzw is None
+        else np.array(initial_attitude_xyzw, dtype=float)
+    )
+    start_rate = None if initial_rate_rad_s is None else np.asarray(initial_rate_rad_s, dtype=np.float64)
+    momentum = spin.momentum(attitude, start_rate)
+    attitudes = np.empty((len(length) + 1, 4))
+    attitudes[0] = attitude
+    for i, h in enumerate(length):
+        attitude = quaternion.product(
+            attitude, quaternion.exponential(_step(spin, i, h, attitude, momentum, tableau))
+        )
+        attitude /= np.sqrt(attitude @ attitude)
+        attitudes[i + 1] = attitude
+    t_s = np.append(history.breaks_s[piece] + since, history.breaks_s[-1])
+    # Each instant is the end of a step, and shows the rates there; the first is the start of the first step.
+    instants = [np.concatenate([values[:1, 0], values[:, -1]]) for values in (angles, rates)]
+    turning = np.array(
+        [spin.rate(i - 1 if i else 0, -1 if i else 0, q, momentum) for i, q in enumerate(attitudes)]
+    )
+    return Flight(body, t_s, attitudes, turning, *instants)
+
+
+class _Spin(NamedTuple):
+    """w = `inverse` R^T H - `driven` at every stage: (m, s + 1, 3, 3) and (m, s + 1, 3)."""
+
+    inverse: FloatArray
+    driven: FloatArray
+
+    @classmethod
+    def of(cls, body: Multibody, angles: FloatArray, rates: FloatArray) -> _Spin:
+        inverse = np.asarray(np.linalg.inv(conserved.locked_inertia(body, angles)), dtype=np.float64)
+        joints = np.einsum("...ij,...j->...i", conserved.joint_momentum(body, angles), rates)
+        return cls(inverse, np.einsum("...ij,...j->...i", inverse, joints))
+
+    def momentum(self, attitude: FloatArray, rate: FloatArray | None) -> FloatArray | None:
+        """H (3,), inertial axes, of base rate `rate` (3,) at the start."""
+        if rate is None:
+            return None
+        local = np.linalg.solve(self.inverse[0, 0], rate + self.driven[0, 0])
+        return np.asarray(quaternion.to_matrix(attitude) @ local)
+
+    def rate(self, step: int, stage: int, attitude: FloatArray, momentum: FloatArray | None) -> FloatArray:
+        """Base rate (3,), base axes."""
+        if momentum is None:
+            return -self.driven[step, stage]
+        return np.asarray(
+            self.inverse[step, stage] @ (quaternion.to_matrix(attitude).T @ momentum)
+            - self.driven[step, stage]
+        )
+
+
+def _steps(breaks_s: FloatArray, step_s: float) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Piece (m,), start within the piece (m,) and length (m,) of each step."""
+    spans = np.diff(breaks_s)
+    counts = np.maximum(1, np.ceil(spans / step_s - 1e-9).astype(np.int64))
+    piece: IntArray = np.repeat(np.arange(len(spans), dtype=np.int64), counts)
+    length = (spans / counts)[piece]
+    number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return piece, np.asarray(number * length), length
+
+
+def _step(
+    spin: _Spin, i: int, h: float, attitude: FloatArray, momentum: FloatArray | None, tableau: Tableau
+) -> FloatArray:
+    """Rotation vector (3,) of step i."""
+    slopes = np.empty((len(tableau.weights), 3))
+    for stage, row in enumerate(tableau.stages):
+        turn = h * (row[:stage] @ slopes[:stage])
+        here = attitude if momentum is None else quaternion.product(attitude, quaternion.exponential(turn))
+        slopes[stage] = inverse_differential(turn, spin.rate(i, stage, here, momentum))
+    return np.asarray(h * (tableau.weights @ slopes))
+
+
+def inverse_differential(turn: FloatArray, rate: FloatArray) -> FloatArray:
+    """Derivative (3,) of the rotation vector `turn` (3,) of R0 exp(turn), which turns at body `rate` (3,)."""
+    squared = float(turn @ turn)
+    if squared < 1e-4:
+        factor = 1.0 / 12.0 + squared / 720.0 + squared * squared / 30240.0
+    else:
+        half = 0.5 * np.sqrt(squared)
+        factor = (1.0 - half / np.tan(half)) / squared
+    around = np.array(
+        [
+            turn[1] * rate[2] - turn[2] * rate[1],
+            turn[2] * rate[0] - turn[0] * rate[2],
+            turn[0] * rate[1] - turn[1] * rate[0],
+        ]
+    )
+    twice = turn * (turn @ rate) - squared * rate
+    return np.asarray(rate + 0.5 * around + factor * twice)
