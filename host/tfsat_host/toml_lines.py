@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 
+# Not a row of numbers in an array that goes over several lines.
+_HEADER = re.compile(r"\s*\[{1,2}\s*([A-Za-z_][^\[\],]*?)\s*\]{1,2}\s*(?:#|$)")
+
 
 def line_of(text: str, table: str, index: int, key: str) -> int | None:
     """Line (from 1) of `key` in the `index`-th `[[table]]`, of its header if the key is not there.
@@ -14,7 +17,7 @@ def line_of(text: str, table: str, index: int, key: str) -> int | None:
     owner = table.partition(".")[0]
     seen, inside, header = -1, table == "", None if table else 1
     for number, line in enumerate(text.splitlines(), start=1):
-        if match := re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line):
+        if match := _HEADER.match(line):
             name = match[1]
             seen += name == owner
             inside = seen == index and name == table

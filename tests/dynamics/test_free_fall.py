@@ -10,6 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.dynamics.chain_driver import FloatArray, Robot, Script, Shown
+from tests.dynamics.histories import SineHistory
+from tests.dynamics.random_robots import random_tree
 from tests.dynamics.reference import free_attitude
 
 G = 9.80665
@@ -54,50 +56,8 @@ def test_a_path_that_is_retraced_cancels(probe: Path, drop_tower: Robot) -> None
         assert np.degrees(rotation.magnitude()) < 1e-9
 
 
-def random_tree(rng: np.random.Generator, n: int) -> Robot:
-    half = rng.uniform(0.02, 0.1, (n, 3))
-    mass = rng.uniform(0.2, 1.5, n)
-    inertia = np.empty((n, 3, 3))
-    for i in range(n):
-        box = mass[i] / 3 * np.diag(half[i] @ half[i] - half[i] ** 2)
-        turn = Rotation.random(random_state=rng).as_matrix()
-        inertia[i] = turn @ box @ turn.T
-    axis = rng.normal(size=(n - 1, 3))
-    parent = [int(rng.integers(0, j + 1)) for j in range(n - 1)]
-    flipped = rng.random(n - 1) < 0.5
-    return Robot(
-        base=int(rng.integers(0, n)),
-        mass=mass,
-        com=rng.uniform(-0.05, 0.05, (n, 3)),
-        inertia=inertia,
-        origin=rng.uniform(-0.2, 0.2, (n, 3)),
-        inner=[j + 1 if f else parent[j] for j, f in enumerate(flipped)],
-        outer=[parent[j] if f else j + 1 for j, f in enumerate(flipped)],
-        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
-        point=rng.uniform(-0.2, 0.2, (n - 1, 3)),
-    )
-
-
-class SmoothHistory:
-    """Every joint swings by its own amplitude and frequency, from the first instant."""
-
-    def __init__(self, rng: np.random.Generator, n: int) -> None:
-        self.amplitude = rng.uniform(0.3, 1.0, n)
-        self.omega = rng.uniform(2.0, 8.0, n)
-        self.phase = rng.uniform(0.0, 6.0, n)
-
-    def __call__(self, t: float) -> tuple[FloatArray, FloatArray]:
-        angle, rate, _ = self.all(t)
-        return angle, rate
-
-    def all(self, t: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        x = self.omega * t + self.phase
-        a, w = self.amplitude, self.omega
-        return a * np.sin(x), a * w * np.cos(x), -a * w * w * np.sin(x)
-
-
 def fly(
-    probe: Path, robot: Robot, history: SmoothHistory, base_rate: FloatArray, steps: int, show: Sequence[int]
+    probe: Path, robot: Robot, history: SineHistory, base_rate: FloatArray, steps: int, show: Sequence[int]
 ) -> list[Shown]:
     """One second of free fall in equal steps; shows body 0 at (10, 20, 30) mm after each step in `show`."""
     script = Script(robot)
@@ -118,7 +78,7 @@ def fly(
 def test_random_trees_turn_as_the_reference_says(probe: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     robot = random_tree(rng, 2 + seed)
-    history = SmoothHistory(rng, 1 + seed)
+    history = SineHistory(rng, 1 + seed)
     base_rate = rng.normal(size=3) * (0.0 if seed == 0 else 0.5)
     base, _ = fly(probe, robot, history, base_rate, 1000, [1000])
     expected = free_attitude(robot, history, 1.0, base_rate)
@@ -128,7 +88,7 @@ def test_random_trees_turn_as_the_reference_says(probe: Path, seed: int) -> None
 
 def test_the_integration_is_of_fourth_order(probe: Path) -> None:
     rng = np.random.default_rng(7)
-    robot, history, base_rate = random_tree(rng, 4), SmoothHistory(rng, 3), np.array([0.4, -0.3, 0.5])
+    robot, history, base_rate = random_tree(rng, 4), SineHistory(rng, 3), np.array([0.4, -0.3, 0.5])
     expected = free_attitude(robot, history, 1.0, base_rate)
     errors = []
     for steps in (20, 40, 80):
@@ -141,7 +101,7 @@ def test_the_integration_is_of_fourth_order(probe: Path) -> None:
 
 def test_momentum_is_kept_and_accelerations_are_derivatives(probe: Path) -> None:
     rng = np.random.default_rng(11)
-    robot, history = random_tree(rng, 5), SmoothHistory(rng, 4)
+    robot, history = random_tree(rng, 5), SineHistory(rng, 4)
     around = [499, 500, 501]
     shown = fly(probe, robot, history, np.array([0.2, 0.1, -0.3]), 1000, [1, *around, 1000])
     momenta = np.array([s.momentum for s in shown])

@@ -48,7 +48,9 @@ def test_the_drop_tower_robot_is_the_papers() -> None:
     local_mm = 1e3 * (robot.joint_point_m - robot.origin_m[1:])
     assert local_mm == pytest.approx(np.array([[0, 10, 112], [90, 0, 112], [0, 5, -25]]))
     assert np.degrees(robot.joint_limits_rad) == pytest.approx(np.array([[0, 90]] * 3))
-    assert [robot.servos[0].pulse_us(np.radians(a)) for a in (0, 45, 90)] == pytest.approx([1000, 1500, 2000])
+    pulses = robot.servos[0].pulses
+    assert pulses is not None
+    assert [pulses.pulse_us(np.radians(a)) for a in (0, 45, 90)] == pytest.approx([1000, 1500, 2000])
     assert [(imu.bus, imu.address) for imu in robot.imus] == [(0, 0x68), (0, 0x69), (1, 0x68), (1, 0x69)]
     assert [(s.joint, s.direction) for s in robot.angle_sensors] == [
         (j, d) for j in range(3) for d in (1, -1)

@@ -59,6 +59,7 @@ COMMANDS = (
     Command("jog", "tfsat_host.cli.jog", "move one joint slowly, for calibration, then let it go"),
     Command("monitor", "tfsat_host.cli.monitor", "live states, switches, rates and angles in the terminal"),
     Command("flash", "tfsat_host.cli.flash", "put firmware on the sequencer, and check that it runs"),
+    Command("robot", "tfsat_host.cli.robot", "check a robot file and show what it says"),
     Command("ports", "tfsat_host.cli.ports", "list serial ports and which board each looks like"),
     Command(
         "emulate", "tfsat_host.cli.emulate", "serve both boards of the emulated robot for other commands"

@@ -175,7 +175,7 @@ class _Spin(NamedTuple):
     def rate(self, step: int, stage: int, attitude: FloatArray, momentum: FloatArray | None) -> FloatArray:
         """Base rate (3,), base axes."""
         if momentum is None:
-            return -self.driven[step, stage]
+            return np.asarray(-self.driven[step, stage])
         return np.asarray(
             self.inverse[step, stage] @ (quaternion.to_matrix(attitude).T @ momentum)
             - self.driven[step, stage]

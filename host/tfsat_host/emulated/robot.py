@@ -19,7 +19,7 @@ from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library
 from tfsat_host.emulated.robot_config import robot_config
 from tfsat_host.errors import TfsatError
-from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.robot import RobotModel, load_robot
 
 FloatArray = NDArray[np.float64]
@@ -88,14 +88,14 @@ class EmulatedRobot:
         logger_memory: bytes | None = None,
         variant: Variant | None = None,
     ) -> None:
+        self.model = model or load_robot()
+        _require_the_boards_numbers(self.model)
         chosen = variant or Variant(avr=hex_path is not None)
         self._library = load_library(ensure_built(chosen))
-        self.model = model or load_robot()
         if session_seed is None:
             session_seed = secrets.randbits(64) if seed is None else seed
         drawn_from = DEFAULT_SEED if seed is None else seed
         self.imperfections = imperfections or draw(drawn_from)
-        _require_the_boards_numbers(self.model)
         config = robot_config(self.model, self.imperfections, drawn_from, session_seed)
         error = ctypes.create_string_buffer(512)
         path = None if hex_path is None else str(hex_path).encode()
@@ -287,9 +287,20 @@ def _switch(index: int) -> int:
 
 
 def _require_the_boards_numbers(model: RobotModel) -> None:
-    if model.n_bodies != IMU_COUNT or model.n_joints != JOINT_COUNT or len(model.imus) != IMU_COUNT:
+    numbers = (model.n_bodies, model.n_joints, len(model.imus), len(model.angle_sensors))
+    if numbers != (IMU_COUNT, JOINT_COUNT, IMU_COUNT, ANGLE_SENSOR_COUNT):
         raise EmulationError(
-            what=f"{model.name} has {model.n_bodies} bodies, {model.n_joints} joints and {len(model.imus)} IMUs.",
-            meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each and {JOINT_COUNT} joints.",
+            what=f"{model.path}: {model.name} has {numbers[0]} bodies, {numbers[1]} joints, {numbers[2]} IMUs and "
+            f"{numbers[3]} angle sensors.",
+            meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each, and {JOINT_COUNT} joints with "
+            f"{ANGLE_SENSOR_COUNT // JOINT_COUNT} angle sensors each; nothing was run.",
             next_step="Emulate robots/drop_tower.toml or one like it.",
         )
+    for joint, servo in zip(model.joint_names, model.servos, strict=True):
+        if servo.pulses is None:
+            raise EmulationError(
+                what=f"{model.path}: the servo of {joint} has no pulses.",
+                meaning="The sequencer commands servos by pulses, so this robot cannot be emulated; nothing was run.",
+                next_step="Add pulse_range_us, reference and pulse_us_per_deg to its [joint.servo], as in "
+                "robots/drop_tower.toml.",
+            )

@@ -13,11 +13,13 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     """The library's structure, in SI units and the robot file's frames.
 
     Args:
-        model: As many bodies, joints and IMUs as the structure has room for.
+        model: As many bodies, joints and sensors as the structure has room for, and a servo with pulses
+            on every joint.
         wrong: The sensors' hidden errors.
         seed: For noise and contact bounce.
         session_seed: For the logger's session ids.
     """
+    pulses = [servo.pulses for servo in model.servos if servo.pulses is not None]
     config = RobotConfig(seed=seed, session_seed=session_seed, base_body=model.base, temperature_c=25.0)
     values: dict[str, object] = {
         "joint_inner": model.joint_inner,
@@ -29,9 +31,9 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "body_origin_m": model.origin_m,
         "joint_axis": model.joint_axis,
         "joint_point_m": model.joint_point_m,
-        "servo_reference_pulse_us": [servo.reference_pulse_us for servo in model.servos],
-        "servo_reference_angle_rad": [servo.reference_angle_rad for servo in model.servos],
-        "servo_pulse_us_per_rad": [servo.pulse_us_per_rad for servo in model.servos],
+        "servo_reference_pulse_us": [p.reference_pulse_us for p in pulses],
+        "servo_reference_angle_rad": [p.reference_angle_rad for p in pulses],
+        "servo_pulse_us_per_rad": [p.pulse_us_per_rad for p in pulses],
         "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in model.servos],
         "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in model.servos],
         "joint_min_rad": model.joint_limits_rad[:, 0],

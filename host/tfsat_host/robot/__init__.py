@@ -5,13 +5,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.robot.errors import RobotFileError
-from tfsat_host.robot.path import default_robot_path
+from tfsat_host.robot.path import default_robot_path, find_robot, shipped_robots
 
 if TYPE_CHECKING:
     from tfsat_host.robot.loading import load_robot
-    from tfsat_host.robot.model import AngleSensor, Imu, RobotModel, Servo
+    from tfsat_host.robot.model import AngleSensor, Imu, PulseMap, RobotModel, Servo, Uncertainty
 
-__all__ = ["AngleSensor", "Imu", "RobotFileError", "RobotModel", "Servo", "default_robot_path", "load_robot"]
+__all__ = [
+    "AngleSensor",
+    "Imu",
+    "PulseMap",
+    "RobotFileError",
+    "RobotModel",
+    "Servo",
+    "Uncertainty",
+    "default_robot_path",
+    "find_robot",
+    "load_robot",
+    "shipped_robots",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -65,7 +65,11 @@ def check_inertia(body: Entry, tensor: FloatArray) -> None:
 
 
 def check_tree(
-    top: Entry, joints: Sequence[Entry], inner: IntArray, outer: IntArray, body_names: tuple[str, ...]
+    bodies: Sequence[Entry],
+    joints: Sequence[Entry],
+    inner: IntArray,
+    outer: IntArray,
+    body_names: tuple[str, ...],
 ) -> None:
     """Joints from `inner` to `outer` (n - 1,) connect all bodies without a loop.
 
@@ -85,8 +89,8 @@ def check_tree(
         group = [group[a] if g == group[b] else g for g in group]
     for body, g in enumerate(group):
         if g != group[0]:
-            top.fail(
-                "joint",
+            bodies[body].fail(
+                "name",
                 f"no joint connects {body_names[body]!r} with {body_names[0]!r}",
                 "Add the missing `[[joint]]`, or remove the body.",
             )

@@ -23,24 +23,38 @@ def unit_vector(vector: FloatArray) -> FloatArray:
 class Entry:
     """One table of the file: hands out its values by type and remembers which keys were asked for."""
 
-    def __init__(self, path: Path, text: str, table: str, index: int, values: Mapping[str, object]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        text: str,
+        table: str,
+        index: int,
+        values: Mapping[str, object],
+        label: str | None = None,
+    ) -> None:
         self._path = path
         self._text = text
         self._table = table
         self._index = index
         self._values = values
+        self._label = label or (f"{table} {index + 1}" if table else "")
         self._known: set[str] = set()
 
     def fail(self, key: str, problem: str, cure: str) -> NoReturn:
         """Raise the error for `key` of this entry."""
         line = line_of(self._text, self._table, self._index, key.split(".")[0])
         where = f"{self._path}:{line}" if line is not None else str(self._path)
-        entry = f"{self._table} {self._index + 1}, {key}" if self._table else key
+        entry = f"{self._label}, {key}" if self._label else key
         raise RobotFileError(
             what=f"{where}: {entry}: {problem}.",
             meaning="Without a valid robot model no maneuver can be designed, flown or judged.",
             next_step=cure,
         )
+
+    def has(self, key: str) -> bool:
+        """Whether `key`, which may be left out, is there."""
+        self._known.add(key)
+        return key in self._values
 
     def value(self, key: str, kind: str) -> object:
         """The raw value of `key`; `kind` says what is expected, for the error."""
@@ -61,6 +75,15 @@ class Entry:
         value = self.number(key)
         if value <= 0.0:
             self.fail(key, f"{value:g} is not positive", f"Give `{key}` a number above zero.")
+        return value
+
+    def deviation(self, key: str, greatest: float = math.inf) -> float:
+        """A standard deviation: a number from 0 to `greatest`; 0 if it is left out."""
+        value = self.number(key) if self.has(key) else 0.0
+        if value < 0.0:
+            self.fail(key, f"{value:g} is negative", f"Give `{key}` a standard deviation, 0 or above.")
+        if value > greatest:
+            self.fail(key, f"{value:g} is above {greatest:g}", f"Give `{key}` at most {greatest:g}.")
         return value
 
     def integer(self, key: str, allowed: Iterable[int]) -> int:
@@ -97,18 +120,35 @@ class Entry:
         rows = self.value(key, "three rows of three numbers")
         if not isinstance(rows, list) or len(rows) != 3:
             self.fail(key, "is not a list of three rows", f"Give `{key}` three rows of three numbers.")
-        row_entries = [Entry(self._path, self._text, self._table, self._index, {key: row}) for row in rows]
-        return np.array([row.vector(key) for row in row_entries])
+        return np.array([self._holding(key, row).vector(key) for row in rows])
+
+    def boxes(self, key: str) -> list[tuple[FloatArray, FloatArray]]:
+        """One or more boxes, each as its lowest and its highest corner; none if `key` is left out."""
+        if not self.has(key):
+            return []
+        boxes = self.value(key, "boxes")
+        cure = f"Write `{key} = [[[xmin, ymin, zmin], [xmax, ymax, zmax]]]`, one pair of corners a box."
+        if not isinstance(boxes, list) or not boxes:
+            self.fail(key, "is not a list of boxes", cure)
+        pairs: list[tuple[FloatArray, FloatArray]] = []
+        for box in boxes:
+            if not isinstance(box, list) or len(box) != 2:
+                self.fail(key, f"{box!r} is not a pair of corners", cure)
+            low, high = (self._holding(key, corner).vector(key) for corner in box)
+            if not (low < high).all():
+                self.fail(key, f"{box!r} has no volume", "Write each box's lowest corner first.")
+            pairs.append((low, high))
+        return pairs
 
     def table(self, key: str) -> Entry:
         """A table inside this one."""
         value = self.value(key, "a table")
         if not isinstance(value, dict):
             self.fail(key, f"{value!r} is not a table", f"Write `{key}` as a table of named values.")
-        header = f"{self._table}.{key}"
-        in_header = re.search(rf"^\s*\[\s*{re.escape(header)}\s*\]", self._text, re.MULTILINE) is not None
-        inner = Entry(self._path, self._text, header, self._index, value)
-        return inner if in_header else InlineEntry(self, key, value)
+        header = f"{self._table}.{key}" if self._table else key
+        if re.search(rf"^\s*\[\s*{re.escape(header)}\s*\]", self._text, re.MULTILINE) is None:
+            return InlineEntry(self, key, value)
+        return Entry(self._path, self._text, header, self._index, value, None if self._table else header)
 
     def tables(self, key: str) -> list[Entry]:
         """All `[[key]]` tables; none is an empty list."""
@@ -117,6 +157,10 @@ class Entry:
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             self.fail(key, "is not a list of tables", f"Write each one below its own line `[[{key}]]`.")
         return [Entry(self._path, self._text, key, i, item) for i, item in enumerate(value)]
+
+    def _holding(self, key: str, value: object) -> Entry:
+        """This entry with another value of `key`: one of the list that it holds."""
+        return Entry(self._path, self._text, self._table, self._index, {key: value}, self._label)
 
     def done(self) -> None:
         """Refuse keys that nobody asked for: a misspelt entry must not be silently ignored."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,17 +15,13 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Servo:
-    """How a joint's servo turns pulses into angles.
+class PulseMap:
+    """How a servo turns pulses into joint angles.
 
     The angle of pulse p is `reference_angle_rad + (p - reference_pulse_us) / pulse_us_per_rad`.
     """
 
-    average_rate_rad_s: float
-    max_rate_rad_s: float
-    acceleration_rad_s2: float
-    start_rad: float
-    pulse_range_us: tuple[float, float]
+    range_us: tuple[float, float]
     reference_pulse_us: float
     reference_angle_rad: float
     pulse_us_per_rad: float
@@ -31,6 +29,25 @@ class Servo:
     def pulse_us(self, angle_rad: float) -> float:
         """Pulse width that commands `angle_rad`; not limited to the servo's range."""
         return self.reference_pulse_us + (angle_rad - self.reference_angle_rad) * self.pulse_us_per_rad
+
+
+@dataclass(frozen=True)
+class Servo:
+    """How a joint is driven.
+
+    Attributes:
+        average_rate_rad_s: Of a whole stroke, as schedules assume it.
+        max_rate_rad_s: Greatest joint rate.
+        acceleration_rad_s2: Greatest joint acceleration.
+        start_rad: Joint angle at the start of a maneuver.
+        pulses: None where the file has no pulses, as in a study without boards.
+    """
+
+    average_rate_rad_s: float
+    max_rate_rad_s: float
+    acceleration_rad_s2: float
+    start_rad: float
+    pulses: PulseMap | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +75,35 @@ class AngleSensor:
     zero_offset_rad: float
 
 
+@dataclass(frozen=True)
+class Uncertainty:
+    """One standard deviation of what the file's figures may be wrong by, for Monte Carlo studies.
+
+    Errors are drawn from normal distributions with mean zero. A figure of 0 is taken as exact.
+
+    Attributes:
+        mass_relative: Of each body's mass, independent; a share of the mass.
+        com_m: Of each coordinate of each center of mass.
+        inertia_relative: Of each body's inertia tensor as a whole, a share of it: errors of single
+            entries would soon leave what a rigid body can have.
+        joint_point_m: Of each coordinate of each joint's point.
+        joint_axis_rad: Of each axis's direction, about each of two axes perpendicular to it.
+        stroke_rad: Of the angle at which a stroke ends, drawn anew for every stroke.
+        stroke_relative: Of a servo's scale, drawn once for a joint: it goes `1 + error` times as far as
+            commanded, there and back.
+        servo_speed_relative: Of a servo's rate, drawn once for a joint; a share of the rate.
+    """
+
+    mass_relative: float
+    com_m: float
+    inertia_relative: float
+    joint_point_m: float
+    joint_axis_rad: float
+    stroke_rad: float
+    stroke_relative: float
+    servo_speed_relative: float
+
+
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """A tree of n rigid bodies and n - 1 hinges.
@@ -68,30 +114,37 @@ class RobotModel:
     Attributes:
         path: The file that the model was read from.
         name: What people call the robot.
+        source: Where its figures come from, in a sentence; empty if the file does not say.
         base: Index of the body whose attitude is the robot's attitude.
         body_names: n names.
         mass_kg: (n,).
         origin_m: (n, 3) origin of each body frame, global, at zero joint angles.
         com_m: (n, 3) center of mass in the body frame.
-        inertia_kg_m2: (n, 3, 3) tensor about the center of mass, body axes.
+        inertia_kg_m2: (n, 3, 3) tensor about the center of mass, body axes; its off-diagonal entries are
+            minus the products of inertia.
+        shape_m: n arrays (k, 3), corners in the body frame whose convex hull holds the body; (0, 3) for a
+            body without a stated shape.
         joint_names: n - 1 names.
         joint_inner, joint_outer: (n - 1,) body indices.
         joint_axis: (n - 1, 3) unit vectors.
         joint_point_m: (n - 1, 3) a point on the axis, global, at zero joint angles.
         joint_limits_rad: (n - 1, 2) least and greatest angle.
         servos: One a joint.
-        imus: In the order of the log.
-        angle_sensors: In the order of the log.
+        imus: In the order of the log; may be empty.
+        angle_sensors: In the order of the log; may be empty.
+        uncertainty: None if the file states none.
     """
 
     path: Path
     name: str
+    source: str
     base: int
     body_names: tuple[str, ...]
     mass_kg: FloatArray
     origin_m: FloatArray
     com_m: FloatArray
     inertia_kg_m2: FloatArray
+    shape_m: tuple[FloatArray, ...]
     joint_names: tuple[str, ...]
     joint_inner: IntArray
     joint_outer: IntArray
@@ -101,6 +154,7 @@ class RobotModel:
     servos: tuple[Servo, ...]
     imus: tuple[Imu, ...]
     angle_sensors: tuple[AngleSensor, ...]
+    uncertainty: Uncertainty | None
 
     @property
     def n_bodies(self) -> int:
@@ -111,3 +165,9 @@ class RobotModel:
     def n_joints(self) -> int:
         """Number of joints."""
         return len(self.joint_names)
+
+    def show(self, file: TextIO | None = None) -> None:
+        """Writes a summary for people to `file`, standard output by default."""
+        from tfsat_host.robot.summary_text import summary_text
+
+        (file or sys.stdout).write(summary_text(self))

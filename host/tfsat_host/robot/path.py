@@ -1,14 +1,51 @@
-"""Where the default robot file is."""
+"""Where robot files are: the ones that tfsat brings along, and the one that a person names."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-_FILE_NAME = "drop_tower.toml"
+from tfsat_host.robot.errors import RobotFileError
+
+_DEFAULT = "drop_tower"
 
 
 def default_robot_path() -> Path:
     """`robots/drop_tower.toml` of the installed package, or of the checkout it runs from."""
+    return _shipped_folder() / f"{_DEFAULT}.toml"
+
+
+def shipped_robots() -> tuple[str, ...]:
+    """Names of the robots that tfsat brings along, in alphabetical order."""
+    return tuple(sorted(path.stem for path in _shipped_folder().glob("*.toml")))
+
+
+def find_robot(name_or_path: str | Path | None = None) -> Path:
+    """The robot file that a person means: a file, else a shipped robot's name; None is the default robot.
+
+    Only a word without a folder is looked for among the shipped robots, with or without `.toml`.
+
+    Raises:
+        RobotFileError: there is neither such a file nor such a robot.
+    """
+    if name_or_path is None:
+        return default_robot_path()
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    if len(path.parts) == 1 and path.name.removesuffix(".toml") in shipped_robots():
+        return _shipped_folder() / f"{path.name.removesuffix('.toml')}.toml"
+    if path.exists():
+        problem = "is no file"
+    else:
+        problem = "is not there" if len(path.parts) > 1 else "is neither a file here nor the name of a robot"
+    raise RobotFileError(
+        what=f"The robot file {path} cannot be read: it {problem}.",
+        meaning="The robot's masses and joints are unknown; nothing was done.",
+        next_step=f"Name a robot file that exists, or a robot that tfsat knows: {', '.join(shipped_robots())}.",
+    )
+
+
+def _shipped_folder() -> Path:
     package = Path(__file__).resolve().parents[1]
-    packaged = package / "data" / "robots" / _FILE_NAME
-    return packaged if packaged.is_file() else package.parents[1] / "robots" / _FILE_NAME
+    packaged = package / "data" / "robots"
+    return packaged if packaged.is_dir() else package.parents[1] / "robots"
