@@ -1,0 +1,99 @@
+"""The reorientation of every sequence at once.
+
+For given displacements the joints' angles walk along edges of one box in the space of joint angles. Three joints
+have 12 edges, and every stroke of all 30 sequences is one of them: 12 integrals serve 180 strokes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as SequenceOf
+
+import numpy as np
+
+from tfsat_host.design.sequences import Sequence
+from tfsat_host.dynamics import Multibody, quaternion
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.hinge import Hinge
+from tfsat_host.dynamics.stroke import STEPS, turned
+from tfsat_host.robot.model import IntArray
+
+
+class Loops:
+    """The loops of some joints of a robot, from its start pose.
+
+    Args:
+        body: One robot (no batch).
+        joints: (d,) indices of the joints that move; stroke +1 of a sequence opens the first of them.
+        sequences: The sequences to be walked.
+        start_rad: (n - 1,) joint angles at the start; zero if None.
+        steps: Steps of order 6 into which each edge is divided.
+    """
+
+    def __init__(
+        self,
+        body: Multibody,
+        joints: SequenceOf[int],
+        sequences: SequenceOf[Sequence],
+        *,
+        start_rad: FloatArray | None = None,
+        steps: int = STEPS,
+    ) -> None:
+        self.sequences = tuple(sequences)
+        self._joints = tuple(joints)
+        self._start = (
+            np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
+        )
+        self._steps = steps
+        self._hinges = [Hinge.of(body, joint, 1) for joint in self._joints]
+        corners = 2 ** (len(self._joints) - 1)
+        self._opened = np.array(
+            [[corner >> bit & 1 for corner in range(corners)] for bit in range(len(self._joints) - 1)]
+        )
+        self._walks = np.array([self._walk(sequence) for sequence in self.sequences]).T
+
+    def rotations(self, displacements_rad: FloatArray) -> FloatArray:
+        """Quaternions (4, s, b) of s sequences for displacements (d, b), components first."""
+        edges = self._edges(displacements_rad)
+        rotation = edges[:, self._walks[0]]
+        for stroke in self._walks[1:]:
+            rotation = quaternion.product(rotation, edges[:, stroke])
+        return rotation
+
+    def angles_rad(self, displacements_rad: FloatArray) -> FloatArray:
+        """Rotation angles (s, b) of s sequences for displacements (d, b)."""
+        return quaternion.angle(self.rotations(displacements_rad))
+
+    def _edges(self, displacements: FloatArray) -> FloatArray:
+        """Quaternions (4, 2 e, b) of the box's e edges, walked outwards and then, behind them, back."""
+        d, batch = displacements.shape
+        corners = 2 ** (d - 1)
+        outwards = []
+        for moving, hinge in enumerate(self._hinges):
+            angles = np.empty((len(self._start), corners, batch))
+            angles[:] = self._start[:, None, None]
+            for bit, other in enumerate(other for other in range(d) if other != moving):
+                angles[self._joints[other]] += self._opened[bit][:, None] * displacements[other]
+            delta = np.broadcast_to(displacements[moving], (corners, batch)).reshape(-1)
+            rotation = turned(hinge, angles.reshape(len(self._start), -1), delta, self._steps)
+            outwards.append(rotation.reshape(4, corners, batch))
+        there = np.concatenate(outwards, axis=1)
+        return np.concatenate([there, quaternion.inverse(there)], axis=1)
+
+    def _walk(self, sequence: Sequence) -> list[int]:
+        """For each stroke the index of its edge in what `_edges` gives."""
+        d = len(self._joints)
+        corners = 2 ** (d - 1)
+        opened, walk = [0] * d, list[int]()
+        for stroke in sequence:
+            moving = abs(stroke) - 1
+            others = [opened[other] for other in range(d) if other != moving]
+            edge = moving * corners + sum(bit << place for place, bit in enumerate(others))
+            walk.append(edge if stroke > 0 else d * corners + edge)
+            opened[moving] = int(stroke > 0)
+        return walk
+
+
+def best_sequence(angles_rad: FloatArray) -> tuple[FloatArray, IntArray]:
+    """The greatest angle (b,) of angles (s, b), and the index (b,) of its sequence."""
+    best = np.argmax(angles_rad, axis=0)
+    return np.take_along_axis(angles_rad, best[None], axis=0)[0], best

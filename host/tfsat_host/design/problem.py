@@ -1,0 +1,147 @@
+"""The design problem: how far the joints may move, how long it may take, and what a candidate is worth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tfsat_host.design.errors import DesignError
+from tfsat_host.design.loops import Loops, best_sequence
+from tfsat_host.design.sequences import Sequence, classes
+from tfsat_host.design.swarm import SwarmSettings
+from tfsat_host.dynamics import Multibody
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.stroke import STEPS
+from tfsat_host.robot import RobotModel
+
+DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
+DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
+
+
+@dataclass(frozen=True, slots=True)
+class DesignSettings:
+    """What is asked for, and how it is searched.
+
+    Attributes:
+        joints: Indices of the joints that may move; every joint of the robot if None.
+        speed_deg_s: Average joint speed; the slowest of those servos' averages if None.
+        time_limit_s: T_max, for all strokes together.
+        limit_deg: Greatest displacement of each joint in `joints`; to the end of its range if None.
+        penalty: P, deg of reorientation for (1 s)^2 of overtime.
+        alternating: Optimize displacements and sequence in turns, as the paper describes its search,
+            instead of taking the best sequence of every candidate, as it writes its objective.
+        swarm: The swarm.
+        seed: Of the swarm's random numbers.
+        steps: Steps of order 6 into which each stroke is divided.
+    """
+
+    joints: tuple[int, ...] | None = None
+    speed_deg_s: float | None = None
+    time_limit_s: float = DEFAULT_TIME_LIMIT_S
+    limit_deg: tuple[float, ...] | None = None
+    penalty: float = DEFAULT_PENALTY
+    alternating: bool = False
+    swarm: SwarmSettings = field(default_factory=SwarmSettings)
+    seed: int = 1
+    steps: int = STEPS
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The settings made concrete for one robot.
+
+    Attributes:
+        body: The robot.
+        joints: (d,) indices of the joints that may move.
+        start_rad: (n - 1,) pose at the start.
+        limit_rad: (d,) greatest displacements.
+        speed_rad_s: Average joint speed.
+        time_limit_s: T_max.
+        penalty: P in rad/s^2.
+        steps: Steps of each stroke.
+    """
+
+    body: Multibody
+    joints: tuple[int, ...]
+    start_rad: FloatArray
+    limit_rad: FloatArray
+    speed_rad_s: float
+    time_limit_s: float
+    penalty: float
+    steps: int
+
+    @classmethod
+    def of(cls, robot: RobotModel, settings: DesignSettings) -> Problem:
+        """The problem for `robot`.
+
+        Raises:
+            DesignError: the settings do not fit the robot; `setting` names the one at fault.
+        """
+        joints = tuple(range(robot.n_joints)) if settings.joints is None else settings.joints
+        _check_joints(robot, joints)
+        start = np.array([servo.start_rad for servo in robot.servos])
+        room = robot.joint_limits_rad[list(joints), 1] - start[list(joints)]
+        limit = room if settings.limit_deg is None else np.radians(np.array(settings.limit_deg))
+        _check_limits(robot, joints, limit, room)
+        speed = settings.speed_deg_s
+        if speed is None:
+            speed = math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in joints))
+        for name, value in (
+            ("speed", speed),
+            ("time limit", settings.time_limit_s),
+            ("penalty", settings.penalty),
+        ):
+            if not (math.isfinite(value) and value > 0.0):
+                raise DesignError(name, f"The {name} is {value:g}; it must be above zero.")
+        return cls(
+            Multibody.of(robot),
+            joints,
+            start,
+            limit,
+            math.radians(speed),
+            settings.time_limit_s,
+            math.radians(settings.penalty),
+            settings.steps,
+        )
+
+    @property
+    def travel_limit_rad(self) -> float:
+        """Greatest sum of displacements within the time limit: every joint moves out and back."""
+        return 0.5 * self.time_limit_s * self.speed_rad_s
+
+    def loops(self, sequences: tuple[Sequence, ...] | None = None) -> Loops:
+        """The loops of the problem's joints; one sequence of each class if None."""
+        chosen = classes(len(self.joints)) if sequences is None else sequences
+        return Loops(self.body, self.joints, chosen, start_rad=self.start_rad, steps=self.steps)
+
+    def duration_s(self, displacements_rad: FloatArray) -> FloatArray:
+        """T (b,) of displacements (d, b): all strokes, one after another."""
+        return np.asarray(2.0 * displacements_rad.sum(axis=0) / self.speed_rad_s)
+
+    def objective(self, loops: Loops, displacements_rad: FloatArray) -> FloatArray:
+        """J (b,) in rad of displacements (d, b): the paper's equation of the optimization."""
+        reorientation, _ = best_sequence(loops.angles_rad(displacements_rad))
+        overtime = np.maximum(self.duration_s(displacements_rad) - self.time_limit_s, 0.0)
+        return np.asarray(-reorientation + self.penalty * overtime * overtime)
+
+
+def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:
+    if len(set(joints)) != len(joints) or len(joints) < 2:
+        raise DesignError("joints", "A loop that turns the robot needs two or more different joints.")
+    for joint in joints:
+        if not 0 <= joint < robot.n_joints:
+            raise DesignError("joints", f"{robot.name} has joints 1 to {robot.n_joints}, not {joint + 1}.")
+
+
+def _check_limits(robot: RobotModel, joints: tuple[int, ...], limit: FloatArray, room: FloatArray) -> None:
+    if limit.shape != (len(joints),):
+        raise DesignError("limit", f"{len(joints)} joints move, and {limit.size} limits were given.")
+    for joint, most, free in zip(joints, limit, room, strict=True):
+        if not 0.0 < most <= free + 1e-9:
+            raise DesignError(
+                "limit",
+                f"{robot.joint_names[joint]} can open by {math.degrees(free):g} deg from its start pose; "
+                f"{math.degrees(most):g} deg is not above zero and within that.",
+            )

@@ -1,0 +1,105 @@
+"""Particle swarm optimization as the paper has it: coefficients that change linearly from search to agreement.
+
+    v <- w v + c1 r1 (own best - x) + c2 r2 (best of all - x),    x <- x + v
+
+with w = 0.9 - k/2n, c1 = 3.5 - k/n and c2 = 0.5 + 3k/n (section "Design of optimal reorientation maneuver"). The paper
+leaves open: r1 and r2 are drawn for every component, start velocities reach over the whole range, and a
+particle that would leave the box stops at its wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfsat_host.dynamics.components import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficient:
+    """A coefficient that changes linearly from the first iteration to the last."""
+
+    first: float
+    last: float
+
+    def at(self, progress: float) -> float:
+        """Its value when `progress`, 0 to 1, of the iterations are done."""
+        return self.first + progress * (self.last - self.first)
+
+
+@dataclass(frozen=True, slots=True)
+class SwarmSettings:
+    """How the swarm searches; the paper's figures."""
+
+    particles: int = 48
+    iterations: int = 50
+    inertia: Coefficient = Coefficient(0.9, 0.4)
+    own_best: Coefficient = Coefficient(3.5, 2.5)
+    best_of_all: Coefficient = Coefficient(0.5, 3.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the swarm found.
+
+    Attributes:
+        position: (d,).
+        value: The objective there.
+        best_values: (n + 1,) the best value at the start and after each iteration.
+        evaluations: How many positions were evaluated.
+    """
+
+    position: FloatArray
+    value: float
+    best_values: FloatArray
+    evaluations: int
+
+
+def minimize(
+    objective: Callable[[FloatArray], FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+    settings: SwarmSettings,
+    rng: np.random.Generator,
+    progress: Callable[[float], None] = lambda _done: None,
+) -> Found:
+    """The least value that a swarm finds between `low` and `high`.
+
+    Args:
+        objective: Values (N,) of positions (d, N), one column a particle.
+        low: (d,) walls of the box.
+        high: (d,).
+        settings: The swarm.
+        rng: Where its random numbers come from; the same numbers find the same place.
+        progress: Told after each iteration the share that it was.
+    """
+    shape = (len(low), settings.particles)
+    floor, ceiling = low[:, None], high[:, None]
+    position = rng.uniform(floor, ceiling, shape)
+    velocity = rng.uniform(floor - ceiling, ceiling - floor, shape)
+    own, own_value = position, objective(position)
+    leader = int(np.argmin(own_value))
+    best_values = [own_value[leader]]
+    for k in range(settings.iterations):
+        done = k / settings.iterations
+        r1, r2 = rng.uniform(size=(2, *shape))
+        velocity = settings.inertia.at(done) * velocity
+        velocity += settings.own_best.at(done) * r1 * (own - position)
+        velocity += settings.best_of_all.at(done) * r2 * (own[:, leader, None] - position)
+        free = position + velocity
+        position = np.clip(free, floor, ceiling)
+        velocity = np.where(free == position, velocity, 0.0)
+        value = objective(position)
+        better = value < own_value
+        own, own_value = np.where(better, position, own), np.where(better, value, own_value)
+        leader = int(np.argmin(own_value))
+        best_values.append(own_value[leader])
+        progress(1.0 / settings.iterations)
+    return Found(
+        own[:, leader].copy(),
+        float(own_value[leader]),
+        np.array(best_values),
+        settings.particles * (settings.iterations + 1),
+    )
