@@ -1,0 +1,197 @@
+"""How far the moving robot reaches in the test space, and how fast it may drift sideways.
+
+In free fall the robot's center of mass (CoM) moves along a straight line while the bodies turn about it, so
+the reach is counted from the vertical line through the CoM, in axes that do not turn, with the attitude
+that conservation of angular momentum gives.
+
+The paper says 100 mm for its maneuver 59/70; here it is 125 mm, an upper corner of body 1 when both joints are
+open. The paper gives neither the robot's outlines nor the line that it measured from, so the difference
+cannot be resolved: the outlines here are the robot file's boxes, assumed from the tables of frames and centers
+of mass. Its rule then permits 16 mm/s sideways, not 26; taken moment by moment, as the robot is folded
+again when it has drifted furthest, 27 mm/s.
+
+Up is z at zero joint angles: inferred, because lying on its side the folded robot alone would need
+more than the envelope's radius.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.dynamics import JointHistory, Multibody, TimedMove, moved, poses, propagate
+from tfsat_host.errors import TfsatError
+from tfsat_host.facility.release import permissible_transversal_velocity_mm_s
+from tfsat_host.maneuver import Schedule
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
+from tfsat_host.units import s_from_us
+
+STEP_S = 0.005  # a joint turns by less than 1 deg in it
+
+
+_UNKNOWN_REACH = "How far the moving robot reaches is unknown: it may strike the walls of the test space."
+
+
+class EnvelopeError(TfsatError):
+    """The robot file does not say what the reach depends on (exit code 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """The reach of n bodies over m moments from release to landing, mm, counted from the system's CoM.
+
+    Attributes:
+        body_names: n names.
+        t_s: (m,) from release, rising.
+        radius_mm: (m, n) greatest distance of each body from the vertical line through the CoM.
+        top_mm: (m,) height of the highest point above the CoM.
+        bottom_mm: (m,) height of the lowest point, negative below the CoM.
+    """
+
+    body_names: tuple[str, ...]
+    t_s: FloatArray
+    radius_mm: FloatArray
+    top_mm: FloatArray
+    bottom_mm: FloatArray
+
+    @property
+    def max_radius_mm(self) -> float:
+        """Greatest radius over the whole fall."""
+        return float(self.radius_mm.max())
+
+    @property
+    def max_radius_t_s(self) -> float:
+        """When it is reached."""
+        return float(self.t_s[self.radius_mm.max(axis=1).argmax()])
+
+    @property
+    def max_radius_body(self) -> str:
+        """Which body reaches it."""
+        return self.body_names[int(self.radius_mm.max(axis=0).argmax())]
+
+    @property
+    def folded_radius_mm(self) -> float:
+        """Radius at release, before anything moves."""
+        return float(self.radius_mm[0].max())
+
+    @property
+    def height_mm(self) -> float:
+        """From the lowest to the highest point of the whole fall, both counted from the CoM."""
+        return float(self.top_mm.max() - self.bottom_mm.min())
+
+    @property
+    def rise_mm(self) -> FloatArray:
+        """(m,) how much higher above the CoM the robot reaches than at release."""
+        return np.asarray(self.top_mm - self.top_mm[0])
+
+    @property
+    def sink_mm(self) -> FloatArray:
+        """(m,) how much lower below the CoM the robot reaches than at release."""
+        return np.asarray(self.bottom_mm[0] - self.bottom_mm)
+
+
+class TransversalVelocities(NamedTuple):
+    """Permissible velocity sideways, mm/s; below zero if the robot touches the walls without any drift.
+
+    Attributes:
+        paper: By the paper's rule: as if the greatest radius lasted from release to landing.
+        moment_by_moment: With the radius of each moment; never less.
+    """
+
+    paper: float
+    moment_by_moment: float
+
+
+def envelope_of(
+    robot: RobotModel,
+    schedule: Schedule,
+    *,
+    until_s: float,
+    initial_rate_rad_s: FloatArray | None = None,
+    step_s: float = STEP_S,
+) -> Envelope:
+    """The reach of `robot` as it flies `schedule`, from release until `until_s` (landing).
+
+    Args:
+        robot: With a shape for every body.
+        schedule: Starts from zero joint angles.
+        until_s: End of the fall, after release.
+        initial_rate_rad_s: (3,) angular rate of the base body after release, body axes; None: no
+            angular momentum.
+        step_s: Longest time between moments.
+
+    Raises:
+        EnvelopeError: a body has no shape, or the robot lacks a joint that the schedule moves.
+    """
+    shapeless = [name for name, c in zip(robot.body_names, robot.shape_m, strict=True) if len(c) == 0]
+    if shapeless:
+        raise EnvelopeError(
+            what=f"{robot.path}: no shape is given for {', '.join(shapeless)}.",
+            meaning=_UNKNOWN_REACH,
+            next_step="Add `boxes_mm` to the body; robots/drop_tower.toml shows how.",
+        )
+    body = Multibody.of(robot)
+    history = _history(robot, schedule, until_s)
+    flight = propagate(body, history, initial_rate_rad_s=initial_rate_rad_s, step_s=step_s)
+    return envelope_of_motion(robot, body, flight.t_s, flight.angles_rad, flight.quaternion_xyzw)
+
+
+def _history(robot: RobotModel, schedule: Schedule, until_s: float) -> JointHistory:
+    last = max(stroke.joint for stroke in schedule.strokes)
+    if last > robot.n_joints:
+        raise EnvelopeError(
+            what=f"The maneuver moves joint {last}; {robot.path} has {robot.n_joints}.",
+            meaning=_UNKNOWN_REACH,
+            next_step="Name the robot that the maneuver is for: --robot FILE.",
+        )
+    moves = [
+        TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
+        for s in schedule.strokes
+    ]
+    return moved(robot, moves, end_s=until_s)
+
+
+def envelope_of_motion(
+    robot: RobotModel,
+    body: Multibody,
+    t_s: FloatArray,
+    angles_rad: FloatArray,
+    quaternion_xyzw: FloatArray,
+) -> Envelope:
+    """The reach for a known motion: joint angles (m, n - 1) and attitudes (m, 4) of `body`'s base at `t_s`."""
+    rotation, translation = poses(body, angles_rad)
+    com = np.einsum("mnij,nj->mni", rotation, body.com_m) + translation
+    center = np.einsum("n,mni->mi", body.mass_kg, com) / body.mass_kg.sum()
+    attitude = Rotation.from_quat(quaternion_xyzw).as_matrix()
+    radii, heights = [], []
+    for i, (origin, corners) in enumerate(zip(robot.origin_m, robot.shape_m, strict=True)):
+        in_base = np.einsum("mij,kj->mki", rotation[:, i], origin + corners) + translation[:, i, None]
+        reach_mm = 1e3 * np.einsum("mij,mkj->mki", attitude, in_base - center[:, None])
+        radii.append(np.hypot(reach_mm[..., 0], reach_mm[..., 1]).max(axis=1))
+        heights.append(reach_mm[..., 2])
+    height_mm = np.concatenate(heights, axis=1)
+    return Envelope(
+        body_names=robot.body_names,
+        t_s=t_s,
+        radius_mm=np.stack(radii, axis=1),
+        top_mm=height_mm.max(axis=1),
+        bottom_mm=height_mm.min(axis=1),
+    )
+
+
+def permissible_transversal_velocities(
+    envelope: Envelope, envelope_radius_mm: float, fall_s: float
+) -> TransversalVelocities:
+    """Sideways velocities that just take the robot to walls `envelope_radius_mm` away by the landing.
+
+    A point that lies at r on the side that the robot drifts to reaches the wall at r_f when v t = r_f - r(t).
+    """
+    paper = permissible_transversal_velocity_mm_s(envelope_radius_mm, envelope.max_radius_mm, fall_s)
+    drifting = (envelope.t_s > 0.0) & (envelope.t_s <= fall_s)
+    room_mm = envelope_radius_mm - envelope.radius_mm.max(axis=1)[drifting]
+    return TransversalVelocities(paper, float(np.min(room_mm / envelope.t_s[drifting])))

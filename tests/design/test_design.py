@@ -1,0 +1,171 @@
+"""The whole design against the paper, and the optimum against brute force."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tfsat_host.design import DesignError, DesignSettings, Problem, design
+from tfsat_host.design.design import candidate, search
+from tfsat_host.design.loops import best_sequence
+from tfsat_host.design.optimum import climb, find_optimum, value_and_gradient
+from tfsat_host.design.sequences import classes
+from tfsat_host.dynamics import rotation_vector_rad
+from tfsat_host.maneuver import schedule_maneuver
+from tfsat_host.robot import RobotModel
+
+# The paper's displacements take 1.518 s at 170 deg/s, not its 1.50 s.
+PAPERS_TIME_S = 2 * (58.75 + 70.29) / 170.0
+
+
+def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotModel) -> None:
+    found = design(drop_tower, DesignSettings(time_limit_s=PAPERS_TIME_S))
+    best = found.optimum
+    assert best.sequence == (1, 2, -1, -2)
+    assert best.alpha_deg == pytest.approx([60.06, 68.98, 0.0], abs=0.01)
+    assert best.reorientation_deg == pytest.approx(26.126, abs=0.001)
+    assert best.rotation_vector_deg[2] == pytest.approx(-26.12, abs=0.01)
+    assert best.duration_s == pytest.approx(PAPERS_TIME_S, abs=1e-9)
+    assert best.efficiency == pytest.approx(0.1012, abs=0.0001)
+    assert found.summit.residual < 1e-6
+    papers = candidate(found.problem, np.radians([58.75, 70.29, 0.0]), (1, 2, 3, -1, -2, -3))
+    assert papers.reorientation_deg == pytest.approx(26.112, abs=0.001)
+    assert 0.0 < best.reorientation_deg - papers.reorientation_deg < 0.015
+
+
+@pytest.mark.parametrize("alternating", [False, True])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_swarm_comes_near_and_never_beats_the_optimum(
+    drop_tower: RobotModel, seed: int, alternating: bool
+) -> None:
+    found = design(drop_tower, DesignSettings(seed=seed, alternating=alternating))
+    assert 0.0 <= found.gap_deg < 1.0
+    assert found.swarm.alpha_deg[2] == pytest.approx(0.0, abs=1.0)
+    assert found.swarm.duration_s < 1.5 + 1e-4
+    assert found.swarm.alpha_deg[:2] == pytest.approx([59.4, 68.1], abs=6.0)
+
+
+def test_a_seed_is_a_result_to_the_last_bit(drop_tower: RobotModel) -> None:
+    first, again = (design(drop_tower, DesignSettings(seed=11)) for _ in range(2))
+    assert (first.search.position == again.search.position).all()
+    assert first.optimum.reorientation_deg == again.optimum.reorientation_deg
+    assert first.maneuver(first.optimum) == again.maneuver(again.optimum)
+
+
+def test_no_point_of_a_fine_grid_beats_the_optimum(drop_tower: RobotModel) -> None:
+    """With 3 deg spacing (and the time all used): every sequence, every corner."""
+    problem = Problem.of(drop_tower, DesignSettings())
+    summit, _ = find_optimum(problem)
+    total = np.degrees(problem.travel_limit_rad)
+    pairs = np.array(list(itertools.product(np.arange(0.0, 91.0, 3.0), repeat=2)))
+    # Every third displacement that uses up the time, whichever joint it belongs to.
+    rest = total - pairs.sum(axis=1)
+    triples = np.column_stack([pairs, rest])[(rest >= 0.0) & (rest <= 90.0)]
+    points = np.radians(np.concatenate([triples, np.roll(triples, 1, axis=1), np.roll(triples, 2, axis=1)]).T)
+    best, _ = best_sequence(problem.loops().angles_rad(points))
+    assert best.max() <= summit.reorientation_rad + 1e-9
+    assert np.degrees(summit.reorientation_rad - best.max()) < 0.05  # and the grid comes near it
+
+
+def test_another_grid_finds_the_same_optimum(drop_tower: RobotModel) -> None:
+    problem = Problem.of(drop_tower, DesignSettings(time_limit_s=1.8))
+    coarse, _ = find_optimum(problem, grid_points=700)
+    fine, _ = find_optimum(problem, grid_points=5000)
+    assert coarse.reorientation_rad == pytest.approx(fine.reorientation_rad, abs=1e-9)
+
+
+def test_without_a_time_limit_joints_1_and_2_open_all_the_way(drop_tower: RobotModel) -> None:
+    found = design(drop_tower, DesignSettings(joints=(0, 1), time_limit_s=10.0))
+    assert found.optimum.alpha_deg == pytest.approx([90.0, 90.0])
+    assert found.optimum.reorientation_deg == pytest.approx(39.4, abs=0.05)
+    assert found.summit.gain_rad_s == 0.0
+
+
+def test_more_time_gives_what_the_optimum_says_it_gives(drop_tower: RobotModel) -> None:
+    shorter, longer = (design(drop_tower, DesignSettings(time_limit_s=t)) for t in (1.49, 1.51))
+    middle = design(drop_tower, DesignSettings(time_limit_s=1.50))
+    gain = (longer.optimum.reorientation_deg - shorter.optimum.reorientation_deg) / 0.02
+    assert np.degrees(middle.summit.gain_rad_s) == pytest.approx(gain, rel=1e-3)
+
+
+def test_the_gradient_is_that_of_the_angle(drop_tower: RobotModel) -> None:
+    loops = Problem.of(drop_tower, DesignSettings()).loops((classes(3)[1],))
+    x = np.array([0.9, 1.1, 0.3])
+    value, gradient = value_and_gradient(loops, x)
+    for i, h in itertools.product(range(3), (1e-4,)):
+        step = h * np.eye(3)[i]
+        ahead, behind = (value_and_gradient(loops, x + s * step)[0] for s in (1, -1))
+        assert gradient[i] == pytest.approx((ahead - behind) / (2 * h), abs=1e-7)
+    assert value == pytest.approx(float(loops.angles_rad(x[:, None])[0, 0]))
+
+
+def test_a_climb_ends_where_nothing_rises(drop_tower: RobotModel) -> None:
+    problem = Problem.of(drop_tower, DesignSettings())
+    summit = climb(problem, classes(3)[1], np.radians([40.0, 40.0, 20.0]))
+    assert summit.residual < 1e-6
+    assert summit.displacements_rad.sum() <= problem.travel_limit_rad + 1e-12
+
+
+def test_the_maneuver_can_be_scheduled_and_stays_within_the_time(drop_tower: RobotModel) -> None:
+    found = design(drop_tower)
+    maneuver = found.maneuver(found.optimum, "designed")
+    assert sum(abs(stroke.angle_deg) for stroke in maneuver.strokes) / maneuver.speed_deg_s <= 1.5
+    for stroke, exact in zip(maneuver.strokes, found.optimum.alpha_deg[[0, 1, 0, 1]], strict=True):
+        assert 0.0 <= exact - abs(stroke.angle_deg) < 0.0101
+    schedule = schedule_maneuver(maneuver)
+    assert [s.joint for s in schedule.strokes] == [1, 2, 1, 2]
+    assert not schedule.notices
+
+
+def test_the_reported_rotation_is_that_of_the_reported_sequence(drop_tower: RobotModel) -> None:
+    found = design(drop_tower, DesignSettings(joints=(0, 1, 2), limit_deg=(30.0, 30.0, 90.0)))
+    best = found.optimum
+    from tfsat_host.dynamics import path_rotation
+
+    joints = [abs(s) - 1 for s in best.sequence]
+    deltas = np.radians([np.copysign(best.alpha_deg[abs(s) - 1], s) for s in best.sequence])
+    vector = np.degrees(rotation_vector_rad(path_rotation(found.problem.body, joints, deltas)))
+    assert vector == pytest.approx(best.rotation_vector_deg, abs=1e-9)
+    assert (best.alpha_deg <= np.array([30.0, 30.0, 90.0]) + 1e-9).all()
+
+
+def test_the_penalty_is_the_papers(drop_tower: RobotModel) -> None:
+    problem = Problem.of(drop_tower, DesignSettings())
+    loops = problem.loops()
+    inside, outside = np.radians([[59.0], [68.0], [0.0]]), np.radians([[59.0], [68.5 + 0.17], [0.0]])
+    assert problem.objective(loops, inside)[0] == -loops.angles_rad(inside).max()
+    overtime = 2 * (59.0 + 68.67) / 170.0 - 1.5
+    paid = np.degrees(problem.objective(loops, outside)[0] + loops.angles_rad(outside).max())
+    assert paid == pytest.approx(1e11 * overtime**2, rel=1e-9)
+
+
+def test_the_search_alone_is_the_same_as_in_the_design(drop_tower: RobotModel) -> None:
+    settings = DesignSettings(seed=4)
+    found, _ = search(Problem.of(drop_tower, settings), settings)
+    assert (found.position == design(drop_tower, settings).search.position).all()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "setting"),
+    [
+        ({"joints": (0,)}, "joints"),
+        ({"joints": (0, 0)}, "joints"),
+        ({"joints": (0, 3)}, "joints"),
+        ({"limit_deg": (90.0,)}, "limit"),
+        ({"limit_deg": (90.0, 90.0, 91.0)}, "limit"),
+        ({"limit_deg": (0.0, 90.0, 90.0)}, "limit"),
+        ({"speed_deg_s": 0.0}, "speed"),
+        ({"time_limit_s": float("nan")}, "time limit"),
+        ({"penalty": -1.0}, "penalty"),
+    ],
+)
+def test_settings_that_do_not_fit_are_named(
+    drop_tower: RobotModel, wrong: dict[str, object], setting: str
+) -> None:
+    with pytest.raises(DesignError) as caught:
+        design(drop_tower, replace(DesignSettings(), **wrong))  # type: ignore[arg-type]
+    assert caught.value.setting == setting
+    assert caught.value.next_step

@@ -1,0 +1,62 @@
+"""All sequences at once, from the edges of a box, against each sequence walked stroke by stroke."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.design.loops import Loops, best_sequence
+from tfsat_host.design.sequences import backwards, sequences
+from tfsat_host.dynamics import Multibody, path_rotation
+from tfsat_host.robot import RobotModel
+
+ALPHA_DEG = np.array([[58.75, 40.0, 0.0], [70.29, 90.0, 30.0], [0.0, 55.0, 81.0]])
+
+
+@pytest.mark.parametrize("start_deg", [(0.0, 0.0, 0.0), (5.0, -10.0, 20.0)])
+def test_every_sequence_is_walked_as_its_strokes_say(
+    drop_tower: RobotModel, start_deg: tuple[float, ...]
+) -> None:
+    body, start = Multibody.of(drop_tower), np.radians(start_deg)
+    alpha = np.radians(ALPHA_DEG)
+    rotations = Loops(body, (0, 1, 2), sequences(3), start_rad=start).rotations(alpha)
+    for s, sequence in enumerate(sequences(3)):
+        joints = [abs(stroke) - 1 for stroke in sequence]
+        deltas = (np.sign(sequence)[:, None] * alpha[joints]).T
+        walked = path_rotation(body, joints, deltas, start_rad=np.broadcast_to(start, (3, 3)))
+        between = Rotation.from_quat(rotations[:, s].T).inv() * Rotation.from_quat(walked)
+        assert np.degrees(between.magnitude()).max() < 1e-10
+
+
+def test_a_sequence_flown_backwards_gives_the_inverse_rotation(drop_tower: RobotModel) -> None:
+    loops = Loops(Multibody.of(drop_tower), (0, 1, 2), sequences(3))
+    rotations = loops.rotations(np.radians(ALPHA_DEG))
+    for s, sequence in enumerate(sequences(3)):
+        undone = sequences(3).index(backwards(sequence))
+        for k in range(ALPHA_DEG.shape[1]):
+            both = Rotation.from_quat(rotations[:, s, k]) * Rotation.from_quat(rotations[:, undone, k])
+            assert np.degrees(both.magnitude()) < 1e-10
+
+
+def test_some_joints_of_a_robot_in_another_order(drop_tower: RobotModel) -> None:
+    body = Multibody.of(drop_tower)
+    angles = Loops(body, (2, 0), sequences(2)).angles_rad(np.radians([[30.0], [60.0]]))
+    walked = path_rotation(body, [2, 0, 2, 0], np.radians([30.0, 60.0, -30.0, -60.0]))
+    assert sequences(2)[0] == (1, 2, -1, -2)
+    assert angles[0, 0] == pytest.approx(2 * np.arccos(abs(walked[3])), abs=1e-9)
+
+
+def test_the_best_sequence_is_chosen_for_every_candidate() -> None:
+    best, which = best_sequence(np.array([[1.0, 2.0], [3.0, 0.5]]))
+    assert best.tolist() == [3.0, 2.0]
+    assert which.tolist() == [1, 0]
+
+
+def test_the_quadrature_is_right_to_a_fifth_of_a_millidegree(drop_tower: RobotModel) -> None:
+    """Two steps of order 6 an edge against ten, on displacements up to the ends of the range."""
+    alpha = np.random.default_rng(7).uniform(0.0, np.pi / 2, (3, 200))
+    body = Multibody.of(drop_tower)
+    rough = Loops(body, (0, 1, 2), sequences(3)).rotations(alpha)
+    fine = Loops(body, (0, 1, 2), sequences(3), steps=10).rotations(alpha)
+    assert np.degrees(2.0 * np.abs(rough - fine).max()) < 2e-4

@@ -1,0 +1,76 @@
+"""The particle swarm: its schedules, its walls, its seeds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tfsat_host.design import Coefficient, SwarmSettings
+from tfsat_host.design.swarm import minimize
+from tfsat_host.dynamics.components import FloatArray
+
+LOW, HIGH = np.array([0.0, -2.0]), np.array([1.0, 3.0])
+
+
+def bowl(x: FloatArray) -> FloatArray:
+    return np.asarray((x[0] - 0.3) ** 2 + 4.0 * (x[1] - 1.1) ** 2)
+
+
+def test_the_coefficients_are_the_papers() -> None:
+    swarm = SwarmSettings()
+    assert (swarm.particles, swarm.iterations) == (48, 50)
+    for k in (0, 10, 50):
+        assert swarm.inertia.at(k / 50) == pytest.approx(0.9 - k / 100)
+        assert swarm.own_best.at(k / 50) == pytest.approx(3.5 - k / 50)
+        assert swarm.best_of_all.at(k / 50) == pytest.approx(0.5 + 3 * k / 50)
+
+
+def test_it_finds_the_bottom_of_a_bowl() -> None:
+    found = minimize(bowl, LOW, HIGH, SwarmSettings(), np.random.default_rng(3))
+    assert found.position == pytest.approx([0.3, 1.1], abs=0.02)
+    assert found.value == pytest.approx(float(bowl(found.position)))
+    assert found.evaluations == 48 * 51
+
+
+@settings(deadline=None, max_examples=30)
+@given(seed=st.integers(0, 2**32), particles=st.integers(1, 20), iterations=st.integers(1, 20))
+def test_no_particle_leaves_the_box_and_the_best_never_gets_worse(
+    seed: int, particles: int, iterations: int
+) -> None:
+    seen: list[FloatArray] = []
+
+    def watched(x: FloatArray) -> FloatArray:
+        seen.append(x.copy())
+        return -bowl(x)  # the best places are the box's corners
+
+    found = minimize(watched, LOW, HIGH, SwarmSettings(particles, iterations), np.random.default_rng(seed))
+    for x in seen:
+        assert x.shape == (2, particles)
+        assert (x >= LOW[:, None]).all()
+        assert (x <= HIGH[:, None]).all()
+    assert (np.diff(found.best_values) <= 0.0).all()
+    assert found.value == found.best_values[-1] == min(float(np.min(-bowl(x))) for x in seen)
+
+
+def test_the_same_seed_finds_the_same_place_and_another_seed_another() -> None:
+    first, again, other = (
+        minimize(bowl, LOW, HIGH, SwarmSettings(), np.random.default_rng(seed)) for seed in (5, 5, 6)
+    )
+    assert (first.position == again.position).all()
+    assert (first.position != other.position).any()
+
+
+def test_the_coefficients_can_be_set() -> None:
+    """Without memory and company a swarm only drifts: it does not settle."""
+    still = Coefficient(0.0, 0.0)
+    lonely = SwarmSettings(inertia=still, own_best=still, best_of_all=still)
+    found = minimize(bowl, LOW, HIGH, lonely, np.random.default_rng(3))
+    assert (found.best_values == found.best_values[0]).all()
+
+
+def test_progress_adds_up_to_the_whole() -> None:
+    shares: list[float] = []
+    minimize(bowl, LOW, HIGH, SwarmSettings(iterations=7), np.random.default_rng(1), shares.append)
+    assert sum(shares) == pytest.approx(1.0)
