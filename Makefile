@@ -54,7 +54,7 @@ fuzz: toolchain venv  ## look for inputs that break the link or the board, RUNS=
 # atheris has wheels for Linux alone, so it stays out of the lock.
 .PHONY: fuzz-decode
 fuzz-decode: RUNS := 1000000
-fuzz-decode: venv  ## look for damaged logs that the decoder gets wrong, RUNS=1000000 (an hour on two cores)
+fuzz-decode: venv  ## look for damaged logs that the decoder gets wrong, RUNS=1000000 (a quarter of an hour on two cores)
 	$(call say,fuzzing the decoder (RUNS=$(RUNS)))
 	@[ -e build/fuzz-decode/installed ] || { $(MAKE_VENV) build/fuzz-decode/venv && \
 	  build/fuzz-decode/venv/bin/pip install -qq atheris numpy fastcrc && touch build/fuzz-decode/installed; }
