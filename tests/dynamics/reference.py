@@ -65,6 +65,12 @@ def inertia_and_momentum(
     return inertia, momentum
 
 
+def rate_without_momentum(robot: Robot, angles: FloatArray, rates: FloatArray) -> FloatArray:
+    """Base rate (3,), base axes, that cancels the momentum of the joints' motion."""
+    inertia, joints = inertia_and_momentum(robot, angles, rates)
+    return np.asarray(-np.linalg.solve(inertia, joints), dtype=np.float64)
+
+
 def free_attitude(
     robot: Robot,
     history: Callable[[float], tuple[FloatArray, FloatArray]],

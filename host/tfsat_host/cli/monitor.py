@@ -15,6 +15,7 @@ from tfsat_host.cli.output import Output, error_as_dict
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +99,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Shows until it is interrupted, which is its normal end, or for as long as was asked."""
     from tfsat_host.robot import load_robot
 
-    sensors = load_robot(args.robot).angle_sensors
+    robot = load_robot(args.robot)
+    sensors = robot.angle_sensors
+    if len(sensors) != ANGLE_SENSOR_COUNT:
+        raise TfsatError(
+            what=f"{robot.path}: {robot.name} has {len(sensors)} angle sensors.",
+            meaning=f"The logger reads {ANGLE_SENSOR_COUNT}, so its angles cannot be shown; nothing was changed.",
+            next_step="Name the file of the robot that carries the logger, or leave --robot out.",
+        )
     with ExitStack() as stack:
         watched = _open(args, out, sensors, stack)
         stack.callback(watched.close)

@@ -52,10 +52,10 @@ def _read_text(file: Path) -> str:
 
 def _robot(file: Path, top: Entry) -> RobotModel:
     top.integer("format", (1,))
-    negated = bodies.products_are_negated(top)
     body, joint = top.tables("body"), top.tables("joint")
     if not body:
         top.fail("body", "there is no body", "Describe each body below its own line `[[body]]`.")
+    negated = bodies.products_are_negated(top)
     body_names = unique_names(body)
     joint_names = unique_names(joint)
     inner = frozen_indices([index_of(j, "inner", body_names, "body") for j in joint])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from tfsat_host.robot.errors import RobotFileError
@@ -16,7 +17,8 @@ def default_robot_path() -> Path:
 
 def shipped_robots() -> tuple[str, ...]:
     """Names of the robots that tfsat brings along, in alphabetical order."""
-    return tuple(sorted(path.stem for path in _shipped_folder().glob("*.toml")))
+    files = _shipped_folder().glob("*.toml")
+    return tuple(sorted(file.stem for file in files if _has_bodies(file)))
 
 
 def find_robot(name_or_path: str | Path | None = None) -> Path:
@@ -49,3 +51,8 @@ def _shipped_folder() -> Path:
     package = Path(__file__).resolve().parents[1]
     packaged = package / "data" / "robots"
     return packaged if packaged.is_dir() else package.parents[1] / "robots"
+
+
+def _has_bodies(file: Path) -> bool:
+    """Other data files lie beside the robots'; nothing but a robot's has bodies."""
+    return re.search(r"^\s*\[\[\s*body\s*\]\]", file.read_text(encoding="utf-8"), re.MULTILINE) is not None

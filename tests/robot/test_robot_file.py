@@ -19,13 +19,6 @@ origin_mm = [0.0, 0.0, 400.0]
 com_mm = [1.0, 2.0, 3.0]
 inertia_g_m2 = { xx = 0.1, xy = 0.0, xz = 0.0, yy = 0.1, yz = 0.0, zz = 0.1 }
 """
-FIFTH_JOINT = TEXT[TEXT.index('[[joint]]\nname = "joint 3"') : TEXT.index("# Gyroscopes")].replace(
-    '"joint 3"', '"joint 4"'
-)
-
-
-def fifth_joint(inner: str, outer: str) -> str:
-    return FIFTH_JOINT.replace('"body 4"', f'"{inner}"').replace('"body 3"', f'"{outer}"')
 
 
 def line_with(text: str, fragment: str) -> int:
@@ -70,22 +63,20 @@ def test_off_diagonals_as_tensor_entries_keep_their_sign(tmp_path: Path) -> None
     assert load_robot(file).inertia_kg_m2[0, 0, 1] == pytest.approx(-1e-5)
 
 
-def test_a_tree_of_five_bodies_and_a_single_body_are_robots(tmp_path: Path) -> None:
-    five = tmp_path / "five.toml"
-    five.write_text(TEXT + FIFTH_BODY + fifth_joint("body 2", "body 5"), encoding="utf-8")
-    robot = load_robot(str(five))
-    assert (robot.n_bodies, robot.n_joints) == (5, 4)
-    assert (robot.joint_inner[3], robot.joint_outer[3]) == (1, 4)
+def test_a_single_body_is_a_robot(tmp_path: Path) -> None:
     alone = tmp_path / "alone.toml"
     header = 'format = 1\nname = "one"\nbase = "body 5"\ninertia_off_diagonals = "tensor"\n'
     alone.write_text(header + FIFTH_BODY, encoding="utf-8")
-    assert load_robot(alone).joint_axis.shape == (0, 3)
+    robot = load_robot(str(alone))
+    assert robot.joint_axis.shape == (0, 3)
+    assert (robot.source, robot.uncertainty, robot.imus, robot.angle_sensors) == ("", None, (), ())
+    assert robot.shape_m[0].shape == (0, 3)
 
 
 MISTAKES = [
     ("mass_kg = 0.735", "mass_kg = 0  # lost", "mass_kg = 0  # lost", "not positive"),
     ("mass_kg = 0.735", "mass_kg = nan", "mass_kg = nan", "not a finite number"),
-    ("mass_kg = 0.735\n", "", "zz = 2.27 }\n\n[[body]]", "is missing"),
+    ("mass_kg = 0.735\n", "", "168]]]\n\n[[body]]", "is missing"),
     ("mass_kg = 0.735", "mass_kg = 0.735\nmas = 1", "mas = 1", "not known here"),
     ("xx = 1.72", "xx = -1.72", "inertia_g_m2 = { xx = -1.72", "not positive definite"),
     ("xx = 1.72", "xx = 17.2", "inertia_g_m2 = { xx = 17.2", "exceeds the sum"),
@@ -101,6 +92,16 @@ MISTAKES = [
     ('"products"\n', '"either"\n', 'inertia_off_diagonals = "either"', "is neither"),
     ("direction = 1\n", "direction = 2\n", "direction = 2", "not allowed"),
     ("address = 0x69", "address = 0x68", '"body 2"\nbus = 0\naddress = 0x68', "two sensors"),
+    ("[[[0, 0, -11], [101", "[[[0, 0, -11]], [[101", "boxes_mm = [[[0, 0, -11]]", "not a pair of corners"),
+    ("[[[0, 0, -11], [101", "[[[0, 0, 11, 1], [101", "boxes_mm = [[[0, 0, 11, 1]", "not a list of 3 numbers"),
+    ("[[[0, 0, -11], [101", "[[[0, 13, -11], [101", "boxes_mm = [[[0, 13, -11]", "has no volume"),
+    ("[[[0, 0, -11], [101", "[[[60, 0, -11], [101", "boxes_mm = [[[60, 0, -11]", "lies outside of the boxes"),
+    ("com_mm = 3.0", "com_mm = -3.0", "com_mm = -3.0", "-3 is negative"),
+    ("stroke_deg = 1.0", "stroke_deg = true", "stroke_deg = true", "not a finite number"),
+    ("stroke_relative = 0.07", "stroke_relative = 7", "stroke_relative = 7", "7 is above 0.2"),
+    ("stroke_relative = 0.07", "stroke = 0.07", "\nstroke = 0.07", "uncertainty, stroke: is not known here"),
+    ("[uncertainty]", "[uncertain]", "\n[uncertain]", "not known here"),
+    ('source = "', 'source = ""  # "', 'source = ""', "is not a text"),
 ]
 
 
@@ -122,8 +123,19 @@ def test_a_mistake_is_named_with_file_line_entry_and_cure(
 def test_a_body_that_nothing_connects_is_named(tmp_path: Path) -> None:
     file = tmp_path / "robot.toml"
     file.write_text(TEXT + FIFTH_BODY, encoding="utf-8")
-    with pytest.raises(RobotFileError, match="no joint connects 'body 5'"):
+    line = line_with(TEXT + FIFTH_BODY, 'name = "body 5"')
+    with pytest.raises(RobotFileError, match=f":{line}: body 5, name: no joint connects 'body 5'"):
         load_robot(file)
+
+
+@pytest.mark.parametrize("key", ["pulse_range_us", "reference", "pulse_us_per_deg"])
+def test_pulses_are_there_as_a_whole_or_not_at_all(tmp_path: Path, key: str) -> None:
+    file = tmp_path / "robot.toml"
+    line = next(line for line in TEXT.splitlines() if line.startswith(key))
+    file.write_text(TEXT.replace(line + "\n", "", 1), encoding="utf-8")
+    with pytest.raises(RobotFileError, match=f"joint.servo 1, {key}: is missing") as caught:
+        load_robot(file)
+    assert "leave out all three" in caught.value.next_step
 
 
 def test_a_servo_mistake_is_found_in_its_own_joint(tmp_path: Path) -> None:

@@ -1,0 +1,89 @@
+"""A joint's entries: axis, limits and servo."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tfsat_host.robot.entries import Entry, unit_vector
+from tfsat_host.robot.model import FloatArray, PulseMap, Servo
+
+_PULSE_KEYS = ("pulse_range_us", "reference", "pulse_us_per_deg")
+
+
+def axis(joint: Entry) -> FloatArray:
+    """The joint's axis (3,) as a unit vector. Raises RobotFileError if it has no direction."""
+    direction = joint.vector("axis")
+    if not np.linalg.norm(direction) > 0.0:
+        joint.fail("axis", "has no direction", "Give the axis a direction, e.g. [1, 0, 0].")
+    return unit_vector(direction)
+
+
+def limits_rad(joint: Entry) -> tuple[float, float]:
+    """Least and greatest angle. Raises RobotFileError if they are no range."""
+    low, high = joint.vector("limits_deg", 2)
+    if not low < high:
+        joint.fail("limits_deg", f"{low:g} is not below {high:g}", "Write the smaller angle first.")
+    return math.radians(low), math.radians(high)
+
+
+def servo(entry: Entry, limits: tuple[float, float]) -> Servo:
+    """The servo of a joint with these limits (rad).
+
+    Raises:
+        RobotFileError: it contradicts itself or the limits.
+    """
+    found = Servo(
+        average_rate_rad_s=math.radians(entry.positive("average_rate_deg_s")),
+        max_rate_rad_s=math.radians(entry.positive("max_rate_deg_s")),
+        acceleration_rad_s2=math.radians(entry.positive("acceleration_deg_s2")),
+        start_rad=math.radians(entry.number("start_deg")),
+        pulses=_pulses(entry),
+    )
+    entry.done()
+    low, high = limits
+    if found.average_rate_rad_s > found.max_rate_rad_s:
+        entry.fail("average_rate_deg_s", "is above max_rate_deg_s", "Give an average of at most the maximum.")
+    if not low <= found.start_rad <= high:
+        entry.fail("start_deg", "is outside the joint's limits", "Choose a start pose inside limits_deg.")
+    if found.pulses is not None:
+        _check_reach(entry, found.pulses, limits)
+    return found
+
+
+def _pulses(entry: Entry) -> PulseMap | None:
+    missing = [key for key in _PULSE_KEYS if not entry.has(key)]
+    if len(missing) == len(_PULSE_KEYS):
+        return None
+    if missing:
+        cure = f"Add {' and '.join(missing)}, or leave out all three: {', '.join(_PULSE_KEYS)}."
+        entry.fail(missing[0], "is missing beside the others that say what pulses do", cure)
+    low_us, high_us = entry.vector("pulse_range_us", 2)
+    if not 0.0 < low_us < high_us:
+        entry.fail("pulse_range_us", "is not a range above zero", "Write the shorter pulse first, in us.")
+    slope = entry.number("pulse_us_per_deg")
+    if slope == 0.0:
+        entry.fail(
+            "pulse_us_per_deg", "is zero", "Give the change of pulse width per degree; the sign is free."
+        )
+    reference = entry.table("reference")
+    pulses = PulseMap(
+        range_us=(float(low_us), float(high_us)),
+        reference_pulse_us=reference.positive("pulse_us"),
+        reference_angle_rad=math.radians(reference.number("angle_deg")),
+        pulse_us_per_rad=math.degrees(slope),
+    )
+    reference.done()
+    return pulses
+
+
+def _check_reach(entry: Entry, pulses: PulseMap, limits: tuple[float, float]) -> None:
+    for angle in limits:
+        pulse = pulses.pulse_us(angle)
+        if not pulses.range_us[0] - 1e-6 <= pulse <= pulses.range_us[1] + 1e-6:
+            entry.fail(
+                "pulse_range_us",
+                f"the joint's limit {math.degrees(angle):g} deg would take a pulse of {pulse:.1f} us",
+                "Correct reference, pulse_us_per_deg or the joint's limits_deg.",
+            )
