@@ -70,6 +70,24 @@ def test_the_coefficients_can_be_set() -> None:
     assert (found.best_values == found.best_values[0]).all()
 
 
+def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None:
+    seen: list[FloatArray] = []
+
+    def watched(x: FloatArray) -> FloatArray:
+        seen.append(x.copy())
+        return bowl(x)
+
+    none, half = Coefficient(0.0, 0.0), Coefficient(0.5, 0.5)
+    led = SwarmSettings(9, 1, inertia=none, own_best=none, best_of_all=half)
+    minimize(watched, LOW, HIGH, led, np.random.default_rng(8))
+    start, end = seen
+    leader = start[:, np.argmin(bowl(start)), None]
+    # r2 is drawn between 0 and 1: they go between none and half of the way.
+    assert (np.abs(end - leader) <= np.abs(start - leader)).all()
+    assert (np.abs(end - leader) >= 0.5 * np.abs(start - leader) - 1e-12).all()
+    assert (end != start).any(axis=0).sum() == 8  # all but the leader moved
+
+
 def test_progress_adds_up_to_the_whole() -> None:
     shares: list[float] = []
     minimize(bowl, LOW, HIGH, SwarmSettings(iterations=7), np.random.default_rng(1), shares.append)

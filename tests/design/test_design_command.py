@@ -1,0 +1,90 @@
+"""`tfsat-host design` as a user has it: a maneuver file that the next command takes."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from tests.cli.process import RunCli
+
+
+def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:
+    designed = tfsat_host.json("design")
+    assert designed["sequence"] == [1, 2, -1, -2]
+    assert designed["alpha_deg"] == pytest.approx([59.40, 68.10, 0.0], abs=0.01)
+    assert designed["reorientation_deg"] == pytest.approx(25.677, abs=0.001)
+    assert designed["duration_s"] == pytest.approx(1.5)
+    assert all(check["passed"] for check in designed["checks"])
+    shown = tfsat_host.json("upload-sequence", "--file", "maneuver.toml", "--dry-run")
+    assert shown["schedule"] == designed["schedule"]
+    assert shown["end_s"] == designed["end_s"]
+
+
+def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
+    results = [tfsat_host.json("design", "--swarm", "--seed", 7, "--out", f"{n}.toml") for n in (1, 2)]
+    first, second = ((tfsat_host.folder / f"{n}.toml").read_bytes() for n in (1, 2))
+    assert first == second
+    assert results[0]["swarm"] == results[1]["swarm"]
+    assert results[0]["reorientation_deg"] == results[0]["swarm"]["reorientation_deg"]
+    assert results[0]["swarm_behind_optimum_deg"] > 0.0
+
+
+def test_a_person_reads_both_results_and_what_to_type_next(tfsat_host: RunCli) -> None:
+    done = tfsat_host("design", "--joints", "2, 1", "--time-limit", "1.518", "--out", "mine.toml")
+    assert "+2 +1 -2 -1" in done.stdout or "+1 +2 -1 -2" in done.stdout
+    assert "26.123" in done.stdout
+    assert "tfsat-host upload-sequence --file mine.toml" in done.stdout
+    assert "all 11 checks passed" in done.stdout
+
+
+def test_everything_can_be_set(tfsat_host: RunCli) -> None:
+    settings = ("--particles", 5, "--iterations", 3, "--inertia", "0.5,0.5", "--own-best", "1,1")
+    more = ("--best-of-all", "2,2", "--penalty", "1e3", "--limit", "50,60", "--speed", 100, "--alternating")
+    found = tfsat_host.json("design", "--joints", "1,2", *settings, *more)
+    assert len(found["swarm"]["best_reorientation_deg"]) == 4
+    assert found["swarm"]["evaluations"] == 5 * 4
+    assert found["optimum"]["alpha_deg"][0] <= 50.0
+    assert sum(found["optimum"]["alpha_deg"]) == pytest.approx(75.0)
+    assert tomllib.loads((tfsat_host.folder / "maneuver.toml").read_text())["speed_deg_s"] == 100.0
+
+
+def test_a_robot_in_orbit_is_designed_for_and_the_sequencers_refusal_is_said(tfsat_host: RunCli) -> None:
+    done = tfsat_host("design", "--robot", "cubesat_3u", "--time-limit", 12)
+    assert "39.408" in done.stdout
+    assert "sequencer would refuse" in done.stderr
+    assert "simulate --file maneuver.toml" in done.stdout
+
+
+def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
+    file = tfsat_host.folder / "maneuver.toml"
+    file.write_text("mine")
+    done = tfsat_host("design", expect=1)
+    assert "was not made by this command" in done.stderr
+    assert file.read_text() == "mine"
+    tfsat_host("design", "--force")
+    tfsat_host("design")  # over its own
+    assert file.read_text() != "mine"
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("--joints", "1"), "two or more"),
+        (("--joints", "0,1"), "no joints"),
+        (("--joints", "1,4"), "joints 1 to 3"),
+        (("--limit", "90,90"), "3 joints move, and 2 limits"),
+        (("--limit", "90,90,95"), "95 deg"),
+        (("--time-limit", "0"), "time limit is 0"),
+        (("--speed", "nan"), "speed is nan"),
+        (("--particles", "0"), "write a whole number"),
+        (("--inertia", "0.9"), "two numbers"),
+        (("--figure", "x.png"), "without --grid"),
+        (("--robot", "sputnik"), "sputnik"),
+    ],
+)
+def test_what_cannot_be_designed_is_said(tfsat_host: RunCli, args: tuple[str, ...], words: str) -> None:
+    expected = 1 if "--robot" in args else 2
+    done = tfsat_host("design", *args, expect=expected)
+    assert words in done.stderr
+    assert not (tfsat_host.folder / "maneuver.toml").exists()
