@@ -65,6 +65,11 @@ bench-decode: decoders  ## measure the decoder beside pyulog, mcap, pymavlink's 
 	$(call say,decoders on the same samples)
 	@PYTHONPATH=host:. build/bench-decode/venv/bin/python -m tests.decode_bench
 
+.PHONY: bench-design
+bench-design: venv  ## measure the maneuver design beside the same swarm by MuJoCo rollouts, and the grids
+	$(call say,the maneuver design on one core)
+	@$(BIN)/python -m tests.design_bench
+
 .PHONY: decode-report
 decode-report: compiler venv decoders  ## measure the decoder (minutes), decode four drops and write docs/decode-report.md
 	$(call say,what the decoder was measured to do)
