@@ -70,6 +70,11 @@ bench-design: venv  ## measure the maneuver design beside the same swarm by MuJo
 	$(call say,the maneuver design on one core)
 	@$(BIN)/python -m tests.design_bench
 
+.PHONY: paper-numbers
+paper-numbers: venv  ## compute the paper's numbers (half a minute) and write docs/paper-numbers.md
+	$(call say,the paper's numbers and ours)
+	@$(BIN)/python -m tests.paper_numbers
+
 .PHONY: decode-report
 decode-report: compiler venv decoders  ## measure the decoder (minutes), decode four drops and write docs/decode-report.md
 	$(call say,what the decoder was measured to do)

@@ -1,0 +1,70 @@
+"""A number of the paper beside ours, and the page of all of them."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+
+HEAD = """\
+# The paper's numbers, and ours
+
+Written by `make paper-numbers`; do not edit. The paper is Kubo et al., *Model Evaluation of a Transformable CubeSat for
+Nonholonomic Attitude Reorientation Using a Drop Tower* (preprint doi:10.48550/arXiv.2501.17173). Ours are computed from
+[robots/drop_tower.toml](../robots/drop_tower.toml), [robots/cubesat_3u.toml](../robots/cubesat_3u.toml) and
+[robots/cosmotorre.toml](../robots/cosmotorre.toml). A difference is ours less the paper's. *Same* means:
+equal in every digit that the paper prints. *Given* means that the paper's own inputs do not determine the number: it is
+only used.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One number.
+
+    Attributes:
+        what: What it is, and where in the paper.
+        paper: As printed.
+        ours: With one digit more where that says something.
+        verdict: "same", a difference, or "given".
+        why: Where it is not the same, why; how it was computed, where that is not plain.
+    """
+
+    what: str
+    paper: str
+    ours: str
+    verdict: str
+    why: str = ""
+
+
+def row(
+    what: str, paper: str, ours: float, *, unit: str = "", why: str = "", digits: int | None = None
+) -> Row:
+    """A row for one printed number: compared in the digits that the paper prints, shown with one more."""
+    printed = len(paper.partition(".")[2]) if digits is None else digits
+    same = f"{ours:.{printed}f}" == paper
+    verdict = "same" if same else f"{ours - float(paper):+.{printed + 1}f}"
+    space = f" {unit}" if unit else ""
+    return Row(what, f"{paper}{space}", f"{ours:.{printed + 1}f}{space}", verdict, why)
+
+
+def section(title: str, text: str, rows: list[Row]) -> str:
+    """A heading, a few sentences, the table, and below it why each number differs."""
+    lines = [
+        f"## {title}",
+        "",
+        *textwrap.wrap(text, 118),
+        "",
+        "| number | paper | ours | difference | |",
+        "|---|---|---|---|---|",
+    ]
+    notes: list[str] = []
+    for one in rows:
+        mark = ""
+        if one.why:
+            notes.append(one.why)
+            mark = f"({len(notes)})"
+        lines.append(f"| {one.what} | {one.paper} | {one.ours} | {one.verdict} | {mark} |")
+    lines.append("")
+    for number, note in enumerate(notes, start=1):
+        lines += [*textwrap.wrap(f"({number}) {note}", 118), ""]
+    return "\n".join(lines)
