@@ -1,7 +1,6 @@
 """The checks that a maneuver must pass before anything is sent: strokes, joint angles, times.
 
-The board repeats them on what it received; here they name the cure. Limits come from the protocol
-specification, the same numbers that the board holds.
+The board repeats them on what it received; here they name the cure.
 """
 
 from __future__ import annotations
@@ -12,18 +11,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from tfsat_host.maneuver.errors import Defect, ManeuverError, shortened
+from tfsat_host.maneuver.limits import Limits
 from tfsat_host.maneuver.maneuver import Maneuver
-from tfsat_host.protocol.limits import (
-    FALL_US,
-    JOINT_ANGLE_MAX_CDEG,
-    JOINT_ANGLE_MIN_CDEG,
-    JOINT_COUNT,
-    MAX_STROKES,
-    PAUSE_MIN_US,
-    SPEED_MAX_CDEG_S,
-    SPEED_MIN_CDEG_S,
-)
-from tfsat_host.units import CDEG_PER_DEG, US_PER_S, cdeg_from_deg, exact
+from tfsat_host.units import CDEG_PER_DEG, US_PER_S, cdeg_from_deg, deg_from_cdeg, exact
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +26,7 @@ class CheckedStrokes:
     notices: tuple[str, ...]
 
 
-def check_strokes(maneuver: Maneuver) -> CheckedStrokes:
+def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
     """Each stroke and the speed on their own.
 
     Raises:
@@ -44,27 +34,28 @@ def check_strokes(maneuver: Maneuver) -> CheckedStrokes:
             speed-range.
     """
     count = len(maneuver.strokes)
-    if count == 0:
+    if count < limits.strokes_min:
         raise ManeuverError(
             Defect.NO_STROKES,
             what="The maneuver has no strokes.",
             next_step="Give at least one stroke, such as joint = 1, angle_deg = 59.",
         )
-    if count > MAX_STROKES:
+    if limits.strokes_max is not None and count > limits.strokes_max:
         raise ManeuverError(
             Defect.TOO_MANY_STROKES,
-            what=f"The maneuver has {count} strokes; the sequencer holds {MAX_STROKES}.",
-            next_step=f"Shorten the maneuver to {MAX_STROKES} strokes.",
+            what=f"The maneuver has {count} strokes; the sequencer holds {limits.strokes_max}.",
+            next_step=f"Shorten the maneuver to {limits.strokes_max} strokes.",
         )
     notices: list[str] = []
-    speed_cdeg_s = _speed_cdeg_s(maneuver.speed_deg_s, notices)
+    speed_cdeg_s = _speed_cdeg_s(maneuver.speed_deg_s, limits, notices)
     for number, stroke in enumerate(maneuver.strokes, 1):
-        if not 1 <= stroke.joint <= JOINT_COUNT:
+        if not 1 <= stroke.joint <= limits.joint_count:
             joint = shortened(str(stroke.joint))
+            known = f"joints 1 to {limits.joint_count}" if limits.joint_count else "no joints"
             raise ManeuverError(
                 Defect.UNKNOWN_JOINT,
-                what=f"Stroke {number} moves joint {joint}; the robot has joints 1 to {JOINT_COUNT}.",
-                next_step="Correct the joint's number; joint i joins body i and body i+1.",
+                what=f"Stroke {number} moves joint {joint}; the robot has {known}.",
+                next_step=f"Correct the joint's number; {limits.numbering}.",
                 stroke=number,
             )
     angles = tuple(_angle_cdeg(n, s.angle_deg, notices) for n, s in enumerate(maneuver.strokes, 1))
@@ -72,8 +63,8 @@ def check_strokes(maneuver: Maneuver) -> CheckedStrokes:
     return CheckedStrokes(joints, angles, speed_cdeg_s, tuple(notices))
 
 
-def _speed_cdeg_s(speed_deg_s: float, notices: list[str]) -> int:
-    speed_min, speed_max = SPEED_MIN_CDEG_S / CDEG_PER_DEG, SPEED_MAX_CDEG_S / CDEG_PER_DEG
+def _speed_cdeg_s(speed_deg_s: float, limits: Limits, notices: list[str]) -> int:
+    speed_min, speed_max = map(deg_from_cdeg, limits.speed_range_cdeg_s)
     if not math.isfinite(speed_deg_s) or not speed_min <= speed_deg_s <= speed_max:
         raise ManeuverError(
             Defect.SPEED_RANGE,
@@ -112,45 +103,53 @@ def _angle_cdeg(number: int, angle_deg: float, notices: list[str]) -> int:
     return angle_cdeg
 
 
-def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int]) -> list[str]:
-    """Follows each joint from the folded pose (0 deg); notes joints that do not come back to it.
+def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int], limits: Limits) -> list[str]:
+    """Follows each joint from the start pose; notes joints that do not come back to it.
 
     Raises:
         ManeuverError: joint-range.
     """
-    pose_cdeg = dict.fromkeys(range(1, JOINT_COUNT + 1), 0)
+    pose_cdeg = list(limits.start_cdeg)
     for number, (joint, angle_cdeg) in enumerate(zip(joints, angles_cdeg, strict=True), 1):
-        pose_cdeg[joint] += angle_cdeg
-        if not JOINT_ANGLE_MIN_CDEG <= pose_cdeg[joint] <= JOINT_ANGLE_MAX_CDEG:
-            low, high = JOINT_ANGLE_MIN_CDEG / CDEG_PER_DEG, JOINT_ANGLE_MAX_CDEG / CDEG_PER_DEG
+        pose_cdeg[joint - 1] += angle_cdeg
+        low_cdeg, high_cdeg = limits.joint_ranges_cdeg[joint - 1]
+        if not low_cdeg <= pose_cdeg[joint - 1] <= high_cdeg:
+            low, high = deg_from_cdeg(low_cdeg), deg_from_cdeg(high_cdeg)
             raise ManeuverError(
                 Defect.JOINT_RANGE,
                 what=f"Stroke {number} would take joint {joint} to "
-                f"{_deg(pose_cdeg[joint])} deg; it moves from {low:g} to {high:g} deg.",
+                f"{_deg(pose_cdeg[joint - 1])} deg; it moves from {low:g} to {high:g} deg.",
                 meaning="The body would hit the frame. Nothing was sent to the robot.",
-                next_step="Choose smaller angles: every maneuver starts with all joints at 0 deg.",
+                next_step=f"Choose smaller angles: {_start_words(limits, joint)}.",
                 stroke=number,
             )
     return [
-        f"Joint {joint} ends at {angle / CDEG_PER_DEG:.2f} deg, not at 0: the maneuver is not a closed loop."
-        for joint, angle in pose_cdeg.items()
-        if angle != 0
+        f"Joint {joint} ends at {end / CDEG_PER_DEG:.2f} deg, not at {deg_from_cdeg(start):g}: "
+        "the maneuver is not a closed loop."
+        for joint, (start, end) in enumerate(zip(limits.start_cdeg, pose_cdeg, strict=True), 1)
+        if end != start
     ]
 
 
-def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction]) -> None:
-    """The strokes against the pause, against one another, and against the end of the fall.
+def _start_words(limits: Limits, joint: int) -> str:
+    if not any(limits.start_cdeg):
+        return "every maneuver starts with all joints at 0 deg"
+    return f"a maneuver of this robot starts with joint {joint} at {deg_from_cdeg(limits.start_cdeg[joint - 1]):g} deg"
+
+
+def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: Limits) -> None:
+    """The strokes, of which there is one at least, against the pause, one another and the end of the fall.
 
     Raises:
         ManeuverError: before-pause, overlap, outlasts-fall.
     """
-    if starts_us[0] < PAUSE_MIN_US:
+    if starts_us[0] < limits.pause_min_us:
         raise ManeuverError(
             Defect.BEFORE_PAUSE,
             what=f"The first stroke starts {_s(starts_us[0])} s after release; "
-            f"it must not start before {_s(PAUSE_MIN_US)} s.",
+            f"it must not start before {_s(limits.pause_min_us)} s.",
             meaning="The robot would strike the release mechanism. Nothing was sent to the robot.",
-            next_step=f"Start at {_s(PAUSE_MIN_US)} s or later.",
+            next_step=f"Start at {_s(limits.pause_min_us)} s or later.",
             stroke=1,
         )
     for number in range(2, len(starts_us) + 1):
@@ -164,11 +163,11 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction]) -> None:
                 next_step="Move the strokes apart, or leave out every t_s: the schedule rule then sets them.",
                 stroke=number,
             )
-    if ends_us[-1] > FALL_US:
+    if limits.end_max_us is not None and ends_us[-1] > limits.end_max_us:
         raise ManeuverError(
             Defect.OUTLASTS_FALL,
             what=f"The maneuver would end {_s(ends_us[-1])} s after release; "
-            f"the fall ends at {_s(FALL_US)} s.",
+            f"the fall ends at {_s(limits.end_max_us)} s.",
             meaning="The robot would land while it still moves. Nothing was sent to the robot.",
             next_step="Use smaller angles, fewer strokes or a higher speed.",
             stroke=len(starts_us),

@@ -13,10 +13,11 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tfsat_host.maneuver.checks import check_joint_angles, check_strokes, check_timing
+from tfsat_host.maneuver.checks import CheckedStrokes, check_joint_angles, check_strokes, check_timing
 from tfsat_host.maneuver.errors import Defect, ManeuverError
+from tfsat_host.maneuver.limits import SEQUENCER, Limits
 from tfsat_host.maneuver.maneuver import Maneuver
-from tfsat_host.protocol.limits import PAUSE_MIN_US, SCHEDULE_GRID_US
+from tfsat_host.protocol.limits import SCHEDULE_GRID_US
 from tfsat_host.units import US_PER_S, deg_from_cdeg, exact, round_up, s_from_us
 
 
@@ -54,7 +55,7 @@ class Schedule:
     Attributes:
         strokes: In the order of their times.
         speed_cdeg_s: Average joint speed, 0.01 deg/s.
-        end_us: When the last stroke ends, rounded up to a microsecond.
+        end_us: When the last stroke ends, rounded up to a microsecond; 0 without strokes.
         notices: What was rounded or looks unintended; one sentence each, to be shown to a person.
     """
 
@@ -78,8 +79,10 @@ class Schedule:
         return [{"t_s": s.t_s, "joint": s.joint, "angle_deg": s.angle_deg} for s in self.strokes]
 
 
-def schedule_maneuver(maneuver: Maneuver) -> Schedule:
+def schedule_maneuver(maneuver: Maneuver, limits: Limits = SEQUENCER) -> Schedule:
     """Checks the maneuver whole and gives each stroke its time.
+
+    With other limits than the sequencer's the schedule is for a study: it may not be fit for an upload.
 
     Angles are rounded to 0.01 deg and times up to 10 ms; each rounding that changes something is a
     notice of the schedule.
@@ -87,15 +90,17 @@ def schedule_maneuver(maneuver: Maneuver) -> Schedule:
     Raises:
         ManeuverError: the maneuver cannot be flown; `code` names the defect.
     """
-    checked = check_strokes(maneuver)
+    checked = check_strokes(maneuver, limits)
     notices = list(checked.notices)
-    notices += check_joint_angles(checked.joints, checked.angles_cdeg)
-    starts_us = _starts_us(maneuver, checked.angles_cdeg, checked.speed_cdeg_s, notices)
+    notices += check_joint_angles(checked.joints, checked.angles_cdeg, limits)
+    if not maneuver.strokes:
+        return Schedule((), checked.speed_cdeg_s, 0, tuple(notices))
+    starts_us = _starts_us(maneuver, checked, limits, notices)
     ends_us = [
         t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s)
         for t_us, angle_cdeg in zip(starts_us, checked.angles_cdeg, strict=True)
     ]
-    check_timing(starts_us, ends_us)
+    check_timing(starts_us, ends_us, limits)
     strokes = tuple(
         TimedStroke(t_us, joint, angle_cdeg, math.ceil(end_us))
         for t_us, joint, angle_cdeg, end_us in zip(
@@ -109,17 +114,15 @@ def _duration_us(angle_cdeg: int, speed_cdeg_s: int) -> Fraction:
     return Fraction(abs(angle_cdeg) * US_PER_S, speed_cdeg_s)
 
 
-def _starts_us(
-    maneuver: Maneuver, angles_cdeg: tuple[int, ...], speed_cdeg_s: int, notices: list[str]
-) -> list[int]:
+def _starts_us(maneuver: Maneuver, checked: CheckedStrokes, limits: Limits, notices: list[str]) -> list[int]:
     """Start times on the 10 ms grid: those that were given, or those of the rule."""
     given = [stroke.t_s for stroke in maneuver.strokes if stroke.t_s is not None]
     if not given:
-        t_us = _on_grid(maneuver.pause_s, "The pause", None, notices)
+        t_us = _on_grid(maneuver.pause_s, "The pause", None, limits, notices)
         starts_us = []
-        for angle_cdeg in angles_cdeg:
+        for angle_cdeg in checked.angles_cdeg:
             starts_us.append(t_us)
-            t_us = round_up(t_us + _duration_us(angle_cdeg, speed_cdeg_s), SCHEDULE_GRID_US)
+            t_us = round_up(t_us + _duration_us(angle_cdeg, checked.speed_cdeg_s), SCHEDULE_GRID_US)
         return starts_us
     if len(given) != len(maneuver.strokes):
         number = next(n for n, stroke in enumerate(maneuver.strokes, 1) if stroke.t_s is None)
@@ -129,16 +132,16 @@ def _starts_us(
             next_step="Give t_s for every stroke, or for none: then the schedule rule sets all times.",
             stroke=number,
         )
-    return [_on_grid(t_s, f"The time of stroke {n}", n, notices) for n, t_s in enumerate(given, 1)]
+    return [_on_grid(t_s, f"The time of stroke {n}", n, limits, notices) for n, t_s in enumerate(given, 1)]
 
 
-def _on_grid(t_s: float, subject: str, number: int | None, notices: list[str]) -> int:
+def _on_grid(t_s: float, subject: str, number: int | None, limits: Limits, notices: list[str]) -> int:
     """Microseconds, rounded up to the grid with a notice."""
     if not math.isfinite(t_s):
         raise ManeuverError(
             Defect.TIME_NOT_FINITE,
             what=f"{subject} is {t_s}, which is not a time.",
-            next_step=f"Give seconds after release, at least {PAUSE_MIN_US / US_PER_S:.2f}.",
+            next_step=f"Give seconds after release, at least {limits.pause_min_us / US_PER_S:.2f}.",
             stroke=number,
         )
     asked_us = exact(t_s) * US_PER_S

@@ -1,0 +1,84 @@
+"""The maneuver that a command is told: two angles, or a file."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from tfsat_host.cli.options import accept_negative_numbers, file_name, number
+from tfsat_host.errors import UsageError
+
+if TYPE_CHECKING:
+    from tfsat_host.maneuver import Limits, Maneuver, Schedule
+
+WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
+
+
+def add_maneuver_arguments(
+    parser: argparse.ArgumentParser, *, default_speed: str = "170"
+) -> argparse._ArgumentGroup:
+    """`A B`, `--file` and `--speed`; gives the group, for what else a command wants to know of the maneuver."""
+    accept_negative_numbers(parser)
+    group = parser.add_argument_group("maneuver")
+    group.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg, to 0.01")
+    group.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg, to 0.01")
+    group.add_argument(
+        "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
+    )
+    group.add_argument(
+        "--speed",
+        metavar="DEG_S",
+        type=number,
+        help=f"average joint speed of A B, deg/s (default {default_speed})",
+    )
+    return group
+
+
+def maneuver_from(args: argparse.Namespace, *, default_speed_deg_s: float | None = None) -> Maneuver:
+    """The maneuver that the arguments name: a file or two angles, never both.
+
+    Args:
+        args: Of a parser with `add_maneuver_arguments`.
+        default_speed_deg_s: Of A B without `--speed`; that of the drop experiment if None.
+
+    Raises:
+        UsageError: both, or neither.
+        ManeuverError: the file cannot be understood.
+    """
+    from tfsat_host.maneuver import four_stroke, read_maneuver
+    from tfsat_host.maneuver.maneuver import DEFAULT_SPEED_DEG_S
+
+    if args.file is not None:
+        if args.a_deg is not None or args.speed is not None:
+            raise UsageError(
+                what="--file was given together with angles or --speed: the file says both.",
+                meaning="Nothing was done.",
+                next_step=f"tfsat-host {args.command} --file {args.file}",
+            )
+        return read_maneuver(args.file)
+    if args.a_deg is None or args.b_deg is None:
+        raise UsageError(
+            what="Two angles are needed: A of joint 1 and B of joint 2.",
+            meaning="Nothing was done.",
+            next_step=f"tfsat-host {args.command} 59 70   or   tfsat-host {args.command} --file maneuver.toml",
+        )
+    speeds = (args.speed, default_speed_deg_s, DEFAULT_SPEED_DEG_S)
+    return four_stroke(
+        args.a_deg, args.b_deg, speed_deg_s=next(speed for speed in speeds if speed is not None)
+    )
+
+
+def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits | None = None) -> Schedule:
+    """The checked schedule, by the sequencer's limits if None; an error of a maneuver from a file names the file.
+
+    Raises:
+        ManeuverError: the maneuver cannot be flown.
+    """
+    from tfsat_host.maneuver import SEQUENCER, ManeuverError, schedule_maneuver
+
+    try:
+        return schedule_maneuver(maneuver, limits or SEQUENCER)
+    except ManeuverError as error:
+        if args.file is None:
+            raise
+        raise error.in_file(str(args.file)) from error

@@ -1,0 +1,86 @@
+"""A flight as a table: CSV in degrees for people and spreadsheets, NPZ in SI units for programs."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.dynamics.body_motion import body_attitudes, body_rates_rad_s
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.dynamics.propagate import Flight
+
+_FIRST_COLUMNS = (
+    "t_s",
+    *(f"base_quaternion_{c}" for c in "xyzw"),
+    *(f"momentum_{c}_kg_m2_s" for c in "xyz"),
+    "kinetic_energy_j",
+)
+_FIRST_FORMATS = ("%.9f", *("%.12f",) * 4, *("%.9e",) * 4)
+
+CSV_MARKER = ",".join(_FIRST_COLUMNS).encode()
+"""How the header begins, whatever the robot."""
+NPZ_MARKER = b"made by tfsat-host simulate"
+"""The archive's comment."""
+
+
+def write_flight_csv(flight: Flight, path: Path) -> None:
+    """One row an instant: the columns are explained in docs/simulate.md."""
+    joints = range(1, flight.body.n_joints + 1)
+    bodies = range(1, flight.body.n_bodies + 1)
+    names = [
+        *_FIRST_COLUMNS,
+        *(f"theta{j}_deg" for j in joints),
+        *(f"theta{j}_rate_deg_s" for j in joints),
+        *(f"body{b}_euler_{c}_deg" for b in bodies for c in "zyx"),
+        *(f"body{b}_rate_{c}_deg_s" for b in bodies for c in "xyz"),
+    ]
+    first = [
+        flight.t_s[:, None],
+        flight.quaternion_xyzw,
+        flight.momentum(),
+        flight.kinetic_energy_j()[:, None],
+    ]
+    degrees = [
+        flight.angles_rad,
+        flight.angle_rates_rad_s,
+        _rows(euler_zyx_rad(body_attitudes(flight))),
+        _rows(body_rates_rad_s(flight)),
+    ]
+    table = np.hstack([*first, np.round(np.rad2deg(np.hstack(degrees)), 9)]) + 0.0  # no minus zeros
+    formats = [*_FIRST_FORMATS, *["%.9f"] * (len(names) - len(_FIRST_FORMATS))]
+    np.savetxt(path, table, fmt=formats, delimiter=",", header=",".join(names), comments="", newline="\r\n")
+
+
+def write_flight_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) -> None:
+    """What `numpy.load` reads; `json.loads(str(file["metadata"]))` gives the metadata."""
+    attitudes = body_attitudes(flight)
+    m, n = attitudes.shape[:2]
+    arrays = {
+        "t_s": flight.t_s,
+        "base_quaternion_xyzw": flight.quaternion_xyzw,
+        "momentum_kg_m2_s": flight.momentum(),
+        "kinetic_energy_j": flight.kinetic_energy_j(),
+        "theta_rad": flight.angles_rad,
+        "theta_rate_rad_s": flight.angle_rates_rad_s,
+        "body_quaternion_xyzw": Rotation.from_matrix(attitudes.reshape(-1, 3, 3)).as_quat().reshape(m, n, 4),
+        "body_euler_zyx_rad": euler_zyx_rad(attitudes),
+        "body_rate_rad_s": body_rates_rad_s(flight),
+        "metadata": np.array(json.dumps(metadata)),
+    }
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w") as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+        archive.comment = NPZ_MARKER
+
+
+def _rows(values: FloatArray) -> FloatArray:
+    """(m, n, 3) as (m, 3 n)."""
+    return values.reshape(len(values), -1)

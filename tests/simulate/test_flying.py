@@ -1,0 +1,196 @@
+"""Maneuvers and free rotation in Python: two ways to the same attitude, and what must be conserved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.simulate.maneuvers import maneuver
+from tfsat_host.dynamics import JointHistory, sampled
+from tfsat_host.dynamics.body_motion import body_attitudes, body_rates_rad_s
+from tfsat_host.dynamics.flying import Simulation, fly_history, fly_schedule, held, robot_limits
+from tfsat_host.maneuver import Defect, ManeuverError, four_stroke, schedule_maneuver
+from tfsat_host.robot import RobotModel, load_robot
+
+THERE = ((1, 58.75), (2, 70.29), (1, -58.75), (2, -70.29))
+BACK = tuple((joint, -angle_deg) for joint, angle_deg in reversed(THERE))
+STRAY = ((4, 50.0), (1, -35.0), (3, 80.0), (4, -85.0), (2, 20.0))
+RATE_RAD_S = np.radians([20.0, -35.0, 50.0])
+
+
+def five_bodies(folder: Path) -> RobotModel:
+    return load_robot(write_robot_file(random_tree(np.random.default_rng(5), 5), folder / "five.toml"))
+
+
+def fly(
+    robot: RobotModel,
+    *strokes: tuple[int, float],
+    until_s: float = 6.0,
+    base: int | None = None,
+    rate_rad_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None = None,
+) -> Simulation:
+    schedule = schedule_maneuver(maneuver(*strokes), robot_limits(robot))
+    return fly_schedule(robot, schedule, until_s=until_s, base=base, initial_rate_rad_s=rate_rad_s)
+
+
+def final(simulation: Simulation) -> Rotation:
+    return Rotation.from_quat(simulation.quaternion_xyzw)
+
+
+def apart_deg(a: Rotation, b: Rotation) -> float:
+    return float(np.degrees((a.inv() * b).magnitude()))
+
+
+def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
+    simulation = fly(load_robot(), *THERE)
+    assert np.degrees(final(simulation).as_rotvec()) == pytest.approx([0.0, 0.0, -26.11], abs=0.6)
+    assert np.degrees(final(simulation).magnitude()) == pytest.approx(26.11, abs=0.005)
+    assert simulation.is_closed
+    for rotation in simulation.rotations():
+        assert apart_deg(Rotation.from_matrix(rotation), final(simulation)) < 1e-6
+
+
+def test_the_reversed_maneuver_gives_the_inverse_rotation() -> None:
+    robot = load_robot()
+    assert apart_deg(final(fly(robot, *BACK)), final(fly(robot, *THERE)).inv()) < 1e-9
+    assert np.degrees(final(fly(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
+
+
+@pytest.mark.parametrize("base", range(5))
+def test_the_path_alone_and_the_propagation_in_time_agree(tmp_path: Path, base: int) -> None:
+    simulation = fly(five_bodies(tmp_path), *STRAY, base=base)
+    assert not simulation.is_closed
+    assert apart_deg(final(simulation), Rotation.from_quat(simulation.flight.quaternion_xyzw[-1])) < 1e-6
+    assert np.degrees(final(simulation).magnitude()) > 5.0
+
+
+def test_whichever_body_is_the_base_the_bodies_turn_alike_up_to_the_axes(tmp_path: Path) -> None:
+    robot = five_bodies(tmp_path)
+    turned = [
+        np.degrees(Rotation.from_matrix(fly(robot, *STRAY, base=base).rotations()).magnitude())
+        for base in range(5)
+    ]
+    # At the release all bodies' axes are parallel, so the inertial axes are the same for every base.
+    assert np.ptp(turned, axis=0) == pytest.approx(np.zeros(5), abs=1e-6)
+    assert np.ptp(turned[0]) > 5.0
+
+
+def test_the_attitude_after_each_stroke_is_the_propagations_with_and_without_initial_rate() -> None:
+    robot = load_robot()
+    schedule = schedule_maneuver(four_stroke(58.75, 70.29))
+    for rate in (None, RATE_RAD_S):
+        simulation = fly_schedule(robot, schedule, until_s=2.5, initial_rate_rad_s=rate)
+        flight = simulation.flight
+        for stroke, attitude in zip(schedule.strokes, simulation.stroke_quaternions_xyzw, strict=True):
+            at = int(np.flatnonzero(np.isclose(flight.t_s, stroke.end_us / 1e6, atol=1e-9))[0])
+            assert (
+                apart_deg(Rotation.from_quat(attitude), Rotation.from_quat(flight.quaternion_xyzw[at])) < 1e-6
+            )
+
+
+def rigid(robot: RobotModel) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Inertia of the folded robot about its center of mass: the parallel axis theorem, body after body."""
+    com = robot.origin_m + robot.com_m
+    arms = com - robot.mass_kg @ com / robot.mass_kg.sum()
+    return np.asarray(
+        sum(
+            inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+            for mass, arm, inertia in zip(robot.mass_kg, arms, robot.inertia_kg_m2, strict=True)
+        )
+    )
+
+
+def test_a_robot_that_holds_its_joints_tumbles_as_eulers_equations_say() -> None:
+    robot = load_robot()
+    inertia = rigid(robot)
+
+    def tumble(_t: float, state: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[float]:
+        rate, vector, scalar = state[:3], state[3:6], state[6]
+        spin = np.linalg.solve(inertia, np.cross(inertia @ rate, rate))
+        return [*spin, *(0.5 * (scalar * rate + np.cross(vector, rate))), -0.5 * (vector @ rate)]
+
+    expected = solve_ivp(
+        tumble, (0.0, 3.0), [*RATE_RAD_S, 0, 0, 0, 1], rtol=1e-11, atol=1e-12, method="DOP853"
+    )
+    simulation = fly(robot, until_s=3.0, rate_rad_s=RATE_RAD_S)
+    flight = simulation.flight
+    assert flight.rate_rad_s[-1] == pytest.approx(expected.y[:3, -1], abs=1e-8)
+    assert apart_deg(final(simulation), Rotation.from_quat(expected.y[3:, -1])) < 1e-5
+    momentum, energy = flight.momentum(), flight.kinetic_energy_j()
+    assert momentum == pytest.approx(np.tile(inertia @ RATE_RAD_S, (len(momentum), 1)), rel=1e-9)
+    assert energy == pytest.approx(np.full(len(energy), 0.5 * RATE_RAD_S @ inertia @ RATE_RAD_S), rel=1e-9)
+
+
+def test_momentum_is_kept_while_the_joints_move_and_the_robot_spins(tmp_path: Path) -> None:
+    flight = fly(five_bodies(tmp_path), *STRAY, rate_rad_s=RATE_RAD_S).flight
+    assert flight.rate_rad_s[0] == pytest.approx(RATE_RAD_S)
+    momentum = flight.momentum()
+    assert np.ptp(momentum, axis=0) == pytest.approx(
+        np.zeros(3), abs=1e-9 * float(np.linalg.norm(momentum[0]))
+    )
+
+
+def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) -> None:
+    robot = five_bodies(tmp_path)
+    t_s = np.linspace(0.0, 1.0, 21)
+    history = sampled(t_s, np.sin(np.outer(t_s, [3.0, 4.0, 5.0, 6.0])))
+    flight = fly_history(robot, history, until_s=1.0, initial_rate_rad_s=RATE_RAD_S, step_s=1e-3).flight
+    attitudes, rates = body_attitudes(flight), body_rates_rad_s(flight)
+    at = len(flight.t_s) // 2
+    for body in range(5):
+        turn = Rotation.from_matrix(attitudes[[at - 1, at + 1], body])
+        mean = (turn[0].inv() * turn[1]).as_rotvec() / (flight.t_s[at + 1] - flight.t_s[at - 1])
+        assert rates[at, body] == pytest.approx(mean, abs=1e-4)
+
+
+def test_a_sampled_maneuver_ends_where_its_strokes_end() -> None:
+    robot = load_robot()
+    strokes = fly(robot, *THERE, until_s=2.5)
+    flight = strokes.flight
+    again = fly_history(robot, sampled(flight.t_s, flight.angles_rad), until_s=2.5)
+    assert apart_deg(final(again), final(strokes)) < 1e-3
+
+
+def test_joints_are_held_before_and_after_a_history() -> None:
+    history = JointHistory(np.array([1.0, 2.0]), np.array([[[1.0]], [[0.5]]]))
+    longer = held(history, 0.0, 3.0)
+    assert longer.breaks_s.tolist() == [0.0, 1.0, 2.0, 3.0]
+    t_s = np.array([0.0, 0.9, 1.5, 2.1, 3.0])
+    assert longer.angles_rad(t_s)[:, 0] == pytest.approx([0.5, 0.5, 1.0, 1.5, 1.5])
+    assert longer.rates_rad_s(t_s)[:, 0] == pytest.approx([0.0, 0.0, 1.0, 0.0, 0.0])
+    assert held(history, 1.0, 2.0).breaks_s.tolist() == [1.0, 2.0]
+
+
+def test_a_robots_own_joints_bound_its_maneuvers(tmp_path: Path) -> None:
+    limits = robot_limits(five_bodies(tmp_path))
+    assert limits.joint_ranges_cdeg == ((-9000, 9000),) * 4
+    schedule_maneuver(maneuver((4, -90.0), *[(1, 5.0)] * 18), limits)
+    for strokes, defect in (
+        (((5, 10.0),), Defect.UNKNOWN_JOINT),
+        (((4, -60.0), (4, -31.0)), Defect.JOINT_RANGE),
+    ):
+        with pytest.raises(ManeuverError) as caught:
+            schedule_maneuver(maneuver(*strokes), limits)
+        assert caught.value.code == defect
+    with pytest.raises(ManeuverError, match="the robot has joints 1 to 3"):
+        schedule_maneuver(maneuver((4, 10.0)))
+
+
+def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> None:
+    file = write_robot_file(random_tree(np.random.default_rng(5), 5), tmp_path / "five.toml")
+    text = file.read_text(encoding="utf-8").replace("start_deg = 0.0", "start_deg = 30.0")
+    file.write_text(text, encoding="utf-8")
+    robot = load_robot(file)
+    with pytest.raises(ManeuverError) as caught:
+        schedule_maneuver(maneuver((2, 61.0)), robot_limits(robot))
+    assert "starts with joint 2 at 30 deg" in caught.value.next_step
+    closed = fly(robot, (2, 60.0), (3, -70.0), (2, -60.0), (3, 70.0))
+    assert np.degrees(closed.flight.angles_rad[0]) == pytest.approx(np.full(4, 30.0))
+    assert closed.is_closed
+    turned = Rotation.from_matrix(closed.rotations())
+    assert max(apart_deg(one, turned[0]) for one in turned) < 1e-5
