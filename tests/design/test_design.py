@@ -13,7 +13,7 @@ from tfsat_host.design.design import candidate, search
 from tfsat_host.design.loops import best_sequence
 from tfsat_host.design.optimum import climb, find_optimum, value_and_gradient
 from tfsat_host.design.sequences import classes
-from tfsat_host.dynamics import rotation_vector_rad
+from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
 from tfsat_host.robot import RobotModel
 
@@ -136,13 +136,31 @@ def test_the_maneuver_can_be_scheduled_and_stays_within_the_time(drop_tower: Rob
 def test_the_reported_rotation_is_that_of_the_reported_sequence(drop_tower: RobotModel) -> None:
     found = design(drop_tower, DesignSettings(joints=(0, 1, 2), limit_deg=(30.0, 30.0, 90.0)))
     best = found.optimum
-    from tfsat_host.dynamics import path_rotation
-
     joints = [abs(s) - 1 for s in best.sequence]
     deltas = np.radians([np.copysign(best.alpha_deg[abs(s) - 1], s) for s in best.sequence])
     vector = np.degrees(rotation_vector_rad(path_rotation(found.problem.body, joints, deltas)))
-    assert vector == pytest.approx(best.rotation_vector_deg, abs=1e-9)
+    assert vector == pytest.approx(best.rotation_vector_deg, abs=1e-6)
     assert (best.alpha_deg <= np.array([30.0, 30.0, 90.0]) + 1e-9).all()
+
+
+def test_a_robot_with_other_ranges_is_designed_for(five_bodies: RobotModel) -> None:
+    """Five bodies in a tree: a joint that only closes from its start pose moves out by negative angles."""
+    found = design(five_bodies, DesignSettings(joints=(0, 1, 2), time_limit_s=3.0))
+    best = found.optimum
+    low, high = np.degrees(five_bodies.joint_limits_rad).T
+    start = np.degrees([servo.start_rad for servo in five_bodies.servos])
+    pose, strokes = start.copy(), found.maneuver(best).strokes
+    for stroke in strokes:
+        pose[stroke.joint - 1] += stroke.angle_deg
+        assert (pose >= low - 1e-9).all()
+        assert (pose <= high + 1e-9).all()
+    assert pose == pytest.approx(start)
+    joints, deltas = [s.joint - 1 for s in strokes], np.radians([s.angle_deg for s in strokes])
+    rotation = path_rotation(Multibody.of(five_bodies), joints, deltas, start_rad=np.radians(start), steps=16)
+    flown = float(np.degrees(rotation_angle_rad(rotation)))
+    assert flown == pytest.approx(best.reorientation_deg, abs=0.01)  # displacements were rounded down
+    assert best.reorientation_deg == pytest.approx(np.degrees(found.summit.reorientation_rad), abs=1e-3)
+    assert found.problem.steps > 2  # its strokes need more than the drop tower robot's
 
 
 def test_the_penalty_is_the_papers(drop_tower: RobotModel) -> None:

@@ -22,6 +22,8 @@ from tfsat_host.units import CDEG_PER_DEG
 
 # Alternating stops when the sequence stays; ever new ones were not seen beyond three rounds.
 _ROUNDS = 10
+# One result can afford what a search cannot.
+_FINE_STEPS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +31,9 @@ class Candidate:
     """A maneuver that was found.
 
     Attributes:
-        alpha_deg: (d,) displacements of the joints that may move.
-        sequence: Signed numbers (from 1) of the robot's joints, in flight order; joints that do not move are left out.
+        alpha_deg: (d,) displacements of the joints that may move; negative where a joint moves out that way.
+        sequence: Numbers (from 1) of the robot's joints in flight order, positive where a joint moves out, negative
+            where it moves back; joints that do not move are left out.
         rotation_vector_deg: (3,) of the loop, base axes.
         reorientation_deg: Its length.
         duration_s: All strokes, one after another.
@@ -72,12 +75,12 @@ class Design:
 
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
         """The strokes to be flown: displacements rounded down to 0.01 deg, so that they still fit into the time."""
-        degrees = {
-            joint: rounded_down(alpha)
+        out_deg = {
+            joint + 1: math.copysign(rounded_down(abs(alpha)), alpha)
             for joint, alpha in zip(self.problem.joints, candidate.alpha_deg, strict=True)
         }
         strokes = tuple(
-            Stroke(abs(signed), math.copysign(degrees[abs(signed) - 1], signed))
+            Stroke(abs(signed), math.copysign(1.0, signed) * out_deg[abs(signed)])
             for signed in candidate.sequence
         )
         return Maneuver(strokes, speed_deg_s=math.degrees(self.problem.speed_rad_s), name=name)
@@ -146,12 +149,12 @@ def _in_turns(
 
 def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequence) -> Candidate:
     """What displacements (d,) in a sequence of the problem's joints do."""
-    alpha = np.degrees(displacements_rad)
-    moving = tuple(stroke for stroke in sequence if rounded_down(alpha[abs(stroke) - 1]) > 0.0)
+    alpha = np.degrees(problem.directions * displacements_rad)
+    moving = tuple(stroke for stroke in sequence if rounded_down(abs(alpha[abs(stroke) - 1])) > 0.0)
     moving = min(moving, backwards(moving))
     joints = [problem.joints[abs(stroke) - 1] for stroke in moving]
-    deltas = np.array([math.copysign(displacements_rad[abs(stroke) - 1], stroke) for stroke in moving])
-    rotation = path_rotation(problem.body, joints, deltas, start_rad=problem.start_rad, steps=problem.steps)
+    deltas = np.array([math.copysign(1.0, stroke) * np.radians(alpha[abs(stroke) - 1]) for stroke in moving])
+    rotation = path_rotation(problem.body, joints, deltas, start_rad=problem.start_rad, steps=_FINE_STEPS)
     vector = np.degrees(rotation_vector_rad(rotation))
     angle = float(np.linalg.norm(vector))
     travel = float(np.degrees(np.abs(deltas).sum()))

@@ -26,6 +26,7 @@ class Loops:
         joints: (d,) indices of the joints that move; stroke +1 of a sequence opens the first of them.
         sequences: The sequences to be walked.
         start_rad: (n - 1,) joint angles at the start; zero if None.
+        directions: (d,) 1 where a joint moves out by a positive angle, -1 where by a negative; all 1 if None.
         steps: Steps of order 6 into which each edge is divided.
     """
 
@@ -36,6 +37,7 @@ class Loops:
         sequences: SequenceOf[Sequence],
         *,
         start_rad: FloatArray | None = None,
+        directions: FloatArray | None = None,
         steps: int = STEPS,
     ) -> None:
         self.sequences = tuple(sequences)
@@ -43,6 +45,7 @@ class Loops:
         self._start = (
             np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
         )
+        self._directions = np.ones(len(self._joints)) if directions is None else directions
         self._steps = steps
         self._hinges = [Hinge.of(body, joint, 1) for joint in self._joints]
         corners = 2 ** (len(self._joints) - 1)
@@ -65,6 +68,7 @@ class Loops:
 
     def _edges(self, displacements: FloatArray) -> FloatArray:
         """Quaternions (4, 2 e, b) of the box's e edges, walked outwards and then, behind them, back."""
+        displacements = displacements * self._directions[:, None]
         d, batch = displacements.shape
         corners = 2 ** (d - 1)
         outwards = []

@@ -13,10 +13,11 @@ from tfsat_host.design.sequences import Sequence, classes
 from tfsat_host.design.swarm import SwarmSettings
 from tfsat_host.dynamics import Multibody
 from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.dynamics.stroke import STEPS
 from tfsat_host.robot import RobotModel
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
+_STEPS = (2, 3, 4, 6, 9, 14)
+_ENOUGH_RAD = math.radians(5e-4)
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
 
 
@@ -34,7 +35,7 @@ class DesignSettings:
             instead of taking the best sequence of every candidate, as it writes its objective.
         swarm: The swarm.
         seed: Of the swarm's random numbers.
-        steps: Steps of order 6 into which each stroke is divided.
+        steps: Steps of order 6 into which each stroke is divided; as many as the robot needs if None.
     """
 
     joints: tuple[int, ...] | None = None
@@ -45,7 +46,7 @@ class DesignSettings:
     alternating: bool = False
     swarm: SwarmSettings = field(default_factory=SwarmSettings)
     seed: int = 1
-    steps: int = STEPS
+    steps: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,8 @@ class Problem:
         body: The robot.
         joints: (d,) indices of the joints that may move.
         start_rad: (n - 1,) pose at the start.
+        directions: (d,) 1 where a joint moves out by a positive angle, -1 where by a negative: to the side where its
+            range has more room.
         limit_rad: (d,) greatest displacements.
         speed_rad_s: Average joint speed.
         time_limit_s: T_max.
@@ -66,6 +69,7 @@ class Problem:
     body: Multibody
     joints: tuple[int, ...]
     start_rad: FloatArray
+    directions: FloatArray
     limit_rad: FloatArray
     speed_rad_s: float
     time_limit_s: float
@@ -82,7 +86,8 @@ class Problem:
         joints = tuple(range(robot.n_joints)) if settings.joints is None else settings.joints
         _check_joints(robot, joints)
         start = np.array([servo.start_rad for servo in robot.servos])
-        room = robot.joint_limits_rad[list(joints), 1] - start[list(joints)]
+        below, above = np.abs(robot.joint_limits_rad[list(joints)] - start[list(joints), None]).T
+        directions, room = np.where(above >= below, 1.0, -1.0), np.maximum(above, below)
         limit = room if settings.limit_deg is None else np.radians(np.array(settings.limit_deg))
         _check_limits(robot, joints, limit, room)
         speed = settings.speed_deg_s
@@ -95,15 +100,17 @@ class Problem:
         ):
             if not (math.isfinite(value) and value > 0.0):
                 raise DesignError(name, f"The {name} is {value:g}; it must be above zero.")
+        body = Multibody.of(robot)
         return cls(
-            Multibody.of(robot),
+            body,
             joints,
             start,
+            directions,
             limit,
             math.radians(speed),
             settings.time_limit_s,
             math.radians(settings.penalty),
-            settings.steps,
+            settings.steps or _enough_steps(body, joints, start, directions * limit),
         )
 
     @property
@@ -114,7 +121,14 @@ class Problem:
     def loops(self, sequences: tuple[Sequence, ...] | None = None) -> Loops:
         """The loops of the problem's joints; one sequence of each class if None."""
         chosen = classes(len(self.joints)) if sequences is None else sequences
-        return Loops(self.body, self.joints, chosen, start_rad=self.start_rad, steps=self.steps)
+        return Loops(
+            self.body,
+            self.joints,
+            chosen,
+            start_rad=self.start_rad,
+            directions=self.directions,
+            steps=self.steps,
+        )
 
     def duration_s(self, displacements_rad: FloatArray) -> FloatArray:
         """T (b,) of displacements (d, b): all strokes, one after another."""
@@ -125,6 +139,19 @@ class Problem:
         reorientation, _ = best_sequence(loops.angles_rad(displacements_rad))
         overtime = np.maximum(self.duration_s(displacements_rad) - self.time_limit_s, 0.0)
         return np.asarray(-reorientation + self.penalty * overtime * overtime)
+
+
+def _enough_steps(body: Multibody, joints: tuple[int, ...], start: FloatArray, reach: FloatArray) -> int:
+    """The fewest steps with which every loop of the greatest displacements is right to half a millidegree."""
+    corner = reach[:, None] * np.array([1.0, 0.5])
+    for steps in _STEPS[:-1]:
+        rough, fine = (
+            Loops(body, joints, classes(len(joints)), start_rad=start, steps=n).rotations(corner)
+            for n in (steps, 4 * steps)
+        )
+        if 2.0 * np.abs(rough - fine).max() < _ENOUGH_RAD:
+            return steps
+    return _STEPS[-1]
 
 
 def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:

@@ -68,8 +68,10 @@ def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         angles_rad: (..., n - 1) joint angles.
     """
     found = coefficients(body, *_columns(body, angles_rad))
-    columns = [solve_symmetric(upper(found.inertia), -found.joints[:, j]) for j in range(body.n_joints)]
-    return batch_first(np.stack(columns, axis=1), 2)
+    rates = np.empty_like(found.joints)
+    for j in range(body.n_joints):
+        rates[:, j] = solve_symmetric(upper(found.inertia), -found.joints[:, j])
+    return batch_first(rates, 2)
 
 
 def kinetic_energy_j(
@@ -121,6 +123,10 @@ def coefficients(body: Multibody, columns: Columns, angles: FloatArray) -> Coeff
         axis, point = _hinge(step.joint, step.sign, columns, placed[step.parent])
         swing = moved.mass * cross(moved.com - whole.com, cross(axis, moved.com - point))
         per_joint[step.joint] = matvec(moved.inertia, axis) + swing
+    if not per_joint:
+        return Coefficients(
+            whole.inertia, np.zeros((3, 0, *np.broadcast_shapes(whole.mass.shape, angles.shape[1:])))
+        )
     return Coefficients(whole.inertia, np.stack(np.broadcast_arrays(*per_joint), axis=1))
 
 

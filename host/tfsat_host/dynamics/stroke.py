@@ -18,7 +18,7 @@ from tfsat_host.dynamics.momentum import Composite
 from tfsat_host.dynamics.multibody import Multibody, batch_first, batch_last
 from tfsat_host.dynamics.poses import pad
 
-# Two steps of order 6 leave 5e-6 deg on a stroke of 90 deg of the drop tower robot.
+# Two steps of order 6 leave 5e-5 deg on the loop 90/90 of the drop tower robot.
 STEPS = 2
 _ROOT15 = 15.0**0.5
 _GAUSS = np.array([0.5 - _ROOT15 / 10.0, 0.5, 0.5 + _ROOT15 / 10.0])
