@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import accept_negative_numbers, add_output_options, file_name, number
+from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
+from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.errors import DataLossError
 
 if TYPE_CHECKING:
     from tfsat_host.facility import Check, DropTower, Envelope
-    from tfsat_host.maneuver import Maneuver, Schedule
+    from tfsat_host.maneuver import Schedule
     from tfsat_host.robot import RobotModel
 
 
@@ -21,12 +22,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Check a maneuver against the drop tower before it is uploaded: the time it takes, how far the moving "
         "robot reaches and may drift, the release and the pause after it. Exit code 3 if a check fails."
     )
-    accept_negative_numbers(parser)
-    parser.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg")
-    parser.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg")
-    parser.add_argument(
-        "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
-    )
+    add_maneuver_arguments(parser)
     parser.add_argument(
         "--robot",
         metavar="FILE",
@@ -41,7 +37,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Computes the reach of the maneuver and compares everything with the facility."""
-    schedule = _schedule(args)  # refused before anything heavy is imported
+    schedule = schedule_from(args, maneuver_from(args))  # refused before anything heavy is imported
     for notice in schedule.notices:
         out.warn(notice)
 
@@ -56,31 +52,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
     result = _result(schedule, robot, tower, envelope, checks)
     out.result(result, lambda: _show(tower, envelope, checks, out))
     return 0 if fits else DataLossError.exit_code
-
-
-def _schedule(args: argparse.Namespace) -> Schedule:
-    from tfsat_host.maneuver import ManeuverError, schedule_maneuver
-
-    try:
-        return schedule_maneuver(_maneuver(args))
-    except ManeuverError as error:
-        if args.file is None or str(args.file) in error.what:
-            raise
-        raise error.in_file(str(args.file)) from error
-
-
-def _maneuver(args: argparse.Namespace) -> Maneuver:
-    from tfsat_host.maneuver import four_stroke, read_maneuver
-
-    if args.file is not None and args.a_deg is None:
-        return read_maneuver(args.file)
-    if args.file is None and args.b_deg is not None:
-        return four_stroke(args.a_deg, args.b_deg)
-    raise UsageError(
-        what="Either two angles or --file is needed, and not both.",
-        meaning="Nothing was checked.",
-        next_step="tfsat-host envelope 59 70",
-    )
 
 
 def _result(

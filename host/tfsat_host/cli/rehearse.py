@@ -7,14 +7,15 @@ from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import accept_negative_numbers, add_output_options, file_name, number, seed
+from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
+from tfsat_host.cli.options import add_output_options, file_name, seed
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.errors import DataLossError
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.rehearsal import Rehearsal
     from tfsat_host.evaluation.quick_look import QuickLook
-    from tfsat_host.maneuver import Maneuver, Schedule
+    from tfsat_host.maneuver import Schedule
     from tfsat_host.sdlog import DropLog
 
 LOOK_MARGIN_S = 0.05
@@ -28,12 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "bounce, strokes, fall, landing; then decode the card and compare with the truth. "
         "The firmware is the one that is flashed."
     )
-    accept_negative_numbers(parser)
-    parser.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg")
-    parser.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg")
-    parser.add_argument(
-        "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
-    )
+    add_maneuver_arguments(parser)
     parser.add_argument(
         "--sequencer",
         choices=("native", "avr"),
@@ -59,8 +55,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.rehearsal_files import RunFolder
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
 
-    maneuver = _maneuver(args)
-    schedule = _schedule(maneuver)
+    maneuver = maneuver_from(args)
+    schedule = schedule_from(args, maneuver)
     notices = (*schedule.notices, *servo_speed_notices(schedule))
     for notice in notices:
         out.warn(notice)
@@ -75,26 +71,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
         out.warn(warning)
     as_planned = log.verdict == "complete" and not result["warnings"]
     return 0 if as_planned else DataLossError.exit_code
-
-
-def _maneuver(args: argparse.Namespace) -> Maneuver:
-    from tfsat_host.maneuver import four_stroke, read_maneuver
-
-    if args.file is not None and args.a_deg is None:
-        return read_maneuver(args.file)
-    if args.file is None and args.b_deg is not None:
-        return four_stroke(args.a_deg, args.b_deg)
-    raise UsageError(
-        what="Either two angles or --file is needed, and not both.",
-        meaning="Nothing was flown.",
-        next_step="tfsat-host rehearse 59 70",
-    )
-
-
-def _schedule(maneuver: Maneuver) -> Schedule:
-    from tfsat_host.maneuver import schedule_maneuver
-
-    return schedule_maneuver(maneuver)
 
 
 def _fly(args: argparse.Namespace, schedule: Schedule, out: Output) -> Rehearsal:
