@@ -38,6 +38,21 @@ COMMANDS = (
         "tell the sequencer how its servos turn pulses into angles",
     ),
     Command(
+        "design", "tfsat_host.cli.design", "design the maneuver that turns the robot farthest in its time"
+    ),
+    Command(
+        "simulate",
+        "tfsat_host.cli.simulate",
+        "where a maneuver leaves the robot, and what happens on the way",
+    ),
+    Command(
+        "sensitivity",
+        "tfsat_host.cli.sensitivity",
+        "how sure a maneuver's rotation is, and what it depends on",
+    ),
+    Command("plan", "tfsat_host.cli.plan", "chain loops of the joints to a target attitude, with feedback"),
+    Command("envelope", "tfsat_host.cli.envelope", "check a maneuver against the drop tower"),
+    Command(
         "rehearse", "tfsat_host.cli.rehearse", "fly a maneuver with the real firmware and the emulated robot"
     ),
     Command(

@@ -1,0 +1,263 @@
+"""`tfsat-host sensitivity`: how sure a maneuver's rotation is, and which error it depends on."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.maneuver_argument import (
+    WHAT_A_B_MEANS,
+    add_maneuver_arguments,
+    maneuver_from,
+    schedule_from,
+)
+from tfsat_host.cli.options import add_output_options, file_name, number, seed
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import UsageError
+
+if TYPE_CHECKING:
+    from tfsat_host.maneuver import Schedule
+    from tfsat_host.robot import RobotModel, Uncertainty
+    from tfsat_host.robot.model import FloatArray
+    from tfsat_host.sensitivity import Outcomes, Plan, Study, TimeLimit
+
+_SAMPLES = (2, 1_000_000)
+_WORTH_PROGRESS = 2_000  # samples; about a second
+_EXAMPLE = "tfsat-host sensitivity 59 70"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The maneuver, the robot, what is uncertain, and where to compute."""
+    parser.description = (
+        "Derivatives of a maneuver's rotation by every parameter of the robot model, and a Monte Carlo study over "
+        f"the uncertainties that the robot file states. {WHAT_A_B_MEANS} docs/sensitivity.md explains the figures."
+    )
+    add_maneuver_arguments(parser, default_speed="what the robot file says of its servos")
+    robot = parser.add_argument_group("robot, release and facility")
+    robot.add_argument(
+        "--robot",
+        metavar="FILE",
+        type=file_name,
+        help="a robot file, or the name of a robot that tfsat brings along (default: drop_tower)",
+    )
+    robot.add_argument(
+        "--initial-rate",
+        metavar=("X", "Y", "Z"),
+        nargs=3,
+        type=number,
+        help="angular rate of the base body at the release, in its own axes, deg/s (default: no angular momentum)",
+    )
+    robot.add_argument(
+        "--facility",
+        metavar="FILE",
+        type=file_name,
+        help="a facility file, whose times the maneuver must keep (default: COSMOTORRE's, for a robot that "
+        "the sequencer commands)",
+    )
+    study = parser.add_argument_group("Monte Carlo")
+    study.add_argument(
+        "--samples", metavar="N", type=_samples, default=10_000, help="robots to draw (default 10000)"
+    )
+    study.add_argument("--seed", metavar="N", type=seed, default=0, help="seed of the draws (default 0)")
+    study.add_argument(
+        "--sigma",
+        metavar="KEY=VALUE",
+        type=_sigma,
+        action="append",
+        default=[],
+        help="another standard deviation than the robot file's, such as com_mm=2 or stroke_relative=0; "
+        "once for each",
+    )
+    where = study.add_mutually_exclusive_group()
+    where.add_argument(
+        "--workers", metavar="N", type=_workers, help="processes at most (default: one a core)"
+    )
+    where.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="compute on the Dask cluster whose scheduler is there, such as tcp://127.0.0.1:8786 (extra dask)",
+    )
+    files = parser.add_argument_group("samples")
+    files.add_argument(
+        "--out", metavar="FILE", type=file_name, help="write every sample to a CSV file, a row each"
+    )
+    files.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Differentiates, draws, and shows what spreads and why."""
+    import time
+
+    from tfsat_host.cli.sensitivity_files import check_samples_file, write_samples
+    from tfsat_host.cli.sensitivity_words import result_of, show
+    from tfsat_host.robot import load_robot
+    from tfsat_host.sensitivity import Parameters, Study, derivatives, error_sources, linear_spread, summary
+
+    rate = _initial_rate_rad_s(args)
+    robot = load_robot(args.robot)
+    stated = _stated(args, robot)
+    schedule = _schedule(args, robot)
+    limits = _time_limits(args, robot)
+    parameters = Parameters.of(robot, _plan(robot, schedule), rate)
+    if args.out is not None:
+        check_samples_file(args.out, force=args.force)
+    sources = error_sources(parameters, stated)
+    found = derivatives(parameters)
+    study = Study(parameters, sources, args.samples, args.seed)
+    for notice in schedule.notices:
+        out.warn(notice)
+    begun_s = time.perf_counter()
+    outcomes = _outcomes(args, study, out)
+    seconds = time.perf_counter() - begun_s
+    result = result_of(
+        study,
+        found,
+        linear_spread(found, sources),
+        summary(study, outcomes, found.quaternion_xyzw, limits),
+    )
+    result |= _circumstances(args, robot, schedule, stated) | {"seconds": seconds}
+    if args.out is not None:
+        write_samples(study, outcomes, found.quaternion_xyzw, args.out, force=args.force)
+    result["files"] = {} if args.out is None else {"csv": str(args.out)}
+    out.result(result, partial(show, result, out))
+    return 0
+
+
+def _outcomes(args: argparse.Namespace, study: Study, out: Output) -> Outcomes:
+    from contextlib import nullcontext
+
+    where = f"on {args.dask}" if args.dask is not None else "on this computer"
+    showing = (
+        nullcontext(lambda _amount: None)
+        if study.samples < _WORTH_PROGRESS
+        else out.progress(f"Flying {study.samples} robots {where}", study.samples)
+    )
+    with showing as advance:
+        if args.dask is not None:
+            from tfsat_host.sensitivity.cluster import run_on_cluster
+
+            return run_on_cluster(study, args.dask, progress=advance)
+        from tfsat_host.sensitivity import run_locally
+
+        return run_locally(study, workers=args.workers, progress=advance)
+
+
+def _schedule(args: argparse.Namespace, robot: RobotModel) -> Schedule:
+    """The strokes by the robot's own limits, as `simulate` takes them; there is at least one.
+
+    Raises:
+        UsageError: there is none.
+        ManeuverError: the robot cannot fly them.
+    """
+    from tfsat_host.dynamics.flying import robot_limits
+
+    rates_deg_s = [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]]
+    maneuver = maneuver_from(args, default_speed_deg_s=round(min(rates_deg_s), 9) if rates_deg_s else None)
+    schedule = schedule_from(args, maneuver, robot_limits(robot))
+    if not schedule.strokes:
+        raise UsageError(
+            what=f"{args.file} has no strokes.",
+            meaning="A robot that does not move has no reorientation to be unsure of.",
+            next_step=_EXAMPLE,
+        )
+    return schedule
+
+
+def _plan(robot: RobotModel, schedule: Schedule) -> Plan:
+    """The schedule as its servos are told it; looked at when `simulate` looks: at the landing or later."""
+    from tfsat_host.protocol.limits import FALL_US
+    from tfsat_host.sensitivity import Plan, PlannedStroke
+    from tfsat_host.units import s_from_us
+
+    strokes = [PlannedStroke(s.joint - 1, math.radians(s.angle_deg), s.t_s) for s in schedule.strokes]
+    until_s = s_from_us(max(FALL_US, schedule.end_us))
+    return Plan.of(robot, strokes, math.radians(schedule.speed_deg_s), until_s=until_s)
+
+
+def _stated(args: argparse.Namespace, robot: RobotModel) -> Uncertainty:
+    from tfsat_host.sensitivity.stated import overridden
+
+    if robot.uncertainty is None and not args.sigma:
+        raise UsageError(
+            what=f"{robot.path} states no uncertainty.",
+            meaning="Nothing was computed: without standard deviations there is nothing to draw.",
+            next_step="Add a table [uncertainty] to the file, or state some: --sigma com_mm=3 --sigma stroke_deg=1",
+        )
+    return overridden(robot.uncertainty, dict(args.sigma))
+
+
+def _time_limits(args: argparse.Namespace, robot: RobotModel) -> tuple[TimeLimit, ...]:
+    """The facility's; none for a robot that no sequencer commands, unless a facility is named."""
+    from tfsat_host.facility import load_tower
+    from tfsat_host.sensitivity import TimeLimit
+
+    if args.facility is None and any(servo.pulses is None for servo in robot.servos):
+        return ()
+    tower = load_tower(args.facility)
+    planned_s = tower.maneuver_time_max_s
+    return (
+        TimeLimit("time for the strokes", False, planned_s),
+        TimeLimit(
+            "time for the strokes, with its tolerance", False, planned_s + tower.maneuver_time_tolerance_s
+        ),
+        TimeLimit("fall", True, tower.fall_s),
+    )
+
+
+def _circumstances(
+    args: argparse.Namespace, robot: RobotModel, schedule: Schedule, stated: Uncertainty
+) -> dict[str, Any]:
+    from tfsat_host.sensitivity.stated import as_stated
+
+    return {
+        "robot": robot.name,
+        "base": robot.body_names[robot.base],
+        "schedule": schedule.as_rows(),
+        "speed_deg_s": schedule.speed_deg_s,
+        "initial_rate_deg_s": args.initial_rate,
+        "uncertainty": as_stated(stated),
+        "notices": list(schedule.notices),
+    }
+
+
+def _initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
+    import numpy as np
+
+    if args.initial_rate is None:
+        return None
+    if not all(map(math.isfinite, args.initial_rate)):
+        raise UsageError(
+            what=f"The initial rate {args.initial_rate} is no rate.",
+            meaning="Nothing was computed.",
+            next_step="Give three numbers, deg/s: --initial-rate 0 0 1.5",
+        )
+    rate_rad_s: FloatArray = np.radians(args.initial_rate)
+    return rate_rad_s
+
+
+def _sigma(text: str) -> tuple[str, float]:
+    """An argparse type: a key and a number. Raises ArgumentTypeError for anything else."""
+    key, equals, value = text.partition("=")
+    if not (equals and key):
+        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=VALUE, such as com_mm=2")
+    return key.strip(), number(value.strip())
+
+
+def _samples(text: str) -> int:
+    """An argparse type: a number of samples. Raises ArgumentTypeError for none that is sensible."""
+    low, high = _SAMPLES
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and low <= int(text) <= high):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no number of samples: write a whole number from {low} to {high}"
+        )
+    return int(text)
+
+
+def _workers(text: str) -> int:
+    """An argparse type: a number of processes. Raises ArgumentTypeError for none that is sensible."""
+    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 256):
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of processes: write a whole number from 1")
+    return int(text)

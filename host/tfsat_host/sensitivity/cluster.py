@@ -1,0 +1,172 @@
+"""A study on a Dask cluster: the same chunks, so the same numbers.
+
+Needs the extra `dask` here, and the same tfsat on the scheduler and on every worker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, NamedTuple
+
+from tfsat_host import __version__
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.sensitivity.study import Outcomes, Study, run_chunk
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+ANSWER_S = 5.0
+"""How long the scheduler may take to answer, and to have a worker."""
+PATIENCE_S = 600.0
+"""How long the cluster may take for the next chunk, though it may be busy with others' work."""
+_NOTHING = "No sample was computed on the cluster."
+_LOCALLY = "leave out --dask to run the study on this computer"
+
+
+class ClusterError(TfsatError):
+    """The cluster cannot be reached, or cannot do the work (exit code 1)."""
+
+
+class _Answer(NamedTuple):
+    version: str
+    outcomes: Outcomes
+
+
+def run_on_cluster(
+    study: Study,
+    address: str,
+    *,
+    progress: Callable[[float], None] | None = None,
+    answer_s: float = ANSWER_S,
+    patience_s: float = PATIENCE_S,
+) -> Outcomes:
+    """All chunks of `study`, on the workers of the scheduler at `address`.
+
+    Args:
+        study: What to compute.
+        address: Such as `tcp://127.0.0.1:8786`.
+        progress: Called with the number of samples that were done since its last call.
+        answer_s: How long the scheduler may take to answer, and to have a worker.
+        patience_s: How long to wait for the next chunk.
+
+    Raises:
+        ClusterError: the extra `dask` is missing, the scheduler does not answer or has no workers, no chunk
+            comes for long, or the workers cannot do it or have another tfsat.
+        UsageError: `address` is none.
+    """
+    if find_spec("distributed") is None:
+        raise ClusterError(
+            what="--dask needs the library distributed, which is not installed.",
+            meaning=_NOTHING,
+            next_step=f"Install it: pip install 'tfsat-host[dask]', or {_LOCALLY}.",
+        )
+    _check_address(address)
+    with _connected(address, answer_s) as client, client.as_current():
+        _wait_for_workers(client, address, answer_s)
+        futures = client.map(partial(_answer, study), range(study.chunks), pure=False)
+        return _gathered(client, address, futures, progress or (lambda _samples: None), patience_s)
+
+
+def _answer(study: Study, chunk: int) -> _Answer:
+    """What a worker computes, and what with."""
+    return _Answer(__version__, run_chunk(study, chunk))
+
+
+def _check_address(address: str) -> None:
+    """Refuses what is no address: a client of Dask would ask for it until its time is over."""
+    from distributed.comm.addressing import get_address_host_port
+
+    try:
+        get_address_host_port(address, strict=False)
+    except ValueError as error:
+        raise UsageError(
+            what=f"{address!r} is no address of a Dask scheduler ({error}).",
+            meaning=_NOTHING,
+            next_step=f"Write it as the scheduler prints it, such as tcp://127.0.0.1:8786; or {_LOCALLY}.",
+        ) from error
+
+
+def _connected(address: str, answer_s: float) -> Client:
+    from distributed import Client
+
+    try:
+        return Client(address, timeout=answer_s, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, TimeoutError) as error:
+        raise ClusterError(
+            what=f"No Dask scheduler answered at {address} within {answer_s:g} s ({_reason(error)}).",
+            meaning=_NOTHING,
+            next_step="Start one with `dask scheduler`, which prints its address, and `dask worker ADDRESS` on each "
+            f"computer; or {_LOCALLY}.",
+        ) from error
+
+
+def _wait_for_workers(client: Client, address: str, answer_s: float) -> None:
+    try:
+        client.wait_for_workers(1, timeout=answer_s)
+    except TimeoutError as error:
+        raise ClusterError(
+            what=f"The Dask scheduler at {address} has had no worker for {answer_s:g} s.",
+            meaning=_NOTHING,
+            next_step=f"Start workers: dask worker {address}; or {_LOCALLY}.",
+        ) from error
+
+
+def _gathered(
+    client: Client,
+    address: str,
+    futures: list[Future[_Answer]],
+    done: Callable[[float], None],
+    patience_s: float,
+) -> Outcomes:
+    from distributed import wait
+
+    chunk_of: dict[Future[_Answer], int] = {future: chunk for chunk, future in enumerate(futures)}
+    parts: dict[int, Outcomes] = {}
+    while chunk_of:
+        try:
+            finished = wait(  # type: ignore[no-untyped-call]
+                list(chunk_of), timeout=patience_s, return_when="FIRST_COMPLETED"
+            ).done
+        except TimeoutError as error:
+            client.cancel(list(chunk_of))  # type: ignore[no-untyped-call]
+            raise ClusterError(
+                what=f"{len(chunk_of)} of {len(futures)} parts of the study are missing, and none has come from the "
+                f"cluster at {address} for {patience_s:g} s.",
+                meaning="The study was given up; the cluster was told so.",
+                next_step=f"Look at its workers, then run the same command again; or {_LOCALLY}.",
+            ) from error
+        for future in finished:
+            outcomes = _outcomes(future, address)
+            parts[chunk_of.pop(future)] = outcomes
+            done(len(outcomes))
+    return Outcomes.joined([parts[chunk] for chunk in range(len(futures))])
+
+
+def _outcomes(future: Future[_Answer], address: str) -> Outcomes:
+    """What a chunk gave; refuses one that failed, or that another version computed."""
+    if future.status != "finished":
+        failed = future.status == "error"
+        error = future.exception() if failed else None  # type: ignore[no-untyped-call]
+        raise ClusterError(
+            what=f"The Dask cluster at {address} could not compute a part of the study "
+            f"({future.status if error is None else _reason(error)}).",
+            meaning="Without all parts there is no result.",
+            next_step=f"Install tfsat-host {__version__} where the scheduler and the workers run, look at their "
+            f"messages, then run the same command again; or {_LOCALLY}.",
+        ) from error
+    answer: _Answer = future.result()
+    if answer.version != __version__:
+        raise ClusterError(
+            what=f"A worker of {address} has tfsat-host {answer.version}, this computer {__version__}.",
+            meaning="The numbers of different versions are not to be mixed: there is no result.",
+            next_step=f"Install tfsat-host {__version__} on every worker; or {_LOCALLY}.",
+        )
+    return answer.outcomes
+
+
+def _reason(error: BaseException) -> str:
+    """Kind and first line of an error."""
+    first = (str(error).splitlines() or [""])[0]
+    return f"{type(error).__name__}: {first}" if first else type(error).__name__

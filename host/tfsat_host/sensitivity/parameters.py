@@ -1,0 +1,170 @@
+"""Everything in the model that may be wrong, as one vector in the units that people read.
+
+    body masses             kg
+    centers of mass         mm        in the body frame
+    inertia tensors         g m^2     the six entries of the tensor about the center of mass
+    points of joint axes    mm        the two coordinates across the axis
+    tilts of joint axes     deg       about the two directions across the axis
+    ends of strokes         deg       the joint angle at which each stroke ends
+    speeds of joints        deg/s     average of a stroke, for the joints that the maneuver moves
+
+A point's coordinate along its axis changes nothing, so it is no parameter. Across an axis that is parallel to a
+coordinate axis, the two directions are the other two coordinate axes, and bear their names.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.robot import RobotModel
+from tfsat_host.sensitivity.strokes import Moves, Plan
+
+_ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+_DEG = float(np.degrees(1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where in the vector each kind of parameter stands."""
+
+    n_bodies: int
+    n_joints: int
+    n_strokes: int
+    n_speeds: int
+
+    def slices(self) -> dict[str, slice]:
+        """By kind: mass, com, inertia, joint_point, joint_tilt, stroke_end, speed."""
+        sizes = {
+            "mass": self.n_bodies,
+            "com": 3 * self.n_bodies,
+            "inertia": 6 * self.n_bodies,
+            "joint_point": 2 * self.n_joints,
+            "joint_tilt": 2 * self.n_joints,
+            "stroke_end": self.n_strokes,
+            "speed": self.n_speeds,
+        }
+        edges = itertools.pairwise(itertools.accumulate(sizes.values(), initial=0))
+        return {kind: slice(*edge) for kind, edge in zip(sizes, edges, strict=True)}
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """The parameters of one robot that flies one plan.
+
+    Attributes:
+        names: p names for people.
+        units: p units.
+        steps: (p,) small changes, in those units, that derivatives may be taken with.
+        nominal: (p,) values of the model, in those units.
+        layout: Which stands where.
+        body: The nominal robot.
+        origin_m: (n, 3) origins of the body frames.
+        across: (n - 1, 2, 3) the two directions across each joint's axis.
+        plan: What the servos are told.
+        initial_rate_rad_s: (3,) rate of the base at release, base axes; None: no angular momentum.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    steps: FloatArray
+    nominal: FloatArray
+    layout: Layout
+    body: Multibody
+    origin_m: FloatArray
+    across: FloatArray
+    plan: Plan
+    initial_rate_rad_s: FloatArray | None
+
+    @classmethod
+    def of(cls, robot: RobotModel, plan: Plan, initial_rate_rad_s: FloatArray | None = None) -> Parameters:
+        """The parameters of `robot` and `plan`, at the values of the model."""
+        body = Multibody.of(robot)
+        across = np.array([_across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
+        rows = _rows(robot, plan, across)
+        return cls(
+            names=tuple(name for name, _, _, _ in rows),
+            units=tuple(unit for _, unit, _, _ in rows),
+            steps=np.array([step for _, _, step, _ in rows]),
+            nominal=np.array([value for _, _, _, value in rows]),
+            layout=Layout(robot.n_bodies, robot.n_joints, len(plan.joints), len(plan.moved_joints)),
+            body=body,
+            origin_m=robot.origin_m,
+            across=across,
+            plan=plan,
+            initial_rate_rad_s=initial_rate_rad_s,
+        )
+
+    def robots(self, vectors: FloatArray) -> Multibody:
+        """s robots with the parameters `vectors` (s, p)."""
+        part, batch = self.layout.slices(), len(vectors)
+        inertia = np.empty((batch, self.layout.n_bodies, 3, 3))
+        entries = 1e-3 * vectors[:, part["inertia"]].reshape(batch, -1, 6)
+        for index, (i, k) in enumerate(_ENTRIES):
+            inertia[..., i, k] = inertia[..., k, i] = entries[..., index]
+        shift = 1e-3 * (vectors - self.nominal)[:, part["joint_point"]].reshape(batch, -1, 2)
+        tilt = vectors[:, part["joint_tilt"]].reshape(batch, -1, 2) / _DEG
+        return self.body.replace(
+            mass_kg=vectors[:, part["mass"]],
+            com_m=self.origin_m + 1e-3 * vectors[:, part["com"]].reshape(batch, -1, 3),
+            inertia_kg_m2=inertia,
+            joint_axis=_tilted(self.body.joint_axis, self._sideways(tilt)),
+            joint_point_m=self.body.joint_point_m + self._sideways(shift),
+        )
+
+    def moves(self, vectors: FloatArray) -> Moves:
+        """What the joints of robots with the parameters `vectors` (s, p) do when told the plan."""
+        part, speeds = self.layout.slices(), np.ones((self.layout.n_joints, len(vectors)))
+        speeds[list(self.plan.moved_joints)] = vectors[:, part["speed"]].T / _DEG
+        return Moves.of(self.plan, vectors[:, part["stroke_end"]].T / _DEG, speeds)
+
+    def _sideways(self, amounts: FloatArray) -> FloatArray:
+        """(s, n - 1, 3): `amounts` (s, n - 1, 2) along the directions across each axis."""
+        return np.asarray(
+            amounts[..., :1] * self.across[:, 0] + amounts[..., 1:] * self.across[:, 1], dtype=np.float64
+        )
+
+
+def _rows(robot: RobotModel, plan: Plan, across: FloatArray) -> list[tuple[str, str, float, float]]:
+    """Name, unit, step and nominal value of each parameter, in the layout's order."""
+    rows: list[tuple[str, str, float, float]] = []
+    for name, mass in zip(robot.body_names, robot.mass_kg, strict=True):
+        rows.append((f"{name} mass", "kg", 0.01 * mass, mass))
+    for name, com in zip(robot.body_names, robot.com_m, strict=True):
+        rows += [(f"{name} CoM {axis}", "mm", 0.5, 1e3 * x) for axis, x in zip("xyz", com, strict=True)]
+    for name, tensor in zip(robot.body_names, robot.inertia_kg_m2, strict=True):
+        step = 2.0 * np.trace(tensor)
+        rows += [
+            (f"{name} inertia {'xyz'[i]}{'xyz'[k]}", "g m^2", step, 1e3 * tensor[i, k]) for i, k in _ENTRIES
+        ]
+    letters = [["xyz"[np.argmax(np.abs(side))] for side in sides] for sides in across]
+    joints = list(zip(robot.joint_names, letters, strict=True))
+    for (name, pair), sides, point in zip(joints, across, robot.joint_point_m, strict=True):
+        rows += [(f"{name} point {w}", "mm", 0.5, 1e3 * x) for w, x in zip(pair, sides @ point, strict=True)]
+    for name, pair in joints:
+        rows += [(f"{name} tilt about {which}", "deg", 0.1, 0.0) for which in pair]
+    for k, (joint, target) in enumerate(zip(plan.joints, plan.target_rad, strict=True), 1):
+        rows.append((f"stroke {k} end ({robot.joint_names[joint]})", "deg", 0.02, target * _DEG))
+    for joint in plan.moved_joints:
+        rows.append((f"{robot.joint_names[joint]} speed", "deg/s", 0.02, plan.rate_rad_s * _DEG))
+    return [(name, unit, float(step), float(value)) for name, unit, step, value in rows]
+
+
+def _across(axis: FloatArray) -> FloatArray:
+    """Two unit vectors (2, 3) across `axis` (3,), the coordinate axes nearest to which name them."""
+    along = int(np.argmax(np.abs(axis)))
+    first, second = np.eye(3)[(along + 1) % 3], np.eye(3)[(along + 2) % 3]
+    first = first - (first @ axis) * axis
+    first = first / np.linalg.norm(first)
+    second = second - (second @ axis) * axis - (second @ first) * first
+    return np.array([first, second / np.linalg.norm(second)])
+
+
+def _tilted(axis: FloatArray, tilt: FloatArray) -> FloatArray:
+    """`axis` (n - 1, 3) turned by rotation vectors `tilt` (s, n - 1, 3) perpendicular to it."""
+    angle = np.sqrt((tilt * tilt).sum(axis=-1, keepdims=True))
+    return np.asarray(np.cos(angle) * axis + np.sinc(angle / np.pi) * np.cross(tilt, axis))
