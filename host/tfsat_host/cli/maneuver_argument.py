@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import accept_negative_numbers, file_name, number
@@ -10,6 +11,7 @@ from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Limits, Maneuver, Schedule
+    from tfsat_host.robot import RobotModel
 
 WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
 
@@ -66,6 +68,17 @@ def maneuver_from(args: argparse.Namespace, *, default_speed_deg_s: float | None
     return four_stroke(
         args.a_deg, args.b_deg, speed_deg_s=next(speed for speed in speeds if speed is not None)
     )
+
+
+def robots_maneuver(args: argparse.Namespace, robot: RobotModel) -> Maneuver:
+    """The maneuver that the arguments name; A B without `--speed` move as fast as the robot's servos do on average.
+
+    Raises:
+        UsageError: no maneuver was named, or two.
+        ManeuverError: the file cannot be understood.
+    """
+    rates_deg_s = [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]]
+    return maneuver_from(args, default_speed_deg_s=round(min(rates_deg_s), 9) if rates_deg_s else None)
 
 
 def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits | None = None) -> Schedule:

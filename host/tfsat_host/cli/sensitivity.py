@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.maneuver_argument import (
     WHAT_A_B_MEANS,
     add_maneuver_arguments,
-    maneuver_from,
+    robots_maneuver,
     schedule_from,
 )
 from tfsat_host.cli.options import add_output_options, file_name, number, seed
@@ -154,9 +154,7 @@ def _schedule(args: argparse.Namespace, robot: RobotModel) -> Schedule:
     """
     from tfsat_host.dynamics.flying import robot_limits
 
-    rates_deg_s = [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]]
-    maneuver = maneuver_from(args, default_speed_deg_s=round(min(rates_deg_s), 9) if rates_deg_s else None)
-    schedule = schedule_from(args, maneuver, robot_limits(robot))
+    schedule = schedule_from(args, robots_maneuver(args, robot), robot_limits(robot))
     if not schedule.strokes:
         raise UsageError(
             what=f"{args.file} has no strokes.",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.maneuver_argument import (
     WHAT_A_B_MEANS,
     add_maneuver_arguments,
-    maneuver_from,
+    robots_maneuver,
     schedule_from,
 )
 from tfsat_host.cli.options import add_output_options, file_name, number
@@ -142,8 +142,7 @@ def _schedule(args: argparse.Namespace, robot: RobotModel, notices: list[str]) -
     from tfsat_host.maneuver import ManeuverError, schedule_maneuver
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
 
-    rate_deg_s = min(math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2])
-    maneuver = maneuver_from(args, default_speed_deg_s=round(rate_deg_s, 9))
+    maneuver = robots_maneuver(args, robot)
     schedule = schedule_from(args, maneuver, robot_limits(robot))
     notices += schedule.notices
     if not schedule.strokes:

@@ -200,24 +200,5 @@ def _step(
     for stage, row in enumerate(tableau.stages):
         turn = h * (row[:stage] @ slopes[:stage])
         here = attitude if momentum is None else quaternion.product(attitude, quaternion.exponential(turn))
-        slopes[stage] = inverse_differential(turn, spin.rate(i, stage, here, momentum))
+        slopes[stage] = quaternion.inverse_differential(turn, spin.rate(i, stage, here, momentum))
     return np.asarray(h * (tableau.weights @ slopes))
-
-
-def inverse_differential(turn: FloatArray, rate: FloatArray) -> FloatArray:
-    """Derivative (3,) of the rotation vector `turn` (3,) of R0 exp(turn), which turns at body `rate` (3,)."""
-    squared = float(turn @ turn)
-    if squared < 1e-4:
-        factor = 1.0 / 12.0 + squared / 720.0 + squared * squared / 30240.0
-    else:
-        half = 0.5 * np.sqrt(squared)
-        factor = (1.0 - half / np.tan(half)) / squared
-    around = np.array(
-        [
-            turn[1] * rate[2] - turn[2] * rate[1],
-            turn[2] * rate[0] - turn[0] * rate[2],
-            turn[0] * rate[1] - turn[1] * rate[0],
-        ]
-    )
-    twice = turn * (turn @ rate) - squared * rate
-    return np.asarray(rate + 0.5 * around + factor * twice)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.components import FloatArray, cross, dot
 
 # Below this angle the series of sin(x)/x is exact to the last bit with three terms.
 _SMALL_RAD = 1e-2
@@ -57,6 +57,20 @@ def logarithm(q: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", divide="ignore"):
         scale = np.where(sine < 1e-8, 2.0, 2.0 * half / sine)
     return np.asarray(scale * sign * q[:3])
+
+
+def inverse_differential(turn: FloatArray, rate: FloatArray) -> FloatArray:
+    """Derivatives (3, ...) of rotation vectors `turn` (3, ...) of R0 exp(turn) that turn at body rates (3, ...)."""
+    squared = dot(turn, turn)
+    small = squared < 1e-4
+    half = 0.5 * np.sqrt(np.where(small, 1.0, squared))
+    factor = np.where(
+        small,
+        1.0 / 12.0 + squared / 720.0 + squared * squared / 30240.0,
+        (1.0 - half / np.tan(half)) / (4.0 * half * half),
+    )
+    around = cross(turn, rate)
+    return np.asarray(rate + 0.5 * around + factor * cross(turn, around))
 
 
 def angle(q: FloatArray) -> FloatArray:

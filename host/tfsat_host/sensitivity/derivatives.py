@@ -12,7 +12,7 @@ import numpy as np
 
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.sensitivity.flight import final_attitude, inverse_differential
+from tfsat_host.sensitivity.flight import final_attitude
 from tfsat_host.sensitivity.parameters import Parameters
 from tfsat_host.sensitivity.sources import ErrorSources
 
@@ -90,7 +90,7 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
         of_reorientation=(
             of_attitude @ (vector / size) if size > _NO_TURN_RAD else np.linalg.norm(of_attitude, axis=1)
         ),
-        of_rotation_vector=inverse_differential(np.repeat(vector[:, None], count, axis=1), of_attitude.T).T,
+        of_rotation_vector=quaternion.inverse_differential(np.repeat(vector[:, None], count, axis=1), of_attitude.T).T,
         of_attitude=of_attitude,
     )
 

@@ -16,8 +16,6 @@ from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import (
     FloatArray,
     SymmetricTensor,
-    cross,
-    dot,
     matvec,
     solve_symmetric,
     transpose,
@@ -121,7 +119,7 @@ def _turn(spin: _Spin, length: FloatArray, attitude: FloatArray, momentum: Float
     for row, node in zip(_TABLEAU.stages, _NODE_OF_STAGE, strict=True):
         turn = length * _weighted(row, slopes, length.shape)
         here = quaternion.product(attitude, quaternion.exponential(turn))
-        slopes.append(inverse_differential(turn, spin.rate(node, here, momentum)))
+        slopes.append(quaternion.inverse_differential(turn, spin.rate(node, here, momentum)))
     return np.asarray(length * _weighted(_TABLEAU.weights, slopes, length.shape))
 
 
@@ -130,17 +128,3 @@ def _weighted(weights: FloatArray, slopes: list[FloatArray], shape: tuple[int, .
     for weight, slope in zip(weights, slopes, strict=False):
         total += weight * slope
     return total
-
-
-def inverse_differential(turn: FloatArray, rate: FloatArray) -> FloatArray:
-    """Derivatives (3, ...) of rotation vectors `turn` (3, ...) of R0 exp(turn) that turn at body rates (3, ...)."""
-    squared = dot(turn, turn)
-    small = squared < 1e-4
-    half = 0.5 * np.sqrt(np.where(small, 1.0, squared))
-    factor = np.where(
-        small,
-        1.0 / 12.0 + squared / 720.0 + squared * squared / 30240.0,
-        (1.0 - half / np.tan(half)) / (4.0 * half * half),
-    )
-    around = cross(turn, rate)
-    return np.asarray(rate + 0.5 * around + factor * cross(turn, around))
