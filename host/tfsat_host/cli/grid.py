@@ -1,0 +1,146 @@
+"""`tfsat-host design --grid`: all four-stroke loops of a robot on a grid, the best ones, and data to plot."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.output import Output
+from tfsat_host.cli.outputs import OutputFile, write_all
+from tfsat_host.errors import TfsatError
+
+if TYPE_CHECKING:
+    from tfsat_host.orbit import Distribution, GridManeuver
+    from tfsat_host.robot import RobotModel
+
+# Bytes by which a picture of ours is known. matplotlib signs its files so.
+_FIGURE_MARKERS = {"png": b"Matplotlib", "pdf": b"Matplotlib", "svg": b"Matplotlib"}
+_TARGET_DEG = 90.0
+
+
+def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
+    """Shows the most efficient loop of every joint pair; writes all of them with `--out`, draws with `--figure`.
+
+    Args:
+        args: `grid` in deg; `out` and `figure`, files or None; `force`.
+        robot: From whose start pose and within whose limits the loops are.
+        out: Where the result goes.
+    """
+    import numpy as np
+
+    from tfsat_host.dynamics import Multibody
+    from tfsat_host.orbit import distribution
+
+    file_format = _figure_format(args.figure)
+    start = np.array([servo.start_rad for servo in robot.servos])
+    found = distribution(Multibody.of(robot), robot.joint_limits_rad, args.grid, start_rad=start)
+    files = _files(args, found, robot, file_format)
+    if files:
+        write_all(files, force=args.force)
+    result = _result(found, robot) | {"files": [str(file.path) for file in files]}
+    out.result(result, lambda: _show(found, robot, result, out))
+    return 0
+
+
+def _figure_format(path: Path | None) -> str:
+    """Raises TfsatError if the figure could not be drawn: before anything is computed."""
+    if path is None:
+        return ""
+    from importlib.util import find_spec
+
+    file_format = path.suffix.lower().removeprefix(".")
+    if file_format not in _FIGURE_MARKERS:
+        raise TfsatError(
+            what=f"{path} does not end with the name of a picture format.",
+            meaning="Nothing was drawn or written.",
+            next_step=f"Let --figure end with {', '.join('.' + name for name in _FIGURE_MARKERS)}.",
+        )
+    if find_spec("matplotlib") is None:
+        raise TfsatError(
+            what="--figure needs matplotlib, which is not installed.",
+            meaning="Nothing was drawn or written.",
+            next_step="Install it: pip install 'tfsat-host[figures]', or take the CSV of --out.",
+        )
+    return file_format
+
+
+def _files(
+    args: argparse.Namespace, found: Distribution, robot: RobotModel, file_format: str
+) -> list[OutputFile]:
+    from tfsat_host.orbit.figure import draw_distribution
+    from tfsat_host.orbit.grid_table import COLUMNS, write_csv
+
+    def write_table(path: Path) -> None:
+        with path.open("w", encoding="utf-8", newline="\n") as file:
+            write_csv(found, file)
+
+    files = []
+    if args.out is not None:
+        files.append(OutputFile(args.out, COLUMNS.encode(), write_table))
+    if args.figure is not None:
+        title = f"{robot.name}: {len(found.angle_rad)} loops of four strokes, every {args.grid:g} deg"
+        files.append(
+            OutputFile(
+                args.figure,
+                _FIGURE_MARKERS[file_format],
+                lambda path: draw_distribution(found, title, path, file_format),
+            )
+        )
+    return files
+
+
+def _result(found: Distribution, robot: RobotModel) -> dict[str, Any]:
+    from math import degrees
+
+    from tfsat_host.orbit import average_rate, expected_error, slew_time_s
+
+    best = found.maneuver(found.best_by_efficiency)
+    slowest = degrees(min(robot.servos[joint].average_rate_rad_s for joint in best.joints))
+    rate = average_rate(slowest, best.efficiency)
+    return {
+        "robot": robot.name,
+        "grid_deg": found.step_deg,
+        "maneuvers": len(found.angle_rad),
+        "most_efficient": _as_json(best),
+        "farthest": _as_json(found.maneuver(found.best_by_angle)),
+        "pairs": [_as_json(found.maneuver(index)) for index in found.best_of_pairs()],
+        "average_rate_deg_s": rate,
+        "target_deg": _TARGET_DEG,
+        "slew_time_s": slew_time_s(_TARGET_DEG, rate),
+        "expected_error_deg": expected_error(_TARGET_DEG),
+    }
+
+
+def _as_json(maneuver: GridManeuver) -> dict[str, Any]:
+    return maneuver._asdict() | {"joints": [joint + 1 for joint in maneuver.joints]}
+
+
+def _show(found: Distribution, robot: RobotModel, result: dict[str, Any], out: Output) -> None:
+    rows = [
+        (
+            f"{maneuver.joints[0] + 1} {maneuver.joints[1] + 1}",
+            f"{maneuver.alpha_deg:g}",
+            f"{maneuver.beta_deg:g}",
+            f"{maneuver.reorientation_deg:.2f}",
+            f"{maneuver.efficiency:.4f}",
+            " ".join(f"{angle:+.2f}" for angle in maneuver.euler_zyx_deg),
+        )
+        for maneuver in map(found.maneuver, found.best_of_pairs())
+    ]
+    columns = ("joints", "first / deg", "second / deg", "reorientation / deg", "efficiency", "z y x / deg")
+    out.table(columns, rows, title=f"{robot.name}: the most efficient of each pair's loops of four strokes")
+    out.line(f"{result['maneuvers']} loops on a grid of {result['grid_deg']:g} deg.")
+    farthest = result["farthest"]
+    out.line(
+        f"Farthest: {farthest['reorientation_deg']:.2f} deg by joints {farthest['joints'][0]} and "
+        f"{farthest['joints'][1]}, {farthest['alpha_deg']:g} and {farthest['beta_deg']:g} deg "
+        f"(efficiency {farthest['efficiency']:.4f})."
+    )
+    out.line(
+        f"The most efficient loop again and again turns by {result['average_rate_deg_s']:.2f} deg/s: "
+        f"{_TARGET_DEG:g} deg in {result['slew_time_s']:.1f} s, without feedback to about "
+        f"{result['expected_error_deg']:.2f} deg, in proportion to the drop test's errors."
+    )
+    for path in result["files"]:
+        out.line(f"Written to {path}.")

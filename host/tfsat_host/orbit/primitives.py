@@ -1,0 +1,206 @@
+"""Motion primitives: closed loops of two or three joints on a grid, with the rotation and the time of each.
+
+The order of strokes is one of `tfsat_host.design.sequences`: every joint out once and back once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from tfsat_host.design.loops import Loops
+from tfsat_host.design.sequences import Sequence, sequences
+from tfsat_host.dynamics import Multibody, quaternion
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.orbit.errors import OrbitError
+from tfsat_host.orbit.grid import GridAxis, grid_axes
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import IntArray
+
+# Loops of three joints tilt what two joints turn; between them a coarser grid is dense enough.
+_COARSER = 3
+# Steps of order 6 for each stroke: enough for 1e-4 deg with robots whose joints move most of their mass.
+STROKE_STEPS = 4
+# A loop that turns less than this is no use; two that end closer together are one, and the faster is kept.
+_LEAST_DEG = 0.02
+_SAME_DEG = 0.25
+
+
+class Shape(NamedTuple):
+    """Which joints a loop moves, in which order. `joints` are indices; +1 in `sequence` opens the first of them."""
+
+    joints: tuple[int, ...]
+    sequence: Sequence
+
+    def strokes(self, displacement_rad: FloatArray) -> list[tuple[int, float]]:
+        """Joint index and angle of each stroke, for displacements (d,)."""
+        return [
+            (self.joints[abs(sign) - 1], float(displacement_rad[abs(sign) - 1]) * (1 if sign > 0 else -1))
+            for sign in self.sequence
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """One closed loop.
+
+    Attributes:
+        shape: Its joints and their order.
+        displacement_rad: (d,) of the shape's joints.
+        quaternion_xyzw: (4,) from body axes after it to body axes before it, as the model has it.
+        duration_s: At the joints' average rates, one stroke after another.
+    """
+
+    shape: Shape
+    displacement_rad: FloatArray
+    quaternion_xyzw: FloatArray
+    duration_s: float
+
+    @property
+    def strokes(self) -> list[tuple[int, float]]:
+        """Joint index and angle in rad of each stroke."""
+        return self.shape.strokes(self.displacement_rad)
+
+
+@dataclass(frozen=True, eq=False)
+class PrimitiveTable:
+    """m primitives of one robot.
+
+    Attributes:
+        body: The robot as the planner knows it.
+        start_rad: (n,) the pose at which every loop begins and ends.
+        limits_rad: (n, 2) of the joints.
+        joint_rate_rad_s: (n,) average rates.
+        step_deg: The grid of the loops of two joints; three joints have three times this.
+        shapes: The loops' shapes.
+        shape: (m,) index of each primitive's shape.
+        displacement_rad: (m, 3); loops of two joints leave the last column 0.
+        rotation: (4, m) quaternions, components first.
+        duration_s: (m,).
+        made: How many loops were computed before the useful ones were kept.
+    """
+
+    body: Multibody
+    start_rad: FloatArray
+    limits_rad: FloatArray
+    joint_rate_rad_s: FloatArray
+    step_deg: float
+    shapes: tuple[Shape, ...]
+    shape: IntArray
+    displacement_rad: FloatArray
+    rotation: FloatArray
+    duration_s: FloatArray
+    made: int
+
+    def __len__(self) -> int:
+        return len(self.duration_s)
+
+    @cached_property
+    def undone(self) -> FloatArray:
+        """(4, m) inverses of the rotations: what is still needed after each, if it was the one needed."""
+        return quaternion.inverse(self.rotation)
+
+    def primitive(self, index: int) -> Primitive:
+        """The primitive at `index`."""
+        shape = self.shapes[self.shape[index]]
+        displacement = self.displacement_rad[index, : len(shape.joints)]
+        return Primitive(shape, displacement, self.rotation[:, index], float(self.duration_s[index]))
+
+    def duration_of(self, shape: Shape, displacement_rad: FloatArray) -> float:
+        """Time in s of a loop with displacements (d,)."""
+        return float(_durations(shape, displacement_rad[:, None], self.joint_rate_rad_s)[0])
+
+
+def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
+    """The useful loops of every two and every three joints, from the robot's start pose, within its limits.
+
+    Useful are loops that turn by 0.02 deg or more; of those whose rotation vectors fall into one cell of
+    0.25 deg a side, the fastest.
+
+    Args:
+        robot: The robot.
+        step_deg: Grid of the loops of two joints; loops of three joints take three times as much.
+
+    Raises:
+        OrbitError: the grid leaves no loop.
+    """
+    body = Multibody.of(robot)
+    start = np.array([servo.start_rad for servo in robot.servos])
+    rates = np.array([servo.average_rate_rad_s for servo in robot.servos])
+    shapes = list[Shape]()
+    parts = list[tuple[IntArray, FloatArray, FloatArray, FloatArray]]()
+    groups = [joints for size in (2, 3) for joints in combinations(range(robot.n_joints), size)]
+    for joints in groups:
+        coarser = 1 if len(joints) == 2 else _COARSER
+        displacements = _displacements(joints, robot.joint_limits_rad, start, step_deg * coarser)
+        orders = sequences(len(joints))
+        if displacements.shape[1]:
+            rotations = Loops(body, joints, orders, start_rad=start, steps=STROKE_STEPS).rotations(
+                displacements
+            )
+            for number, order in enumerate(orders):
+                shape = Shape(joints, order)
+                padded = np.zeros((displacements.shape[1], 3))
+                padded[:, : len(joints)] = displacements.T
+                index = np.full(len(padded), len(shapes))
+                parts.append((index, padded, rotations[:, number], _durations(shape, displacements, rates)))
+                shapes.append(shape)
+    if not parts:
+        grid_axes(robot.joint_limits_rad, start, step_deg)  # says what is wrong
+    shape_index, displacement, duration = (
+        np.concatenate([part[column] for part in parts]) for column in (0, 1, 3)
+    )
+    rotation = np.concatenate([part[2] for part in parts], axis=1)
+    keep = _useful(rotation, duration)
+    if not len(keep):
+        raise OrbitError(
+            what=f"No loop of {robot.name} on a grid of {step_deg:g} deg turns it by {_LEAST_DEG:g} deg.",
+            meaning="No attitude can be reached by this robot's joints.",
+            next_step="Check the robot's joint axes (parallel ones hardly turn it) and limits_deg.",
+        )
+    return PrimitiveTable(
+        body,
+        start,
+        robot.joint_limits_rad,
+        rates,
+        step_deg,
+        tuple(shapes),
+        shape_index[keep],
+        displacement[keep],
+        np.ascontiguousarray(rotation[:, keep]),
+        duration[keep],
+        made=len(duration),
+    )
+
+
+def _displacements(
+    joints: tuple[int, ...], limits: FloatArray, start: FloatArray, step_deg: float
+) -> FloatArray:
+    """(d, b) all combinations; b is 0 where a joint has no room for a step."""
+    chosen = list(joints)
+    try:
+        axes: list[GridAxis] = grid_axes(limits[chosen], start[chosen], step_deg)
+    except OrbitError:
+        return np.empty((len(joints), 0))
+    values = [axis.displacements_rad for axis in axes]
+    return np.stack(np.meshgrid(*values, indexing="ij")).reshape(len(joints), -1)
+
+
+def _durations(shape: Shape, displacements: FloatArray, rates: FloatArray) -> FloatArray:
+    """(b,) of displacements (d, b): every joint out and back."""
+    return np.asarray(2.0 * (np.abs(displacements) / rates[list(shape.joints), None]).sum(axis=0))
+
+
+def _useful(rotation: FloatArray, duration: FloatArray) -> IntArray:
+    """Indices of the primitives to keep, the fastest first."""
+    fastest_first = np.argsort(duration, kind="stable")
+    vectors = np.degrees(quaternion.logarithm(rotation[:, fastest_first]))
+    turns = np.sqrt((vectors * vectors).sum(axis=0)) >= _LEAST_DEG
+    candidates = fastest_first[turns]
+    cells = np.round(vectors[:, turns] / _SAME_DEG).astype(np.int64)
+    _, first = np.unique(cells, axis=1, return_index=True)
+    return np.asarray(candidates[np.sort(first)])

@@ -1,0 +1,83 @@
+"""Chains of primitives and the estimate that leads the search for them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tfsat_host.dynamics import quaternion
+from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.orbit import PrimitiveTable, quaternion_of_euler_zyx
+from tfsat_host.orbit.search import Route, lookup, search
+from tfsat_host.orbit.time_to_go import TimeToGo
+from tfsat_host.orbit.trim import trimmed
+
+GOAL_RAD = float(np.radians(1.0))
+TARGETS_DEG = [(90.0, 0.0, 0.0), (-45.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, -10.0), (150.0, -8.0, 12.0)]
+
+
+def after(table: PrimitiveTable, route: Route, needed: FloatArray) -> float:
+    for index in route.primitives:
+        needed = quaternion.product(quaternion.inverse(table.primitive(index).quaternion_xyzw), needed)
+    return float(quaternion.angle(needed))
+
+
+@pytest.mark.parametrize("target_deg", TARGETS_DEG)
+def test_search_reaches_the_same_error_in_less_time(
+    table: PrimitiveTable, target_deg: tuple[float, ...]
+) -> None:
+    needed = quaternion_of_euler_zyx(np.radians(target_deg))
+    greedy = lookup(table, needed, GOAL_RAD, 100)
+    found = search(table, TimeToGo.of(table), needed, GOAL_RAD, most=100)
+    for route in (greedy, found):
+        assert route.remaining_rad <= GOAL_RAD
+        assert after(table, route, needed) == pytest.approx(route.remaining_rad, abs=1e-12)
+        assert route.duration_s == pytest.approx(table.duration_s[list(route.primitives)].sum())
+    assert found.duration_s < 0.9 * greedy.duration_s
+
+
+def test_no_chain_beats_the_robot_s_best_rate(table: PrimitiveTable) -> None:
+    needed = quaternion_of_euler_zyx(np.radians([90.0, 0.0, 0.0]))
+    estimate = TimeToGo.of(table)
+    route = search(table, estimate, needed, GOAL_RAD, most=100)
+    least_s = (np.radians(90.0) - GOAL_RAD) / estimate.rate_rad_s[0]
+    assert least_s <= route.duration_s < 1.7 * least_s
+
+
+def test_at_the_target_nothing_is_flown(table: PrimitiveTable) -> None:
+    assert lookup(table, quaternion.identity(), GOAL_RAD, 10).primitives == ()
+    assert search(table, TimeToGo.of(table), quaternion.identity(), GOAL_RAD, most=10).primitives == ()
+
+
+def test_the_estimate_counts_turns_about_the_fast_axis_and_the_tilt_between(table: PrimitiveTable) -> None:
+    estimate = TimeToGo.of(table)
+    fast, middle, slow = estimate.rate_rad_s
+    assert np.degrees(fast) == pytest.approx(3.28, abs=0.05)
+    assert fast > middle >= slow > 0.0
+    assert np.abs(estimate.axes @ estimate.axes.T - np.eye(3)).max() < 1e-12
+    rng = np.random.default_rng(6)
+    for a, b, c in rng.uniform(-np.pi, np.pi, (40, 3)):
+        turns = [
+            quaternion.exponential(axis * angle)
+            for axis, angle in zip(estimate.axes[[0, 1, 0]], (a, b, c), strict=True)
+        ]
+        needed = quaternion.product(quaternion.product(turns[0], turns[1]), turns[2])
+        upper = (abs(a) + abs(c)) / fast + abs(b) / middle
+        assert 0.0 < estimate.seconds(needed) <= upper * (1 + 1e-9)
+    half_turn = quaternion.exponential(np.array(estimate.axes[0]) * 1.0)
+    assert estimate.seconds(half_turn) == pytest.approx(1.0 / fast)
+    assert estimate.seconds(-half_turn) == pytest.approx(1.0 / fast)
+    assert estimate.seconds(quaternion.identity()) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_trimmed_primitive_leaves_nothing_and_stays_within_limits(nimble_table: PrimitiveTable) -> None:
+    rng = np.random.default_rng(8)
+    inside = np.flatnonzero(np.degrees(quaternion.angle(nimble_table.rotation)) < 40.0)
+    for index in rng.choice(inside, 5):
+        wanted = nimble_table.rotation[:, index]
+        needed = quaternion.product(wanted, quaternion.exponential(np.radians(rng.uniform(-0.5, 0.5, 3))))
+        primitive, remaining = trimmed(nimble_table, needed, 1e-7)
+        assert np.degrees(remaining) < 1e-4
+        left = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
+        assert quaternion.angle(left) == pytest.approx(remaining, abs=1e-12)
+        assert np.degrees(np.abs(primitive.displacement_rad)).max() <= 90.0 + 1e-9
