@@ -90,7 +90,9 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
         of_reorientation=(
             of_attitude @ (vector / size) if size > _NO_TURN_RAD else np.linalg.norm(of_attitude, axis=1)
         ),
-        of_rotation_vector=quaternion.inverse_differential(np.repeat(vector[:, None], count, axis=1), of_attitude.T).T,
+        of_rotation_vector=quaternion.inverse_differential(
+            np.repeat(vector[:, None], count, axis=1), of_attitude.T
+        ).T,
         of_attitude=of_attitude,
     )
 
