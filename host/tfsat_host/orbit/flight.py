@@ -164,8 +164,10 @@ def open_loop_error_rad(
 
 def flown(robot: Multibody, start_rad: FloatArray, primitive: Primitive) -> FloatArray:
     """Quaternion (4,) of a primitive's strokes, flown by `robot` from joint angles `start_rad` (n,)."""
-    joints, deltas = zip(*primitive.strokes, strict=True)
-    return path_rotation(robot, joints, np.array(deltas), start_rad=start_rad)
+    joints = [joint for joint, _ in primitive.strokes]
+    return path_rotation(
+        robot, joints, np.array([angle for _, angle in primitive.strokes]), start_rad=start_rad
+    )
 
 
 class _Sensor:

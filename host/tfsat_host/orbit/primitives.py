@@ -37,10 +37,11 @@ class Shape(NamedTuple):
     sequence: Sequence
 
     def strokes(self, displacement_rad: FloatArray) -> list[tuple[int, float]]:
-        """Joint index and angle of each stroke, for displacements (d,)."""
+        """Joint index and angle of each stroke, for displacements (d,); a joint that does not move has none."""
         return [
             (self.joints[abs(sign) - 1], float(displacement_rad[abs(sign) - 1]) * (1 if sign > 0 else -1))
             for sign in self.sequence
+            if displacement_rad[abs(sign) - 1] != 0.0
         ]
 
 

@@ -15,6 +15,8 @@ from tfsat_host.orbit.search import nearest
 _SHAPES = 6
 _NEAREST = 200
 _DIFFERENCE_RAD = 1e-6
+# The sequencer's resolution is 0.01 deg: what rounds to nothing is not flown.
+_STILL_RAD = np.radians(0.005)
 # What is left by the model's account matters little below this share of the tolerance. Then the shortest loop is
 # best, for the model's errors grow with what the joints turn.
 _SHARE_OF_TOLERANCE = 0.25
@@ -70,7 +72,8 @@ def _solved(table: PrimitiveTable, primitive: Primitive, needed: FloatArray) -> 
         gtol=1e-14,
         max_nfev=20,
     )
-    displacement = np.clip(solution.x, low, high)
+    solved = np.clip(solution.x, low, high)
+    displacement = np.where(np.abs(solved) < _STILL_RAD, 0.0, solved)
     rotation = loops.rotations(displacement[:, None])[:, 0, 0]
     remaining = float(quaternion.angle(quaternion.product(quaternion.inverse(rotation), needed)))
     return Primitive(shape, displacement, rotation, table.duration_of(shape, displacement)), remaining
