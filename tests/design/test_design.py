@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tfsat_host.design import DesignError, DesignSettings, Problem, design
-from tfsat_host.design.design import candidate, search
 from tfsat_host.design.loops import best_sequence
+from tfsat_host.design.maneuver_design import candidate, search
 from tfsat_host.design.optimum import climb, find_optimum, value_and_gradient
 from tfsat_host.design.sequences import classes
+from tfsat_host.design.swarm import Found, minimize
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
 from tfsat_host.robot import RobotModel
@@ -36,12 +38,37 @@ def test_the_papers_maneuver_is_nearly_the_best_in_its_time(drop_tower: RobotMod
     assert 0.0 < best.reorientation_deg - papers.reorientation_deg < 0.015
 
 
+@pytest.mark.parametrize("time_limit_s", [0.05, 0.2, 1.0])
+def test_a_short_time_has_an_optimum_too(drop_tower: RobotModel, time_limit_s: float) -> None:
+    """Both joints share the time nearly evenly, and none is left to move alone."""
+    found = design(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    assert found.gap_deg is not None
+    assert found.gap_deg >= -1e-9
+    best = found.optimum.alpha_deg
+    assert best[:2] == pytest.approx(np.full(2, 0.25 * 170.0 * time_limit_s), rel=0.05)
+    even = candidate(
+        found.problem, np.radians([*np.full(2, 0.25 * 170.0 * time_limit_s), 0.0]), (1, 2, 3, -1, -2, -3)
+    )
+    assert found.optimum.reorientation_deg >= even.reorientation_deg > 0.0
+
+
+def test_the_swarms_point_is_climbed_from_as_well(five_bodies: RobotModel) -> None:
+    """Whatever a coarse grid misses, the optimum is never below the swarm."""
+    for time_limit_s in (1.5, 4.0):
+        settings = DesignSettings(joints=(0, 1, 3), time_limit_s=time_limit_s)
+        found = design(five_bodies, settings)
+        assert found.gap_deg is not None
+        assert found.gap_deg >= -1e-6
+        assert found.optimum.reorientation_deg > 0.0
+
+
 @pytest.mark.parametrize("alternating", [False, True])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_swarm_comes_near_and_never_beats_the_optimum(
     drop_tower: RobotModel, seed: int, alternating: bool
 ) -> None:
     found = design(drop_tower, DesignSettings(seed=seed, alternating=alternating))
+    assert found.gap_deg is not None
     assert 0.0 <= found.gap_deg < 1.0
     assert found.swarm.alpha_deg[2] == pytest.approx(0.0, abs=1.0)
     assert found.swarm.duration_s < 1.5 + 1e-4
@@ -163,6 +190,38 @@ def test_a_robot_with_other_ranges_is_designed_for(five_bodies: RobotModel) -> N
     assert found.problem.steps > 2  # its strokes need more than the drop tower robot's
 
 
+def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> None:
+    found = design(drop_tower)
+    flown, maneuver = found.flown(found.optimum), found.maneuver(found.optimum)
+    joints, deltas = (
+        [s.joint - 1 for s in maneuver.strokes],
+        np.radians([s.angle_deg for s in maneuver.strokes]),
+    )
+    rotation = path_rotation(found.problem.body, joints, deltas, steps=16)
+    assert flown.reorientation_deg == pytest.approx(float(np.degrees(rotation_angle_rad(rotation))), abs=1e-9)
+    assert flown.duration_s == pytest.approx(np.degrees(np.abs(deltas).sum()) / 170.0)
+    assert flown.sequence == found.optimum.sequence
+    assert 0.0 < found.optimum.reorientation_deg - flown.reorientation_deg < 0.01
+
+
+def test_turns_end_with_the_best_of_their_rounds(
+    drop_tower: RobotModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A swarm whose second round finds less does not lose what the first one found."""
+    rounds: list[float] = []
+
+    def lessening(*args: Any) -> Found:
+        found = minimize(*args)
+        rounds.append(found.value + 0.01 * len(rounds))
+        return replace(found, value=rounds[-1])
+
+    monkeypatch.setattr("tfsat_host.design.maneuver_design.minimize", lessening)
+    settings = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
+    found, _ = search(Problem.of(drop_tower, settings), settings)
+    assert len(rounds) > 1
+    assert found.value == min(rounds)
+
+
 def test_the_penalty_is_the_papers(drop_tower: RobotModel) -> None:
     problem = Problem.of(drop_tower, DesignSettings())
     loops = problem.loops()
@@ -179,6 +238,18 @@ def test_the_search_alone_is_the_same_as_in_the_design(drop_tower: RobotModel) -
     assert (found.position == design(drop_tower, settings).search.position).all()
 
 
+def test_five_joints_are_too_many(drop_tower: RobotModel) -> None:
+    many = replace(
+        drop_tower,
+        joint_names=("a", "b", "c", "d", "e"),
+        servos=drop_tower.servos[:1] * 5,
+        joint_limits_rad=np.tile(drop_tower.joint_limits_rad[:1], (5, 1)),
+    )
+    with pytest.raises(DesignError, match="5 joints are too many") as caught:
+        design(many)
+    assert caught.value.setting == "joints"
+
+
 @pytest.mark.parametrize(
     ("wrong", "setting"),
     [
@@ -191,6 +262,8 @@ def test_the_search_alone_is_the_same_as_in_the_design(drop_tower: RobotModel) -
         ({"speed_deg_s": 0.0}, "speed"),
         ({"time_limit_s": float("nan")}, "time limit"),
         ({"penalty": -1.0}, "penalty"),
+        ({"time_limit_s": 1e-4}, "time limit"),
+        ({"limit_deg": (90.0, 90.0, 0.005)}, "limit"),
     ],
 )
 def test_settings_that_do_not_fit_are_named(

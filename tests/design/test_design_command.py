@@ -13,9 +13,13 @@ def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:
     designed = tfsat_host.json("design")
     assert designed["sequence"] == [1, 2, -1, -2]
     assert designed["alpha_deg"] == pytest.approx([59.40, 68.10, 0.0], abs=0.01)
-    assert designed["reorientation_deg"] == pytest.approx(25.677, abs=0.001)
-    assert designed["duration_s"] == pytest.approx(1.5)
+    assert designed["optimum"]["reorientation_deg"] == pytest.approx(25.677, abs=0.001)
+    assert designed["optimum"]["duration_s"] == pytest.approx(1.5)
+    assert 1.4995 < designed["duration_s"] <= 1.5
     assert all(check["passed"] for check in designed["checks"])
+    flown = tfsat_host.json("simulate", "--file", "maneuver.toml")
+    assert flown["reorientation_deg"] == pytest.approx(designed["reorientation_deg"], abs=1e-6)
+    assert f"{flown['reorientation_deg']:.3f} deg" in (tfsat_host.folder / "maneuver.toml").read_text()
     shown = tfsat_host.json("upload-sequence", "--file", "maneuver.toml", "--dry-run")
     assert shown["schedule"] == designed["schedule"]
     assert shown["end_s"] == designed["end_s"]
@@ -26,7 +30,9 @@ def test_a_seed_writes_the_same_bytes(tfsat_host: RunCli) -> None:
     first, second = ((tfsat_host.folder / f"{n}.toml").read_bytes() for n in (1, 2))
     assert first == second
     assert results[0]["swarm"] == results[1]["swarm"]
-    assert results[0]["reorientation_deg"] == results[0]["swarm"]["reorientation_deg"]
+    assert results[0]["reorientation_deg"] == pytest.approx(
+        results[0]["swarm"]["reorientation_deg"], abs=0.01
+    )
     assert results[0]["swarm_behind_optimum_deg"] > 0.0
 
 
@@ -42,7 +48,7 @@ def test_everything_can_be_set(tfsat_host: RunCli) -> None:
     settings = ("--particles", 5, "--iterations", 3, "--inertia", "0.5,0.5", "--own-best", "1,1")
     more = ("--best-of-all", "2,2", "--penalty", "1e3", "--limit", "50,60", "--speed", 100, "--alternating")
     found = tfsat_host.json("design", "--joints", "1,2", *settings, *more)
-    assert len(found["swarm"]["best_reorientation_deg"]) == 4
+    assert len(found["swarm"]["best_objective_deg"]) == 4
     assert found["swarm"]["evaluations"] == 5 * 4
     assert found["optimum"]["alpha_deg"][0] <= 50.0
     assert sum(found["optimum"]["alpha_deg"]) == pytest.approx(75.0)
@@ -54,6 +60,13 @@ def test_a_robot_in_orbit_is_designed_for_and_the_sequencers_refusal_is_said(tfs
     assert "39.408" in done.stdout
     assert "sequencer would refuse" in done.stderr
     assert "simulate --file maneuver.toml" in done.stdout
+
+
+def test_a_penalty_too_small_for_the_time_is_said(tfsat_host: RunCli) -> None:
+    done = tfsat_host("design", "--penalty", 1)
+    assert "longer than the time limit" in done.stderr
+    assert "behind the optimum" not in done.stdout
+    assert tfsat_host.json("design", "--penalty", 1)["swarm_behind_optimum_deg"] is None
 
 
 def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
@@ -77,6 +90,11 @@ def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
         (("--limit", "90,90,95"), "95 deg"),
         (("--time-limit", "0"), "time limit is 0"),
         (("--speed", "nan"), "speed is nan"),
+        (("--speed", "1e-3"), "no joint turns by 0.01 deg"),
+        (("--time-limit", "1e-4"), "no joint turns by 0.01 deg"),
+        (("--limit", "0.005,90,90"), "below the 0.01 deg"),
+        (("--inertia", "nan,0.4"), "--inertia"),
+        (("--own-best", "1e300,1"), "--own-best"),
         (("--particles", "0"), "write a whole number"),
         (("--inertia", "0.9"), "two numbers"),
         (("--figure", "x.png"), "without --grid"),

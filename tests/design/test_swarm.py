@@ -88,6 +88,43 @@ def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None
     assert (end != start).any(axis=0).sum() == 8  # all but the leader moved
 
 
+def _watched(settings: SwarmSettings, low: float, high: float) -> list[FloatArray]:
+    seen: list[FloatArray] = []
+
+    def watched(x: FloatArray) -> FloatArray:
+        seen.append(x.copy())
+        return bowl(x)
+
+    minimize(watched, np.full(2, low), np.full(2, high), settings, np.random.default_rng(8))
+    return seen
+
+
+def test_a_coefficient_changes_evenly_from_the_first_iteration_to_the_last() -> None:
+    """Inertia alone: each step of a free particle is the coefficient times the step before."""
+    none = Coefficient(0.0, 0.0)
+    settings = SwarmSettings(40, 5, inertia=Coefficient(1.0, 0.5), own_best=none, best_of_all=none)
+    steps = np.diff(np.array(_watched(settings, -1.0, 1.0)), axis=0)
+    free = (np.abs(np.array(_watched(settings, -1.0, 1.0))) < 1.0).all(axis=0)
+    assert free.any()
+    for k in range(1, 5):
+        assert steps[k][free] == pytest.approx((1.0 - 0.5 * k / 5) * steps[k - 1][free])
+
+
+def test_a_wall_stops_a_particle() -> None:
+    """It does not go on pushing outwards: the next pull of the leader moves it inwards."""
+    none = Coefficient(0.0, 0.0)
+    settings = SwarmSettings(
+        40, 2, inertia=Coefficient(1.0, 1.0), own_best=none, best_of_all=Coefficient(0.0, 2.0)
+    )
+    start, first, second = _watched(settings, -1.0, 1.0)
+    best = np.where(bowl(first) < bowl(start), bowl(first), bowl(start))
+    where = np.where(bowl(first) < bowl(start), first, start)
+    leader = where[:, [int(np.argmin(best))]]
+    stopped = (np.abs(first) == 1.0) & (np.abs(leader) < 1.0)
+    assert stopped.any()
+    assert (np.abs(second[stopped]) < 1.0).all()
+
+
 def test_progress_adds_up_to_the_whole() -> None:
     shares: list[float] = []
     minimize(bowl, LOW, HIGH, SwarmSettings(iterations=7), np.random.default_rng(1), shares.append)

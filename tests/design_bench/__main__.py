@@ -20,7 +20,7 @@ import numpy as np
 
 from tests.design_bench.mujoco_rollout import reorientation_by_rollout
 from tfsat_host.design import DesignSettings, Problem
-from tfsat_host.design.design import search
+from tfsat_host.design.maneuver_design import search
 from tfsat_host.design.optimum import find_optimum
 from tfsat_host.design.sequences import sequences
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad

@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.paper_numbers.page import Row, row
 from tfsat_host.design import DesignSettings, Problem
-from tfsat_host.design.design import candidate, search
+from tfsat_host.design.maneuver_design import candidate, search
 from tfsat_host.design.optimum import find_optimum
 from tfsat_host.design.sequences import sequences
 from tfsat_host.dynamics.components import FloatArray

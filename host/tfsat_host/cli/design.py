@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.design_words import result_of, show
+from tfsat_host.cli.design_words import Made, result_of, show
 from tfsat_host.cli.options import add_output_options, file_name, number, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 _DEFAULT_FILE = Path("maneuver.toml")
+_COEFFICIENT_MOST = 100.0
 _MARKER = 'name = "designed: '
 
 
@@ -116,12 +117,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
     with out.progress("Designing the maneuver", total=1.0) as advance:
         found = design(robot, _settings(args), advance)
     chosen = found.swarm if args.swarm else found.optimum
-    maneuver = found.maneuver(chosen, _name(chosen, robot))
+    flown = found.flown(chosen)
+    maneuver = found.maneuver(chosen, _name(flown, robot))
     _write(path, maneuver, force=args.force)
     schedule, refusal = _scheduled(maneuver)
     checks = () if schedule is None else _checked(schedule, robot)
-    result = result_of(found, chosen, path, schedule, refusal, checks)
-    out.result(result, lambda: show(found, chosen, path, schedule, refusal, checks, out))
+    made = Made(flown, path, schedule, refusal, checks)
+    out.result(result_of(found, made), lambda: show(found, made, out))
     return 0
 
 
@@ -155,9 +157,9 @@ def _coefficient(given: tuple[float, ...] | None, default: Coefficient, option: 
 
     if given is None:
         return default
-    if len(given) != 2:
+    if len(given) != 2 or not all(abs(value) <= _COEFFICIENT_MOST for value in given):
         raise UsageError(
-            what=f"{option} needs two numbers: at the first iteration and at the last.",
+            what=f"{option} needs two numbers up to {_COEFFICIENT_MOST:g}: at the first iteration and at the last.",
             meaning="Nothing was designed.",
             next_step=f"tfsat-host design {option} {default.first:g},{default.last:g}",
         )

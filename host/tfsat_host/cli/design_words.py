@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,21 +15,34 @@ if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
 
 
-def result_of(
-    found: Design,
-    chosen: Candidate,
-    path: Path,
-    schedule: Schedule | None,
-    refusal: str,
-    checks: tuple[Check, ...],
-) -> dict[str, Any]:
-    """What `--json` prints."""
+@dataclass(frozen=True, eq=False)
+class Made:
+    """What was made of a design.
+
+    Attributes:
+        flown: The maneuver as it was written.
+        path: Where.
+        schedule: Its times; None if the sequencer would refuse it.
+        refusal: Why it would.
+        checks: Against the drop tower; none without a schedule.
+    """
+
+    flown: Candidate
+    path: Path
+    schedule: Schedule | None
+    refusal: str
+    checks: tuple[Check, ...]
+
+
+def result_of(found: Design, made: Made) -> dict[str, Any]:
+    """What `--json` prints: the maneuver as it was written, then swarm and optimum as they were found."""
+    schedule = made.schedule
     return {
-        **asdict(chosen),
+        **asdict(made.flown),
         "joints": [joint + 1 for joint in found.problem.joints],
         "swarm": {
             **asdict(found.swarm),
-            "best_reorientation_deg": [-math.degrees(value) for value in found.search.best_values],
+            "best_objective_deg": [math.degrees(value) for value in found.search.best_values],
             "evaluations": found.search.evaluations,
         },
         "optimum": {
@@ -39,28 +52,39 @@ def result_of(
             "summits_climbed": found.summits,
         },
         "swarm_behind_optimum_deg": found.gap_deg,
-        "file": path,
+        "file": made.path,
         "schedule": None if schedule is None else schedule.as_rows(),
         "end_s": None if schedule is None else schedule.end_s,
-        "sequencer_refuses": refusal or None,
-        "checks": [asdict(check) for check in checks],
+        "sequencer_refuses": made.refusal or None,
+        "checks": [asdict(check) for check in made.checks],
     }
 
 
-def show(
-    found: Design,
-    chosen: Candidate,
-    path: Path,
-    schedule: Schedule | None,
-    refusal: str,
-    checks: tuple[Check, ...],
-    out: Output,
-) -> None:
-    """What a person reads: swarm and optimum, what the drop tower says, what to type next."""
+def show(found: Design, made: Made, out: Output) -> None:
+    """What a person reads: swarm, optimum and what was written, what the drop tower says, what to type next."""
+    _show_candidates(found, made, out)
+    for check in made.checks:
+        if not check.passed:
+            out.warn(f"{check.name}: {check.sentence}")
+    path = made.path
+    if made.schedule is None:
+        out.warn(f"The drop robot's sequencer would refuse it: {made.refusal}")
+        out.line(f"Written to {path}. Look at it: tfsat-host simulate --file {path}")
+        return
+    if made.checks and all(check.passed for check in made.checks):
+        out.line(
+            f"It fits the drop tower: all {len(made.checks)} checks passed (tfsat-host envelope --file {path})."
+        )
+    out.line(
+        f"Written to {path}, ends {made.schedule.end_s:.2f} s after release. "
+        f"Next: tfsat-host upload-sequence --file {path}"
+    )
+
+
+def _show_candidates(found: Design, made: Made, out: Output) -> None:
     from tfsat_host.design.sequences import written
 
     joints = [f"joint {joint + 1} / deg" for joint in found.problem.joints]
-    columns = ("", *joints, "sequence", "turns / deg", "time / s", "turn per travel")
     rows = [
         (
             name,
@@ -70,28 +94,18 @@ def show(
             f"{one.duration_s:.4f}",
             f"{one.efficiency:.4f}",
         )
-        for name, one in (("swarm", found.swarm), ("optimum", found.optimum))
+        for name, one in (("swarm", found.swarm), ("optimum", found.optimum), ("written", made.flown))
     ]
-    out.table(columns, rows)
-    x, y, z = chosen.rotation_vector_deg
-    out.line(
-        f"Rotation vector of the {'swarm' if chosen is found.swarm else 'optimum'}: {x:.3f}, {y:.3f}, {z:.3f} deg."
-    )
-    out.line(f"The swarm stays {found.gap_deg:.3f} deg behind the optimum{_gain(found)}.")
-    for check in checks:
-        if not check.passed:
-            out.warn(f"{check.name}: {check.sentence}")
-    if schedule is None:
-        out.warn(f"The drop robot's sequencer would refuse it: {refusal}")
-        out.line(f"Written to {path}. Look at it: tfsat-host simulate --file {path}")
-        return
-    if checks and all(check.passed for check in checks):
-        out.line(
-            f"It fits the drop tower: all {len(checks)} checks passed (tfsat-host envelope --file {path})."
+    out.table(("", *joints, "sequence", "turns / deg", "time / s", "turn per travel"), rows)
+    x, y, z = made.flown.rotation_vector_deg
+    out.line(f"Rotation vector of what was written: {x:.3f}, {y:.3f}, {z:.3f} deg.")
+    if found.gap_deg is None:
+        out.warn(
+            f"The swarm takes {found.swarm.duration_s:.3f} s, longer than the time limit of "
+            f"{found.problem.time_limit_s:g} s: its penalty is too small to keep it."
         )
-    out.line(
-        f"Written to {path}, ends {schedule.end_s:.2f} s after release. Next: tfsat-host upload-sequence --file {path}"
-    )
+    else:
+        out.line(f"The swarm stays {found.gap_deg:.3f} deg behind the optimum{_gain(found)}.")
 
 
 def _gain(found: Design) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from collections.abc import Sequence as SequenceOf
 from typing import NamedTuple
 
 import numpy as np
@@ -46,9 +47,17 @@ class Summit(NamedTuple):
     residual: float
 
 
+class Start(NamedTuple):
+    """Where a climb may start: displacements (d,) of a sequence."""
+
+    sequence: Sequence
+    displacements_rad: FloatArray
+
+
 def find_optimum(
     problem: Problem,
     *,
+    starts: SequenceOf[Start] = (),
     grid_points: int = GRID_POINTS,
     progress: Callable[[float], None] = lambda _done: None,
 ) -> tuple[Summit, tuple[Summit, ...]]:
@@ -56,17 +65,18 @@ def find_optimum(
 
     Args:
         problem: The design problem.
+        starts: Where to start as well, whatever the grid finds.
         grid_points: About how many points the grid has.
         progress: Told the share of the work that was done.
     """
     sequences = classes(len(problem.joints))
     candidates = _grid_maxima(problem, problem.loops(sequences), grid_points)
     progress(0.3)
-    summits: list[Summit] = []
-    best = max(value for value, _, _ in candidates)
-    for value, sequence, start in candidates:
+    summits = [climb(problem, start.sequence, start.displacements_rad) for start in starts]
+    best = max([candidates[0][0], *(summit.reorientation_rad for summit in summits)])
+    for value, sequence, displacements in candidates:
         if value >= _WORTH_CLIMBING * best:
-            summits.append(climb(problem, sequences[sequence], start))
+            summits.append(climb(problem, sequences[sequence], displacements))
             best = max(best, summits[-1].reorientation_rad)
         progress(0.7 / len(candidates))
     ranked = tuple(sorted(summits, key=lambda summit: -summit.reorientation_rad))
@@ -121,11 +131,13 @@ def _held_back(problem: Problem, top: FloatArray, gradient: FloatArray) -> tuple
 def _grid_maxima(problem: Problem, loops: Loops, grid_points: int) -> list[tuple[float, int, FloatArray]]:
     """Value, sequence and displacements of the grid's local maxima, best first."""
     d = len(problem.joints)
-    per_joint = max(3, math.floor(grid_points ** (1.0 / d)))
-    axes = [np.linspace(0.0, limit, per_joint) for limit in problem.limit_rad]
+    per_joint = max(d + 2, math.floor(grid_points ** (1.0 / d)))
+    # No farther than the time allows, or a short time would leave nothing but points where one joint moves alone.
+    reach = np.minimum(problem.limit_rad, problem.travel_limit_rad)
+    axes = [np.linspace(0.0, most, per_joint) for most in reach]
     nodes = np.array(list(itertools.product(range(per_joint), repeat=d)))
     points = np.stack([axis[nodes[:, j]] for j, axis in enumerate(axes)])
-    inside = points.sum(axis=0) <= problem.travel_limit_rad
+    inside = points.sum(axis=0) <= problem.travel_limit_rad * (1.0 + 1e-12)
     nodes, points = nodes[inside], points[:, inside]
     angles = loops.angles_rad(points)
     maxima: list[tuple[float, int, FloatArray]] = []

@@ -16,7 +16,9 @@ from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.robot import RobotModel
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
+MOST_JOINTS = 4  # 864 sequences; five joints have 39480
 _STEPS = (2, 3, 4, 6, 9, 14)
+_LEAST_RAD = math.radians(0.01)  # the sequencer's resolution
 _ENOUGH_RAD = math.radians(5e-4)
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
 
@@ -113,6 +115,14 @@ class Problem:
             settings.steps or _enough_steps(body, joints, start, directions * limit),
         )
 
+    def __post_init__(self) -> None:
+        """Raises DesignError if the time is too short to move anything."""
+        if self.travel_limit_rad < len(self.joints) * _LEAST_RAD:
+            raise DesignError(
+                "time limit",
+                f"In {self.time_limit_s:g} s at {math.degrees(self.speed_rad_s):g} deg/s no joint turns by 0.01 deg.",
+            )
+
     @property
     def travel_limit_rad(self) -> float:
         """Greatest sum of displacements within the time limit: every joint moves out and back."""
@@ -157,6 +167,12 @@ def _enough_steps(body: Multibody, joints: tuple[int, ...], start: FloatArray, r
 def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:
     if len(set(joints)) != len(joints) or len(joints) < 2:
         raise DesignError("joints", "A loop that turns the robot needs two or more different joints.")
+    if len(joints) > MOST_JOINTS:
+        raise DesignError(
+            "joints",
+            f"{len(joints)} joints are too many for one loop: their sequences would take hours. "
+            f"Choose up to {MOST_JOINTS} with --joints.",
+        )
     for joint in joints:
         if not 0 <= joint < robot.n_joints:
             raise DesignError("joints", f"{robot.name} has joints 1 to {robot.n_joints}, not {joint + 1}.")
@@ -166,9 +182,9 @@ def _check_limits(robot: RobotModel, joints: tuple[int, ...], limit: FloatArray,
     if limit.shape != (len(joints),):
         raise DesignError("limit", f"{len(joints)} joints move, and {limit.size} limits were given.")
     for joint, most, free in zip(joints, limit, room, strict=True):
-        if not 0.0 < most <= free + 1e-9:
+        if not _LEAST_RAD <= most <= free + 1e-9:
             raise DesignError(
                 "limit",
                 f"{robot.joint_names[joint]} can open by {math.degrees(free):g} deg from its start pose; "
-                f"{math.degrees(most):g} deg is not above zero and within that.",
+                f"{math.degrees(most):g} deg is not within that, or below the 0.01 deg that can be commanded.",
             )

@@ -9,8 +9,9 @@ from functools import partial
 
 import numpy as np
 
+from tfsat_host.design.errors import DesignError
 from tfsat_host.design.loops import best_sequence
-from tfsat_host.design.optimum import Summit, find_optimum
+from tfsat_host.design.optimum import Start, Summit, find_optimum
 from tfsat_host.design.problem import DesignSettings, Problem
 from tfsat_host.design.sequences import Sequence, backwards
 from tfsat_host.design.swarm import Found, minimize
@@ -22,6 +23,8 @@ from tfsat_host.units import CDEG_PER_DEG
 
 # Alternating stops when the sequence stays; ever new ones were not seen beyond three rounds.
 _ROUNDS = 10
+# The swarm may overrun the time by what its penalty does not yet feel.
+_ON_TIME_S = 1e-4
 # One result can afford what a search cannot.
 _FINE_STEPS = 16
 
@@ -69,12 +72,27 @@ class Design:
     summits: int
 
     @property
-    def gap_deg(self) -> float:
-        """How far the swarm's reorientation stays behind the optimum."""
+    def gap_deg(self) -> float | None:
+        """How far the swarm's reorientation stays behind the optimum; None if the swarm did not keep the time."""
+        if self.swarm.duration_s > self.problem.time_limit_s + _ON_TIME_S:
+            return None
         return self.optimum.reorientation_deg - self.swarm.reorientation_deg
 
+    def flown(self, candidate: Candidate) -> Candidate:
+        """The candidate as `maneuver` has it: displacements in whole hundredths of a degree."""
+        rounded = np.radians([rounded_down(abs(alpha)) for alpha in candidate.alpha_deg])
+        signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
+        sequence = tuple(int(math.copysign(signs[abs(stroke)], stroke)) for stroke in candidate.sequence)
+        return _candidate(self.problem, rounded, sequence)
+
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
-        """The strokes to be flown: displacements rounded down to 0.01 deg, so that they still fit into the time."""
+        """The strokes to be flown: displacements rounded down to 0.01 deg, so that they still fit into the time.
+
+        Raises:
+            DesignError: there is none.
+        """
+        if not candidate.sequence:
+            raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
         out_deg = {
             joint + 1: math.copysign(rounded_down(abs(alpha)), alpha)
             for joint, alpha in zip(self.problem.joints, candidate.alpha_deg, strict=True)
@@ -104,7 +122,11 @@ def design(
     chosen = settings or DesignSettings()
     problem = Problem.of(robot, chosen)
     found, sequence = search(problem, chosen, lambda done: progress(0.4 * done))
-    summit, summits = find_optimum(problem, progress=lambda done: progress(0.6 * done))
+    summit, summits = find_optimum(
+        problem,
+        starts=[Start(sequence, _within_time(problem, found.position))],
+        progress=lambda done: progress(0.6 * done),
+    )
     return Design(
         problem,
         candidate(problem, found.position, sequence),
@@ -148,10 +170,14 @@ def _in_turns(
 
 
 def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequence) -> Candidate:
-    """What displacements (d,) in a sequence of the problem's joints do."""
+    """What displacements (d,) in a sequence of the problem's joints do; of two ways round, the first in order."""
+    degrees = np.degrees(displacements_rad)
+    moving = tuple(stroke for stroke in sequence if rounded_down(degrees[abs(stroke) - 1]) > 0.0)
+    return _candidate(problem, displacements_rad, min(moving, backwards(moving)))
+
+
+def _candidate(problem: Problem, displacements_rad: FloatArray, moving: Sequence) -> Candidate:
     alpha = np.degrees(problem.directions * displacements_rad)
-    moving = tuple(stroke for stroke in sequence if rounded_down(abs(alpha[abs(stroke) - 1])) > 0.0)
-    moving = min(moving, backwards(moving))
     joints = [problem.joints[abs(stroke) - 1] for stroke in moving]
     deltas = np.array([math.copysign(1.0, stroke) * np.radians(alpha[abs(stroke) - 1]) for stroke in moving])
     rotation = path_rotation(problem.body, joints, deltas, start_rad=problem.start_rad, steps=_FINE_STEPS)
@@ -165,6 +191,13 @@ def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequenc
         angle,
         float(problem.duration_s(displacements_rad[:, None])[0]),
         angle / travel if travel > 0.0 else 0.0,
+    )
+
+
+def _within_time(problem: Problem, displacements_rad: FloatArray) -> FloatArray:
+    """Displacements shortened in proportion until they keep the time."""
+    return np.asarray(
+        displacements_rad * min(1.0, problem.travel_limit_rad / max(displacements_rad.sum(), 1e-12))
     )
 
 
