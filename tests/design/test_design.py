@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tfsat_host.design import DesignError, DesignSettings, Problem, design
 from tfsat_host.design.loops import best_sequence
@@ -154,7 +156,7 @@ def test_the_maneuver_can_be_scheduled_and_stays_within_the_time(drop_tower: Rob
     maneuver = found.maneuver(found.optimum, "designed")
     assert sum(abs(stroke.angle_deg) for stroke in maneuver.strokes) / maneuver.speed_deg_s <= 1.5
     for stroke, exact in zip(maneuver.strokes, found.optimum.alpha_deg[[0, 1, 0, 1]], strict=True):
-        assert 0.0 <= exact - abs(stroke.angle_deg) < 0.0101
+        assert abs(exact - abs(stroke.angle_deg)) < 0.0101
     schedule = schedule_maneuver(maneuver)
     assert [s.joint for s in schedule.strokes] == [1, 2, 1, 2]
     assert not schedule.notices
@@ -201,7 +203,25 @@ def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> N
     assert flown.reorientation_deg == pytest.approx(float(np.degrees(rotation_angle_rad(rotation))), abs=1e-9)
     assert flown.duration_s == pytest.approx(np.degrees(np.abs(deltas).sum()) / 170.0)
     assert flown.sequence == found.optimum.sequence
-    assert 0.0 < found.optimum.reorientation_deg - flown.reorientation_deg < 0.01
+    assert abs(found.optimum.reorientation_deg - flown.reorientation_deg) < 1e-4
+
+
+@given(
+    time_limit_s=st.floats(0.1, 3.0),
+    shares=st.lists(st.floats(0.01, 1.0), min_size=3, max_size=3),
+)
+def test_what_is_commanded_is_near_and_keeps_time_and_limits(
+    drop_tower: RobotModel, time_limit_s: float, shares: list[float]
+) -> None:
+    problem = Problem.of(drop_tower, DesignSettings(time_limit_s=time_limit_s))
+    total = np.degrees(problem.travel_limit_rad)
+    wanted = np.minimum(np.array(shares) / sum(shares) * total, 90.0)
+    commanded = problem.commanded_deg(wanted)
+    assert commanded * 100 == pytest.approx(np.rint(commanded * 100), abs=1e-6)
+    assert np.abs(commanded - wanted).max() <= 0.0151
+    assert commanded.sum() <= total + 1e-6
+    assert (commanded >= 0.0).all()
+    assert (commanded <= 90.0).all()
 
 
 def test_turns_end_with_the_best_of_their_rounds(

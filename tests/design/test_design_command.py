@@ -15,7 +15,8 @@ def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:
     assert designed["alpha_deg"] == pytest.approx([59.40, 68.10, 0.0], abs=0.01)
     assert designed["optimum"]["reorientation_deg"] == pytest.approx(25.677, abs=0.001)
     assert designed["optimum"]["duration_s"] == pytest.approx(1.5)
-    assert 1.4995 < designed["duration_s"] <= 1.5
+    assert designed["duration_s"] == pytest.approx(1.5)
+    assert [abs(s["angle_deg"]) for s in designed["schedule"]] == [59.4, 68.1, 59.4, 68.1]
     assert all(check["passed"] for check in designed["checks"])
     flown = tfsat_host.json("simulate", "--file", "maneuver.toml")
     assert flown["reorientation_deg"] == pytest.approx(designed["reorientation_deg"], abs=1e-6)
@@ -55,11 +56,40 @@ def test_everything_can_be_set(tfsat_host: RunCli) -> None:
     assert tomllib.loads((tfsat_host.folder / "maneuver.toml").read_text())["speed_deg_s"] == 100.0
 
 
-def test_a_robot_in_orbit_is_designed_for_and_the_sequencers_refusal_is_said(tfsat_host: RunCli) -> None:
+def test_a_robot_in_orbit_has_no_sequencer_and_no_drop_tower(tfsat_host: RunCli) -> None:
     done = tfsat_host("design", "--robot", "cubesat_3u", "--time-limit", 12)
     assert "39.408" in done.stdout
-    assert "sequencer would refuse" in done.stderr
-    assert "simulate --file maneuver.toml" in done.stdout
+    assert done.stderr.count("\n") == 1  # progress alone
+    assert "upload-sequence" not in done.stdout
+    command = "simulate --file maneuver.toml --robot cubesat_3u"
+    assert f"Next: tfsat-host {command}" in done.stdout
+    assert tfsat_host.json(*command.split())["reorientation_deg"] == pytest.approx(39.408, abs=1e-3)
+    designed = tfsat_host.json("design", "--robot", "cubesat_3u", "--time-limit", 12)
+    assert designed["schedule"] is None
+    assert designed["checks"] == []
+    assert tomllib.loads((tfsat_host.folder / "maneuver.toml").read_text())["speed_deg_s"] == 30.0
+
+
+def test_what_the_sequencer_refuses_is_said(tfsat_host: RunCli) -> None:
+    done = tfsat_host("design", "--time-limit", 3)
+    assert "sequencer would refuse it" in done.stderr
+    assert "upload-sequence" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("args", "check"), [(("--time-limit", "1.6"), "stroke-time"), (("--joints", "1,3"), "clearance")]
+)
+def test_what_fails_a_check_is_not_recommended(tfsat_host: RunCli, args: tuple[str, ...], check: str) -> None:
+    done = tfsat_host("design", *args, expect=3)
+    assert f"The check {check} failed" in done.stderr
+    assert "Do not fly it" in done.stdout
+    assert "upload-sequence" not in done.stdout
+    tfsat_host("envelope", "--file", "maneuver.toml", expect=3)
+
+
+def test_a_speed_that_no_servo_reaches_is_said(tfsat_host: RunCli) -> None:
+    done = tfsat_host("design", "--speed", 300, expect=None)
+    assert "above the greatest rate of the servos" in done.stderr
 
 
 def test_a_penalty_too_small_for_the_time_is_said(tfsat_host: RunCli) -> None:
@@ -86,6 +116,7 @@ def test_somebody_elses_file_stays(tfsat_host: RunCli) -> None:
         (("--joints", "1"), "two or more"),
         (("--joints", "0,1"), "no joints"),
         (("--joints", "1,4"), "joints 1 to 3"),
+        (("--joints", "4"), "joints 1 to 3"),
         (("--limit", "90,90"), "3 joints move, and 2 limits"),
         (("--limit", "90,90,95"), "95 deg"),
         (("--time-limit", "0"), "time limit is 0"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,11 @@ from tfsat_host.cli.design_words import Made, result_of, show
 from tfsat_host.cli.options import add_output_options, file_name, number, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
-from tfsat_host.errors import UsageError
+from tfsat_host.errors import DataLossError, UsageError
 
 if TYPE_CHECKING:
     from tfsat_host.design import Candidate, Coefficient, DesignSettings
-    from tfsat_host.facility import Check
-    from tfsat_host.maneuver import Maneuver, Schedule
+    from tfsat_host.maneuver import Maneuver
     from tfsat_host.robot import RobotModel
 
 _DEFAULT_FILE = Path("maneuver.toml")
@@ -28,7 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Design the closed loop of strokes that turns the robot farthest in the given time: the paper's particle "
         "swarm over all sequences, and the true optimum beside it. Writes the optimum as a maneuver file for "
-        "upload-sequence --file."
+        "upload-sequence --file. Exit code 3 if a check against the drop tower fails."
     )
     asked = parser.add_argument_group("what is asked for")
     asked.add_argument(
@@ -49,9 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     asked.add_argument("--penalty", metavar="P", type=number, help="P, deg/s^2 of overtime (default 1e11)")
     swarm = parser.add_argument_group("particle swarm")
-    swarm.add_argument(
-        "--seed", metavar="N", type=seed, default=1, help="seed of its random numbers (default 1)"
-    )
+    swarm.add_argument("--seed", metavar="N", type=seed, help="seed of its random numbers (default 1)")
     swarm.add_argument("--particles", metavar="N", type=_count, help="number of particles (default 48)")
     swarm.add_argument("--iterations", metavar="N", type=_count, help="number of iterations (default 50)")
     for option, what in (
@@ -120,11 +118,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     flown = found.flown(chosen)
     maneuver = found.maneuver(chosen, _name(flown, robot))
     _write(path, maneuver, force=args.force)
-    schedule, refusal = _scheduled(maneuver)
-    checks = () if schedule is None else _checked(schedule, robot)
-    made = Made(flown, path, schedule, refusal, checks)
+    made = _judged(robot, maneuver, Made(flown, path, "" if args.robot is None else f" --robot {args.robot}"))
     out.result(result_of(found, made), lambda: show(found, made, out))
-    return 0
+    return 0 if all(check.passed for check in made.checks) else DataLossError.exit_code
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:
@@ -148,7 +144,7 @@ def _settings(args: argparse.Namespace) -> DesignSettings:
             _coefficient(args.own_best, paper.own_best, "--own-best"),
             _coefficient(args.best_of_all, paper.best_of_all, "--best-of-all"),
         ),
-        seed=args.seed,
+        seed=1 if args.seed is None else args.seed,
     )
 
 
@@ -179,26 +175,25 @@ def _write(path: Path, maneuver: Maneuver, *, force: bool) -> None:
     write_all([file], force=force)
 
 
-def _scheduled(maneuver: Maneuver) -> tuple[Schedule | None, str]:
-    """The schedule, or why the sequencer would refuse the maneuver (a robot in orbit has another one)."""
-    from tfsat_host.maneuver import ManeuverError, schedule_maneuver
-
-    try:
-        return schedule_maneuver(maneuver), ""
-    except ManeuverError as error:
-        return None, error.what
-
-
-def _checked(schedule: Schedule, robot: RobotModel) -> tuple[Check, ...]:
-    """The checks against the drop tower; none for a robot without outlines."""
+def _judged(robot: RobotModel, maneuver: Maneuver, made: Made) -> Made:
+    """What the drop robot's sequencer and the drop tower say; nothing of a robot that no sequencer commands."""
     from tfsat_host.facility import EnvelopeError, check_maneuver, envelope_of, load_tower
+    from tfsat_host.maneuver import ManeuverError, schedule_maneuver
+    from tfsat_host.maneuver.servo_speed import servo_speed_notices
 
+    if any(servo.pulses is None for servo in robot.servos):
+        return made
+    try:
+        schedule = schedule_maneuver(maneuver)
+    except ManeuverError as error:
+        return replace(made, refusal=error.what)
+    made = replace(made, schedule=schedule, notices=servo_speed_notices(schedule, robot.path))
     tower = load_tower()
     try:
         envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
-    except EnvelopeError:
-        return ()
-    return check_maneuver(schedule, robot, tower, envelope)
+    except EnvelopeError as error:
+        return replace(made, notices=(*made.notices, f"Not checked against the drop tower: {error.what}"))
+    return replace(made, checks=check_maneuver(schedule, robot, tower, envelope))
 
 
 def _numbers(text: str) -> tuple[float, ...]:

@@ -22,16 +22,20 @@ class Made:
     Attributes:
         flown: The maneuver as it was written.
         path: Where.
-        schedule: Its times; None if the sequencer would refuse it.
+        robot_option: What commands that look at it need to be told of the robot.
+        schedule: Its times; None if no sequencer commands the robot, or it would refuse.
         refusal: Why it would.
         checks: Against the drop tower; none without a schedule.
+        notices: What else a person should know.
     """
 
     flown: Candidate
     path: Path
-    schedule: Schedule | None
-    refusal: str
-    checks: tuple[Check, ...]
+    robot_option: str
+    schedule: Schedule | None = None
+    refusal: str = ""
+    checks: tuple[Check, ...] = ()
+    notices: tuple[str, ...] = ()
 
 
 def result_of(found: Design, made: Made) -> dict[str, Any]:
@@ -57,28 +61,35 @@ def result_of(found: Design, made: Made) -> dict[str, Any]:
         "end_s": None if schedule is None else schedule.end_s,
         "sequencer_refuses": made.refusal or None,
         "checks": [asdict(check) for check in made.checks],
+        "notices": list(made.notices),
     }
 
 
 def show(found: Design, made: Made, out: Output) -> None:
     """What a person reads: swarm, optimum and what was written, what the drop tower says, what to type next."""
     _show_candidates(found, made, out)
-    for check in made.checks:
-        if not check.passed:
-            out.warn(f"{check.name}: {check.sentence}")
-    path = made.path
-    if made.schedule is None:
-        out.warn(f"The drop robot's sequencer would refuse it: {made.refusal}")
-        out.line(f"Written to {path}. Look at it: tfsat-host simulate --file {path}")
-        return
-    if made.checks and all(check.passed for check in made.checks):
+    for notice in made.notices:
+        out.warn(notice)
+    failed = [check for check in made.checks if not check.passed]
+    for check in failed:
+        out.warn(f"The check {check.name} failed: {check.sentence}")
+    named = f"--file {made.path}{made.robot_option}"
+    if made.checks and not failed:
         out.line(
-            f"It fits the drop tower: all {len(made.checks)} checks passed (tfsat-host envelope --file {path})."
+            f"It fits the drop tower: all {len(made.checks)} checks passed (tfsat-host envelope {named})."
         )
-    out.line(
-        f"Written to {path}, ends {made.schedule.end_s:.2f} s after release. "
-        f"Next: tfsat-host upload-sequence --file {path}"
-    )
+    if made.schedule is not None:
+        out.line(f"Written to {made.path}; ends {made.schedule.end_s:.2f} s after release.")
+    else:
+        if made.refusal:
+            out.warn(f"The drop robot's sequencer would refuse it: {made.refusal}")
+        out.line(f"Written to {made.path}.")
+    if made.schedule is None:
+        out.line(f"Next: tfsat-host simulate {named}")
+    elif failed:
+        out.line("Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed.")
+    else:
+        out.line(f"Next: tfsat-host upload-sequence --file {made.path}")
 
 
 def _show_candidates(found: Design, made: Made, out: Output) -> None:

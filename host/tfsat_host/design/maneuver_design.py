@@ -19,7 +19,6 @@ from tfsat_host.dynamics import path_rotation, rotation_vector_rad
 from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.maneuver import Maneuver, Stroke
 from tfsat_host.robot import RobotModel
-from tfsat_host.units import CDEG_PER_DEG
 
 # Alternating stops when the sequence stays; ever new ones were not seen beyond three rounds.
 _ROUNDS = 10
@@ -80,28 +79,26 @@ class Design:
 
     def flown(self, candidate: Candidate) -> Candidate:
         """The candidate as `maneuver` has it: displacements in whole hundredths of a degree."""
-        rounded = np.radians([rounded_down(abs(alpha)) for alpha in candidate.alpha_deg])
+        rounded = np.radians(self.problem.commanded_deg(np.abs(candidate.alpha_deg)))
         signs = {joint + 1: number for number, joint in enumerate(self.problem.joints, start=1)}
         sequence = tuple(int(math.copysign(signs[abs(stroke)], stroke)) for stroke in candidate.sequence)
         return _candidate(self.problem, rounded, sequence)
 
     def maneuver(self, candidate: Candidate, name: str = "") -> Maneuver:
-        """The strokes to be flown: displacements rounded down to 0.01 deg, so that they still fit into the time.
+        """The strokes to be flown: displacements rounded to 0.01 deg so that they still fit into the time.
 
         Raises:
             DesignError: there is none.
         """
         if not candidate.sequence:
             raise DesignError("particles", "Nothing that was found turns a joint by 0.01 deg.")
-        out_deg = {
-            joint + 1: math.copysign(rounded_down(abs(alpha)), alpha)
-            for joint, alpha in zip(self.problem.joints, candidate.alpha_deg, strict=True)
-        }
+        commanded = self.problem.commanded_deg(np.abs(candidate.alpha_deg)) * self.problem.directions
+        out_deg = {joint + 1: float(deg) for joint, deg in zip(self.problem.joints, commanded, strict=True)}
         strokes = tuple(
             Stroke(abs(signed), math.copysign(1.0, signed) * out_deg[abs(signed)])
             for signed in candidate.sequence
         )
-        return Maneuver(strokes, speed_deg_s=math.degrees(self.problem.speed_rad_s), name=name)
+        return Maneuver(strokes, speed_deg_s=round(math.degrees(self.problem.speed_rad_s), 9), name=name)
 
 
 def design(
@@ -171,13 +168,13 @@ def _in_turns(
 
 def candidate(problem: Problem, displacements_rad: FloatArray, sequence: Sequence) -> Candidate:
     """What displacements (d,) in a sequence of the problem's joints do; of two ways round, the first in order."""
-    degrees = np.degrees(displacements_rad)
-    moving = tuple(stroke for stroke in sequence if rounded_down(degrees[abs(stroke) - 1]) > 0.0)
+    commanded = problem.commanded_deg(np.degrees(displacements_rad))
+    moving = tuple(stroke for stroke in sequence if commanded[abs(stroke) - 1] > 0.0)
     return _candidate(problem, displacements_rad, min(moving, backwards(moving)))
 
 
 def _candidate(problem: Problem, displacements_rad: FloatArray, moving: Sequence) -> Candidate:
-    alpha = np.degrees(problem.directions * displacements_rad)
+    alpha = np.degrees(problem.directions * displacements_rad) + 0.0  # no minus zeros
     joints = [problem.joints[abs(stroke) - 1] for stroke in moving]
     deltas = np.array([math.copysign(1.0, stroke) * np.radians(alpha[abs(stroke) - 1]) for stroke in moving])
     rotation = path_rotation(problem.body, joints, deltas, start_rad=problem.start_rad, steps=_FINE_STEPS)
@@ -199,11 +196,6 @@ def _within_time(problem: Problem, displacements_rad: FloatArray) -> FloatArray:
     return np.asarray(
         displacements_rad * min(1.0, problem.travel_limit_rad / max(displacements_rad.sum(), 1e-12))
     )
-
-
-def rounded_down(angle_deg: float) -> float:
-    """The angle in whole hundredths of a degree, as the sequencer holds it, never more."""
-    return math.floor(angle_deg * CDEG_PER_DEG + 1e-6) / CDEG_PER_DEG
 
 
 def _best(sequences: tuple[Sequence, ...], angles_rad: FloatArray) -> Sequence:

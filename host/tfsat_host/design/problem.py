@@ -14,11 +14,13 @@ from tfsat_host.design.swarm import SwarmSettings
 from tfsat_host.dynamics import Multibody
 from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.robot import RobotModel
+from tfsat_host.units import CDEG_PER_DEG
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
 MOST_JOINTS = 4  # 864 sequences; five joints have 39480
 _STEPS = (2, 3, 4, 6, 9, 14)
 _LEAST_RAD = math.radians(0.01)  # the sequencer's resolution
+_EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
 _ENOUGH_RAD = math.radians(5e-4)
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
 
@@ -94,7 +96,7 @@ class Problem:
         _check_limits(robot, joints, limit, room)
         speed = settings.speed_deg_s
         if speed is None:
-            speed = math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in joints))
+            speed = round(math.degrees(min(robot.servos[joint].average_rate_rad_s for joint in joints)), 9)
         for name, value in (
             ("speed", speed),
             ("time limit", settings.time_limit_s),
@@ -140,6 +142,22 @@ class Problem:
             steps=self.steps,
         )
 
+    def commanded_deg(self, displacements_deg: FloatArray) -> FloatArray:
+        """Displacements (d,) in whole hundredths of a degree, as the sequencer holds them, that keep time and limits.
+
+        Each is the nearest, unless the sum would then be too long; then those that gained most lose it again.
+        """
+        exact = displacements_deg * CDEG_PER_DEG
+        most = np.floor(np.degrees(self.limit_rad) * CDEG_PER_DEG + _EXACT_CDEG)
+        whole = np.minimum(np.rint(exact), most)
+        allowed = np.floor(
+            np.degrees(max(self.travel_limit_rad, np.radians(displacements_deg.sum()))) * CDEG_PER_DEG
+            + _EXACT_CDEG
+        )
+        for number in np.argsort(exact - whole, kind="stable")[: int(max(whole.sum() - allowed, 0.0))]:
+            whole[number] -= 1.0
+        return np.asarray(whole / CDEG_PER_DEG)
+
     def duration_s(self, displacements_rad: FloatArray) -> FloatArray:
         """T (b,) of displacements (d, b): all strokes, one after another."""
         return np.asarray(2.0 * displacements_rad.sum(axis=0) / self.speed_rad_s)
@@ -165,6 +183,11 @@ def _enough_steps(body: Multibody, joints: tuple[int, ...], start: FloatArray, r
 
 
 def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:
+    for joint in joints:
+        if not 0 <= joint < robot.n_joints:
+            raise DesignError("joints", f"{robot.name} has joints 1 to {robot.n_joints}, not {joint + 1}.")
+    if robot.n_joints < 2:
+        raise DesignError("robot", f"A loop needs two joints; {robot.name} has {robot.n_joints}.")
     if len(set(joints)) != len(joints) or len(joints) < 2:
         raise DesignError("joints", "A loop that turns the robot needs two or more different joints.")
     if len(joints) > MOST_JOINTS:
@@ -173,9 +196,6 @@ def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:
             f"{len(joints)} joints are too many for one loop: their sequences would take hours. "
             f"Choose up to {MOST_JOINTS} with --joints.",
         )
-    for joint in joints:
-        if not 0 <= joint < robot.n_joints:
-            raise DesignError("joints", f"{robot.name} has joints 1 to {robot.n_joints}, not {joint + 1}.")
 
 
 def _check_limits(robot: RobotModel, joints: tuple[int, ...], limit: FloatArray, room: FloatArray) -> None:
