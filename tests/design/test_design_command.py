@@ -77,7 +77,8 @@ def test_what_the_sequencer_refuses_is_said(tfsat_host: RunCli) -> None:
 
 
 @pytest.mark.parametrize(
-    ("args", "check"), [(("--time-limit", "1.6"), "stroke-time"), (("--joints", "1,3"), "clearance")]
+    ("args", "check"),
+    [(("--time-limit", "1.6"), "stroke-time"), (("--joints", "1,3"), "transversal-velocity")],
 )
 def test_what_fails_a_check_is_not_recommended(tfsat_host: RunCli, args: tuple[str, ...], check: str) -> None:
     done = tfsat_host("design", *args, expect=3)
