@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import importlib
 import json
 import os
 import pty
@@ -13,7 +15,7 @@ from typing import NoReturn
 import pytest
 
 from tests.cli.process import RunCli
-from tfsat_host.cli import ports
+from tfsat_host.cli import envelope, ports, upload_sequence
 from tfsat_host.cli.main import COMMANDS, main
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 
@@ -241,3 +243,38 @@ def _processor_seconds(*args: str) -> float:
     _, status, used = os.wait4(process, 0)
     assert status == 0
     return used.ru_utime + used.ru_stime
+
+
+def test_interrupted_where_no_board_could_be(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(*_args: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(envelope, "run", interrupt)
+    assert main(["envelope", "59", "70"]) == 130
+    assert "board" not in capsys.readouterr().err
+    monkeypatch.setattr(upload_sequence, "run", interrupt)
+    assert main(["upload-sequence", "59", "70"]) == 130
+    assert "No board was connected: run" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [command.name for command in COMMANDS])
+def test_every_command_takes_a_negative_number_for_a_value(
+    command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """argparse itself takes -5 for a value, but -5,60,20 and -1e3 for unknown options."""
+    taken: list[list[str]] = []
+    module = importlib.import_module(next(c.module for c in COMMANDS if c.name == command))
+
+    def configure(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("--many", nargs=2)
+
+    def run(args: argparse.Namespace, _out: object) -> int:
+        taken.append(args.many)
+        return 0
+
+    monkeypatch.setattr(module, "configure", configure)
+    monkeypatch.setattr(module, "run", run)
+    assert main([command, "--many", "-5,60,20", "-1e3"]) == 0
+    assert taken == [["-5,60,20", "-1e3"]]

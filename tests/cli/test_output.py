@@ -6,6 +6,7 @@ import io
 import json
 import math
 import os
+import re
 import subprocess
 from enum import IntEnum, StrEnum
 from pathlib import Path
@@ -165,3 +166,33 @@ def test_what_a_campaign_leaves_is_not_committed(tmp_path: Path) -> None:
     command = ["git", "check-ignore", *left, *ours]
     told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert told.stdout.split() == left
+
+
+_COLUMNS = ("parameter", "value", "unit", "derivative of the reorientation / (deg / unit)", "gives / deg")
+_ROWS = [
+    ("body 3 principal moment", "0.001234", "kg m^2", "+0.3453", "0.234"),
+    ("stroke 2 end (joint 2)", "70", "deg", "-0.9876", "0.987"),
+]
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 100, 200])
+def test_a_table_breaks_no_word(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    terminal = Terminal()
+    Output(stdout=terminal).table(_COLUMNS, _ROWS, title="All of them")
+    shown = re.sub("\x1b\\[[0-9;]*m", "", terminal.getvalue())
+    assert max(map(len, shown.splitlines())) <= width
+    for text in (*_COLUMNS, *(cell for row in _ROWS for cell in row), "All of them"):
+        for word in text.split():
+            assert word in shown.split()
+
+
+def test_a_table_too_wide_for_the_terminal_is_a_block_for_each_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "50")
+    terminal = Terminal()
+    Output(stdout=terminal).table(("one" * 10, "two", "three" * 4), [("a b", 1, "c"), ("d", 2, "e")])
+    blocks = [block.splitlines() for block in re.split(r"\n *\n", terminal.getvalue().rstrip())]
+    assert [[line.split() for line in block] for block in blocks] == [
+        [["one" * 10, "a", "b"], ["two", "1"], ["three" * 4, "c"]],
+        [["one" * 10, "d"], ["two", "2"], ["three" * 4, "e"]],
+    ]

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.design.loops import Loops, best_sequence
 from tfsat_host.design.sequences import backwards, sequences
 from tfsat_host.dynamics import Multibody, path_rotation
+from tfsat_host.dynamics.stroke import STEPS
 from tfsat_host.robot import RobotModel
 
 ALPHA_DEG = np.array([[58.75, 40.0, 0.0], [70.29, 90.0, 30.0], [0.0, 55.0, 81.0]])
@@ -24,7 +25,7 @@ def test_every_sequence_is_walked_as_its_strokes_say(
     for s, sequence in enumerate(sequences(3)):
         joints = [abs(stroke) - 1 for stroke in sequence]
         deltas = (np.sign(sequence)[:, None] * alpha[joints]).T
-        walked = path_rotation(body, joints, deltas, start_rad=np.broadcast_to(start, (3, 3)))
+        walked = path_rotation(body, joints, deltas, start_rad=np.broadcast_to(start, (3, 3)), steps=STEPS)
         between = Rotation.from_quat(rotations[:, s].T).inv() * Rotation.from_quat(walked)
         assert np.degrees(between.magnitude()).max() < 1e-10
 
@@ -42,7 +43,7 @@ def test_a_sequence_flown_backwards_gives_the_inverse_rotation(drop_tower: Robot
 def test_some_joints_of_a_robot_in_another_order(drop_tower: RobotModel) -> None:
     body = Multibody.of(drop_tower)
     angles = Loops(body, (2, 0), sequences(2)).angles_rad(np.radians([[30.0], [60.0]]))
-    walked = path_rotation(body, [2, 0, 2, 0], np.radians([30.0, 60.0, -30.0, -60.0]))
+    walked = path_rotation(body, [2, 0, 2, 0], np.radians([30.0, 60.0, -30.0, -60.0]), steps=STEPS)
     assert sequences(2)[0] == (1, 2, -1, -2)
     assert angles[0, 0] == pytest.approx(2 * np.arccos(abs(walked[3])), abs=1e-9)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -41,3 +42,12 @@ def scissors() -> RobotModel:
         imus=(),
         angle_sensors=(),
     )
+
+
+def starting_at(robot: RobotModel, *start_deg: float) -> RobotModel:
+    """The same robot with its joints at these angles when it is released."""
+    servos = (
+        dataclasses.replace(servo, start_rad=math.radians(angle))
+        for servo, angle in zip(robot.servos, start_deg, strict=True)
+    )
+    return dataclasses.replace(robot, servos=tuple(servos))

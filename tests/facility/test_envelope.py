@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tests.facility.robots import schedule_of, scissors
+from tests.facility.robots import schedule_of, scissors, starting_at
 from tfsat_host.dynamics import Multibody
 from tfsat_host.facility import Envelope, EnvelopeError, envelope_of, permissible_transversal_velocities
 from tfsat_host.facility.envelope import envelope_of_motion
@@ -40,6 +40,44 @@ def test_scissors_reach_as_far_as_symmetry_says(angle_deg: float, base: int) -> 
     assert envelope.top_mm[-1] == pytest.approx(100.0 * math.cos(half_rad), abs=1e-3)
     assert envelope.bottom_mm[-1] == pytest.approx(-100.0 * math.cos(half_rad), abs=1e-3)
     assert envelope.height_mm == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize("start_deg", [-40.0, 25.0, 60.0])
+def test_scissors_start_where_their_servo_holds_them(start_deg: float) -> None:
+    robot = starting_at(scissors(), start_deg)
+    envelope = envelope_of(robot, schedule_of((1, 30.0)), until_s=FALL_S)
+    assert envelope.folded_radius_mm == pytest.approx(100.0 * _offset(start_deg, start_deg), abs=1e-3)
+    assert envelope.radius_mm[-1].max() == pytest.approx(
+        100.0 * _offset(start_deg, start_deg + 30.0), abs=1e-2
+    )
+
+
+def _offset(start_deg: float, angle_deg: float) -> float:
+    """Reach over a rod's length: the lower rod is upright at the start, the line halfway between both keeps still.
+
+    The hinge is the origin; rods turned by q about y from straight up and straight down end at (sin q, cos q).
+    """
+    half, middle = math.radians(angle_deg) / 2, math.radians(start_deg) / 2
+    lower, upper = -math.sin(middle - half), math.sin(middle + half)
+    center = (lower + upper) / 4
+    return max(abs(x - center) for x in (lower, 0.0, upper))
+
+
+def test_the_robot_of_the_paper_reaches_further_from_an_open_start_pose() -> None:
+    strokes = ((1, 45.0), (2, 45.0), (3, 37.5), (1, -45.0), (2, -45.0), (3, -37.5))
+    schedule = schedule_of(*strokes)
+    folded = envelope_of(ROBOT, schedule, until_s=FALL_S)
+    opened = envelope_of(starting_at(ROBOT, 45.0, 45.0, 45.0), schedule, until_s=FALL_S)
+    assert folded.max_radius_mm == pytest.approx(129.4, abs=0.5)
+    assert opened.max_radius_mm == pytest.approx(219.4, abs=0.5)
+
+
+def test_what_happens_after_the_landing_does_not_count() -> None:
+    strokes = schedule_of((1, 60.0), (1, -60.0))
+    landing_s = strokes.strokes[0].t_s + 0.1
+    envelope = envelope_of(scissors(), strokes, until_s=landing_s)
+    assert landing_s - 0.005 <= envelope.t_s[-1] <= landing_s
+    assert 0.0 < envelope.max_radius_mm < 50.0 * math.sin(math.radians(30.0))
 
 
 def test_a_tumbling_rod_reaches_as_far_as_it_is_tilted() -> None:
@@ -100,7 +138,7 @@ def test_the_reach_does_not_depend_on_the_speed() -> None:
     strokes = ((1, 40.0), (2, 50.0), (1, -40.0), (2, -50.0))
     reaches = [
         envelope_of(ROBOT, schedule_of(*strokes, speed_deg_s=speed), until_s=FALL_S).max_radius_mm
-        for speed in (150.0, 300.0)
+        for speed in (120.0, 155.0)  # the servos keep up with both
     ]
     assert reaches[0] == pytest.approx(reaches[1], abs=0.05)
 
@@ -142,6 +180,31 @@ def test_a_body_without_a_shape_is_named() -> None:
     with pytest.raises(EnvelopeError, match="no shape is given for body 4") as caught:
         envelope_of(robot, schedule_of(*PAPER), until_s=FALL_S)
     assert "boxes_mm" in caught.value.next_step
+
+
+def test_one_body_alone_has_no_maneuver() -> None:
+    alone = dataclasses.replace(
+        scissors(),
+        body_names=("rod",),
+        mass_kg=np.ones(1),
+        joint_names=(),
+        joint_inner=np.zeros(0, dtype=np.int64),
+        joint_outer=np.zeros(0, dtype=np.int64),
+        servos=(),
+    )
+    with pytest.raises(EnvelopeError, match="has no joints"):
+        envelope_of(alone, schedule_of((1, 30.0)), until_s=FALL_S)
+
+
+def test_a_stroke_that_outlasts_the_fall_by_an_hour_is_not_followed() -> None:
+    stroke = schedule_of((1, 60.0)).strokes[0]
+    slow = dataclasses.replace(stroke, end_us=3_600_000_000)
+    schedule = dataclasses.replace(schedule_of((1, 60.0)), strokes=(slow,), end_us=slow.end_us)
+    with pytest.raises(EnvelopeError, match="until 3600 s"):
+        envelope_of(scissors(), schedule, until_s=FALL_S)
+    later = dataclasses.replace(slow, t_us=3_000_000_000)
+    still = envelope_of(scissors(), dataclasses.replace(schedule, strokes=(later,)), until_s=FALL_S)
+    assert np.ptp(still.radius_mm) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_joint_that_the_robot_lacks_is_named() -> None:

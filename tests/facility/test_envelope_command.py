@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from tests.cli.process import RunCli
 from tfsat_host.facility.tower import default_facility_path
-from tfsat_host.maneuver import four_stroke, write_maneuver
+from tfsat_host.maneuver import Maneuver, Stroke, four_stroke, write_maneuver
+from tfsat_host.robot.path import default_robot_path
 
 
 def test_the_maneuver_of_the_paper_fits(tfsat_host: RunCli) -> None:
@@ -58,3 +59,80 @@ def test_mistakes_are_named(tfsat_host: RunCli) -> None:
     assert "drop_tower.toml cannot be read" in error["what"]
     error = tfsat_host.json("envelope", 59, 70, "--robot", "none.toml", expect=1)["error"]
     assert "none.toml" in error["what"]
+
+
+def write_robot(tfsat_host: RunCli, name: str, old: str, new: str) -> None:
+    text = default_robot_path().read_text(encoding="utf-8")
+    assert old in text
+    (tfsat_host.folder / name).write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_the_robot_starts_from_its_own_pose(tfsat_host: RunCli) -> None:
+    write_robot(tfsat_host, "open.toml", "start_deg = 0.0", "start_deg = 45.0")
+    strokes = [
+        Stroke(1, 45.0),
+        Stroke(2, 45.0),
+        Stroke(3, 37.5),
+        Stroke(1, -45.0),
+        Stroke(2, -45.0),
+        Stroke(3, -37.5),
+    ]
+    write_maneuver(Maneuver(tuple(strokes)), tfsat_host.folder / "maneuver.toml")
+    assert tfsat_host.json("envelope", "--file", "maneuver.toml")["fits"] is True
+    result = tfsat_host.json("envelope", "--file", "maneuver.toml", "--robot", "open.toml", expect=3)
+    assert [c["name"] for c in result["checks"] if not c["passed"]] == ["envelope", "transversal-velocity"]
+    assert result["max_radius_mm"] > 200.0
+
+
+def test_a_maneuver_beyond_the_robots_own_limits_is_refused(tfsat_host: RunCli) -> None:
+    write_robot(tfsat_host, "stiff.toml", "limits_deg = [0.0, 90.0]", "limits_deg = [0.0, 45.0]")
+    assert tfsat_host.json("envelope", 40, 40, "--robot", "stiff.toml")["fits"] is True
+    error = tfsat_host.json("envelope", 70, 57, "--robot", "stiff.toml", expect=1)["error"]
+    assert error["code"] == "joint-range"
+    assert "from 0 to 45 deg" in error["what"]
+
+
+def test_a_maneuver_that_the_sequencer_refuses_is_refused_for_the_robot_that_it_commands(
+    tfsat_host: RunCli,
+) -> None:
+    write_robot(tfsat_host, "open.toml", "start_deg = 0.0", "start_deg = 45.0")
+    error = tfsat_host.json("envelope", -30, 30, "--robot", "open.toml", expect=1)["error"]
+    assert (error["code"], "to -30.00 deg" in error["what"]) == ("joint-range", True)
+
+
+def test_a_robot_of_studies_is_checked_by_its_own_limits(tfsat_host: RunCli) -> None:
+    result = tfsat_host.json("envelope", 30, 40, "--robot", "cubesat_3u", expect=3)
+    assert [c["name"] for c in result["checks"] if not c["passed"]] == ["stroke-time", "landing"]
+    (tfsat_host.folder / "none.toml").write_text("schema = 1\nstrokes = []\n", encoding="utf-8")
+    error = tfsat_host.json("envelope", "--file", "none.toml", "--robot", "cubesat_3u", expect=1)["error"]
+    assert error["code"] == "no-strokes"
+
+
+def test_a_robot_that_turns_at_the_release_reaches_further(tfsat_host: RunCli) -> None:
+    result = tfsat_host.json("envelope", 59, 70, "--initial-rate", 20, 0, 0, expect=3)
+    assert result["initial_rate_deg_s"] == [20.0, 0.0, 0.0]
+    assert result["max_radius_mm"] > 200.0
+    error = tfsat_host.json("envelope", 59, 70, "--initial-rate", 0, "nan", 0, expect=2)["error"]
+    assert "is no rate" in error["what"]
+
+
+def test_robots_without_joints_or_outlines_are_refused_in_words(tfsat_host: RunCli) -> None:
+    text = default_robot_path().read_text(encoding="utf-8")
+    head, body = text.split("[[joint]]")[0].rsplit("[[body]]", 1)
+    alone = head.split("[[body]]")[0].replace('base = "body 3"', 'base = "body 4"') + "[[body]]" + body
+    (tfsat_host.folder / "alone.toml").write_text(alone, encoding="utf-8")
+    error = tfsat_host.json("envelope", 59, 70, "--robot", "alone.toml", expect=1)["error"]
+    assert "the robot has no joints" in error["what"]
+    bare = "\n".join(line for line in text.splitlines() if not line.startswith("boxes_mm"))
+    (tfsat_host.folder / "bare.toml").write_text(bare, encoding="utf-8")
+    error = tfsat_host.json("envelope", 59, 70, "--robot", "bare.toml", expect=1)["error"]
+    assert "no shape is given for body 1, body 2, body 3, body 4" in error["what"]
+
+
+def test_a_spring_that_only_balances_the_magnet_does_not_detach(tfsat_host: RunCli) -> None:
+    text = default_facility_path().read_text(encoding="utf-8")
+    weak = text.replace("spring_force_n = 11.1", "spring_force_n = 10.0")
+    (tfsat_host.folder / "weak.toml").write_text(weak, encoding="utf-8")
+    result = tfsat_host.json("envelope", 59, 70, "--facility", "weak.toml", expect=3)
+    assert [c["name"] for c in result["checks"] if not c["passed"]] == ["detaching-force"]
+    assert "more than 10.0 N" in tfsat_host("envelope", 59, 70, "--facility", "weak.toml", expect=3).stdout

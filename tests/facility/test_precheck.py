@@ -66,6 +66,7 @@ def test_the_numbers_of_the_paper_stand_in_the_checks() -> None:
     ("changes", "expected"),
     [
         ({"spring_force_n": 9.9}, {"detaching-force"}),
+        ({"spring_force_n": 10.0}, {"detaching-force"}),
         ({"residual_magnetism": 0.06}, {"detaching-force"}),
         ({"spring_stroke_mm": 0.9}, {"separation"}),
         ({"observed_release_velocity_mm_s": (19.0, 50.0)}, {"slowest-release", "pause", "clearance"}),
@@ -85,7 +86,9 @@ def test_each_check_fails_for_its_own_reason(changes: dict[str, Any], expected: 
     assert failed(found) == expected
     for name in expected:
         check = found[name]
-        assert (check.value > check.limit) if check.at_most else (check.value < check.limit)
+        short = check.limit - check.value if not check.at_most else check.value - check.limit
+        assert short >= 0.0 if check.beyond else short > 0.0
+        assert check.needed == ("more than" if check.beyond else "at most" if check.at_most else "at least")
 
 
 def test_strokes_that_take_too_long_are_doubtful() -> None:

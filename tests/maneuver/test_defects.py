@@ -119,3 +119,34 @@ def test_a_negative_angle_is_no_option(tfsat_host: RunCli, command: str, a_deg: 
 def test_a_negative_speed_is_no_option(tfsat_host: RunCli) -> None:
     arguments = ("upload-sequence", "59", "70", "--speed", "-1e3", "--dry-run")
     assert tfsat_host.json(*arguments, expect=1)["error"]["code"] == Defect.SPEED_RANGE
+
+
+@pytest.mark.parametrize(
+    ("command", "not_done"),
+    [
+        ("upload-sequence", "Nothing was sent to the robot."),
+        ("rehearse", "Nothing was flown."),
+        ("simulate", "Nothing was simulated."),
+        ("envelope", "Nothing was computed."),
+        ("sensitivity", "Nothing was computed."),
+    ],
+)
+def test_a_refusal_speaks_of_the_command_that_was_typed(
+    tfsat_host: RunCli, command: str, not_done: str
+) -> None:
+    (tfsat_host.folder / "far.toml").write_text("schema = 1\n[[strokes]]\njoint = 1\nangle_deg = 95\n")
+    for file in ("missing.toml", "far.toml"):
+        error = tfsat_host.json(command, "--file", file, expect=1)["error"]
+        assert error["meaning"].endswith(not_done)
+        assert error["meaning"].count("Nothing was") == 1
+    error = tfsat_host.json(command, "--file", "missing.toml", expect=1)["error"]
+    assert f"tfsat-host {command} --file" in error["next_step"]
+    assert f"tfsat-host {command} 59 70" in error["next_step"]
+
+
+@pytest.mark.parametrize("command", ["upload-sequence", "rehearse", "envelope", "sensitivity"])
+def test_without_strokes_there_is_no_maneuver(tfsat_host: RunCli, command: str) -> None:
+    (tfsat_host.folder / "still.toml").write_text("schema = 1\nstrokes = []\n")
+    error = tfsat_host.json(command, "--file", "still.toml", expect=1)["error"]
+    assert error["code"] == Defect.NO_STROKES
+    assert "still.toml" in error["what"]

@@ -40,6 +40,12 @@ def test_a_file_reads_back_as_it_was_written(tmp_path: Path) -> None:
     assert read_maneuver(tmp_path / "maneuver.toml") == maneuver
 
 
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path: Path) -> None:
+    maneuver = four_stroke(58.75, 70.29)
+    (tmp_path / "maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8-sig")
+    assert read_maneuver(tmp_path / "maneuver.toml") == maneuver
+
+
 lines = st.sampled_from(
     [
         "schema = 1",

@@ -143,3 +143,11 @@ def test_each_start_is_the_first_of_the_grid_after_the_stroke_before(maneuver: M
         work = abs(before.angle_cdeg) * 1_000_000
         assert (after.t_us - before.t_us) * schedule.speed_cdeg_s >= work
         assert (after.t_us - SCHEDULE_GRID_US - before.t_us) * schedule.speed_cdeg_s < work
+
+
+@pytest.mark.parametrize("noise", [-4e-15, 4e-15])
+def test_the_noise_of_radians_is_no_rounding(noise: float) -> None:
+    strokes = (Stroke(1, 20 + noise), Stroke(1, -20 - noise))
+    schedule = schedule_maneuver(Maneuver(strokes, speed_deg_s=30 + noise))
+    assert (schedule.speed_deg_s, schedule.notices) == (30.0, ())
+    assert schedule_maneuver(Maneuver(strokes, speed_deg_s=400.00000000000006)).speed_deg_s == 400.0

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
 from tfsat_host.orbit import Flight, Planner, PrimitiveTable, Sensing, fly, quaternion_of_euler_zyx
-from tfsat_host.orbit.flight import open_loop_error_rad
+from tfsat_host.orbit.flight import flown, open_loop_error_rad
 from tfsat_host.orbit.plant import drawn_robot
 from tfsat_host.robot import RobotModel
 
@@ -137,3 +137,12 @@ def test_a_drawn_robot_differs_as_its_file_says(cubesat: RobotModel, table: Prim
     assert abs(shifts_mm.mean()) < 0.2
     twice_mm = 1e3 * (drawn_robot(cubesat, 2.0, 0).com_m - table.body.com_m)
     assert twice_mm == pytest.approx(2.0 * shifts_mm[0])
+
+
+def test_backwards_undoes_a_primitive_on_any_robot(cubesat: RobotModel, table: PrimitiveTable) -> None:
+    plant = drawn_robot(cubesat, 3.0, 1)
+    for index in (0, 1000, len(table) - 1):
+        primitive = table.primitive(index)
+        there = flown(plant, table.start_rad, primitive)
+        back = flown(plant, table.start_rad, primitive.backwards)
+        assert quaternion.angle(quaternion.product(there, back)) < 1e-9

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 
+import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
@@ -56,5 +57,66 @@ def test_files_of_others_and_strange_pictures_are_refused(tfsat_host: RunCli) ->
     (tfsat_host.folder / "notes.csv").write_text("mine\n")
     tfsat_host(*GRID, "15", "--out", "notes.csv", expect=1)
     assert (tfsat_host.folder / "notes.csv").read_text() == "mine\n"
-    assert ".png" in tfsat_host(*GRID, "15", "--figure", "picture.doc", expect=1).stderr
-    tfsat_host(*GRID, "0", expect=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("15", "--figure", "picture.jpg"), ".png"),
+        (("15", "--out", "maneuver.toml"), "loops.csv"),
+        (("0",), "above zero"),
+        (("-5",), "above zero"),
+        (("15", "--speed", "0"), "--speed 30"),
+        (("15", "--limit", "30,30"), "--limit 30,30,30"),
+        (("15", "--joints", "1,4"), "joints 1 to 3"),
+        (("15", "--joints", "1,1"), "different"),
+        (("15", "--time-limit", "2"), "--time-limit"),
+        (("15", "--seed", "2"), "--seed"),
+        (("15", "--particles", "9"), "--particles"),
+        (("15", "--iterations", "9"), "--iterations"),
+        (("15", "--penalty", "1e9"), "--penalty"),
+        (("15", "--inertia", "1,1"), "--inertia"),
+        (("15", "--own-best", "1,1"), "--own-best"),
+        (("15", "--best-of-all", "1,1"), "--best-of-all"),
+        (("15", "--alternating", "--swarm"), "--alternating, --swarm"),
+    ],
+)
+def test_what_does_not_fit_a_grid_is_refused_by_name(
+    tfsat_host: RunCli, arguments: tuple[str, ...], told: str
+) -> None:
+    assert told in tfsat_host(*GRID, *arguments, expect=2).stderr
+    assert not list(tfsat_host.folder.glob("*.*"))
+
+
+def test_speed_limits_and_joints_are_kept_to(tfsat_host: RunCli) -> None:
+    found = tfsat_host.json(*GRID, "5", "--speed", "60", "--limit", "30,20", "--joints", "2,3")
+    assert found["maneuvers"] == 2 * 6 * 4
+    assert [sorted(pair["joints"]) for pair in found["pairs"]] == [[2, 3], [2, 3]]
+    for pair in (*found["pairs"], found["farthest"]):
+        by_joint = dict(zip(pair["joints"], (pair["alpha_deg"], pair["beta_deg"]), strict=True))
+        assert by_joint[2] <= 30.0 + 1e-9 and by_joint[3] <= 20.0 + 1e-9
+    assert found["average_rate_deg_s"] == pytest.approx(60.0 * found["most_efficient"]["efficiency"])
+    assert "at 60 deg/s" in tfsat_host(*GRID, "15", "--speed", "60").stdout
+
+
+def test_long_work_is_announced(tfsat_host: RunCli) -> None:
+    said = tfsat_host(*GRID, "0.9", "--joints", "1,2", "--out", "loops.csv", "--figure", "d.png").stderr
+    assert [line.rstrip(" …") for line in said.splitlines()] == [
+        "Computing the loops",
+        "Writing loops.csv",
+        "Writing d.png",
+    ]
+
+
+@pytest.mark.parametrize("robot", ["cubesat_3u", "drop_tower"])
+def test_both_of_the_most_efficient_are_stars_before_all_points(tfsat_host: RunCli, robot: str) -> None:
+    from matplotlib.colors import to_rgb
+    from matplotlib.image import imread
+
+    tfsat_host("design", "--robot", robot, "--grid", "2", "--figure", "d.png")
+    picture = np.asarray(imread(tfsat_host.folder / "d.png"))[:, :, :3]
+    gold = np.isclose(picture, to_rgb("gold"), atol=0.01).all(axis=2)
+    # One star is in the legend, at the upper left; the plot has two whole ones.
+    legend = gold[: len(gold) // 7].sum()
+    assert legend > 100
+    assert gold[len(gold) // 7 :].sum() > 1.5 * legend

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -46,12 +47,35 @@ def test_59_70_comes_back_from_the_card(tfsat_host: RunCli, sequencer: str) -> N
         assert sum(1 for _ in csv.reader(file)) == decoded["samples"] + 1
 
 
+@pytest.mark.parametrize(
+    ("angles", "agree_deg"), [(("54", "72"), 0.003), (("18", "90"), 0.003), (("59", "70"), 0.01)]
+)
+def test_simulate_computes_the_same_drop(
+    tfsat_host: RunCli, angles: tuple[str, str], agree_deg: float
+) -> None:
+    """The emulator's robot in C++ and the dynamics in Python, both released as the paper's robot was.
+
+    The servos' pulses are whole microseconds: 9 deg are 100 of them, but 59 deg are rounded by 0.04 deg.
+    """
+    flown = tfsat_host.json("rehearse", *angles, "--out", "a run")
+    assert flown["initial_rate_deg_s"] == [-0.73, -0.48, -0.77]
+    program, *command = shlex.split(flown["simulate_command"])
+    assert program == "tfsat-host"
+    computed = tfsat_host.json(*command)
+    assert computed["initial_rate_deg_s"] == flown["initial_rate_deg_s"]
+    assert computed["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=agree_deg)
+    at_rest = tfsat_host.json("simulate", *angles)
+    assert abs(at_rest["reorientation_deg"] - computed["reorientation_deg"]) > 1.0
+
+
 def test_folder_of_results(tfsat_host: RunCli) -> None:
     shown = tfsat_host("rehearse", "59", "70", "--out", "drop")
     folder = tfsat_host.folder / "drop"
     for name in ("SD.bin", "SD.csv", "maneuver.toml", "truth.csv", "summary.json"):
         assert (folder / name).stat().st_size > 0
     assert "27." in shown.stdout
+    assert "(-0.73, -0.48, -0.77) deg/s" in shown.stdout
+    assert "tfsat-host simulate --file drop/maneuver.toml --initial-rate -0.73 -0.48 -0.77" in shown.stdout
     assert "it ignored 1 knock (during the lift a blow is simulated" in shown.stdout
     summary = json.loads((folder / "summary.json").read_text())
     left = {path.name for path in folder.iterdir() if not path.name.startswith(".")}

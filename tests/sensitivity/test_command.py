@@ -40,6 +40,17 @@ def test_it_agrees_with_simulate_on_a_spinning_robot(tfsat_host: RunCli) -> None
     assert found["rotation_vector_deg"] == pytest.approx(simulated["rotation_vector_deg"], abs=1e-3)
 
 
+@pytest.mark.parametrize("speed", [170, 300, 400])
+@pytest.mark.parametrize("angles", [(59, 70), (20, 90)])
+def test_it_agrees_with_simulate_where_servos_are_too_slow(
+    tfsat_host: RunCli, angles: tuple[int, int], speed: int
+) -> None:
+    command = (*angles, "--speed", speed, "--initial-rate", "1", "-2", "3")
+    simulated = tfsat_host.json("simulate", *command, "--until", 2.5)
+    found = tfsat_host.json("sensitivity", *command, "--samples", 2)
+    assert found["rotation_vector_deg"] == pytest.approx(simulated["rotation_vector_deg"], abs=2e-3)
+
+
 def test_sigma_overrides_what_the_file_states(tfsat_host: RunCli) -> None:
     keys = ("mass_relative", "com_mm", "inertia_relative", "joint_point_mm", "joint_axis_deg", "stroke_deg")
     exact = [word for key in keys for word in ("--sigma", f"{key}=0")]
@@ -117,3 +128,18 @@ def test_a_maneuver_from_a_file(tfsat_host: RunCli) -> None:
     by_file = tfsat_host.json("sensitivity", "--file", "m.toml", "--samples", 20)
     by_angles = tfsat_host.json("sensitivity", 59, 70, "--samples", 20)
     assert by_file["monte_carlo"] == by_angles["monte_carlo"]
+
+
+def test_a_speed_beyond_the_servos_is_said(tfsat_host: RunCli) -> None:
+    command = ("sensitivity", 59, 70, "--samples", 2)
+    fast = tfsat_host(*command, "--speed", 400)
+    assert "above the greatest rate of the servos, 200 deg/s" in fast.stderr
+    assert "greatest rate" in tfsat_host.json(*command, "--speed", 400)["notices"][-1]
+    assert tfsat_host.json(*command)["notices"] == []
+
+
+def test_a_place_that_takes_no_file_is_named_before_anything_is_computed(tfsat_host: RunCli) -> None:
+    name = "x" * 246 + ".csv"  # leaves no room for what stands beside it until it is whole
+    refused = tfsat_host("sensitivity", 59, 70, "--samples", 5000, "--out", name, expect=1).stderr
+    assert f"Error: {name} cannot be written: " in refused
+    assert "Flying" not in refused

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -38,7 +39,9 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
     vectors = study.vectors(study.deviates(0))
     bodies, moves = study.parameters.robots(vectors), study.parameters.moves(vectors)
     together = final_attitude(bodies, moves, rate)
-    late = 0
+    # A drawn servo may be faster than the file's greatest rate, which binds `moved`.
+    servos = tuple(replace(servo, max_rate_rad_s=math.inf) for servo in robot.servos)
+    unbound, late = replace(robot, servos=servos), 0
     for i in range(len(vectors)):
         alone = Multibody.of(robot).replace(
             mass_kg=bodies.mass_kg[i],
@@ -54,7 +57,7 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
             timed.append(TimedMove(stroke.joint, size, moves.start_s[k, i], moves.end_s[k, i]))
             angle[stroke.joint] = reached
         late += bool((moves.end_s[:-1, i] > moves.start_s[1:, i]).any())
-        history = moved(robot, timed, end_s=max(2.5, float(moves.last_end_s[i])))
+        history = moved(unbound, timed, end_s=max(2.5, float(moves.last_end_s[i])))
         flight = propagate(alone, history, initial_rate_rad_s=rate, step_s=2e-3, order=6)
         assert _apart_deg(flight.quaternion_xyzw[-1], together[:, i]) < _MILLIDEGREE
     assert late, "no sample has two joints in motion at once"
@@ -72,10 +75,10 @@ def test_a_robot_without_errors_ends_where_the_path_of_its_strokes_leads(robot: 
 
 
 def test_a_joint_still_on_its_way_begins_its_next_stroke_when_it_has_arrived(robot: RobotModel) -> None:
-    strokes = [PlannedStroke(0, 0.5, 0.7), PlannedStroke(0, -0.5, 0.8)]
+    strokes = [PlannedStroke(0, 1.0, 0.7), PlannedStroke(0, -1.0, 0.8)]
     parameters = type(parameters_of(robot)).of(robot, Plan.of(robot, strokes, RATE_RAD_S))
     moves = parameters.moves(parameters.nominal[None])
-    assert moves.start_s[1, 0] == moves.end_s[0, 0] == pytest.approx(0.7 + 0.5 / RATE_RAD_S)
+    assert moves.start_s[1, 0] == moves.end_s[0, 0] == pytest.approx(0.7 + 1.0 / RATE_RAD_S)
 
 
 def test_a_stroke_of_no_angle_takes_no_time_and_moves_nothing(robot: RobotModel) -> None:

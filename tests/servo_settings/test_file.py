@@ -152,6 +152,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "latin.toml").write_bytes(b"# \xe9\nformat = 1\n")
     (tmp_path / "good.toml").write_text(format_settings(FACTORY))
     assert read_settings_file(tmp_path / "good.toml") == (FACTORY, [])
+    (tmp_path / "windows.toml").write_text(format_settings(FACTORY), encoding="utf-8-sig")
+    assert read_settings_file(tmp_path / "windows.toml") == (FACTORY, [])
     for name in ("latin.toml", "missing.toml", "."):
         with pytest.raises(SettingsError) as caught:
             read_settings_file(tmp_path / name)

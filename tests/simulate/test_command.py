@@ -196,6 +196,7 @@ def test_a_history_that_cannot_be_understood(tfsat_host: RunCli) -> None:
         (("59", "70", "--step", "0"), "leads nowhere"),
         (("59", "70", "--step", "1e-9"), "steps"),
         (("59", "70", "--initial-rate", "0", "nan", "0"), "is no rate"),
+        (("59", "70", "--initial-rate", "1e200", "0", "0"), "beyond 100000 deg/s"),
         (("59", "70", "--history", "h.csv"), "together with a maneuver"),
         (("59", "70", "--out", "motion.xlsx"), "neither in .csv nor in .npz"),
     ],
@@ -214,3 +215,64 @@ def test_a_maneuver_through_the_gimbal_lock_warns_of_nothing(tfsat_host: RunCli)
     )
     assert shown.stderr == ""
     assert max(columns(tfsat_host.folder / "tumble.csv")["body3_euler_y_deg"]) > 85.0
+
+
+def test_what_the_servos_cannot_do_in_time_is_done_later_and_said(tfsat_host: RunCli) -> None:
+    result = tfsat_host.json("simulate", 30, 45, "--out", "m.csv")
+    assert "Strokes 1, 2, 3, 4 end later" in result["notices"][0]
+    assert "propagation in time" in result["notices"][1]
+    # 200 deg/s at most, reached and left at 4000 deg/s^2.
+    for stroke, duration_s in zip(result["strokes"], (0.2, 0.275) * 2, strict=True):
+        assert stroke["end_s"] - stroke["t_s"] == pytest.approx(duration_s, abs=2e-6)
+    table = columns(tfsat_host.folder / "m.csv")
+    for joint in (1, 2):
+        rate, t_s = np.array(table[f"theta{joint}_rate_deg_s"]), np.array(table["t_s"])
+        assert np.abs(rate).max() <= 200.0 + 1e-6
+        assert (np.abs(np.diff(rate)) <= 4000.0 * np.diff(t_s) + 1e-4).all()
+    slow = tfsat_host.json("simulate", 30, 45, "--speed", 90)
+    assert slow["notices"] == []
+    assert slow["reorientation_deg"] != pytest.approx(result["reorientation_deg"], abs=1e-4)
+
+
+def test_the_error_of_the_integration_is_kept_small_or_said(tfsat_host: RunCli) -> None:
+    fast = ("simulate", 59, 70, "--initial-rate", 300, 200, 400)
+    result = tfsat_host.json(*fast)
+    assert result["integration_error_deg"] < 1e-4 and result["notices"] == []
+    coarse = tfsat_host.json(*fast, "--step", 1)
+    assert coarse["integration_error_deg"] > 1.0
+    assert "may be wrong by" in coarse["notices"][0] and "shorter --step" in coarse["notices"][0]
+
+
+def test_a_slow_maneuver_takes_as_long_as_it_takes(tfsat_host: RunCli) -> None:
+    slow, fast = tfsat_host.json("simulate", 59, 70, "--speed", 0.01), tfsat_host.json("simulate", 59, 70)
+    assert slow["duration_s"] > 25_000
+    assert slow["rotation_vector_deg"] == pytest.approx(fast["rotation_vector_deg"], abs=1e-6)
+
+
+def test_one_rigid_body_flies_but_no_maneuver_moves_it(tfsat_host: RunCli, tmp_path: Path) -> None:
+    one = write_robot_file(random_tree(np.random.default_rng(3), 1), tmp_path / "one.toml")
+    result = tfsat_host.json("simulate", "--robot", one, "--initial-rate", 10, 20, 30, "--out", "one.csv")
+    assert result["reorientation_deg"] > 10.0 and len(result["bodies"]) == 1
+    assert "no joints" in tfsat_host.json("simulate", 5, 5, "--robot", one, expect=2)["error"]["what"]
+
+
+def test_what_cannot_be_simulated_was_not_to_be_sent_anywhere(tfsat_host: RunCli, tmp_path: Path) -> None:
+    two = write_robot_file(random_tree(np.random.default_rng(3), 2), tmp_path / "two.toml")
+    for arguments in (("--file", write(tfsat_host.folder / "m.toml", (2, 10.0)), "--robot", two), (59, 99)):
+        error = tfsat_host.json("simulate", *arguments, expect=1)["error"]
+        assert error["meaning"].endswith("Nothing was simulated.") and "sent" not in error["meaning"]
+    assert "has joint 1 only" in tfsat_host.json("simulate", 5, 5, "--robot", two, expect=1)["error"]["what"]
+
+
+def test_a_spline_that_leaves_its_samples_is_said(tfsat_host: RunCli) -> None:
+    t_s = np.arange(0.0, 1.0, 0.01)
+    rows = np.column_stack([t_s, 60.0 * t_s, 0.0 * t_s, 0.0 * t_s]).tolist()
+    header, path = "t_s,theta1_deg,theta2_deg,theta3_deg\n", tfsat_host.folder / "h.csv"
+    path.write_text(header + "".join(f"{','.join(map(str, row))}\n" for row in rows))
+    assert not any("spline" in n for n in tfsat_host.json("simulate", "--history", "h.csv")["notices"])
+    rows.insert(51, [0.500002, 30.3, 0.0, 0.0])
+    path.write_text(header + "".join(f"{','.join(map(str, row))}\n" for row in rows))
+    notices = tfsat_host.json("simulate", "--history", "h.csv")["notices"]
+    assert "the spline takes joint 1" in notices[0] and "--between linear" in notices[0]
+    linear = tfsat_host.json("simulate", "--history", "h.csv", "--between", "linear")["notices"]
+    assert not any("spline" in n for n in linear)

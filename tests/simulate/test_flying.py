@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,14 @@ from scipy.spatial.transform import Rotation
 
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tests.simulate.maneuvers import maneuver
-from tfsat_host.dynamics import JointHistory, sampled
+from tfsat_host.dynamics import (
+    JointHistory,
+    Multibody,
+    joint_momentum,
+    locked_inertia,
+    propagate,
+    sampled,
+)
 from tfsat_host.dynamics.body_motion import body_attitudes, body_rates_rad_s
 from tfsat_host.dynamics.flying import Simulation, fly_history, fly_schedule, held, robot_limits
 from tfsat_host.maneuver import Defect, ManeuverError, four_stroke, schedule_maneuver
@@ -33,8 +41,10 @@ def fly(
     until_s: float = 6.0,
     base: int | None = None,
     rate_rad_s: np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None = None,
+    speed_deg_s: float = 170.0,
 ) -> Simulation:
-    schedule = schedule_maneuver(maneuver(*strokes), robot_limits(robot))
+    asked = replace(maneuver(*strokes), speed_deg_s=speed_deg_s)
+    schedule = schedule_maneuver(asked, robot_limits(robot))
     return fly_schedule(robot, schedule, until_s=until_s, base=base, initial_rate_rad_s=rate_rad_s)
 
 
@@ -63,8 +73,8 @@ def test_the_reversed_maneuver_gives_the_inverse_rotation() -> None:
 
 @pytest.mark.parametrize("base", range(5))
 def test_the_path_alone_and_the_propagation_in_time_agree(tmp_path: Path, base: int) -> None:
-    simulation = fly(five_bodies(tmp_path), *STRAY, base=base)
-    assert not simulation.is_closed
+    simulation = fly(five_bodies(tmp_path), *STRAY, base=base, speed_deg_s=90.0)
+    assert not simulation.is_closed and not simulation.strokes_overlap
     assert apart_deg(final(simulation), Rotation.from_quat(simulation.flight.quaternion_xyzw[-1])) < 1e-6
     assert np.degrees(final(simulation).magnitude()) > 5.0
 
@@ -124,6 +134,33 @@ def test_a_robot_that_holds_its_joints_tumbles_as_eulers_equations_say() -> None
     momentum, energy = flight.momentum(), flight.kinetic_energy_j()
     assert momentum == pytest.approx(np.tile(inertia @ RATE_RAD_S, (len(momentum), 1)), rel=1e-9)
     assert energy == pytest.approx(np.full(len(energy), 0.5 * RATE_RAD_S @ inertia @ RATE_RAD_S), rel=1e-9)
+
+
+def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_path_leads(
+    tmp_path: Path,
+) -> None:
+    robot = five_bodies(tmp_path)
+    cut, parted = fly(robot, *STRAY), fly(robot, *STRAY, speed_deg_s=90.0)
+    assert cut.strokes_overlap
+    assert np.array_equal(cut.quaternion_xyzw, cut.flight.quaternion_xyzw[-1])
+    assert apart_deg(final(cut), final(parted)) > 1e-5
+
+
+def test_momentum_by_the_rates_at_which_the_attitudes_change_is_conserved(tmp_path: Path) -> None:
+    """Rates of the flight are computed from the momentum; here they come from the attitudes alone."""
+    robot = five_bodies(tmp_path)
+    history = sampled(np.linspace(0.0, 1.0, 101), np.sin(np.outer(np.linspace(0.0, 1.0, 101), [3, 4, 5, 6])))
+    flight = propagate(Multibody.of(robot), history, initial_rate_rad_s=RATE_RAD_S, step_s=1e-3, order=4)
+    attitude = Rotation.from_quat(flight.quaternion_xyzw)
+    middle = slice(1, -1)
+    rate = (attitude[:-2].inv() * attitude[2:]).as_rotvec() / (flight.t_s[2:] - flight.t_s[:-2])[:, None]
+    angles, joint_rates = flight.angles_rad[middle], flight.angle_rates_rad_s[middle]
+    own = np.einsum("mij,mj->mi", locked_inertia(flight.body, angles), rate)
+    own += np.einsum("mij,mj->mi", joint_momentum(flight.body, angles), joint_rates)
+    momentum = attitude[1:-1].apply(own)
+    assert np.linalg.norm(momentum - flight.momentum()[0], axis=1).max() < 1e-4 * np.linalg.norm(
+        flight.momentum()[0]
+    )
 
 
 def test_momentum_is_kept_while_the_joints_move_and_the_robot_spins(tmp_path: Path) -> None:

@@ -42,6 +42,15 @@ def test_between_samples_a_spline_unless_lines_are_wanted(tmp_path: Path) -> Non
         ("t_s,theta1_deg,theta2_deg,theta3_deg\n1,0,0,0\n\n1,0,0,0\n", ":4: t_s is 1 after 1"),
         ("t_s,theta1_deg,theta2_deg,theta3_deg\n-1,0,0,0\n", ":2: the history begins at -1 s"),
         ('t_s,theta1_deg,theta2_deg,theta3_deg\n"0,0,0,0\n', "no CSV file"),
+        ("t_s,theta1_deg,theta1_deg,theta2_deg,theta3_deg\n", ":1: the column theta1_deg is there 2 times"),
+        ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,1_0,0,0\n", ":2: theta1_deg is '1_0'"),
+        ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,\u0661\u0660,0,0\n", ":2: theta1_deg is '\u0661\u0660'"),
+        (
+            't_s,note,theta1_deg,theta2_deg,theta3_deg\n0,"a\nb",0,0,0\n1,x,abc,0,0\n',
+            ":4: theta1_deg is 'abc'",
+        ),
+        ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,1e300,0,0\n", ":2: theta1_deg is 1e+300, beyond 100000"),
+        ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,0,0,0\n1e-320,0,0,0\n", ":3: t_s is 1e-320 s after"),
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, text: str, says: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
 from tfsat_host.cli.arming_logger import look_at_logger
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
-from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
+from tfsat_host.cli.options import add_device_options, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import JOINT_COUNT, START_POSE_TOLERANCE_CDEG
@@ -34,7 +34,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_device_options(parser, "sequencer")
     if parser.prog.endswith(" disarm"):
         return
-    accept_negative_numbers(parser)
     parser.add_argument(
         "--unrecorded",
         action="store_true",

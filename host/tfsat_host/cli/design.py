@@ -86,7 +86,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="instead: the distribution of all four-stroke loops on a grid of displacements",
     )
     result.add_argument(
-        "--figure", metavar="FILE", type=file_name, help="with --grid, a picture of it (PNG, PDF)"
+        "--figure", metavar="FILE", type=file_name, help="with --grid, a picture of it (PNG, PDF, SVG)"
     )
     add_output_options(parser)
 

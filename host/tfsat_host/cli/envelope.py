@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
+from tfsat_host.cli.initial_rate import add_initial_rate_option, initial_rate_rad_s
+from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, robots_maneuver, schedule_from
 from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
@@ -20,9 +21,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """The maneuver, the robot and the facility."""
     parser.description = (
         "Check a maneuver against the drop tower before it is uploaded: the time it takes, how far the moving "
-        "robot reaches and may drift, the release and the pause after it. Exit code 3 if a check fails."
+        "robot reaches and may drift, the release and the pause after it. It starts from the robot's start pose. "
+        "Exit code 3 if a check fails."
     )
-    add_maneuver_arguments(parser)
+    add_maneuver_arguments(parser, default_speed="what the robot file says of its servos")
     parser.add_argument(
         "--robot",
         metavar="FILE",
@@ -32,26 +34,43 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--facility", metavar="FILE", type=file_name, help="a facility file (default: COSMOTORRE's)"
     )
+    add_initial_rate_option(parser)
     add_output_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Computes the reach of the maneuver and compares everything with the facility."""
-    schedule = schedule_from(args, maneuver_from(args))  # refused before anything heavy is imported
-    for notice in schedule.notices:
-        out.warn(notice)
-
     from tfsat_host.facility import check_maneuver, envelope_of, load_tower
     from tfsat_host.robot import load_robot
 
+    rate = initial_rate_rad_s(args)
     robot = load_robot(args.robot)
+    schedule = _schedule(args, robot)
+    for notice in schedule.notices:
+        out.warn(notice)
     tower = load_tower(args.facility)
-    envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
+    envelope = envelope_of(robot, schedule, until_s=tower.fall_s, initial_rate_rad_s=rate)
     checks = check_maneuver(schedule, robot, tower, envelope)
     fits = all(check.passed for check in checks)
     result = _result(schedule, robot, tower, envelope, checks)
+    result["initial_rate_deg_s"] = args.initial_rate
     out.result(result, lambda: _show(tower, envelope, checks, out))
     return 0 if fits else DataLossError.exit_code
+
+
+def _schedule(args: argparse.Namespace, robot: RobotModel) -> Schedule:
+    """The strokes by the robot's own limits, and the sequencer's for a robot whose servos it commands."""
+    from dataclasses import replace
+
+    from tfsat_host.dynamics.flying import robot_limits
+    from tfsat_host.maneuver import SEQUENCER
+
+    maneuver = robots_maneuver(args, robot)
+    limits = replace(robot_limits(robot), strokes_min=SEQUENCER.strokes_min)
+    schedule = schedule_from(args, maneuver, limits)
+    if all(servo.pulses is not None for servo in robot.servos):
+        schedule_from(args, maneuver)
+    return schedule
 
 
 def _result(
@@ -85,7 +104,7 @@ def _show(tower: DropTower, envelope: Envelope, checks: tuple[Check, ...], out: 
         (
             check.name,
             _shown(check.value, check.unit),
-            f"{'at most' if check.at_most else 'at least'} {_shown(check.limit, check.unit)}",
+            f"{check.needed} {_shown(check.limit, check.unit)}",
             "ok" if check.passed else "NO",
             check.sentence,
         )

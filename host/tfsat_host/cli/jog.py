@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.connection import open_jog_client
-from tfsat_host.cli.options import accept_negative_numbers, add_device_options, number
+from tfsat_host.cli.options import add_device_options, number
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S, JOINT_COUNT
@@ -50,7 +50,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="hold it there so long before it is let go (default: 0)",
     )
     add_device_options(parser, "sequencer")
-    accept_negative_numbers(parser)
 
 
 class JogInterrupted(Interrupted):

@@ -141,9 +141,10 @@ def _replace_closed_streams() -> None:
 
 
 def _dispatch(argv: Sequence[str], out: Output) -> int:
+    args = argparse.Namespace()
     try:
         parser, module = _parser_for(argv)
-        args = parser.parse_args(argv)
+        parser.parse_args(argv, args)
         if module is None:
             parser.print_help()
             return 0
@@ -153,13 +154,7 @@ def _dispatch(argv: Sequence[str], out: Output) -> int:
     except TfsatError as error:
         return out.error(error)
     except KeyboardInterrupt:
-        out.error(
-            TfsatError(
-                what="Interrupted.",
-                meaning="The command stopped before it was done.",
-                next_step="No board was connected: run the same command again when ready.",
-            )
-        )
+        out.error(_interrupted(talks_to_boards="emulated" in args))
         return EXIT_INTERRUPTED
     except BrokenPipeError:
         raise
@@ -195,7 +190,10 @@ def _parser_for(argv: Sequence[str]) -> tuple[Parser, CommandModule | None]:
             allow_abbrev=False,
         )
         if command.name == chosen:
+            from tfsat_host.cli.options import accept_negative_numbers
+
             module = cast(CommandModule, importlib.import_module(command.module))
+            accept_negative_numbers(subparser)
             module.configure(subparser)
     return parser, module
 
@@ -215,6 +213,16 @@ def _command_formatter(prog: str) -> argparse.HelpFormatter:
     from rich_argparse import RichHelpFormatter
 
     return RichHelpFormatter(prog, max_help_position=28)
+
+
+def _interrupted(*, talks_to_boards: bool) -> TfsatError:
+    """Ctrl-C where no command made more of it: no board was connected yet, or there is none."""
+    again = "run the same command again when ready."
+    return TfsatError(
+        what="Interrupted.",
+        meaning="The command stopped before it was done.",
+        next_step=f"No board was connected: {again}" if talks_to_boards else again.capitalize(),
+    )
 
 
 def _system_error(error: OSError) -> TfsatError:

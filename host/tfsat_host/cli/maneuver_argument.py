@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import accept_negative_numbers, file_name, number
+from tfsat_host.cli.options import file_name, number
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,10 +19,19 @@ WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, 
 
 
 def add_maneuver_arguments(
-    parser: argparse.ArgumentParser, *, default_speed: str = "170"
+    parser: argparse.ArgumentParser,
+    *,
+    default_speed: str = "170",
+    nothing_done: str = "Nothing was computed.",
 ) -> argparse._ArgumentGroup:
-    """`A B`, `--file` and `--speed`; gives the group, for what else a command wants to know of the maneuver."""
-    accept_negative_numbers(parser)
+    """`A B`, `--file` and `--speed`; gives the group, for what else a command wants to know of the maneuver.
+
+    Args:
+        parser: Of the command.
+        default_speed: For the help.
+        nothing_done: What a maneuver that is refused means for this command, one sentence.
+    """
+    parser.set_defaults(nothing_done=nothing_done)
     group = parser.add_argument_group("maneuver")
     group.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg, to 0.01")
     group.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg, to 0.01")
@@ -57,7 +68,8 @@ def maneuver_from(args: argparse.Namespace, *, default_speed_deg_s: float | None
                 meaning="Nothing was done.",
                 next_step=f"tfsat-host {args.command} --file {args.file}",
             )
-        return read_maneuver(args.file)
+        with _refusals(args):
+            return read_maneuver(args.file)
     if args.a_deg is None or args.b_deg is None:
         raise UsageError(
             what="Two angles are needed: A of joint 1 and B of joint 2.",
@@ -89,9 +101,27 @@ def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits |
     """
     from tfsat_host.maneuver import SEQUENCER, ManeuverError, schedule_maneuver
 
+    with _refusals(args):
+        try:
+            return schedule_maneuver(maneuver, limits or SEQUENCER)
+        except ManeuverError as error:
+            if args.file is None:
+                raise
+            raise error.in_file(str(args.file)) from error
+
+
+@contextmanager
+def _refusals(args: argparse.Namespace) -> Iterator[None]:
+    """A maneuver that is refused, in the words of the command that was typed."""
+    from tfsat_host.maneuver import Defect, ManeuverError
+
     try:
-        return schedule_maneuver(maneuver, limits or SEQUENCER)
+        yield
     except ManeuverError as error:
-        if args.file is None:
-            raise
-        raise error.in_file(str(args.file)) from error
+        error.meaning = f"{error.meaning} {args.nothing_done}"
+        if error.code == Defect.FILE_UNREADABLE:
+            error.next_step = (
+                "Give the path of a maneuver file, "
+                f"tfsat-host {args.command} --file maneuver.toml, or two angles: tfsat-host {args.command} 59 70"
+            )
+        raise

@@ -71,21 +71,21 @@ class Output:
             print(text, file=self._stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
-        """A table of the result for people; nothing with `--json`. Numbers are aligned right."""
+        """A table of the result for people; nothing with `--json`. Numbers are aligned right.
+
+        No word is broken: where the table's columns are too many for the terminal, each row is a block of lines.
+        """
         if self.json_mode:
             return
-        from rich import box
-        from rich.table import Table
         from rich.text import Text
 
+        from tfsat_host.cli.tables import table_of
+
+        console = self._console(self._stdout)
         cells = [[_cell(value) for value in row] for row in rows]
-        table = Table(box=box.SIMPLE_HEAD, title=title or None, title_justify="left", pad_edge=False)
-        for index, column in enumerate(columns):
-            numeric = bool(cells) and all(row[index][1] for row in cells)
-            table.add_column(Text(column), justify="right" if numeric else "left", overflow="fold")
-        for row in cells:
-            table.add_row(*(Text(text) for text, _ in row))
-        self._console(self._stdout).print(table)
+        numeric = [bool(cells) and all(row[index][1] for row in cells) for index in range(len(columns))]
+        texts = [[Text(text) for text, _ in row] for row in cells]
+        console.print(table_of([Text(name) for name in columns], texts, numeric, title, console.width))
 
     def stream(self, data: Mapping[str, Any]) -> None:
         """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""

@@ -48,44 +48,62 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
 
 
 def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
-    """Refuse a path that holds something this command did not make.
+    """Refuse a path that holds something this command did not make, or that nothing can be written to.
+
+    To be called before what takes long: it tries the folder, or the next above that exists, with an empty file.
 
     Raises:
-        TfsatError: it does, or it is a directory, or its folder is none.
+        TfsatError: it does, or it is a directory, or its folder is none or cannot be written to.
     """
     if path.is_dir():
-        raise TfsatError(
-            what=f"{path} is a directory.",
-            meaning="Nothing was written.",
-            next_step="Move it away, or name another folder with --out.",
-        )
-    parent = path.parent
-    if parent.exists() and not parent.is_dir():
-        raise TfsatError(
-            what=f"{parent} is a file, not a folder.",
-            meaning="Nothing was written.",
-            next_step="Name a folder with --out.",
-        )
-    if path.exists() and not force and not was_made_with(path, marker):
-        raise TfsatError(
-            what=f"{path} exists and was not made by this command.",
-            meaning="Nothing was overwritten.",
-            next_step="Name another folder with --out, or add --force to overwrite it.",
-        )
+        raise _refused(f"{path} is a directory.", "Move it away, or name another place with --out.")
+    folder = next(place for place in path.absolute().parents if place.exists())
+    if not folder.is_dir():
+        raise _refused(f"{folder} is a file, not a folder.", "Name another place with --out.")
+    try:
+        if path.exists() and not force and not was_made_with(path, marker):
+            raise TfsatError(
+                what=f"{path} exists and was not made by this command.",
+                meaning="Nothing was overwritten.",
+                next_step="Name another place with --out, or add --force to overwrite it.",
+            )
+        _temporary_in(folder, path).unlink()
+    except OSError as error:
+        raise _refused(
+            f"{path} cannot be written: {error.strerror}.",
+            "Name another place with --out, one that you may write to.",
+        ) from error
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file in the same folder, then put it in place of `path`."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    os.close(descriptor)
-    temporary = Path(name)
+    """Let `write` fill a temporary file in the same folder, then put it in place of `path`.
+
+    Raises:
+        OSError: it cannot be written; names `path`.
+    """
+    temporary = None
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = _temporary_in(path.parent, path)
         write(temporary)
         temporary.chmod(0o666 & ~_umask())
         temporary.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def _temporary_in(folder: Path, path: Path) -> Path:
+    """A new empty file in `folder`, named after `path`."""
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
+    os.close(descriptor)
+    return Path(name)
+
+
+def _refused(what: str, next_step: str) -> TfsatError:
+    return TfsatError(what=what, meaning="Nothing was written.", next_step=next_step)
 
 
 def was_made_with(path: Path, marker: bytes) -> bool:

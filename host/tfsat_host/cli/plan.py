@@ -6,20 +6,23 @@ import argparse
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import accept_negative_numbers, add_output_options, file_name, number, seed
+from tfsat_host.cli.options import add_output_options, file_name, number, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
 from tfsat_host.errors import DataLossError, UsageError
 
 if TYPE_CHECKING:
+    from tfsat_host.dynamics import Multibody
     from tfsat_host.dynamics.components import FloatArray
-    from tfsat_host.orbit import Flight, Planner, PrimitiveTable, Step
+    from tfsat_host.orbit import Flight, Planner, Step
     from tfsat_host.robot import RobotModel
 
 _MARKER = '"made_by": "tfsat-host plan"'
+_HISTORY_MARKER = "_deg,primitive"  # the end of its line of column names
 _TARGET_PART = re.compile(r"\s*([xyz])\s*:\s*(.+?)\s*", re.IGNORECASE)
 
 
@@ -29,7 +32,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Chain closed loops of the joints to turn the robot to a target attitude, with a measurement after each. "
         "Exit code 3 if the error at the end is above the tolerance."
     )
-    accept_negative_numbers(parser)
     asked = parser.add_argument_group("what is asked for")
     target = asked.add_mutually_exclusive_group(required=True)
     target.add_argument(
@@ -94,21 +96,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
     wrong.add_argument("--seed", metavar="N", type=seed, default=1, help="seed of what is drawn (default 1)")
     result = parser.add_argument_group("result")
     result.add_argument("--out", metavar="FILE", type=file_name, help="write the plan here (JSON)")
-    result.add_argument("--force", action="store_true", help="let --out overwrite a file of somebody else")
+    result.add_argument(
+        "--history",
+        metavar="FILE",
+        type=file_name,
+        help="write the joints' angles over time here (CSV), for simulate --history to check the plan",
+    )
+    result.add_argument(
+        "--force", action="store_true", help="let --out and --history overwrite a file of somebody else"
+    )
     add_output_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Plans, flies with feedback, writes and shows."""
-    import numpy as np
-
+    from tfsat_host.cli.plan_words import show
     from tfsat_host.orbit import Planner, Sensing, fly, primitive_table
+    from tfsat_host.orbit.flight import open_loop_error_rad
     from tfsat_host.orbit.plant import drawn_robot
     from tfsat_host.robot import load_robot
     from tfsat_host.robot.path import find_robot
 
-    if args.out is not None:
-        check_may_write(args.out, marker=_MARKER.encode(), force=args.force)
+    _check_files(args)
     target = _target_quaternion(args)
     robot = load_robot(find_robot(args.robot))
     plant = drawn_robot(robot, args.model_error, args.seed) if args.model_error > 0.0 else None
@@ -117,17 +126,34 @@ def run(args: argparse.Namespace, out: Output) -> int:
         planner = Planner.of(
             table, args.method, math.radians(args.tolerance), trim=not args.table_only, most=args.most
         )
-        flight = fly(planner, target, plant=plant, sensing=Sensing(float(np.radians(args.noise)), args.seed))
+        flight = fly(planner, target, plant=plant, sensing=Sensing(math.radians(args.noise), args.seed))
         result = _result(args, robot, planner, flight)
         if plant is not None:
-            from tfsat_host.orbit.flight import open_loop_error_rad
-
             result["open_loop_error_deg"] = math.degrees(open_loop_error_rad(planner, target, plant=plant))
-    if args.out is not None:
-        _write(args.out, result, force=args.force)
-        result["file"] = str(args.out)
-    out.result(result, lambda: _show(result, table, flight, out))
+        if not flight.reached and args.noise == 0.0:
+            result["possible_tolerance_deg"] = _possible_tolerance_deg(planner, flight, plant)
+    _write(args, result, planner, flight)
+    result |= {name: None if path is None else str(path) for name, path in _files(args).items()}
+    out.result(result, lambda: show(result, flight, out))
     return 0 if flight.reached else DataLossError.exit_code
+
+
+def _files(args: argparse.Namespace) -> dict[str, Path | None]:
+    """The files of the plan by their key in the result."""
+    return {"file": args.out, "history": args.history}
+
+
+def _check_files(args: argparse.Namespace) -> None:
+    """Raises before anything is computed if a file may not be written."""
+    if args.out is not None and args.out == args.history:
+        raise UsageError(
+            what=f"--out and --history both name {args.out}.",
+            meaning="Nothing was planned.",
+            next_step="tfsat-host plan --target z:90 --out plan.json --history plan.csv",
+        )
+    for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER)):
+        if path is not None:
+            check_may_write(path, marker=marker.encode(), force=args.force)
 
 
 def _target_quaternion(args: argparse.Namespace) -> FloatArray:
@@ -154,26 +180,39 @@ def _result(args: argparse.Namespace, robot: RobotModel, planner: Planner, fligh
     from tfsat_host.orbit import euler_zyx_rad, slew_time_s
 
     start_deg = math.degrees(flight.start_error_rad)
-    rate = math.degrees(float(planner.time_to_go.rate_rad_s[0]))
+    rate = math.degrees(planner.table.best_rate_about(flight.target_xyzw))
     return {
         "made_by": "tfsat-host plan",
         "robot": robot.name,
+        "robot_file": str(args.robot),
         "method": args.method,
         "reached": flight.reached,
         "outcome": flight.outcome,
         "tolerance_deg": args.tolerance,
+        "measured_to_deg": math.sqrt(3.0) * args.noise,
         "error_deg": math.degrees(flight.error_rad),
         "least_error_deg": math.degrees(flight.least_error_rad),
+        "possible_tolerance_deg": None,
         "primitives": len(flight.steps),
+        "table_size": len(planner.table),
         "duration_s": flight.duration_s,
         "start_error_deg": start_deg,
-        "best_rate_deg_s": rate,
-        "least_time_s": slew_time_s(start_deg, rate),
+        "axis_rate_deg_s": rate if rate > 0.0 else None,
+        "axis_time_s": slew_time_s(start_deg, rate) if rate > 0.0 else None,
         "open_loop_error_deg": None,
         "target_quaternion_xyzw": flight.target_xyzw.tolist(),
         "target_euler_zyx_deg": np.degrees(euler_zyx_rad(flight.target_xyzw)).tolist(),
         "steps": [_as_json(step) for step in flight.steps],
     }
+
+
+def _possible_tolerance_deg(planner: Planner, flight: Flight, plant: Multibody | None) -> float | None:
+    """A tolerance a little above the smallest error, if a flight with it does reach it."""
+    from tfsat_host.orbit import fly
+
+    possible = float(f"{1.02 * math.degrees(flight.least_error_rad):.3g}")
+    easier = replace(planner, tolerance_rad=math.radians(possible))
+    return possible if fly(easier, flight.target_xyzw, plant=plant).reached else None
 
 
 def _as_json(step: Step) -> dict[str, Any]:
@@ -190,60 +229,20 @@ def _as_json(step: Step) -> dict[str, Any]:
     }
 
 
-def _write(path: Path, result: dict[str, Any], *, force: bool) -> None:
+def _write(args: argparse.Namespace, result: dict[str, Any], planner: Planner, flight: Flight) -> None:
+    from tfsat_host.orbit.joint_motion import write_joint_motion
+
+    def write_motion(path: Path) -> None:
+        with path.open("w", encoding="utf-8", newline="\n") as file:
+            write_joint_motion(planner.table, [step.primitive for step in flight.steps], file)
+
     text = json.dumps(result, indent=2) + "\n"
-    marker = _MARKER.encode()
-    write_all([OutputFile(path, marker, lambda to: to.write_text(text, encoding="utf-8"))], force=force)
-
-
-def _show(result: dict[str, Any], table: PrimitiveTable, flight: Flight, out: Output) -> None:
-    rows = []
-    elapsed_s = 0.0
-    for count, step in enumerate(flight.steps, start=1):
-        elapsed_s += step.primitive.duration_s
-        rows.append(
-            (
-                count,
-                " ".join(
-                    f"{joint + 1}:{math.degrees(angle):+.1f}" for joint, angle in step.primitive.strokes
-                ),
-                f"{elapsed_s:.1f}",
-                f"{math.degrees(step.measured_error_rad):.3f}",
-                f"{math.degrees(step.error_rad):.3f}",
-            )
-        )
-    if rows:
-        out.table(("", "joint:angle / deg", "t / s", "measured / deg", "error / deg"), rows)
-    out.line(
-        f"{'Reached' if flight.reached else 'NOT REACHED'}: {result['error_deg']:.3g} deg left of "
-        f"{result['start_error_deg']:.1f} deg, tolerance {result['tolerance_deg']:g} deg, in "
-        f"{result['duration_s']:.1f} s by {result['primitives']} primitives ({len(table)} in the table)."
-    )
-    out.line(
-        f"At {result['best_rate_deg_s']:.2f} deg/s, this robot's best, the angle alone takes "
-        f"{result['least_time_s']:.1f} s."
-    )
-    if result["open_loop_error_deg"] is not None:
-        out.line(f"Without feedback {result['open_loop_error_deg']:.3g} deg would be left.")
-    if not flight.reached:
-        out.line(_advice(result))
-    if "file" in result:
-        out.line(f"Written to {result['file']}.")
-
-
-def _advice(result: dict[str, Any]) -> str:
-    """What came of it, and what would be possible."""
-    if result["outcome"] == "within tolerance":
-        return (
-            "The measured error is within the tolerance, the true one is not: the noise is too great for it."
-        )
-    why = {
-        "no progress": "No primitive brings it nearer any more.",
-        "primitives used up": "The primitives were used up; --most allows more.",
-    }[result["outcome"]]
-    least = result["least_error_deg"]
-    met = f"--tolerance {least * 1.02:.3g} would have been met."
-    return f"{why} The smallest error on the way was {least:.3g} deg: {met}"
+    files = []
+    if args.out is not None:
+        files.append(OutputFile(args.out, _MARKER.encode(), lambda to: to.write_text(text, encoding="utf-8")))
+    if args.history is not None:
+        files.append(OutputFile(args.history, _HISTORY_MARKER.encode(), write_motion))
+    write_all(files, force=args.force)
 
 
 def _target(text: str) -> tuple[float, float, float]:

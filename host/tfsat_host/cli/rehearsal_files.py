@@ -30,6 +30,7 @@ class RunFolder:
     def __init__(self, path: Path, *, force: bool) -> None:
         self.path = path
         self.files: list[Path] = []
+        self.maneuver = path / "maneuver.toml"
         if path.exists() and not path.is_dir():
             raise _refused(
                 f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
@@ -51,7 +52,8 @@ class RunFolder:
         (self.path / MARK_FILE).write_text("made by tfsat-host rehearse\n", encoding="utf-8")
         card = self._file("SD.bin")
         card.write_bytes(flight.card)
-        self._file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
+        self.files.append(self.maneuver)
+        self.maneuver.write_text(format_maneuver(maneuver), encoding="utf-8")
         self._file("truth.csv").write_text(format_truth(flight.truth, flight.released_s), encoding="utf-8")
         log = load(card)
         written = write_decoded(log, self.path / "SD", ("csv",), force=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_fr
 from tfsat_host.cli.options import add_output_options, file_name, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
+from tfsat_host.units import s_from_us
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.rehearsal import Rehearsal
@@ -29,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "bounce, strokes, fall, landing; then decode the card and compare with the truth. "
         "The firmware is the one that is flashed."
     )
-    add_maneuver_arguments(parser)
+    add_maneuver_arguments(parser, nothing_done="Nothing was flown.")
     parser.add_argument(
         "--sequencer",
         choices=("native", "avr"),
@@ -105,6 +107,7 @@ def _result(
     look: QuickLook,
     folder: Any,
 ) -> dict[str, Any]:
+    from tfsat_host.emulated.rehearsal import RESIDUAL_RATE_DEG_S
     from tfsat_host.emulated.truth import true_reorientation_deg
     from tfsat_host.evaluation.strokes import disagreements, reached_deg
     from tfsat_host.robot import load_robot
@@ -117,6 +120,8 @@ def _result(
     return {
         "schedule": schedule.as_rows(),
         "end_s": schedule.end_s,
+        "initial_rate_deg_s": list(RESIDUAL_RATE_DEG_S),
+        "simulate_command": _simulate_command(schedule, look, folder.maneuver, RESIDUAL_RATE_DEG_S),
         "verified": True,
         "sequencer": args.sequencer,
         "seed": args.seed,
@@ -134,6 +139,15 @@ def _result(
         "warnings": disagreements(starts_s, look.stroke_s, commanded_deg, reached),
         "files": [str(path) for path in folder.files],
     }
+
+
+def _simulate_command(
+    schedule: Schedule, look: QuickLook, maneuver: Path, rate_deg_s: tuple[float, ...]
+) -> str:
+    """What computes the same drop without the emulated robot, to the moment at which the truth is taken."""
+    rates = " ".join(f"{rate:g}" for rate in rate_deg_s)
+    until_s = max(look.until_s, s_from_us(schedule.end_us))  # `simulate` follows the joints to their rest
+    return f"tfsat-host simulate --file {shlex.quote(str(maneuver))} --initial-rate {rates} --until {until_s:.3f}"
 
 
 def _show(
@@ -158,6 +172,9 @@ def _show(
         f"Body 1 turned by:     {look.reorientation_deg:.2f} deg by its gyro; "
         f"the truth is {result['reorientation_true_deg']:.2f} deg."
     )
+    rates = ", ".join(f"{rate:g}" for rate in result["initial_rate_deg_s"])
+    out.line(f"Released turning at:  ({rates}) deg/s, as the robot of the paper was; `design` assumes rest.")
+    out.line(f"The same, computed:   {result['simulate_command']}")
     out.line(
         f"The card:             {log.verdict}, {len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost."
     )

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.initial_rate import add_initial_rate_option, initial_rate_rad_s
 from tfsat_host.cli.maneuver_argument import (
     WHAT_A_B_MEANS,
     add_maneuver_arguments,
@@ -20,12 +22,10 @@ from tfsat_host.errors import UsageError
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
     from tfsat_host.robot import RobotModel, Uncertainty
-    from tfsat_host.robot.model import FloatArray
     from tfsat_host.sensitivity import Outcomes, Plan, Study, TimeLimit
 
 _SAMPLES = (2, 1_000_000)
 _WORTH_PROGRESS = 2_000  # samples; about a second
-_EXAMPLE = "tfsat-host sensitivity 59 70"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -42,13 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=file_name,
         help="a robot file, or the name of a robot that tfsat brings along (default: drop_tower)",
     )
-    robot.add_argument(
-        "--initial-rate",
-        metavar=("X", "Y", "Z"),
-        nargs=3,
-        type=number,
-        help="angular rate of the base body at the release, in its own axes, deg/s (default: no angular momentum)",
-    )
+    add_initial_rate_option(robot)
     robot.add_argument(
         "--facility",
         metavar="FILE",
@@ -93,13 +87,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     from tfsat_host.cli.sensitivity_files import check_samples_file, write_samples
     from tfsat_host.cli.sensitivity_words import result_of, show
+    from tfsat_host.maneuver.servo_speed import servo_speed_notices
     from tfsat_host.robot import load_robot
     from tfsat_host.sensitivity import Parameters, Study, derivatives, error_sources, linear_spread, summary
 
-    rate = _initial_rate_rad_s(args)
+    rate = initial_rate_rad_s(args)
     robot = load_robot(args.robot)
     stated = _stated(args, robot)
     schedule = _schedule(args, robot)
+    notices = [*schedule.notices, *servo_speed_notices(schedule, robot.path)]
     limits = _time_limits(args, robot)
     parameters = Parameters.of(robot, _plan(robot, schedule), rate)
     if args.out is not None:
@@ -107,7 +103,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     sources = error_sources(parameters, stated)
     found = derivatives(parameters)
     study = Study(parameters, sources, args.samples, args.seed)
-    for notice in schedule.notices:
+    for notice in notices:
         out.warn(notice)
     begun_s = time.perf_counter()
     outcomes = _outcomes(args, study, out)
@@ -118,7 +114,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         linear_spread(found, sources),
         summary(study, outcomes, found.quaternion_xyzw, limits),
     )
-    result |= _circumstances(args, robot, schedule, stated) | {"seconds": seconds}
+    result |= _circumstances(args, robot, schedule, stated) | {"notices": notices, "seconds": seconds}
     if args.out is not None:
         write_samples(study, outcomes, found.quaternion_xyzw, args.out, force=args.force)
     result["files"] = {} if args.out is None else {"csv": str(args.out)}
@@ -146,22 +142,15 @@ def _outcomes(args: argparse.Namespace, study: Study, out: Output) -> Outcomes:
 
 
 def _schedule(args: argparse.Namespace, robot: RobotModel) -> Schedule:
-    """The strokes by the robot's own limits, as `simulate` takes them; there is at least one.
+    """The strokes by the robot's own limits, as `simulate` takes them, but one at least: at rest nothing is unsure.
 
     Raises:
-        UsageError: there is none.
-        ManeuverError: the robot cannot fly them.
+        ManeuverError: there is none, or the robot cannot fly them.
     """
     from tfsat_host.dynamics.flying import robot_limits
 
-    schedule = schedule_from(args, robots_maneuver(args, robot), robot_limits(robot))
-    if not schedule.strokes:
-        raise UsageError(
-            what=f"{args.file} has no strokes.",
-            meaning="A robot that does not move has no reorientation to be unsure of.",
-            next_step=_EXAMPLE,
-        )
-    return schedule
+    limits = replace(robot_limits(robot), strokes_min=1)
+    return schedule_from(args, robots_maneuver(args, robot), limits)
 
 
 def _plan(robot: RobotModel, schedule: Schedule) -> Plan:
@@ -217,23 +206,7 @@ def _circumstances(
         "speed_deg_s": schedule.speed_deg_s,
         "initial_rate_deg_s": args.initial_rate,
         "uncertainty": as_stated(stated),
-        "notices": list(schedule.notices),
     }
-
-
-def _initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
-    import numpy as np
-
-    if args.initial_rate is None:
-        return None
-    if not all(map(math.isfinite, args.initial_rate)):
-        raise UsageError(
-            what=f"The initial rate {args.initial_rate} is no rate.",
-            meaning="Nothing was computed.",
-            next_step="Give three numbers, deg/s: --initial-rate 0 0 1.5",
-        )
-    rate_rad_s: FloatArray = np.radians(args.initial_rate)
-    return rate_rad_s
 
 
 def _sigma(text: str) -> tuple[str, float]:

@@ -7,6 +7,7 @@ import math
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli.initial_rate import add_initial_rate_option, initial_rate_rad_s
 from tfsat_host.cli.maneuver_argument import (
     WHAT_A_B_MEANS,
     add_maneuver_arguments,
@@ -15,17 +16,16 @@ from tfsat_host.cli.maneuver_argument import (
 )
 from tfsat_host.cli.options import add_output_options, file_name, number
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics.flying import Simulation
     from tfsat_host.maneuver import Schedule
     from tfsat_host.robot import RobotModel
-    from tfsat_host.robot.model import FloatArray
 
 _SLOW_STEPS = 5_000  # about a second
+_SLOW_TURNS = 5.0  # so many take as long
 _STEPS_MAX = 200_000
-_BEYOND_DEG = 0.5  # less is how far sensors and servos are off
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Compute the attitude of a free-floating robot from the motion of its joints, by conservation of angular "
         f"momentum. {WHAT_A_B_MEANS} docs/simulate.md explains conventions and columns."
     )
-    motion = add_maneuver_arguments(parser, default_speed="what the robot file says of its servos")
+    motion = add_maneuver_arguments(
+        parser,
+        default_speed="what the robot file says of its servos",
+        nothing_done="Nothing was simulated.",
+    )
     motion.add_argument(
         "--history",
         metavar="FILE",
@@ -59,13 +63,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="BODY",
         help="the body whose attitude is computed, by name or number (default: the robot file's base)",
     )
-    robot.add_argument(
-        "--initial-rate",
-        metavar=("X", "Y", "Z"),
-        nargs=3,
-        type=number,
-        help="angular rate of the base body at the release, in its own axes, deg/s (default: no angular momentum)",
-    )
+    add_initial_rate_option(robot)
     _add_accuracy_options(parser)
     files = parser.add_argument_group("histories")
     files.add_argument(
@@ -90,8 +88,7 @@ def _add_accuracy_options(parser: argparse.ArgumentParser) -> None:
         "--step",
         metavar="S",
         type=number,
-        default=0.01,
-        help="longest step of the integration (default 0.01)",
+        help="longest step of the integration (default: as short as an error of 1e-4 deg needs)",
     )
     group.add_argument(
         "--order", type=int, choices=(4, 6), default=6, help="order of the integration (default 6)"
@@ -101,23 +98,20 @@ def _add_accuracy_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Simulates, writes the histories, shows where the robot ends."""
     from tfsat_host.cli.simulate_files import output_file
+    from tfsat_host.cli.simulate_notices import error_notices
     from tfsat_host.cli.simulate_words import result_of, show
     from tfsat_host.robot import load_robot
 
     _check_arguments(args)
     robot = load_robot(args.robot)
-    if robot.n_joints == 0:
-        raise TfsatError(
-            what=f"{robot.path} has no joints.",
-            meaning="A single rigid body has nothing that a maneuver could move; nothing was simulated.",
-            next_step="Name a robot with joints: --robot FILE.",
-        )
+    _check_robot(args, robot)
     base = _base_index(robot, args.base)
     file = None if args.out is None else output_file(args.out, args.history, force=args.force)
     notices: list[str] = []
+    schedule: Schedule | None
     if args.history is None:
         schedule = _schedule(args, robot, notices)
-        simulation = _fly_schedule(args, robot, base, schedule, out)
+        simulation = _fly_schedule(args, robot, base, schedule, notices, out)
     else:
         schedule = None
         simulation = _fly_history(args, robot, base, notices, out)
@@ -126,6 +120,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             "The joints do not end where they started, so the final rotation depends on the base body: this is that "
             f"of {robot.body_names[base]}."
         )
+    notices += error_notices(args, simulation)
     result = result_of(robot, simulation, schedule, args.initial_rate) | {"notices": notices}
     for notice in notices:
         out.warn(notice)
@@ -139,10 +134,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _schedule(args: argparse.Namespace, robot: RobotModel, notices: list[str]) -> Schedule:
     """The strokes by the robot's own limits; what the sequencer would say of them is no more than a notice."""
     from tfsat_host.dynamics.flying import robot_limits
-    from tfsat_host.maneuver import ManeuverError, schedule_maneuver
+    from tfsat_host.maneuver import Maneuver, ManeuverError, schedule_maneuver
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
 
-    maneuver = robots_maneuver(args, robot)
+    alone = robot.n_joints == 0 and args.file is None
+    maneuver = Maneuver(()) if alone else robots_maneuver(args, robot)
     schedule = schedule_from(args, maneuver, robot_limits(robot))
     notices += schedule.notices
     if not schedule.strokes:
@@ -157,41 +153,41 @@ def _schedule(args: argparse.Namespace, robot: RobotModel, notices: list[str]) -
 
 
 def _fly_schedule(
-    args: argparse.Namespace, robot: RobotModel, base: int, schedule: Schedule, out: Output
+    args: argparse.Namespace,
+    robot: RobotModel,
+    base: int,
+    schedule: Schedule,
+    notices: list[str],
+    out: Output,
 ) -> Simulation:
-    from tfsat_host.dynamics.flying import fly_schedule
-    from tfsat_host.units import s_from_us
+    from tfsat_host.cli.simulate_notices import late_notices
+    from tfsat_host.dynamics.flying import arrivals_s, fly_schedule
 
-    until_s = _until_s(args, s_from_us(schedule.end_us))
+    arrivals = arrivals_s(robot, schedule)
+    until_s = _until_s(args, max(arrivals, default=0.0))
     with _progress(args, until_s, 4 * len(schedule.strokes), out):
-        return fly_schedule(
+        simulation = fly_schedule(
             robot,
             schedule,
             until_s=until_s,
             base=base,
-            initial_rate_rad_s=_initial_rate_rad_s(args),
+            initial_rate_rad_s=initial_rate_rad_s(args),
             step_s=args.step,
             order=args.order,
         )
+    notices += late_notices(robot, schedule, simulation)
+    return simulation
 
 
 def _fly_history(
     args: argparse.Namespace, robot: RobotModel, base: int, notices: list[str], out: Output
 ) -> Simulation:
-    import numpy as np
-
+    from tfsat_host.cli.simulate_notices import history_notices
     from tfsat_host.dynamics.flying import fly_history
     from tfsat_host.dynamics.history_file import read_history
 
     history = read_history(args.history, robot.n_joints, between=args.between)
-    angles_rad = history.angles_rad(history.breaks_s)
-    low_rad, high_rad = robot.joint_limits_rad.T
-    beyond_deg = np.degrees(np.maximum(low_rad - angles_rad, angles_rad - high_rad).max(axis=0, initial=0.0))
-    notices += [
-        f"The history takes {name} {excess_deg:.2f} deg beyond the limits of {robot.path.name}."
-        for name, excess_deg in zip(robot.joint_names, beyond_deg, strict=True)
-        if excess_deg >= _BEYOND_DEG
-    ]
+    notices += history_notices(robot, history)
     until_s = _until_s(args, float(history.breaks_s[-1]))
     with _progress(args, until_s, len(history.breaks_s), out):
         return fly_history(
@@ -199,7 +195,7 @@ def _fly_history(
             history,
             until_s=until_s,
             base=base,
-            initial_rate_rad_s=_initial_rate_rad_s(args),
+            initial_rate_rad_s=initial_rate_rad_s(args),
             step_s=args.step,
             order=args.order,
         )
@@ -213,17 +209,22 @@ def _check_arguments(args: argparse.Namespace) -> None:
             meaning="Nothing was done.",
             next_step=f"tfsat-host simulate --history {args.history}",
         )
-    if args.initial_rate is not None and not all(map(math.isfinite, args.initial_rate)):
-        raise UsageError(
-            what=f"The initial rate {args.initial_rate} is no rate.",
-            meaning="Nothing was done.",
-            next_step="Give three numbers, deg/s: --initial-rate 0 0 1.5",
-        )
-    if not (math.isfinite(args.step) and args.step > 0.0):
+    initial_rate_rad_s(args)
+    if args.step is not None and not (math.isfinite(args.step) and args.step > 0.0):
         raise UsageError(
             what=f"A step of {args.step:g} s leads nowhere.",
             meaning="Nothing was done.",
             next_step="Give seconds above zero: --step 0.01",
+        )
+
+
+def _check_robot(args: argparse.Namespace, robot: RobotModel) -> None:
+    """A single rigid body flies, too, but no maneuver moves it."""
+    if robot.n_joints == 0 and (args.a_deg is not None or args.speed is not None):
+        raise UsageError(
+            what=f"{robot.path} has no joints that a maneuver could move.",
+            meaning="Nothing was done.",
+            next_step=f"tfsat-host simulate --robot {args.robot} --initial-rate 0 0 10",
         )
 
 
@@ -242,12 +243,6 @@ def _base_index(robot: RobotModel, body: str | None) -> int:
     )
 
 
-def _initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
-    import numpy as np
-
-    return None if args.initial_rate is None else np.radians(args.initial_rate)
-
-
 def _until_s(args: argparse.Namespace, joints_end_s: float) -> float:
     """The end of the flight: as asked, else the end of the fall, or of the joints' motion if that is later."""
     from tfsat_host.protocol.limits import FALL_US
@@ -260,11 +255,11 @@ def _until_s(args: argparse.Namespace, joints_end_s: float) -> float:
             meaning="Nothing was done.",
             next_step="Give a later time, or leave --until out.",
         )
-    if until_s / args.step > _STEPS_MAX:
+    if args.step is not None and until_s / args.step > _STEPS_MAX:
         raise UsageError(
             what=f"{until_s:g} s in steps of {args.step:g} s are more than {_STEPS_MAX} steps.",
             meaning="Nothing was done: it would take very long and much memory.",
-            next_step="Give a longer --step or an earlier --until.",
+            next_step="Give a longer --step, or leave it out.",
         )
     return until_s
 
@@ -273,6 +268,8 @@ def _progress(
     args: argparse.Namespace, until_s: float, breaks: int, out: Output
 ) -> AbstractContextManager[object]:
     """Shows that work is going on where it takes longer than a moment."""
-    if until_s / args.step + breaks < _SLOW_STEPS:
+    steps = breaks + (0.0 if args.step is None else 3.0 * until_s / args.step)
+    turns = 0.0 if args.initial_rate is None else until_s * math.hypot(*args.initial_rate) / 360.0
+    if steps < _SLOW_STEPS and turns < _SLOW_TURNS:
         return nullcontext()
     return out.progress("Simulating")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -22,20 +23,19 @@ def result_of(
 ) -> dict[str, Any]:
     """The object of `--json`; `strokes` is empty for a sampled history."""
     from tfsat_host.dynamics import quaternion
-    from tfsat_host.units import s_from_us
 
     flight = simulation.flight
     rotations = simulation.rotations()
     after = [quaternion.to_matrix(q) for q in simulation.stroke_quaternions_xyzw]
     timed = schedule.strokes if schedule is not None else ()
-    moving = flight.t_s[flight.angle_rates_rad_s.any(axis=1)]
     return {
         **rotation_as_dict(rotations[flight.body.base]),
         "robot": robot.name,
         "base": robot.body_names[flight.body.base],
         "closed": simulation.is_closed,
         "duration_s": float(flight.t_s[-1]),
-        "end_s": schedule.end_s if schedule is not None else float(moving[-1]) if len(moving) else 0.0,
+        "end_s": _end_s(simulation, schedule),
+        "integration_error_deg": math.degrees(simulation.estimated.error_rad),
         "initial_rate_deg_s": None if initial_rate_deg_s is None else list(initial_rate_deg_s),
         "angular_momentum_kg_m2_s": (flight.momentum()[0] + 0.0).tolist(),
         "bodies": [
@@ -43,11 +43,20 @@ def result_of(
             for name, rotation in zip(robot.body_names, rotations, strict=True)
         ],
         "strokes": [
-            {"t_s": s.t_s, "end_s": s_from_us(s.end_us), "joint": s.joint, "angle_deg": s.angle_deg}
+            {"t_s": s.t_s, "end_s": round(end_s, 6), "joint": s.joint, "angle_deg": s.angle_deg}
             | {"after": rotation_as_dict(rotation)}
-            for s, rotation in zip(timed, after, strict=True)
+            for s, end_s, rotation in zip(timed, simulation.arrivals_s, after, strict=True)
         ],
     }
+
+
+def _end_s(simulation: Simulation, schedule: Schedule | None) -> float:
+    """When the joints are at rest; for strokes to the nearest 10 ms, as in the paper's table."""
+    if schedule is not None:
+        return round(max(simulation.arrivals_s, default=0.0), 2)
+    flight = simulation.flight
+    moving = flight.t_s[flight.angle_rates_rad_s.any(axis=1)]
+    return float(moving[-1]) if len(moving) else 0.0
 
 
 def rotation_as_dict(matrix: FloatArray) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         f"Put a maneuver on the sequencer: checked whole, sent, read back and compared. {WHAT_A_B_MEANS}"
     )
-    maneuver = add_maneuver_arguments(parser)
+    maneuver = add_maneuver_arguments(parser, nothing_done="Nothing was sent to the robot.")
     maneuver.add_argument("--out", metavar="FILE", type=file_name, help="also write the maneuver to a file")
     maneuver.add_argument("--force", action="store_true", help="let --out overwrite a file")
     maneuver.add_argument(

@@ -1,8 +1,8 @@
 """A maneuver or a measured joint history, flown from the release on.
 
 Inertial axes are those of the base body at the release. Without initial rate the robot has no angular momentum;
-then the attitude after each stroke comes from the path of the joints alone (`stroke_rotation`, order 6), with
-one from the propagation in time.
+then the attitude after each stroke comes from the path of the joints alone (`stroke_rotation`, order 6), as long
+as one stroke has ended when the next starts. Otherwise it comes from the propagation in time.
 """
 
 from __future__ import annotations
@@ -14,18 +14,20 @@ from typing import Literal
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
+from tfsat_host.dynamics.accuracy import EstimatedFlight, propagate_estimated, propagate_within
 from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.dynamics.history import JointHistory, TimedMove, moved
+from tfsat_host.dynamics.history import JointHistory, moved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.dynamics.propagate import DEFAULT_STEP_S, Flight, propagate
+from tfsat_host.dynamics.propagate import Flight
+from tfsat_host.dynamics.servo_motion import TimedMove, overlap, servo_moves
 from tfsat_host.dynamics.stroke import stroke_rotation
 from tfsat_host.maneuver import Limits, Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import cdeg_from_deg, s_from_us
 
-# One maneuver can afford what a search cannot: with 90/90 of the drop tower robot 2e-10 deg remain, not 5e-5.
-_STROKE_STEPS = 16
+# One maneuver can afford what a search cannot.
+_PATH_TOLERANCE_RAD = math.radians(1e-8)
 # Joints within 0.01 deg of where they started have closed the loop.
 _CLOSED_RAD = math.radians(0.01)
 _SPEED_RANGE_CDEG_S = (1, 1_000_000)
@@ -36,15 +38,24 @@ class Simulation:
     """What a robot did from the release to the last instant of the flight.
 
     Attributes:
-        flight: The whole motion; its attitudes are those of the propagation in time.
-        stroke_quaternions_xyzw: (k, 4) attitude of the base at the end of each stroke; (0, 4) for a sampled
-            history.
+        estimated: The whole motion, with an estimate of its error; its attitudes are those of the propagation in
+            time.
+        arrivals_s: (k,) when the joint of each stroke has arrived.
+        stroke_quaternions_xyzw: (k, 4) attitude of the base then; (0, 4) for a sampled history.
         quaternion_xyzw: (4,) attitude of the base at the end: from its axes there to those at the release.
+        strokes_overlap: Whether a stroke starts while another joint is still under way.
     """
 
-    flight: Flight
+    estimated: EstimatedFlight
+    arrivals_s: tuple[float, ...]
     stroke_quaternions_xyzw: FloatArray
     quaternion_xyzw: FloatArray
+    strokes_overlap: bool
+
+    @property
+    def flight(self) -> Flight:
+        """The whole motion."""
+        return self.estimated.flight
 
     @property
     def is_closed(self) -> bool:
@@ -76,6 +87,11 @@ def _cdeg(angle_rad: float) -> int:
     return cdeg_from_deg(math.degrees(angle_rad))
 
 
+def arrivals_s(robot: RobotModel, schedule: Schedule) -> tuple[float, ...]:
+    """When the joint of each stroke has arrived: later than scheduled where its servo needs longer."""
+    return tuple(move.end_s for move in servo_moves(robot, _moves(schedule)))
+
+
 def fly_schedule(
     robot: RobotModel,
     schedule: Schedule,
@@ -83,39 +99,33 @@ def fly_schedule(
     until_s: float,
     base: int | None = None,
     initial_rate_rad_s: FloatArray | None = None,
-    step_s: float = DEFAULT_STEP_S,
+    step_s: float | None = None,
     order: Literal[4, 6] = 6,
 ) -> Simulation:
-    """The strokes of a schedule, from the start pose of the robot's servos.
+    """The strokes of a schedule as the servos carry them out, from the start pose of the robot's servos.
 
     Args:
         robot: Who flies.
         schedule: Checked against `robot_limits(robot)` or stricter limits.
-        until_s: End of the flight, after the release; at least the end of the last stroke.
+        until_s: End of the flight, after the release; at least the last of `arrivals_s`.
         base: Index of the body whose attitude is followed; the robot's base if None.
         initial_rate_rad_s: (3,) rate of the base at the release, base axes. None: no angular momentum.
-        step_s, order: Of the propagation in time.
+        step_s, order: Of the propagation in time; None: steps as short as 1e-4 deg needs.
     """
     body = Multibody.of(robot, base)
     start = np.array([servo.start_rad for servo in robot.servos])
-    moves = [
-        TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
-        for s in schedule.strokes
-    ]
-    flight = propagate(
-        body,
-        moved(robot, moves, start_rad=start, end_s=until_s),
-        initial_rate_rad_s=initial_rate_rad_s,
-        step_s=step_s,
-        order=order,
-    )
-    if initial_rate_rad_s is None:
+    moves = _moves(schedule)
+    carried = servo_moves(robot, moves)
+    history = moved(robot, moves, start_rad=start, end_s=until_s)
+    estimated = _propagated(body, history, initial_rate_rad_s, step_s, order)
+    flight, overlapping = estimated.flight, overlap(carried)
+    if initial_rate_rad_s is None and not overlapping:
         attitudes = _after_strokes(body, start, moves)
         final = attitudes[-1] if moves else quaternion.identity()
     else:
-        ends = [int(np.abs(flight.t_s - move.end_s).argmin()) for move in moves]
+        ends = [int(np.abs(flight.t_s - move.end_s).argmin()) for move in carried]
         attitudes, final = flight.quaternion_xyzw[ends], flight.quaternion_xyzw[-1]
-    return Simulation(flight, attitudes, final)
+    return Simulation(estimated, tuple(move.end_s for move in carried), attitudes, final, overlapping)
 
 
 def fly_history(
@@ -125,7 +135,7 @@ def fly_history(
     until_s: float,
     base: int | None = None,
     initial_rate_rad_s: FloatArray | None = None,
-    step_s: float = DEFAULT_STEP_S,
+    step_s: float | None = None,
     order: Literal[4, 6] = 6,
 ) -> Simulation:
     """Any joint history, held still from the release to its beginning and from its end to `until_s`.
@@ -136,16 +146,32 @@ def fly_history(
         until_s: End of the flight, after the release; at least the end of the history.
         base: Index of the body whose attitude is followed; the robot's base if None.
         initial_rate_rad_s: (3,) rate of the base at the release, base axes. None: no angular momentum.
-        step_s, order: Of the propagation in time.
+        step_s, order: Of the propagation in time; None: steps as short as 1e-4 deg needs.
     """
-    flight = propagate(
-        Multibody.of(robot, base),
-        held(history, 0.0, until_s),
-        initial_rate_rad_s=initial_rate_rad_s,
-        step_s=step_s,
-        order=order,
+    body = Multibody.of(robot, base)
+    estimated = _propagated(body, held(history, 0.0, until_s), initial_rate_rad_s, step_s, order)
+    return Simulation(estimated, (), np.empty((0, 4)), estimated.flight.quaternion_xyzw[-1], False)
+
+
+def _propagated(
+    body: Multibody,
+    history: JointHistory,
+    initial_rate_rad_s: FloatArray | None,
+    step_s: float | None,
+    order: Literal[4, 6],
+) -> EstimatedFlight:
+    if step_s is None:
+        return propagate_within(body, history, initial_rate_rad_s=initial_rate_rad_s, order=order)
+    return propagate_estimated(
+        body, history, initial_rate_rad_s=initial_rate_rad_s, step_s=step_s, order=order
     )
-    return Simulation(flight, np.empty((0, 4)), flight.quaternion_xyzw[-1])
+
+
+def _moves(schedule: Schedule) -> list[TimedMove]:
+    return [
+        TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
+        for s in schedule.strokes
+    ]
 
 
 def held(history: JointHistory, from_s: float, until_s: float) -> JointHistory:
@@ -177,7 +203,9 @@ def _after_strokes(body: Multibody, start_rad: FloatArray, moves: list[TimedMove
     angles, attitude = start_rad.copy(), quaternion.identity()
     attitudes = np.empty((len(moves), 4))
     for i, move in enumerate(moves):
-        turned = stroke_rotation(body, move.joint, angles, np.array(move.delta_rad), steps=_STROKE_STEPS)
+        turned = stroke_rotation(
+            body, move.joint, angles, np.array(move.delta_rad), tolerance_rad=_PATH_TOLERANCE_RAD
+        )
         attitude = quaternion.product(attitude, turned)
         angles[move.joint] += move.delta_rad
         attitudes[i] = attitude

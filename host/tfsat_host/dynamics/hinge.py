@@ -48,7 +48,13 @@ class Hinge(NamedTuple):
 
     @classmethod
     def of(cls, body: Multibody, joint: int, batch_ndim: int) -> Hinge:
-        """Joint `joint` of the robot, for batches of `batch_ndim` axes."""
+        """Joint `joint` of the robot, for batches of `batch_ndim` axes.
+
+        Raises:
+            ValueError: the robot has no such joint.
+        """
+        if not 0 <= joint < body.n_joints:
+            raise ValueError(f"there is no joint {joint}: the robot has {body.n_joints}, counted from 0")
         step = next(step for step in body.steps if step.joint == joint)
         columns = body.columns(batch_ndim)
         to_global = _aligned(step.sign * columns.axis[joint])

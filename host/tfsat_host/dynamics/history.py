@@ -4,30 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.servo_motion import SAME_INSTANT_S, ServoMove, TimedMove, servo_moves
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import IntArray
-
-
-@dataclass(frozen=True, slots=True)
-class TimedMove:
-    """One joint moves once, from rest to rest.
-
-    Attributes:
-        joint: Index of the joint.
-        delta_rad: Change of its angle.
-        start_s, end_s: When it starts and when it has arrived.
-    """
-
-    joint: int
-    delta_rad: float
-    start_s: float
-    end_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +77,7 @@ def sampled(
         raise ValueError(f"samples of shape {t.shape} and {angles.shape} are no history")
     if not (np.isfinite(t).all() and np.isfinite(angles).all() and (np.diff(t) > 0.0).all()):
         raise ValueError("sample times must increase, and all numbers must be finite")
-    if between == "cubic":
+    if between == "cubic" and angles.shape[1] > 0:
         spline = CubicSpline(t, angles)
         return JointHistory(t, np.asarray(spline.c))
     slope = np.diff(angles, axis=0) / np.diff(t)[:, None]
@@ -105,65 +91,44 @@ def moved(
     start_rad: FloatArray | None = None,
     end_s: float | None = None,
 ) -> JointHistory:
-    """The history of moves: each speeds up, goes on and slows down, with the servo's acceleration.
-
-    A move whose servo could not arrive in time at that acceleration takes the least that does arrive.
+    """The history of moves as the robot's servos carry them out (`servo_moves`): some may arrive later.
 
     Args:
-        robot: Its servos' accelerations are used.
-        moves: In any order; those of one joint must not overlap.
-        start_rad: (n - 1,) angles at t = 0; zero if None.
+        robot: Its servos' greatest rates and accelerations are used.
+        moves: In any order; the scheduled times of those of one joint must not overlap.
+        start_rad: (n - 1,) angles before the first move; zero if None.
         end_s: How long to hold the joints after the last move.
 
+    Returns:
+        A history from the release, t = 0, or from the first move if that is earlier, until `end_s` or until the
+        last joint has arrived if that is later.
+
     Raises:
-        ValueError: two moves of a joint overlap, or a move takes no time.
+        ValueError: as `servo_moves`, or `start_rad` does not fit.
     """
-    angles = np.zeros(robot.n_joints) if start_rad is None else np.array(start_rad, dtype=np.float64)
-    ramps = [_ramps(robot, move) for move in sorted(moves, key=lambda m: m.start_s)]
-    breaks = sorted({0.0, end_s or 0.0, *(t for times, _ in ramps for t in times)})
-    if len(breaks) == 1:
-        breaks.append(breaks[0] + 1.0)
-    edges = np.array(breaks)
+    start = np.zeros(robot.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
+    if start.shape != (robot.n_joints,):
+        raise ValueError(f"start angles of shape {start.shape} do not fit {robot.n_joints} joints")
+    carried = servo_moves(robot, moves)
+    edges = _edges(carried, end_s)
     pieces = np.zeros((3, len(edges) - 1, robot.n_joints))
-    rates = np.zeros(robot.n_joints)
-    acceleration = _accelerations(robot, moves, ramps, edges)
-    for i, (length, push) in enumerate(zip(np.diff(edges), acceleration, strict=True)):
-        pieces[:, i] = 0.5 * push, rates, angles
-        angles = angles + length * (rates + 0.5 * length * push)
-        rates = np.where(np.abs(rates + length * push) < 1e-9, 0.0, rates + length * push)
+    pieces[2] = start
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    for move in carried:
+        pieces[2, middle >= move.end_s, move.joint] += move.delta_rad
+        for i in np.flatnonzero((middle > move.start_s) & (middle < move.end_s)):
+            pieces[:, i, move.joint] += move.polynomial(edges[i], middle[i])
     return JointHistory(edges, pieces)
 
 
-def _ramps(robot: RobotModel, move: TimedMove) -> tuple[tuple[float, float, float, float], float]:
-    """Times at which the acceleration changes, and its size: speed up, go on, slow down."""
-    duration, size = move.end_s - move.start_s, abs(move.delta_rad)
-    if not duration > 0.0:
-        raise ValueError(f"a move of joint {move.joint + 1} takes {duration} s")
-    least = 4.0 * size / duration**2
-    acceleration = max(robot.servos[move.joint].acceleration_rad_s2, least)
-    ramp = 0.5 * duration * (1.0 - np.sqrt(max(0.0, 1.0 - least / acceleration)))
-    times = (move.start_s, move.start_s + ramp, move.end_s - ramp, move.end_s)
-    return times, float(np.sign(move.delta_rad)) * acceleration
-
-
-def _accelerations(
-    robot: RobotModel,
-    moves: Sequence[TimedMove],
-    ramps: Sequence[tuple[tuple[float, float, float, float], float]],
-    edges: FloatArray,
-) -> FloatArray:
-    """(k, n - 1) accelerations between the edges."""
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    acceleration = np.zeros((len(middle), robot.n_joints))
-    busy = np.zeros((len(middle), robot.n_joints), dtype=bool)
-    for move, (times, size) in zip(sorted(moves, key=lambda m: m.start_s), ramps, strict=True):
-        during = (middle > times[0]) & (middle < times[3])
-        if (busy[:, move.joint] & during).any():
-            raise ValueError(f"two moves of joint {move.joint + 1} overlap")
-        busy[during, move.joint] = True
-        acceleration[during & (middle < times[1]), move.joint] = size
-        acceleration[during & (middle > times[2]), move.joint] = -size
-    return acceleration
+def _edges(moves: Sequence[ServoMove], end_s: float | None) -> FloatArray:
+    """The instants at which an acceleration changes, and the ends of the history."""
+    changes = [(m.start_s, m.start_s + m.ramp_s, m.end_s - m.ramp_s, m.end_s) for m in moves]
+    instants = sorted({0.0, end_s or 0.0, *(t for times in changes for t in times)})
+    if len(instants) == 1:
+        instants.append(instants[0] + 1.0)
+    apart = [t for t, later in pairwise(instants) if later - t > SAME_INSTANT_S]
+    return np.array([*apart, instants[-1]])
 
 
 def _horner(coefficients: FloatArray, since: FloatArray) -> FloatArray:

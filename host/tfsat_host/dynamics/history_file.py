@@ -10,9 +10,8 @@ Times count from the release. Other columns are ignored, so that what `simulate 
 from __future__ import annotations
 
 import csv
-import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, NoReturn
 
@@ -22,7 +21,11 @@ from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.history import JointHistory, sampled
 from tfsat_host.errors import TfsatError
 
-_ANGLE = re.compile(r"theta\d+_deg")
+_ANGLE = re.compile(r"theta\d+_deg", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+# Beyond these nothing is measured: the numbers are of another unit, or damaged.
+_LARGEST = {"t_s": 1e9, "deg": 1e5}
+_CLOSEST_S = 1e-9
 
 
 class HistoryFileError(TfsatError):
@@ -44,7 +47,7 @@ def read_history(
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            t_s, angles_deg = _samples(path, csv.reader(file, strict=True), joint_count)
+            t_s, angles_deg = _samples(path, file, joint_count)
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
         _fail(f"The joint history {path} cannot be read: {reason}.", "Give the path of a CSV file.")
@@ -53,21 +56,27 @@ def read_history(
     return sampled(t_s, np.radians(angles_deg), between=between)
 
 
-def _samples(path: Path, rows: Iterator[list[str]], joint_count: int) -> tuple[FloatArray, FloatArray]:
+def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatArray, FloatArray]:
+    rows = csv.reader(file, strict=True)
     wanted = _header(joint_count).split(",")
     names = [name.strip() for name in next(rows, [])]
     missing = [name for name in wanted if name not in names]
     if missing:
         what = f"{path}:1: there is no column {missing[0]}."
         _fail(what, f"Begin the file with the line {_header(joint_count)}; separate columns by commas.")
+    for name in wanted:
+        if names.count(name) > 1:
+            what = f"{path}:1: the column {name} is there {names.count(name)} times."
+            _fail(what, "Keep the one that is meant, and rename or remove the other.")
     for name in names:
         if name.lower().startswith("theta") and _ANGLE.fullmatch(name) and name not in wanted:
             what = f"{path}:1: the column {name} is one too many: the robot has {joint_count} joints."
             _fail(what, "Remove the column, or name the robot that moved so.")
     columns = [names.index(name) for name in wanted]
     samples: list[list[float]] = []
-    for line, row in enumerate(rows, 2):
+    for row in rows:
         if row:
+            line = rows.line_num
             sample = [_number(path, line, row, column, names) for column in columns]
             _check_time(path, line, sample[0], samples[-1][0] if samples else None)
             samples.append(sample)
@@ -79,14 +88,15 @@ def _samples(path: Path, rows: Iterator[list[str]], joint_count: int) -> tuple[F
 
 def _number(path: Path, line: int, row: list[str], column: int, names: list[str]) -> float:
     text = row[column].strip() if column < len(row) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    if not _NUMBER.fullmatch(text):
         shown = repr(text) if text else "missing"
         cure = "Write a number there, with a point for the decimals, or leave out the whole row."
         _fail(f"{path}:{line}: {names[column]} is {shown}.", cure)
+    value = float(text)
+    largest = _LARGEST.get(names[column], _LARGEST["deg"])
+    if abs(value) > largest:
+        what = f"{path}:{line}: {names[column]} is {value:g}, beyond {largest:g}: no joint was measured so."
+        _fail(what, "Correct the number, or leave out the whole row.")
     return value
 
 
@@ -97,6 +107,11 @@ def _check_time(path: Path, line: int, t_s: float, before_s: float | None) -> No
     if before_s is not None and t_s <= before_s:
         what = f"{path}:{line}: t_s is {t_s:g} after {before_s:g} in the row before: times must increase."
         _fail(what, "Sort the rows by t_s, and keep one row for each time.")
+    if before_s is not None and t_s - before_s < 0.5 * _CLOSEST_S:
+        what = (
+            f"{path}:{line}: t_s is {t_s - before_s:.1g} s after the row before: no clock tells them apart."
+        )
+        _fail(what, "Leave out one of the two rows.")
 
 
 def _header(joint_count: int) -> str:

@@ -47,7 +47,7 @@ def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    return batch_first(coefficients(body, *_columns(body, angles_rad)).inertia, 2)
+    return batch_first(_coefficients(body, angles_rad).inertia, 2)
 
 
 def joint_momentum(body: Multibody, angles_rad: FloatArray) -> FloatArray:
@@ -57,7 +57,7 @@ def joint_momentum(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    return batch_first(coefficients(body, *_columns(body, angles_rad)).joints, 2)
+    return batch_first(_coefficients(body, angles_rad).joints, 2)
 
 
 def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
@@ -67,7 +67,7 @@ def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    found = coefficients(body, *_columns(body, angles_rad))
+    found = _coefficients(body, angles_rad)
     rates = np.empty_like(found.joints)
     for j in range(body.n_joints):
         rates[:, j] = solve_symmetric(upper(found.inertia), -found.joints[:, j])
@@ -84,12 +84,13 @@ def kinetic_energy_j(
         angles_rad: (..., n - 1) joint angles.
         rates_rad_s: (..., n - 1) joint rates.
         base_rate_rad_s: (..., 3) rate of the base body, base axes.
+
+    The batch axes of all arguments are broadcast against each other.
     """
-    columns, angles = _columns(body, angles_rad)
-    joint_rates, base_rate = (
-        pad(batch_last(np.asarray(v, dtype=np.float64)), 1, angles.ndim - 1)
-        for v in (rates_rad_s, base_rate_rad_s)
-    )
+    given = [np.asarray(v, dtype=np.float64) for v in (angles_rad, rates_rad_s, base_rate_rad_s)]
+    shape = np.broadcast_shapes(body.batch_shape, *(v.shape[:-1] for v in given))
+    columns = body.columns(len(shape))
+    angles, joint_rates, base_rate = (pad(batch_last(v), 1, len(shape)) for v in given)
     placed = place(body, columns, angles)
     com = [p.at(columns.com[i]) for i, p in enumerate(placed)]
     rate, velocity = [base_rate] * body.n_bodies, [cross(base_rate, c) for c in com]
@@ -106,7 +107,7 @@ def kinetic_energy_j(
         + mass[i] * dot(velocity[i] - mean, velocity[i] - mean)
         for i in range(body.n_bodies)
     )
-    return np.asarray(0.5 * energy)
+    return np.array(np.broadcast_to(0.5 * energy, shape))
 
 
 def coefficients(body: Multibody, columns: Columns, angles: FloatArray) -> Coefficients:
@@ -144,7 +145,9 @@ def _hinge(joint: int, sign: float, columns: Columns, parent: Placed) -> tuple[F
     return matvec(parent.rotation, sign * columns.axis[joint]), parent.at(columns.point[joint])
 
 
-def _columns(body: Multibody, angles_rad: FloatArray) -> tuple[Columns, FloatArray]:
+def _coefficients(body: Multibody, angles_rad: FloatArray) -> Coefficients:
+    """I and A in the whole batch shape of robots and angles."""
     angles = np.asarray(angles_rad, dtype=np.float64)
-    batch_ndim = max(len(body.batch_shape), angles.ndim - 1)
-    return body.columns(batch_ndim), pad(batch_last(angles), 1, batch_ndim)
+    shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
+    found = coefficients(body, body.columns(len(shape)), pad(batch_last(angles), 1, len(shape)))
+    return Coefficients(*(np.broadcast_to(v, v.shape[:2] + shape) for v in found))

@@ -9,7 +9,7 @@ import numpy as np
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.multibody import Multibody, batch_first, batch_last
-from tfsat_host.dynamics.stroke import STEPS, stroke_rotation
+from tfsat_host.dynamics.stroke import TOLERANCE_RAD, stroke_rotation
 
 
 def path_rotation(
@@ -18,7 +18,8 @@ def path_rotation(
     deltas_rad: FloatArray,
     *,
     start_rad: FloatArray | None = None,
-    steps: int = STEPS,
+    steps: int | None = None,
+    tolerance_rad: float = TOLERANCE_RAD,
 ) -> FloatArray:
     """Rotation of the base by strokes one after another, at zero angular momentum.
 
@@ -27,20 +28,34 @@ def path_rotation(
         joints: (k,) index of the joint of each stroke.
         deltas_rad: (..., k) by how much each moves.
         start_rad: (..., n - 1) joint angles at the start; zero if None.
-        steps: Steps of order 6 into which each stroke is divided.
+        steps: Steps of order 6 into which each stroke is divided. None: as many as `tolerance_rad` needs for
+            every sample; a stated number is several times faster.
+        tolerance_rad: Greatest error of the whole rotation, estimated by halving the steps.
 
     Returns:
-        Quaternions (..., 4), scalar last: from base axes at the end to base axes at the start. After a closed
-        loop, which leads every joint back, the rotation is the same for every body.
+        Quaternions (..., 4), scalar last: from base axes at the end to base axes at the start. The batch axes of
+        all arguments are broadcast against each other. After a closed loop, which leads every joint back, the
+        rotation is the same for every body.
+
+    Raises:
+        ValueError: `deltas_rad` does not fit `joints`, or as `stroke_rotation`.
     """
     deltas = np.asarray(deltas_rad, dtype=np.float64)
+    if deltas.shape[-1:] != (len(joints),):
+        raise ValueError(f"angles of shape {deltas.shape} do not fit {len(joints)} strokes")
     start = np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
-    angles = np.array(
-        np.broadcast_to(start, np.broadcast_shapes(start.shape[:-1], deltas.shape[:-1]) + start.shape[-1:])
-    )
-    rotation = quaternion.identity((1,) * max(len(body.batch_shape), angles.ndim - 1))
+    shape = np.broadcast_shapes(body.batch_shape, start.shape[:-1], deltas.shape[:-1])
+    angles = np.array(np.broadcast_to(start, (*shape, body.n_joints)))
+    rotation = quaternion.identity(shape)
     for stroke, joint in enumerate(joints):
-        turned = stroke_rotation(body, joint, angles, deltas[..., stroke], steps=steps)
+        turned = stroke_rotation(
+            body,
+            joint,
+            angles,
+            deltas[..., stroke],
+            steps=steps,
+            tolerance_rad=tolerance_rad / len(joints),
+        )
         rotation = quaternion.product(rotation, batch_last(turned))
         angles[..., joint] += deltas[..., stroke]
     return batch_first(rotation)

@@ -78,7 +78,12 @@ class Flight:
     angle_rates_rad_s: FloatArray
 
     def momentum(self) -> FloatArray:
-        """Total angular momentum (m, 3) about the center of mass, inertial axes, kg m^2/s."""
+        """Total angular momentum (m, 3) about the center of mass, inertial axes, kg m^2/s.
+
+        The rates of the flight were computed from the conserved momentum, so this is constant however coarse the
+        steps: it says that inertia, joints and rates belong together, nothing of the integration's error
+        (`propagate_within` estimates that).
+        """
         inertia = conserved.locked_inertia(self.body, self.angles_rad)
         joints = conserved.joint_momentum(self.body, self.angles_rad)
         own = np.einsum("mij,mj->mi", inertia, self.rate_rad_s)
@@ -112,30 +117,72 @@ def propagate(
     Args:
         body: One robot (no batch); its base's attitude is integrated.
         history: What the joints do.
-        initial_attitude_xyzw: (4,) attitude of the base at the start; none turned if None.
+        initial_attitude_xyzw: (4,) attitude of the base at the start, of any length; none turned if None.
         initial_rate_rad_s: (3,) rate of the base at the start, base axes. None: no angular momentum, whatever
             the joints do at the start.
         step_s: Longest step.
         order: Order of the integration, 4 or 6.
 
     Raises:
-        ValueError: `step_s` is not positive.
+        ValueError: `step_s` is not positive, there is no such order, or the start is no attitude and rate.
     """
+    return propagate_divided(
+        body,
+        history,
+        Release.of(initial_attitude_xyzw, initial_rate_rad_s),
+        step_s=step_s,
+        order=order,
+        parts=1,
+    )
+
+
+class Release(NamedTuple):
+    """How the base starts: attitude (4,), and rate (3,) in base axes or None for no angular momentum."""
+
+    attitude: FloatArray
+    rate: FloatArray | None
+
+    @classmethod
+    def of(cls, attitude_xyzw: FloatArray | None, rate_rad_s: FloatArray | None) -> Release:
+        """Checked and of unit length.
+
+        Raises:
+            ValueError: these are no attitude and no rate.
+        """
+        attitude = (
+            quaternion.identity() if attitude_xyzw is None else np.array(attitude_xyzw, dtype=np.float64)
+        )
+        length = float(np.linalg.norm(attitude))
+        if attitude.shape != (4,) or not (np.isfinite(length) and length > 0.0):
+            raise ValueError(f"{attitude} is no attitude")
+        rate = None if rate_rad_s is None else np.asarray(rate_rad_s, dtype=np.float64)
+        if rate is not None and not (rate.shape == (3,) and np.isfinite(rate).all()):
+            raise ValueError(f"{rate} is no angular rate")
+        return cls(attitude / length, rate)
+
+
+def propagate_divided(
+    body: Multibody,
+    history: JointHistory,
+    release: Release,
+    *,
+    step_s: float,
+    order: Literal[4, 6],
+    parts: int,
+) -> Flight:
+    """As `propagate`, with each of its steps divided into `parts`: every `parts`-th instant is one of its own."""
     if not step_s > 0.0:
         raise ValueError(f"a step of {step_s} s leads nowhere")
+    if order not in TABLEAUS:
+        raise ValueError(f"there is no order {order}: choose from {', '.join(map(str, TABLEAUS))}")
     tableau = TABLEAUS[order]
-    piece, since, length = _steps(history.breaks_s, step_s)
+    piece, since, length = _steps(history.breaks_s, step_s, parts)
     angles, rates = history.in_piece(
         piece[:, None], since[:, None] + length[:, None] * np.append(tableau.nodes, 1.0)
     )
     spin = _Spin.of(body, angles, rates)
-    attitude = (
-        quaternion.identity()
-        if initial_attitude_xyzw is None
-        else np.array(initial_attitude_xyzw, dtype=float)
-    )
-    start_rate = None if initial_rate_rad_s is None else np.asarray(initial_rate_rad_s, dtype=np.float64)
-    momentum = spin.momentum(attitude, start_rate)
+    attitude = release.attitude
+    momentum = spin.momentum(attitude, release.rate)
     attitudes = np.empty((len(length) + 1, 4))
     attitudes[0] = attitude
     for i, h in enumerate(length):
@@ -182,10 +229,19 @@ class _Spin(NamedTuple):
         )
 
 
-def _steps(breaks_s: FloatArray, step_s: float) -> tuple[IntArray, FloatArray, FloatArray]:
+def step_count(breaks_s: FloatArray, step_s: float) -> int:
+    """Number of steps of at most `step_s`, none of them across a break."""
+    return int(_counts(breaks_s, step_s).sum())
+
+
+def _counts(breaks_s: FloatArray, step_s: float) -> IntArray:
+    return np.maximum(1, np.ceil(np.diff(breaks_s) / step_s - 1e-9).astype(np.int64))
+
+
+def _steps(breaks_s: FloatArray, step_s: float, parts: int) -> tuple[IntArray, FloatArray, FloatArray]:
     """Piece (m,), start within the piece (m,) and length (m,) of each step."""
     spans = np.diff(breaks_s)
-    counts = np.maximum(1, np.ceil(spans / step_s - 1e-9).astype(np.int64))
+    counts = _counts(breaks_s, step_s) * parts
     piece: IntArray = np.repeat(np.arange(len(spans), dtype=np.int64), counts)
     length = (spans / counts)[piece]
     number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -9,6 +9,8 @@ expansion and some of its applications", Physics Reports 470, 2009, section 5).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
@@ -18,14 +20,25 @@ from tfsat_host.dynamics.momentum import Composite
 from tfsat_host.dynamics.multibody import Multibody, batch_first, batch_last
 from tfsat_host.dynamics.poses import pad
 
-# Two steps of order 6 leave 5e-5 deg on the loop 90/90 of the drop tower robot.
+# Two steps of order 6 leave 5e-5 deg on the loop 90/90 of the drop tower robot; 0.05 deg with other robots.
 STEPS = 2
+TOLERANCE_RAD = math.radians(1e-4)
+# Half as long a step leaves a 64th of the error, once steps are short; until then it may be a 16th.
+_GAIN = 16.0
+_LONGEST_RAD = math.pi / 4.0
+_STEPS_MAX = 4096
 _ROOT15 = 15.0**0.5
 _GAUSS = np.array([0.5 - _ROOT15 / 10.0, 0.5, 0.5 + _ROOT15 / 10.0])
 
 
 def stroke_rotation(
-    body: Multibody, joint: int, angles_rad: FloatArray, delta_rad: FloatArray, *, steps: int = STEPS
+    body: Multibody,
+    joint: int,
+    angles_rad: FloatArray,
+    delta_rad: FloatArray,
+    *,
+    steps: int | None = None,
+    tolerance_rad: float = TOLERANCE_RAD,
 ) -> FloatArray:
     """Rotation of the base by a stroke of one joint at zero angular momentum.
 
@@ -34,19 +47,55 @@ def stroke_rotation(
         joint: Index of the joint that moves.
         angles_rad: (..., n - 1) joint angles before the stroke.
         delta_rad: (...) by how much the joint moves.
-        steps: Steps of order 6 into which the stroke is divided.
+        steps: Steps of order 6 into which the stroke is divided. None: as many as `tolerance_rad` needs for
+            every sample; a stated number is several times faster.
+        tolerance_rad: Greatest error of the rotation, estimated by halving the steps.
 
     Returns:
-        Quaternions (..., 4), scalar last: from base axes after the stroke to base axes before it.
+        Quaternions (..., 4), scalar last: from base axes after the stroke to base axes before it. The batch axes
+        of all arguments are broadcast against each other.
+
+    Raises:
+        ValueError: there is no such joint, a number is not finite, or no number of steps is enough.
     """
     angles, delta = np.asarray(angles_rad, dtype=np.float64), np.asarray(delta_rad, dtype=np.float64)
-    batch_ndim = max(len(body.batch_shape), angles.ndim - 1, delta.ndim)
-    hinge = Hinge.of(body, joint, batch_ndim)
-    return batch_first(turned(hinge, pad(batch_last(angles), 1, batch_ndim), delta, steps))
+    shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1], delta.shape)
+    hinge = Hinge.of(body, joint, len(shape))
+    padded, delta = pad(batch_last(angles), 1, len(shape)), np.broadcast_to(delta, shape)
+    if steps is None:
+        return batch_first(turned_within(hinge, padded, delta, tolerance_rad))
+    return batch_first(turned(hinge, padded, delta, steps))
+
+
+def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance_rad: float) -> FloatArray:
+    """As `turned`, with as many steps as the tolerance needs for the whole batch.
+
+    Raises:
+        ValueError: a number is not finite, or no number of steps is enough.
+    """
+    if not (np.isfinite(angles).all() and np.isfinite(delta).all()):
+        raise ValueError("joint angles and strokes must be finite")
+    if delta.size == 0:
+        return turned(hinge, angles, delta)
+    longest = float(np.abs(delta).max())
+    steps = max(STEPS, math.ceil(min(longest / _LONGEST_RAD, _STEPS_MAX)))
+    rotation = turned(hinge, angles, delta, steps)
+    while steps < _STEPS_MAX:
+        steps *= 2
+        coarse, rotation = rotation, turned(hinge, angles, delta, steps)
+        change = quaternion.angle(quaternion.product(quaternion.inverse(coarse), rotation))
+        if float(change.max()) <= _GAIN * tolerance_rad:
+            return rotation
+    raise ValueError(
+        f"a stroke of {longest:g} rad needs more than {_STEPS_MAX} steps for {tolerance_rad:g} rad"
+    )
 
 
 def turned(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int = STEPS) -> FloatArray:
-    """Quaternions (4, ...) of the base by strokes of `delta` (...) from joint angles (n - 1, ...)."""
+    """Quaternions (4, ...) of the base by strokes of `delta` (...) from joint angles (n - 1, ...).
+
+    `delta` has the whole batch shape; angles may have axes of length 1.
+    """
     halves = divide(hinge, angles)
     start = angles[hinge.step.joint]
     # A step's nodes are one more axis before the batch: (steps, 3 nodes, ...).

@@ -25,8 +25,9 @@ WAIT_US = 3 * US_PER_S
 KNOCK_US = 20_000
 AFTER_LANDING_US = US_PER_S
 TRUTH_PERIOD_US = 1000
-RESIDUAL_RATE_RAD_S = tuple(np.deg2rad((-0.73, -0.48, -0.77)))
-"""Rates after the paper's release (sec. Result)."""
+RESIDUAL_RATE_DEG_S = (-0.73, -0.48, -0.77)
+"""Of body 3 about its axes after the paper's release (sec. Result): the robot does not leave the releaser at rest."""
+RESIDUAL_RATE_RAD_S = tuple(np.deg2rad(RESIDUAL_RATE_DEG_S))
 
 
 @dataclass(frozen=True, eq=False)

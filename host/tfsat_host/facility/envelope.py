@@ -10,35 +10,34 @@ cannot be resolved: the outlines here are the robot file's boxes, assumed from t
 of mass. Its rule then permits 16 mm/s sideways, not 26; taken moment by moment, as the robot is folded
 again when it has drifted furthest, 27 mm/s.
 
-Up is z at zero joint angles: inferred, because lying on its side the folded robot alone would need
+Up is z of the base body at the release: inferred, because lying on its side the folded robot alone would need
 more than the envelope's radius.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.dynamics import JointHistory, Multibody, TimedMove, moved, poses, propagate
+from tfsat_host.dynamics import Multibody, poses
+from tfsat_host.dynamics.flying import arrivals_s, fly_schedule
 from tfsat_host.errors import TfsatError
 from tfsat_host.facility.release import permissible_transversal_velocity_mm_s
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
-from tfsat_host.units import s_from_us
 
 STEP_S = 0.005  # a joint turns by less than 1 deg in it
-
+_LONGEST_STEPS = 200_000
 
 _UNKNOWN_REACH = "How far the moving robot reaches is unknown: it may strike the walls of the test space."
 
 
 class EnvelopeError(TfsatError):
-    """The robot file does not say what the reach depends on (exit code 1)."""
+    """The reach of this maneuver of this robot cannot be computed (exit code 1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,19 +114,53 @@ def envelope_of(
     initial_rate_rad_s: FloatArray | None = None,
     step_s: float = STEP_S,
 ) -> Envelope:
-    """The reach of `robot` as it flies `schedule`, from release until `until_s` (landing).
+    """The reach of `robot` as it flies `schedule` from its start pose, from release until `until_s` (landing).
 
     Args:
-        robot: With a shape for every body.
-        schedule: Starts from zero joint angles.
+        robot: With joints, and a shape for every body.
+        schedule: Its strokes start from the start pose of the robot's servos. What is after `until_s` does not count.
         until_s: End of the fall, after release.
         initial_rate_rad_s: (3,) angular rate of the base body after release, body axes; None: no
             angular momentum.
         step_s: Longest time between moments.
 
     Raises:
-        EnvelopeError: a body has no shape, or the robot lacks a joint that the schedule moves.
+        EnvelopeError: the robot has no joints or lacks one that the schedule moves, a body has no shape, or a
+            stroke outlasts the fall beyond all measure.
     """
+    _check_described(robot, schedule)
+    begun = tuple(stroke for stroke in schedule.strokes if stroke.t_s < until_s)
+    rest_s = max(arrivals_s(robot, replace(schedule, strokes=begun)), default=0.0)
+    if rest_s > _LONGEST_STEPS * step_s:
+        raise EnvelopeError(
+            what=f"The stroke during which the robot lands would go on until {rest_s:g} s after release.",
+            meaning=f"{_UNKNOWN_REACH} To follow it that long would take very much time and memory.",
+            next_step="Use smaller angles or a higher speed.",
+        )
+    flight = fly_schedule(
+        robot,
+        replace(schedule, strokes=begun),
+        until_s=max(until_s, rest_s),
+        initial_rate_rad_s=initial_rate_rad_s,
+        step_s=step_s,
+    ).flight
+    falling = flight.t_s <= until_s
+    return envelope_of_motion(
+        robot,
+        flight.body,
+        flight.t_s[falling],
+        flight.angles_rad[falling],
+        flight.quaternion_xyzw[falling],
+    )
+
+
+def _check_described(robot: RobotModel, schedule: Schedule) -> None:
+    if robot.n_joints == 0:
+        raise EnvelopeError(
+            what=f"{robot.path} has no joints.",
+            meaning="A single rigid body has nothing that a maneuver could move.",
+            next_step="Name a robot with joints: --robot FILE.",
+        )
     shapeless = [name for name, c in zip(robot.body_names, robot.shape_m, strict=True) if len(c) == 0]
     if shapeless:
         raise EnvelopeError(
@@ -135,25 +168,13 @@ def envelope_of(
             meaning=_UNKNOWN_REACH,
             next_step="Add `boxes_mm` to the body; robots/drop_tower.toml shows how.",
         )
-    body = Multibody.of(robot)
-    history = _history(robot, schedule, until_s)
-    flight = propagate(body, history, initial_rate_rad_s=initial_rate_rad_s, step_s=step_s)
-    return envelope_of_motion(robot, body, flight.t_s, flight.angles_rad, flight.quaternion_xyzw)
-
-
-def _history(robot: RobotModel, schedule: Schedule, until_s: float) -> JointHistory:
-    last = max(stroke.joint for stroke in schedule.strokes)
+    last = max((stroke.joint for stroke in schedule.strokes), default=0)
     if last > robot.n_joints:
         raise EnvelopeError(
             what=f"The maneuver moves joint {last}; {robot.path} has {robot.n_joints}.",
             meaning=_UNKNOWN_REACH,
             next_step="Name the robot that the maneuver is for: --robot FILE.",
         )
-    moves = [
-        TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
-        for s in schedule.strokes
-    ]
-    return moved(robot, moves, end_s=until_s)
 
 
 def envelope_of_motion(

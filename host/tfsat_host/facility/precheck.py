@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfsat_host.dynamics.flying import arrivals_s
 from tfsat_host.facility.envelope import Envelope, permissible_transversal_velocities
 from tfsat_host.facility.release import (
     pause_s,
@@ -32,6 +33,7 @@ class Check:
         value: What was found.
         limit: What it was compared with.
         at_most: Whether `limit` is the greatest permitted value; else it is the least.
+        beyond: Whether the value must be beyond the limit: equal to it does not pass.
         unit: Of both.
         sentence: What it means, for a person.
     """
@@ -43,6 +45,14 @@ class Check:
     at_most: bool
     unit: str
     sentence: str
+    beyond: bool = False
+
+    @property
+    def needed(self) -> str:
+        """How the value must compare with the limit, in words."""
+        if self.beyond:
+            return "less than" if self.at_most else "more than"
+        return "at most" if self.at_most else "at least"
 
 
 def check_maneuver(
@@ -55,7 +65,7 @@ def check_maneuver(
         _pause(schedule, tower, slowest),
         _clearance(schedule, envelope, slowest),
         _stroke_time(schedule, tower),
-        _landing(schedule, tower),
+        _landing(schedule, robot, tower),
         *_walls(tower, envelope),
         _bottom(tower, envelope, fastest),
     )
@@ -77,11 +87,15 @@ def _at_least(name: str, value: float, limit: float, unit: str, sentence: str) -
     return Check(name, value >= limit - _EXACT, value, limit, False, unit, sentence)
 
 
+def _more_than(name: str, value: float, limit: float, unit: str, sentence: str) -> Check:
+    return Check(name, value > limit + _EXACT, value, limit, False, unit, sentence, beyond=True)
+
+
 def _release(tower: DropTower, slowest: float, fastest: float) -> tuple[Check, ...]:
     held = residual_force_n(tower.magnet_force_n, tower.residual_magnetism)
     low, high = tower.release_velocity_window_mm_s
     return (
-        _at_least(
+        _more_than(
             "detaching-force",
             tower.spring_force_n,
             held,
@@ -155,8 +169,8 @@ def _stroke_time(schedule: Schedule, tower: DropTower) -> Check:
     )
 
 
-def _landing(schedule: Schedule, tower: DropTower) -> Check:
-    end_s = schedule.end_us / US_PER_S
+def _landing(schedule: Schedule, robot: RobotModel, tower: DropTower) -> Check:
+    end_s = max(schedule.end_us / US_PER_S, *arrivals_s(robot, schedule))
     return _at_most(
         "landing",
         end_s,
@@ -176,7 +190,7 @@ def _walls(tower: DropTower, envelope: Envelope) -> tuple[Check, ...]:
             tower.envelope_radius_mm,
             "mm",
             f"{envelope.max_radius_body} reaches furthest from the line of fall, "
-            f"{envelope.max_radius_t_s:.2f} s after release; folded the robot reaches "
+            f"{envelope.max_radius_t_s:.2f} s after release; in its start pose the robot reaches "
             f"{envelope.folded_radius_mm:.0f} mm.",
         ),
         _at_least(

@@ -81,11 +81,6 @@ def residual_force_n(magnet_force_n: float, residual_magnetism: float) -> float:
     return magnet_force_n * residual_magnetism
 
 
-def detaching_margin_n(spring_force_n: float, magnet_force_n: float, residual_magnetism: float) -> float:
-    """Force of the spring beyond what the switched-off magnet still holds, N; below zero nothing lets go."""
-    return spring_force_n - residual_force_n(magnet_force_n, residual_magnetism)
-
-
 def pause_s(clearance_mm: float, slowest_mm_s: float) -> float:
     """Time from release until a robot at `slowest_mm_s` has left the release mechanism by `clearance_mm`.
 

@@ -6,7 +6,6 @@ The file's format is explained by the comments of `robots/cosmotorre.toml`.
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -15,6 +14,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.facility.release import STANDARD_GRAVITY_M_S2, LeverSwitch
 from tfsat_host.robot import RobotFileError, default_robot_path
 from tfsat_host.robot.entries import Entry
+from tfsat_host.toml_reading import TomlError, read_toml
 
 KIND = "drop tower"
 _FILE_NAME = "cosmotorre.toml"
@@ -109,20 +109,18 @@ def load_tower(path: Path | str | None = None) -> DropTower:
     """
     file = default_facility_path() if path is None else Path(path)
     try:
-        text = file.read_text(encoding="utf-8")
-        values = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        text, values = read_toml(file)
+    except OSError as error:
         raise FacilityFileError(
-            what=f"The facility file {file} cannot be read: {reason}.",
+            what=f"The facility file {file} cannot be read: {error.strerror}.",
             meaning=_MEANING,
             next_step="Name a facility file that exists, or name none to use COSMOTORRE.",
         ) from error
-    except tomllib.TOMLDecodeError as error:
+    except TomlError as error:
         raise FacilityFileError(
-            what=f"{file}: is not valid TOML: {error}.",
+            what=f"{file}: {error}.",
             meaning=_MEANING,
-            next_step="Correct that line; robots/cosmotorre.toml shows the format.",
+            next_step="Correct that; robots/cosmotorre.toml shows the format.",
         ) from error
     return _tower(file, _FacilityEntry(file, text, "", 0, values))
 

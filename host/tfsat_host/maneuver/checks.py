@@ -51,7 +51,9 @@ def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
     for number, stroke in enumerate(maneuver.strokes, 1):
         if not 1 <= stroke.joint <= limits.joint_count:
             joint = shortened(str(stroke.joint))
-            known = f"joints 1 to {limits.joint_count}" if limits.joint_count else "no joints"
+            known = {0: "no joints", 1: "joint 1 only"}.get(
+                limits.joint_count, f"joints 1 to {limits.joint_count}"
+            )
             raise ManeuverError(
                 Defect.UNKNOWN_JOINT,
                 what=f"Stroke {number} moves joint {joint}; the robot has {known}.",
@@ -64,6 +66,7 @@ def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
 
 
 def _speed_cdeg_s(speed_deg_s: float, limits: Limits, notices: list[str]) -> int:
+    speed_deg_s = _readable(speed_deg_s)
     speed_min, speed_max = map(deg_from_cdeg, limits.speed_range_cdeg_s)
     if not math.isfinite(speed_deg_s) or not speed_min <= speed_deg_s <= speed_max:
         raise ManeuverError(
@@ -87,6 +90,7 @@ def _angle_cdeg(number: int, angle_deg: float, notices: list[str]) -> int:
             next_step="Give degrees as a number, such as 59 or 58.75.",
             stroke=number,
         )
+    angle_deg = _readable(angle_deg)
     angle_cdeg = cdeg_from_deg(angle_deg)
     if angle_cdeg == 0:
         raise ManeuverError(
@@ -101,6 +105,11 @@ def _angle_cdeg(number: int, angle_deg: float, notices: list[str]) -> int:
             f"{angle_cdeg / CDEG_PER_DEG:.2f} deg: the sequencer resolves 0.01 deg."
         )
     return angle_cdeg
+
+
+def _readable(number_deg: float) -> float:
+    """Without binary noise: 29.999999999999996 is 30 that came by way of radians."""
+    return round(number_deg, 9)
 
 
 def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int], limits: Limits) -> list[str]:
@@ -119,7 +128,7 @@ def check_joint_angles(joints: Sequence[int], angles_cdeg: Sequence[int], limits
                 Defect.JOINT_RANGE,
                 what=f"Stroke {number} would take joint {joint} to "
                 f"{_deg(pose_cdeg[joint - 1])} deg; it moves from {low:g} to {high:g} deg.",
-                meaning="The body would hit the frame. Nothing was sent to the robot.",
+                meaning="The body would hit the frame.",
                 next_step=f"Choose smaller angles: {_start_words(limits, joint)}.",
                 stroke=number,
             )
@@ -148,7 +157,7 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
             Defect.BEFORE_PAUSE,
             what=f"The first stroke starts {_s(starts_us[0])} s after release; "
             f"it must not start before {_s(limits.pause_min_us)} s.",
-            meaning="The robot would strike the release mechanism. Nothing was sent to the robot.",
+            meaning="The robot would strike the release mechanism.",
             next_step=f"Start at {_s(limits.pause_min_us)} s or later.",
             stroke=1,
         )
@@ -159,7 +168,7 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
                 Defect.OVERLAP,
                 what=f"Stroke {number} starts at {_s(start_us)} s, before stroke {number - 1} ends "
                 f"at {_s(previous_end_us)} s.",
-                meaning="Two joints at once were never designed for. Nothing was sent to the robot.",
+                meaning="Two joints at once were never designed for.",
                 next_step="Move the strokes apart, or leave out every t_s: the schedule rule then sets them.",
                 stroke=number,
             )
@@ -168,7 +177,7 @@ def check_timing(starts_us: Sequence[int], ends_us: Sequence[Fraction], limits: 
             Defect.OUTLASTS_FALL,
             what=f"The maneuver would end {_s(ends_us[-1])} s after release; "
             f"the fall ends at {_s(limits.end_max_us)} s.",
-            meaning="The robot would land while it still moves. Nothing was sent to the robot.",
+            meaning="The robot would land while it still moves.",
             next_step="Use smaller angles, fewer strokes or a higher speed.",
             stroke=len(starts_us),
         )

@@ -7,7 +7,7 @@ from enum import StrEnum
 from tfsat_host.errors import TfsatError
 
 _SHOWN_CHARACTERS = 40
-NOTHING_CHANGED = "The maneuver was not scheduled and nothing was sent to the robot."
+NO_MANEUVER = "There is no maneuver that could be flown."
 
 
 class Defect(StrEnum):
@@ -36,6 +36,8 @@ class Defect(StrEnum):
 class ManeuverError(TfsatError):
     """The maneuver cannot be flown, or its file cannot be understood.
 
+    Its words are those of whoever plans a maneuver; what was not done about it the command adds to `meaning`.
+
     Attributes:
         code: Which defect; stable.
         stroke: Number of the stroke at fault, counted from 1, or None when it is the whole maneuver.
@@ -47,7 +49,7 @@ class ManeuverError(TfsatError):
         *,
         what: str,
         next_step: str,
-        meaning: str = NOTHING_CHANGED,
+        meaning: str = NO_MANEUVER,
         stroke: int | None = None,
     ) -> None:
         super().__init__(what=what, meaning=meaning, next_step=next_step)

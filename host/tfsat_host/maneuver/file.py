@@ -29,7 +29,10 @@ SCHEMA = 1
 _MANEUVER_KEYS = ("schema", "name", "speed_deg_s", "pause_s", "strokes")
 _STROKE_KEYS = ("joint", "angle_deg", "t_s")
 _FILE_BYTES_MAX = 1_000_000
-_START_FROM = "For a file to start from: tfsat-host upload-sequence 59 70 --dry-run --out maneuver.toml"
+_START_FROM = (
+    "For a file to start from, without any board: "
+    "tfsat-host upload-sequence 59 70 --dry-run --out maneuver.toml"
+)
 
 
 def read_maneuver(path: Path) -> Maneuver:
@@ -41,12 +44,12 @@ def read_maneuver(path: Path) -> Maneuver:
     try:
         if path.stat().st_size > _FILE_BYTES_MAX:
             raise _error(path.name, Defect.FILE_SYNTAX, "this is no maneuver file: it is too large.")
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ManeuverError(
             Defect.FILE_UNREADABLE,
             what=f"The maneuver file {path} cannot be read: {error.strerror or error}.",
-            next_step="Give the path of a maneuver file, or the two angles: tfsat-host upload-sequence 59 70",
+            next_step="Give the path of a maneuver file.",
         ) from error
     except UnicodeDecodeError as error:
         raise _error(str(path), Defect.FILE_SYNTAX, "this is no text in UTF-8.") from error

@@ -20,7 +20,7 @@ def servo_speed_notices(schedule: Schedule, robot_file: Path | None = None) -> t
     path = default_robot_path() if robot_file is None else robot_file
     moved = sorted({stroke.joint for stroke in schedule.strokes})
     try:
-        joints = tomllib.loads(path.read_text(encoding="utf-8"))["joint"]
+        joints = tomllib.loads(path.read_text(encoding="utf-8-sig"))["joint"]
         servos = [joints[joint - 1]["servo"] for joint in moved]
         average = min(float(servo["average_rate_deg_s"]) for servo in servos)
         greatest = min(float(servo["max_rate_deg_s"]) for servo in servos)

@@ -22,6 +22,8 @@ from tfsat_host.orbit.grid import GridAxis, grid_axes, lines_of
 from tfsat_host.robot.model import IntArray
 
 _MOST_MANEUVERS = 1_000_000
+# Rounding parts the efficiencies of a loop and of the same loop backwards.
+_SAME_EFFICIENCY = 1e-9
 
 
 class GridManeuver(NamedTuple):
@@ -84,6 +86,10 @@ class Distribution:
     def best_by_angle(self) -> int:
         """Index of the loop that turns farthest, the first of equals."""
         return int(np.argmax(self.angle_rad))
+
+    def most_efficient(self) -> IntArray:
+        """Indices of all loops as efficient as the best."""
+        return np.flatnonzero(self.efficiency >= self.efficiency.max() * (1.0 - _SAME_EFFICIENCY))
 
     def best_of_pairs(self) -> list[int]:
         """Index of the most efficient loop of every ordered joint pair, the best pair first."""

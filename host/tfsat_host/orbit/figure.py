@@ -13,15 +13,30 @@ from tfsat_host.orbit.distribution import Distribution
 
 
 def draw_distribution(found: Distribution, title: str, path: Path, file_format: str) -> None:
-    """Draws every loop as a point, its color the efficiency, the most efficient one a star."""
+    """Draws every loop as a point, its color the efficiency, and the most efficient ones as stars.
+
+    They are two: a loop flown backwards is as efficient, and turns the other way.
+    """
     from matplotlib.figure import Figure
 
     angles = np.degrees(found.euler_zyx_rad)
-    best = angles[found.best_by_efficiency]
+    best = angles[found.most_efficient()]
     figure = Figure(figsize=(7.0, 5.6), layout="constrained")
-    axes = figure.add_subplot(projection="3d")
-    points = axes.scatter(*angles.T, c=found.efficiency, s=5, cmap="viridis")
-    axes.scatter(*best[:, None], marker="*", s=220, c="gold", edgecolors="black", label="most efficient")
+    axes = figure.add_subplot(projection="3d", computed_zorder=False)
+    # Rasterized, a million points are a picture of some kilobytes in a PDF or an SVG, too.
+    points = axes.scatter(
+        *angles.T, c=found.efficiency, s=_area(len(angles)), cmap="viridis", linewidths=0.0, rasterized=True
+    )
+    axes.scatter(
+        *best.T,
+        marker="*",
+        s=220,
+        c="gold",
+        edgecolors="black",
+        depthshade=False,
+        zorder=3,
+        label="most efficient",
+    )
     axes.set_xlabel("z / deg")
     axes.set_ylabel("y / deg")
     axes.set_zlabel("x / deg")
@@ -29,3 +44,8 @@ def draw_distribution(found: Distribution, title: str, path: Path, file_format: 
     axes.legend(loc="upper left")
     figure.colorbar(points, ax=axes, shrink=0.7, label="efficiency")
     figure.savefig(path, format=file_format, dpi=150)
+
+
+def _area(count: int) -> float:
+    """Of a point, in square points: many must leave room for one another."""
+    return max(min(5.0, 10_000.0 / count), 0.5)

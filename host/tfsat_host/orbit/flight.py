@@ -5,23 +5,15 @@ The robot that flies need not be the one that the planner knows, and what is mea
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion
 from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.orbit.planner import Chain, Planner, remainder
+from tfsat_host.orbit.pilot import Outcome, Pilot
+from tfsat_host.orbit.planner import Planner
 from tfsat_host.orbit.primitives import Primitive
-
-Outcome = Literal["within tolerance", "no progress", "primitives used up"]
-
-# While more primitives are to come, a chain may lead so far beside the target: a short one mends it at the end.
-_DRIFT_RAD = math.radians(1.0)
-# Plans without progress before the flight gives up: noise may hide it once or twice.
-_PATIENCE = 6
 
 
 @dataclass(frozen=True)
@@ -67,7 +59,9 @@ class Flight:
         tolerance_rad: What was asked for.
         start_error_rad: At the start.
         steps: The primitives in order.
-        outcome: Why it ended; "within tolerance" is what the robot believes by what it measured.
+        outcome: Why it ended, as the robot believes by what it measured: "within tolerance"; "no progress", no
+            single loop brings it nearer; "given up", plans came to nothing and it went back to where it
+            had been measured nearest; "primitives used up".
     """
 
     target_xyzw: FloatArray
@@ -115,36 +109,24 @@ def fly(
         initial_xyzw: (4,) attitude at the start; the inertial axes if None.
 
     Returns:
-        The flight. It ends when the measured error is within the planner's tolerance, when six plans brought no
-        progress or none could be made, or after the planner's greatest number of primitives.
+        The flight. It ends when the measured error is within the planner's tolerance, when no plan could be made
+        or six brought no progress, then back at the attitude that was measured nearest, or after the
+        planner's greatest number of primitives.
     """
     target = _unit(target_xyzw)
     attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
     robot = planner.table.body if plant is None else plant
-    sensor = _Sensor(sensing or Sensing())
-    measured = sensor.measure(attitude)
-    flight = Flight(target, planner.tolerance_rad, _error(attitude, target), (), "within tolerance")
-    chain, nearest, patience = Chain((), 0.0), np.inf, _PATIENCE
-    while _error(measured, target) > planner.tolerance_rad:
-        needed = quaternion.product(quaternion.inverse(measured), target)
-        if len(flight.steps) >= planner.most:
-            return _ended(flight, "primitives used up")
-        if not chain.primitives or _astray(chain, needed, planner.tolerance_rad):
-            chain, to_go = planner.chain(needed), planner.to_go(needed)
-            nearest, patience = (to_go, _PATIENCE) if to_go < nearest else (nearest, patience - 1)
-            if not chain.primitives or patience == 0:
-                return _ended(flight, "no progress")
-        primitive, chain = chain.primitives[0], chain.after_first()
+    sensing = sensing or Sensing()
+    sensor, pilot = _Sensor(sensing), Pilot(planner, target, sensing.noise_rad)
+    measured, start_error = sensor.measure(attitude), _error(attitude, target)
+    steps = list[Step]()
+    while (primitive := pilot.next(measured, planner.most - len(steps))) is not None:
         predicted = quaternion.product(measured, primitive.quaternion_xyzw)
         attitude = quaternion.product(attitude, flown(robot, planner.table.start_rad, primitive))
         measured = sensor.measure(attitude)
-        step = Step(
-            primitive, predicted, attitude, measured, _error(attitude, target), _error(measured, target)
-        )
-        flight = Flight(
-            target, planner.tolerance_rad, flight.start_error_rad, (*flight.steps, step), "within tolerance"
-        )
-    return flight
+        errors = _error(attitude, target), _error(measured, target)
+        steps.append(Step(primitive, predicted, attitude, measured, *errors))
+    return Flight(target, planner.tolerance_rad, start_error, tuple(steps), pilot.outcome)
 
 
 def open_loop_error_rad(
@@ -180,17 +162,6 @@ class _Sensor:
     def measure(self, attitude: FloatArray) -> FloatArray:
         error = self._noise_rad * self._random.standard_normal(3)
         return quaternion.product(attitude, quaternion.exponential(error))
-
-
-def _astray(chain: Chain, needed: FloatArray, tolerance: float) -> bool:
-    """Whether the chain, flown from here, would no longer lead where it was meant to."""
-    allowed = max(tolerance, _DRIFT_RAD) if len(chain.primitives) > 1 else tolerance
-    remaining = float(quaternion.angle(remainder(chain.primitives, needed)))
-    return remaining > max(allowed, chain.remaining_rad * (1.0 + 1e-6) + 1e-9)
-
-
-def _ended(flight: Flight, outcome: Outcome) -> Flight:
-    return Flight(flight.target_xyzw, flight.tolerance_rad, flight.start_error_rad, flight.steps, outcome)
 
 
 def _error(attitude: FloatArray, target: FloatArray) -> float:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.design.loops import Loops
-from tfsat_host.design.sequences import Sequence, sequences
+from tfsat_host.design.sequences import Sequence, backwards, sequences
 from tfsat_host.dynamics import Multibody, quaternion
 from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.orbit.errors import OrbitError
@@ -28,6 +28,8 @@ STROKE_STEPS = 4
 # A loop that turns less than this is no use; two that end closer together are one, and the faster is kept.
 _LEAST_DEG = 0.02
 _SAME_DEG = 0.25
+# A rotation by less has no axis but that of rounding.
+_NO_AXIS_RAD = 1e-9
 
 
 class Shape(NamedTuple):
@@ -65,6 +67,16 @@ class Primitive:
     def strokes(self) -> list[tuple[int, float]]:
         """Joint index and angle in rad of each stroke."""
         return self.shape.strokes(self.displacement_rad)
+
+    @property
+    def backwards(self) -> Primitive:
+        """The loop flown backwards: it undoes this one, on any robot."""
+        return Primitive(
+            Shape(self.shape.joints, backwards(self.shape.sequence)),
+            self.displacement_rad,
+            quaternion.inverse(self.quaternion_xyzw),
+            self.duration_s,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +122,18 @@ class PrimitiveTable:
         shape = self.shapes[self.shape[index]]
         displacement = self.displacement_rad[index, : len(shape.joints)]
         return Primitive(shape, displacement, self.rotation[:, index], float(self.duration_s[index]))
+
+    def best_rate_about(self, rotation: FloatArray) -> float:
+        """Greatest average rate in rad/s of a loop about the axis of a rotation (4,); 0 if that has no axis.
+
+        What the loop turns about other axes besides is not counted.
+        """
+        vector = quaternion.logarithm(rotation)
+        angle = float(np.linalg.norm(vector))
+        if angle < _NO_AXIS_RAD:
+            return 0.0
+        rates = vector @ quaternion.logarithm(self.rotation) / (angle * self.duration_s)
+        return max(float(rates.max()), 0.0)
 
     def duration_of(self, shape: Shape, displacement_rad: FloatArray) -> float:
         """Time in s of a loop with displacements (d,)."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NoReturn
@@ -12,12 +11,9 @@ import numpy as np
 
 from tfsat_host.robot.errors import RobotFileError
 from tfsat_host.robot.model import FloatArray
-from tfsat_host.toml_lines import line_of
+from tfsat_host.toml_lines import has_header, line_of
 
-
-def unit_vector(vector: FloatArray) -> FloatArray:
-    """`vector` (3,) scaled to length 1; it must not be zero."""
-    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)
+_SHOWN_CHARACTERS = 60
 
 
 class Entry:
@@ -42,7 +38,7 @@ class Entry:
 
     def fail(self, key: str, problem: str, cure: str) -> NoReturn:
         """Raise the error for `key` of this entry."""
-        line = line_of(self._text, self._table, self._index, key.split(".")[0])
+        line = line_of(self._text, self._table, self._index, key)
         where = f"{self._path}:{line}" if line is not None else str(self._path)
         entry = f"{self._label}, {key}" if self._label else key
         raise RobotFileError(
@@ -66,9 +62,10 @@ class Entry:
     def number(self, key: str) -> float:
         """A finite number."""
         value = self.value(key, "a number")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            self.fail(key, f"{value!r} is not a finite number", f"Give `{key}` a number.")
-        return float(value)
+        finite = _finite(value)
+        if finite is None:
+            self.fail(key, f"{_shown(value)} is not a finite number", f"Give `{key}` a number.")
+        return finite
 
     def positive(self, key: str) -> float:
         """A number above zero."""
@@ -92,28 +89,24 @@ class Entry:
         value = self.value(key, "an integer")
         if isinstance(value, bool) or not isinstance(value, int) or value not in choices:
             shown = ", ".join(map(str, choices)) if len(choices) <= 8 else f"{choices[0]} to {choices[-1]}"
-            self.fail(key, f"{value!r} is not allowed", f"Give `{key}` one of: {shown}.")
+            self.fail(key, f"{_shown(value)} is not allowed", f"Give `{key}` one of: {shown}.")
         return value
 
     def text(self, key: str) -> str:
         """A non-empty string."""
         value = self.value(key, "a text in quotes")
         if not isinstance(value, str) or not value:
-            self.fail(key, f"{value!r} is not a text", f'Write `{key} = "..."`.')
+            self.fail(key, f"{_shown(value)} is not a text", f'Write `{key} = "..."`.')
         return value
 
     def vector(self, key: str, length: int = 3) -> FloatArray:
         """(length,) finite numbers."""
         value = self.value(key, f"{length} numbers in brackets")
-        if (
-            not isinstance(value, list)
-            or len(value) != length
-            or any(
-                isinstance(x, bool) or not isinstance(x, int | float) or not math.isfinite(x) for x in value
-            )
-        ):
-            self.fail(key, f"{value!r} is not a list of {length} numbers", f"Give `{key}` {length} numbers.")
-        return np.array(value, dtype=np.float64)
+        numbers = [_finite(x) for x in value] if isinstance(value, list) else []
+        if len(numbers) != length or None in numbers:
+            problem = f"{_shown(value)} is not a list of {length} numbers"
+            self.fail(key, problem, f"Give `{key}` {length} numbers.")
+        return np.array(numbers, dtype=np.float64)
 
     def matrix(self, key: str) -> FloatArray:
         """(3, 3) finite numbers, written as three rows."""
@@ -133,10 +126,10 @@ class Entry:
         pairs: list[tuple[FloatArray, FloatArray]] = []
         for box in boxes:
             if not isinstance(box, list) or len(box) != 2:
-                self.fail(key, f"{box!r} is not a pair of corners", cure)
+                self.fail(key, f"{_shown(box)} is not a pair of corners", cure)
             low, high = (self._holding(key, corner).vector(key) for corner in box)
             if not (low < high).all():
-                self.fail(key, f"{box!r} has no volume", "Write each box's lowest corner first.")
+                self.fail(key, f"{_shown(box)} has no volume", "Write each box's lowest corner first.")
             pairs.append((low, high))
         return pairs
 
@@ -144,9 +137,9 @@ class Entry:
         """A table inside this one."""
         value = self.value(key, "a table")
         if not isinstance(value, dict):
-            self.fail(key, f"{value!r} is not a table", f"Write `{key}` as a table of named values.")
+            self.fail(key, f"{_shown(value)} is not a table", f"Write `{key}` as a table of named values.")
         header = f"{self._table}.{key}" if self._table else key
-        if re.search(rf"^\s*\[\s*{re.escape(header)}\s*\]", self._text, re.MULTILINE) is None:
+        if not has_header(self._text, header, self._index):
             return InlineEntry(self, key, value)
         return Entry(self._path, self._text, header, self._index, value, None if self._table else header)
 
@@ -181,3 +174,23 @@ class InlineEntry(Entry):
     def fail(self, key: str, problem: str, cure: str) -> NoReturn:
         """Raise the error for `key` of this table, at its owner's line."""
         self._owner.fail(f"{self._key}.{key}", problem, cure)
+
+
+def _finite(value: object) -> float | None:
+    """The value as a number; None if it is none, or not finite, or too large for one."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _shown(value: object) -> str:
+    """A value for a message: its beginning, if it is long."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits; tables hundreds deep
+        return "what stands there"
+    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"

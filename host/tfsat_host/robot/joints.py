@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 
-from tfsat_host.robot.entries import Entry, unit_vector
+from tfsat_host.robot.entries import Entry
 from tfsat_host.robot.model import FloatArray, PulseMap, Servo
 
 _PULSE_KEYS = ("pulse_range_us", "reference", "pulse_us_per_deg")
+# Below it, components that matter would be subnormal: too few of their digits remain.
+_SHORTEST_AXIS = sys.float_info.min / sys.float_info.epsilon
 
 
 def axis(joint: Entry) -> FloatArray:
     """The joint's axis (3,) as a unit vector. Raises RobotFileError if it has no direction."""
     direction = joint.vector("axis")
-    if not np.linalg.norm(direction) > 0.0:
-        joint.fail("axis", "has no direction", "Give the axis a direction, e.g. [1, 0, 0].")
-    return unit_vector(direction)
+    largest = np.abs(direction).max()
+    cure = "Give the axis a direction, e.g. [1, 0, 0]."
+    if largest == 0.0:
+        joint.fail("axis", "has no direction", cure)
+    if largest < _SHORTEST_AXIS:
+        joint.fail("axis", f"{largest:g} is so small that the direction is lost in rounding", cure)
+    # By a power of two, which rounds nothing; squares of the numbers as given could leave the range of floats.
+    scaled = np.ldexp(direction, -np.frexp(largest)[1])
+    return np.asarray(scaled / np.linalg.norm(scaled), dtype=np.float64)
 
 
 def limits_rad(joint: Entry) -> tuple[float, float]:

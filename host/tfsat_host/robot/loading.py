@@ -5,7 +5,6 @@ The file's format is explained in `docs/robot-files.md`.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 from tfsat_host.robot import bodies, joints, sensors
@@ -16,6 +15,7 @@ from tfsat_host.robot.errors import RobotFileError
 from tfsat_host.robot.model import RobotModel
 from tfsat_host.robot.path import find_robot
 from tfsat_host.robot.uncertainty import uncertainty
+from tfsat_host.toml_reading import TomlError, read_toml
 
 
 def load_robot(name_or_path: Path | str | None = None) -> RobotModel:
@@ -26,28 +26,21 @@ def load_robot(name_or_path: Path | str | None = None) -> RobotModel:
             names file, line and entry, and how to correct it.
     """
     file = find_robot(name_or_path)
-    text = _read_text(file)
     try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        text, values = read_toml(file)
+    except OSError as error:
         raise RobotFileError(
-            what=f"{file}: is not valid TOML: {error}.",
-            meaning="The robot's masses and joints are unknown.",
-            next_step="Correct that line; docs/robot-files.md and robots/drop_tower.toml show the format.",
-        ) from error
-    return _robot(file, Entry(file, text, "", 0, values))
-
-
-def _read_text(file: Path) -> str:
-    try:
-        return file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise RobotFileError(
-            what=f"The robot file {file} cannot be read: {reason}.",
+            what=f"The robot file {file} cannot be read: {error.strerror}.",
             meaning="The robot's masses and joints are unknown.",
             next_step="Name a robot file that exists, or name none to use the drop tower robot.",
         ) from error
+    except TomlError as error:
+        raise RobotFileError(
+            what=f"{file}: {error}.",
+            meaning="The robot's masses and joints are unknown.",
+            next_step="Correct that; docs/robot-files.md and robots/drop_tower.toml show the format.",
+        ) from error
+    return _robot(file, Entry(file, text, "", 0, values))
 
 
 def _robot(file: Path, top: Entry) -> RobotModel:

@@ -9,7 +9,9 @@ import numpy as np
 from tfsat_host.robot.arrays import frozen
 from tfsat_host.robot.checks import index_of
 from tfsat_host.robot.entries import Entry
-from tfsat_host.robot.model import AngleSensor, Imu
+from tfsat_host.robot.model import AngleSensor, FloatArray, Imu
+
+_ROUNDING = 1e-6
 
 
 def imus(entries: list[Entry], body_names: tuple[str, ...]) -> tuple[Imu, ...]:
@@ -27,7 +29,7 @@ def imus(entries: list[Entry], body_names: tuple[str, ...]) -> tuple[Imu, ...]:
 
 def _imu(entry: Entry, body_names: tuple[str, ...]) -> Imu:
     rotation = entry.matrix("sensor_to_body")
-    if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or not np.linalg.det(rotation) > 0.0:
+    if not _is_rotation(rotation):
         entry.fail("sensor_to_body", "is not a rotation", "Give a right-handed orthonormal matrix.")
     imu = Imu(
         body=index_of(entry, "body", body_names, "body"),
@@ -40,6 +42,13 @@ def _imu(entry: Entry, body_names: tuple[str, ...]) -> Imu:
     )
     entry.done()
     return imu
+
+
+def _is_rotation(matrix: FloatArray) -> bool:
+    if np.abs(matrix).max() > 1.0 + _ROUNDING:  # first: products of huge numbers leave the range of floats
+        return False
+    orthonormal = np.allclose(matrix @ matrix.T, np.eye(3), atol=_ROUNDING)
+    return orthonormal and bool(np.linalg.det(matrix) > 0.0)
 
 
 def angle_sensor(entry: Entry, joint_names: tuple[str, ...]) -> AngleSensor:

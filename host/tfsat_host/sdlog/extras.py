@@ -28,5 +28,5 @@ def check_extra(name: str) -> None:
         raise MissingExtraError(
             what=f"The format {name} needs {missing[0]}, which is not installed.",
             meaning="Nothing was written; the recording is untouched.",
-            next_step=f"Install it: pip install 'tfsat-host[{name}]'",
+            next_step=f"In tfsat's folder: python -m pip install '.[{name}]'",
         )

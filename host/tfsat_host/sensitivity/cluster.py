@@ -60,7 +60,7 @@ def run_on_cluster(
         raise ClusterError(
             what="--dask needs the library distributed, which is not installed.",
             meaning=_NOTHING,
-            next_step=f"Install it: pip install 'tfsat-host[dask]', or {_LOCALLY}.",
+            next_step=f"In tfsat's folder: python -m pip install '.[dask]'; or {_LOCALLY}.",
         )
     _check_address(address)
     with _connected(address, answer_s) as client, client.as_current():

@@ -44,6 +44,7 @@ class Plan:
         target_rad: (k,) angle at which the joint of each stroke is told to end.
         start_s: (k,) start of each stroke after release, in order.
         rate_rad_s: Average joint rate of a stroke.
+        max_rate_rad_s: (n - 1,) greatest rate of each joint's servo.
         acceleration_rad_s2: (n - 1,) of each joint's servo.
         until_s: When the attitude is looked at; later for a robot whose joints still move.
     """
@@ -53,6 +54,7 @@ class Plan:
     target_rad: FloatArray
     start_s: FloatArray
     rate_rad_s: float
+    max_rate_rad_s: FloatArray
     acceleration_rad_s2: FloatArray
     until_s: float
 
@@ -63,7 +65,7 @@ class Plan:
         """The plan of `strokes`, in order of their starts.
 
         Args:
-            robot: Its servos' start pose and accelerations are used.
+            robot: Its servos' start pose, greatest rates and accelerations are used.
             strokes: At least one.
             rate_rad_s: Average joint rate of a stroke.
             until_s: When the attitude is looked at, if the joints have come to rest by then. It matters
@@ -91,6 +93,7 @@ class Plan:
             target_rad=np.array(targets),
             start_s=starts,
             rate_rad_s=rate_rad_s,
+            max_rate_rad_s=np.array([servo.max_rate_rad_s for servo in robot.servos]),
             acceleration_rad_s2=np.array([servo.acceleration_rad_s2 for servo in robot.servos]),
             until_s=until_s,
         )
@@ -125,7 +128,8 @@ class Moves(NamedTuple):
     def of(cls, plan: Plan, reached_rad: FloatArray, rates_rad_s: FloatArray) -> Moves:
         """The strokes of s robots.
 
-        A stroke that starts while its own joint is not yet there begins when the joint has arrived.
+        A stroke that starts while its own joint is not yet there begins when the joint has arrived. A rate that a
+        servo cannot reach is left to its greatest, which errs with its average, as `tfsat_host.dynamics` has it.
 
         Args:
             plan: What their servos are told.
@@ -138,7 +142,11 @@ class Moves(NamedTuple):
         for k, joint in enumerate(plan.joints):
             delta = reached_rad[k] - angle[joint]
             size = np.abs(delta)
-            duration = np.maximum(size / rates_rad_s[joint], _INSTANT_S)
+            slowness = plan.rate_rad_s / rates_rad_s[joint]
+            shortest = _shortest_s(
+                size, plan.max_rate_rad_s[joint] / slowness, plan.acceleration_rad_s2[joint]
+            )
+            duration = np.maximum(np.maximum(size / rates_rad_s[joint], shortest), _INSTANT_S)
             start[k] = np.maximum(plan.start_s[k], free[joint])
             end[k] = start[k] + duration
             least = 4.0 * size / duration**2
@@ -175,3 +183,10 @@ class Moves(NamedTuple):
             angles[joint] += 0.5 * push * (since**2 - level**2 - slowing**2)
             rates[joint] += push * (since - level - slowing)
         return angles, rates
+
+
+def _shortest_s(size_rad: FloatArray, rate_rad_s: FloatArray, acceleration_rad_s2: float) -> FloatArray:
+    """(s,) least times from rest to rest; without a cruise where the greatest rate is not reached."""
+    ramps_s = 2.0 * np.sqrt(size_rad / acceleration_rad_s2)
+    cruise_s = size_rad / rate_rad_s + rate_rad_s / acceleration_rad_s2
+    return np.where(size_rad * acceleration_rad_s2 <= rate_rad_s**2, ramps_s, cruise_s)

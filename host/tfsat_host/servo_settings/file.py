@@ -48,7 +48,7 @@ def read_settings_file(path: Path) -> tuple[ServoSettings, list[str]]:
                 what=f"{path}: this is no file of servo settings: it is too large.",
                 next_step=_START_FROM,
             )
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = (error.strerror or str(error)) if isinstance(error, OSError) else "it is not UTF-8 text"
         raise SettingsError(

@@ -1,0 +1,55 @@
+"""Where a command may write, found out before it has computed anything."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from tfsat_host.cli.outputs import check_may_write, write_atomically
+from tfsat_host.errors import TfsatError
+
+
+def _no_file_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    def mkstemp(*, prefix: str, dir: Path) -> NoReturn:
+        raise PermissionError(13, "Permission denied", str(dir / f"{prefix}qikvmmzu"))
+
+    monkeypatch.setattr(tempfile, "mkstemp", mkstemp)
+
+
+def test_a_folder_that_takes_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _no_file_can_be_made(monkeypatch)
+    for path in (tmp_path / "x.csv", tmp_path / "new" / "deeper" / "x.csv"):
+        with pytest.raises(TfsatError) as caught:
+            check_may_write(path, marker=b"", force=True)
+        assert caught.value.what == f"{path} cannot be written: Permission denied."
+
+
+def test_what_is_tried_leaves_nothing(tmp_path: Path) -> None:
+    check_may_write(tmp_path / "x.csv", marker=b"", force=False)
+    check_may_write(tmp_path / "new" / "x.csv", marker=b"", force=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failure_names_the_file_and_not_the_temporary_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _no_file_can_be_made(monkeypatch)
+    with pytest.raises(PermissionError) as caught:
+        write_atomically(tmp_path / "x.csv", lambda path: path.write_bytes(b""))
+    assert caught.value.filename == str(tmp_path / "x.csv")
+
+
+def test_a_file_in_the_way_of_a_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(TfsatError, match="file is a file, not a folder"):
+        check_may_write(tmp_path / "file" / "new" / "x.csv", marker=b"", force=True)
+
+
+def test_the_cure_fits_files_and_folders(tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_bytes(b"mine")
+    with pytest.raises(TfsatError) as caught:
+        check_may_write(tmp_path / "mine.csv", marker=b"theirs", force=False)
+    assert "another place with --out" in caught.value.next_step

@@ -1,0 +1,155 @@
+"""Numbers that no robot has, and text that no parser survives: words, or a model that is what was written."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.facility.tower import default_facility_path, load_tower
+from tfsat_host.robot import RobotFileError, default_robot_path, load_robot
+
+ROBOT = default_robot_path().read_text(encoding="utf-8")
+TOWER = default_facility_path().read_text(encoding="utf-8")
+_WORDS = re.compile(r"[-\w.\"]+|[^\w\s]|\s+")
+_ODD = st.sampled_from(
+    [
+        *(
+            "",
+            " ",
+            "\n",
+            "#",
+            "=",
+            ".",
+            ",",
+            '"',
+            "'",
+            '"""',
+            "'''",
+            "\\",
+            "[",
+            "]",
+            "[[",
+            "]]",
+            "{",
+            "}",
+            "\x00",
+            "\ufeff",
+        ),
+        *(
+            "0",
+            "-1",
+            "nan",
+            "inf",
+            "-inf",
+            "1e308",
+            "-1e308",
+            "5e-324",
+            "1e200",
+            "true",
+            '"body 2"',
+            "2024-01-01",
+        ),
+        *("1" + "0" * 400, "1" + "0" * 5000, "0x" + "f" * 9000, "[" * 2000, "{a=" * 400 + "1" + "}" * 400),
+        *(
+            "a." * 3000 + "b = 1\n",
+            "[[body]]\n",
+            '[["body"]]\n',
+            "[joint.'servo']\n",
+            "servo.start_deg = 1\n",
+            "body = [\n",
+        ),
+    ]
+)
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "file.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@st.composite
+def mangled(draw: st.DrawFn, text: str) -> str:
+    """The text with a few of its words replaced by odd ones or by its own, or left out, or doubled."""
+    words = _WORDS.findall(text)
+    for _ in range(draw(st.integers(1, 4))):
+        at = draw(st.integers(0, len(words) - 1))
+        new = draw(st.one_of(_ODD, st.sampled_from(words), st.text(max_size=3)))
+        words[at : at + draw(st.integers(0, 3))] = [new]
+    return "".join(words).encode("utf-8", "ignore").decode()
+
+
+@settings(max_examples=300, deadline=None)
+@given(mangled(ROBOT))
+def test_mangled_robot_files_are_a_robot_or_refused_in_words(text: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            robot = load_robot(written(Path(folder), text))
+        except RobotFileError as error:
+            assert error.what.count("file.toml") == 1
+            assert len(error.what) < 500
+            assert error.next_step
+            return
+    for array in (robot.mass_kg, robot.com_m, robot.inertia_kg_m2, robot.joint_axis, robot.joint_limits_rad):
+        assert np.isfinite(array).all()
+    assert np.linalg.norm(robot.joint_axis, axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+@settings(max_examples=150, deadline=None)
+@given(mangled(TOWER))
+def test_mangled_facility_files_are_a_tower_or_refused_in_words(text: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            tower = load_tower(written(Path(folder), text))
+        except TfsatError as error:
+            assert type(error).__name__ == "FacilityFileError"
+            assert error.what.count("file.toml") == 1
+            assert len(error.what) < 500
+            return
+    assert tower.fall_s > 0.0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [
+        ("1" + "0" * 400, r"file.toml:\d+: body 2, mass_kg: 1000.* is not a finite number"),
+        ("0x" + "f" * 9000, r"file.toml:\d+: body 2, mass_kg: .* is not a finite number"),
+        ("1" + "0" * 5000, r"file.toml: has a number of thousands of digits \(at line \d+\)"),
+        ("[" * 2000 + "]" * 2000, r"file.toml: is nested too deeply"),
+    ],
+    ids=["400 zeros", "9000 hexadecimal digits", "5000 zeros", "2000 brackets"],
+)
+def test_what_the_parser_dies_of_is_named(tmp_path: Path, wrong: str, problem: str) -> None:
+    text = ROBOT.replace("mass_kg = 0.735", f"mass_kg = {wrong}", 1)
+    with pytest.raises(RobotFileError, match=problem) as caught:
+        load_robot(written(tmp_path, text))
+    if found := re.search(r"(?:toml:|line )(\d+)", caught.value.what):
+        assert text.splitlines()[int(found[1]) - 1].startswith("mass_kg = ")
+    with pytest.raises(TfsatError, match=r"file.toml(:\d+)?: "):
+        load_tower(written(tmp_path, TOWER.replace("fall_s = 2.5", f"fall_s = {wrong}", 1)))
+
+
+@pytest.mark.parametrize("exponent", [-290, -162, 0, 200, 308])
+def test_the_length_of_an_axis_does_not_matter(tmp_path: Path, exponent: int) -> None:
+    text = ROBOT.replace("axis = [0, 1, 0]", f"axis = [-1.2e{exponent}, 0.5e{exponent}, 0]", 1)
+    axis = load_robot(written(tmp_path, text)).joint_axis[1]
+    assert axis == pytest.approx([-12 / 13, 5 / 13, 0.0], abs=1e-15)
+
+
+def test_an_axis_whose_direction_is_lost_in_rounding_is_refused(tmp_path: Path) -> None:
+    text = ROBOT.replace("axis = [0, 1, 0]", "axis = [5e-324, 3e-324, 0]", 1)
+    with pytest.raises(RobotFileError, match=r"joint 2, axis: .* is lost in rounding") as caught:
+        load_robot(written(tmp_path, text))
+    assert "axis = [5e-324" in text.splitlines()[int(caught.value.what.split(":")[1]) - 1]
+
+
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path: Path) -> None:
+    assert load_robot(written(tmp_path, "\ufeff" + ROBOT)).mass_kg.sum() == pytest.approx(2.847)
+    assert load_tower(written(tmp_path, "\ufeff" + TOWER)).fall_s == 2.5
