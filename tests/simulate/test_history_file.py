@@ -40,7 +40,8 @@ def test_between_samples_a_spline_unless_lines_are_wanted(tmp_path: Path) -> Non
         ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,0,0,0\n1,0,0\n", ":3: theta3_deg is missing"),
         ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,0,0,nan\n", ":2: theta3_deg is 'nan'"),
         ("t_s,theta1_deg,theta2_deg,theta3_deg\n1,0,0,0\n\n1,0,0,0\n", ":4: t_s is 1 after 1"),
-        ("t_s,theta1_deg,theta2_deg,theta3_deg\n-1,0,0,0\n", ":2: the history begins at -1 s"),
+        ("t_s,theta1_deg,theta2_deg,theta3_deg\n-2,0,0,0\n-1,0,0,0\n", "after the release"),
+        ("t_s,theta1_deg,joint_1_deg,theta2_deg,theta3_deg\n", ":1: the column theta1_deg is there 2 times"),
         ('t_s,theta1_deg,theta2_deg,theta3_deg\n"0,0,0,0\n', "no CSV file"),
         ("t_s,theta1_deg,theta1_deg,theta2_deg,theta3_deg\n", ":1: the column theta1_deg is there 2 times"),
         ("t_s,theta1_deg,theta2_deg,theta3_deg\n0,1_0,0,0\n", ":2: theta1_deg is '1_0'"),
@@ -67,3 +68,13 @@ def test_a_file_that_cannot_be_read(tmp_path: Path, name: str) -> None:
     (tmp_path / "SD.bin").write_bytes(bytes(range(256)))
     with pytest.raises(HistoryFileError, match="cannot be read"):
         read_history(tmp_path / name, 3)
+
+
+def test_rows_before_the_release_say_where_the_joints_are_then(tmp_path: Path) -> None:
+    file = tmp_path / "truth.csv"
+    file.write_text("t_s,joint_1_deg,joint_2_deg,joint_3_deg\n-3,9,9,9\n-1,0,8,0\n1,10,8,4\n2,20,8,4\n")
+    history = read_history(file, 3, between="linear")
+    assert history.breaks_s.tolist() == [0.0, 1.0, 2.0]
+    assert np.degrees(history.angles_rad(np.array([0.0, 0.5]))) == pytest.approx(
+        np.array([[5, 8, 2], [7.5, 8, 3]])
+    )

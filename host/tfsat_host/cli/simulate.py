@@ -188,7 +188,7 @@ def _fly_history(
 
     history = read_history(args.history, robot.n_joints, between=args.between)
     notices += history_notices(robot, history)
-    until_s = _until_s(args, float(history.breaks_s[-1]))
+    until_s = _until_s(args, float(history.breaks_s[-1]) if args.until is None else 0.0)
     with _progress(args, until_s, len(history.breaks_s), out):
         return fly_history(
             robot,

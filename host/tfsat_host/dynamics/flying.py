@@ -143,7 +143,7 @@ def fly_history(
     Args:
         robot: Who flies.
         history: Does not begin before the release, t = 0.
-        until_s: End of the flight, after the release; at least the end of the history.
+        until_s: End of the flight, after the release; what the history says of later times is left out.
         base: Index of the body whose attitude is followed; the robot's base if None.
         initial_rate_rad_s: (3,) rate of the base at the release, base axes. None: no angular momentum.
         step_s, order: Of the propagation in time; None: steps as short as 1e-4 deg needs.
@@ -175,9 +175,14 @@ def _moves(schedule: Schedule) -> list[TimedMove]:
 
 
 def held(history: JointHistory, from_s: float, until_s: float) -> JointHistory:
-    """The same history, with the joints at rest from `from_s` to its beginning and from its end to `until_s`."""
-    breaks, pieces = history.breaks_s, history.coefficients
-    ends = history.angles_rad(breaks[[0, -1]])
+    """The history from `from_s` to `until_s`, with the joints at rest before it begins and after it ends.
+
+    `from_s` is no later than its beginning.
+    """
+    before_end = int(np.searchsorted(history.breaks_s[:-1], until_s))
+    breaks = np.append(history.breaks_s[:before_end], min(until_s, history.breaks_s[before_end]))
+    pieces = history.coefficients[:, : len(breaks) - 1]
+    ends = history.angles_rad(history.breaks_s[[0, -1]])
     if from_s < breaks[0]:
         breaks, pieces = (
             np.append(from_s, breaks),

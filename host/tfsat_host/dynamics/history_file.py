@@ -4,7 +4,8 @@
     0.000,0.0,0.0,0.0
     0.010,0.1,0.0,0.0
 
-Times count from the release. Other columns are ignored, so that what `simulate --out` writes flies again.
+Times count from the release; rows before it say only where the joints then are. Other columns are ignored, so that
+what `simulate --out` writes flies again. A rehearsal's truth.csv, whose joints are joint_1_deg and so on, flies too.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.history import JointHistory, sampled
 from tfsat_host.errors import TfsatError
 
+_OF_TRUTH = re.compile(r"^joint_(\d+)_deg$", re.ASCII)
 _ANGLE = re.compile(r"theta\d+_deg", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # Beyond these nothing is measured: the numbers are of another unit, or damaged.
@@ -59,7 +61,7 @@ def read_history(
 def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatArray, FloatArray]:
     rows = csv.reader(file, strict=True)
     wanted = _header(joint_count).split(",")
-    names = [name.strip() for name in next(rows, [])]
+    names = [_OF_TRUTH.sub(r"theta\1_deg", name.strip()) for name in next(rows, [])]
     missing = [name for name in wanted if name not in names]
     if missing:
         what = f"{path}:1: there is no column {missing[0]}."
@@ -80,10 +82,24 @@ def _samples(path: Path, file: Iterable[str], joint_count: int) -> tuple[FloatAr
             sample = [_number(path, line, row, column, names) for column in columns]
             _check_time(path, line, sample[0], samples[-1][0] if samples else None)
             samples.append(sample)
-    if len(samples) < 2:
-        _fail(f"{path}: a history needs two samples at least; there are {len(samples)}.", "Add rows.")
-    table = np.array(samples)
+    table = _from_release(np.array(samples).reshape(-1, len(wanted)))
+    if len(table) < 2:
+        _fail(
+            f"{path}: a history needs two samples after the release at least; there are {len(table)}.",
+            "Add rows.",
+        )
     return table[:, 0], table[:, 1:]
+
+
+def _from_release(table: FloatArray) -> FloatArray:
+    """The rows (m, 1 + joints) from t = 0 on; between two rows the angles there lie on a straight line."""
+    later = table[table[:, 0] >= 0.0]
+    if len(later) == len(table) or len(later) == 0 or later[0, 0] == 0.0:
+        return later
+    before, after = table[len(table) - len(later) - 1], later[0]
+    at_release = before + (after - before) * (0.0 - before[0]) / (after[0] - before[0])
+    at_release[0] = 0.0
+    return np.vstack([at_release, later])
 
 
 def _number(path: Path, line: int, row: list[str], column: int, names: list[str]) -> float:
@@ -101,9 +117,6 @@ def _number(path: Path, line: int, row: list[str], column: int, names: list[str]
 
 
 def _check_time(path: Path, line: int, t_s: float, before_s: float | None) -> None:
-    if before_s is None and t_s < 0.0:
-        what = f"{path}:{line}: the history begins at {t_s:g} s, before the release."
-        _fail(what, "Count t_s from the release, and leave out the rows before it.")
     if before_s is not None and t_s <= before_s:
         what = f"{path}:{line}: t_s is {t_s:g} after {before_s:g} in the row before: times must increase."
         _fail(what, "Sort the rows by t_s, and keep one row for each time.")
