@@ -79,7 +79,7 @@ def test_the_numbers_of_the_paper_stand_in_the_checks() -> None:
         ({"usable_vertical_travel_mm": 155.0}, {"vertical-travel"}),
         ({"residual_acceleration_g": 5e-3}, {"vertical-travel"}),
     ],
-    ids=str,
+    ids=lambda value: str(value) if isinstance(value, dict) else " ".join(sorted(value)),
 )
 def test_each_check_fails_for_its_own_reason(changes: dict[str, Any], expected: set[str]) -> None:
     found = checks(**changes)
