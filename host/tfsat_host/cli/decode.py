@@ -86,6 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
     """Raises TfsatError also where the system refuses: the recording itself was decoded."""
     from tfsat_host.cli.decoded_files import write_decoded
+    from tfsat_host.cli.outputs import UnwritableError
 
     folder = args.out or args.file.parent
     try:
@@ -93,9 +94,10 @@ def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
             return write_decoded(log, folder / args.file.stem, args.format, force=args.force)
     except BrokenPipeError:
         raise
-    except OSError as error:
+    except (OSError, UnwritableError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or error
         raise TfsatError(
-            what=f"No file could be written to {folder}: {error.strerror or error}.",
+            what=f"No file could be written to {folder}: {str(reason).splitlines()[0].rstrip('.')}.",
             meaning=f"The recording {log.session:08x} is decoded ({log.verdict}, {len(log)} samples); "
             "not all of its files are there.",
             next_step="Make room, or name a folder that can be written with --out.",

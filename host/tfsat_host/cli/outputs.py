@@ -18,6 +18,10 @@ from tfsat_host.errors import TfsatError
 _LOOK_BYTES = 4096
 
 
+class UnwritableError(TfsatError):
+    """The system does not let a file be written there (exit code 1)."""
+
+
 @dataclass(frozen=True)
 class OutputFile:
     """One file to be made.
@@ -69,9 +73,10 @@ def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
             )
         _temporary_in(folder, path).unlink()
     except OSError as error:
-        raise _refused(
-            f"{path} cannot be written: {error.strerror}.",
-            "Name another place with --out, one that you may write to.",
+        raise UnwritableError(
+            what=f"{path} cannot be written: {error.strerror}.",
+            meaning="Nothing was written.",
+            next_step="Name another place with --out, one that you may write to.",
         ) from error
 
 
