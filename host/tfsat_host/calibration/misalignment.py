@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.patterns import MotionPattern
 from tfsat_host.calibration.recording import Recording
+from tfsat_host.calibration.response import direction
 from tfsat_host.errors import TfsatError
 from tfsat_host.robot import RobotModel
 
@@ -84,9 +85,8 @@ def estimate_axes(
 ) -> list[AxisEstimate]:
     """The joint's axis in the sensor frame of each moved body.
 
-    The direction is the total-least-squares line through the bias-free rates: their first right
-    singular vector. Its sign comes from the joint's angle sensors. The standard deviation is that of
-    the transverse residuals over the root of the summed squared rates.
+    The direction is the total-least-squares line through the bias-free rates, its sign comes from the joint's angle
+    sensors, and its uncertainty from how the parts of the recording scatter (`response.direction`).
 
     Args:
         pattern: What was moved and what was held.
@@ -117,21 +117,19 @@ def _estimate(
     joint_rate: FloatArray,
     model: RobotModel,
 ) -> AxisEstimate:
-    _, singular, rows = np.linalg.svd(rates, full_matrices=False)
-    axis = rows[0]
     # Body i turns with the joint about +axis, body i + 1 against it, whichever is held.
     sense = 1.0 if body <= pattern.joint else -1.0
-    if np.sum((rates @ axis) * joint_rate) * sense < 0:
-        axis = -axis
-    nominal = model.imus[body - 1].sensor_to_body.T @ model.joint_axis[pattern.joint - 1]
-    transverse_std = np.sqrt((singular[1] ** 2 + singular[2] ** 2) / (2 * (len(rates) - 3)))
+    joint_axis = model.joint_axis[pattern.joint - 1]
+    seen = direction(rates, joint_axis, sense * joint_rate)
+    axis = seen.reading
+    nominal = model.imus[body - 1].sensor_to_body.T @ joint_axis
     return AxisEstimate(
         joint=pattern.joint,
         body=body,
         axis=axis,
         nominal=nominal,
         angle_deg=float(np.rad2deg(np.arctan2(np.linalg.norm(np.cross(axis, nominal)), axis @ nominal))),
-        std_deg=float(np.rad2deg(transverse_std / singular[0])),
+        std_deg=float(np.rad2deg(np.sqrt(np.trace(seen.covariance) / 2.0))),
         rms_rate_deg_s=float(np.rad2deg(rms_rad_s)),
         bias_deg_s=np.rad2deg(bias_rad_s[body - 1]),
     )

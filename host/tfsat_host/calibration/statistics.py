@@ -1,0 +1,47 @@
+"""Means of correlated samples: a low-passed gyro repeats itself for tens of milliseconds."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+BATCHES = 20
+
+
+def mean_and_covariance(samples: FloatArray, batches: int = BATCHES) -> tuple[FloatArray, FloatArray]:
+    """The mean of a stationary record and the covariance of that mean, by batch means.
+
+    The record is cut into batches much longer than its correlation; their means scatter as independent numbers
+    do (Law, "Simulation Modeling and Analysis", section 9.5.3). A drift widens the covariance as well.
+
+    Args:
+        samples: (n, d) in order of time.
+        batches: Into how many batches they are cut; n must be at least twice that.
+
+    Returns:
+        (d,) and (d, d).
+
+    Raises:
+        ValueError: there are too few samples.
+    """
+    length = len(samples) // batches
+    if length < 2:
+        raise ValueError(f"{len(samples)} samples are too few for {batches} batches")
+    means = samples[: length * batches].reshape(batches, length, -1).mean(axis=1)
+    covariance = np.atleast_2d(np.cov(means, rowvar=False)) / batches
+    return samples.mean(axis=0), few(batches - 1) * covariance
+
+
+def few(degrees_of_freedom: int) -> float:
+    """By how much a variance from so few numbers must be widened for normal intervals to hold what they say.
+
+    The variance of Student's distribution; without it 95 % intervals from ten numbers hold the truth in 92 %.
+
+    Raises:
+        ValueError: fewer than three: the distribution has no variance.
+    """
+    if degrees_of_freedom < 3:
+        raise ValueError(f"{degrees_of_freedom} degrees of freedom tell no variance")
+    return degrees_of_freedom / (degrees_of_freedom - 2)
