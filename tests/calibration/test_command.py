@@ -32,7 +32,7 @@ from tfsat_host.protocol.messages import HelloRequest, LiveReply, LiveRequest
 from tfsat_host.robot import load_robot
 
 COMMAND = ("calibrate", "misalignment", "--emulated", "--joint")
-AXIS = AxisEstimate(1, 1, np.eye(3)[0], np.eye(3)[0], 0.0, 0.001, 70.0, np.zeros(3))
+AXIS = AxisEstimate(1, 1, np.eye(3)[0], np.eye(3)[0], 0.0, 0.001, 70.0, np.zeros(3), np.zeros(3))
 TAKEN = datetime(2025, 1, 2, tzinfo=UTC)
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.misalignment import CalibrationError, estimate_axes, gyro_bias
+from tfsat_host.calibration.bias import estimate_biases
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.misalignment import estimate_axes
 from tfsat_host.calibration.patterns import PATTERNS, MotionPattern, patterns_of_joint
 from tfsat_host.calibration.recording import Recording
 from tfsat_host.devices.logger import LoggerClient
@@ -67,8 +69,9 @@ def test_axis_and_bias_of_every_moved_gyro(seed: int, joint: int) -> None:
     robot.advance(SETTLE_US)
     bench = Bench(robot)
     bench.operator.rest()
-    bias = gyro_bias(bench.record(3.0))
-    assert np.rad2deg(np.abs(bias - robot.imperfections.gyro_bias_rad_s)).max() < 0.02
+    bias = estimate_biases(bench.record(3.0))
+    found = np.array([one.bias_rad_s for one in bias])
+    assert np.rad2deg(np.abs(found - robot.imperfections.gyro_bias_rad_s)).max() < 0.02
     for pattern in patterns_of_joint(joint):
         bench.operator.swing(pattern)
         for axis in estimate_axes(pattern, bench.record(10.0), bias, robot.model):
@@ -84,13 +87,13 @@ def test_axis_and_bias_of_every_moved_gyro(seed: int, joint: int) -> None:
 def test_a_robot_that_moves_has_no_bias(bench: Bench) -> None:
     bench.operator.swing(MotionPattern(1, moved=(1,), held=(2, 3, 4)))
     with pytest.raises(CalibrationError, match="Body 1 was not still"):
-        gyro_bias(bench.record(3.0))
+        estimate_biases(bench.record(3.0))
 
 
 def test_too_little_motion_is_refused(bench: Bench) -> None:
     pattern = PATTERNS[0]
     bench.operator.rest()
-    bias = gyro_bias(bench.record(1.0))
+    bias = estimate_biases(bench.record(1.0))
     bench.robot.hold(pattern.held)
     bench.robot.swing(1, 1.0, 4.0, 3)
     with pytest.raises(CalibrationError, match="at least 5 are needed"):
@@ -99,7 +102,7 @@ def test_too_little_motion_is_refused(bench: Bench) -> None:
 
 def test_a_held_body_that_moves_is_refused(bench: Bench) -> None:
     bench.operator.rest()
-    bias = gyro_bias(bench.record(1.0))
+    bias = estimate_biases(bench.record(1.0))
     bench.operator.swing(PATTERNS[1])  # bodies 2 and 3 move
     with pytest.raises(CalibrationError, match="Body 2 was to be held"):
         # The operator was asked to hold them and to move body 1, which here stands still.
@@ -112,6 +115,8 @@ def still_recording(samples_lost: int = 0) -> Recording:
     return Recording(
         t_s=np.arange(100) / 280.0,
         rate_rad_s=np.zeros((100, 4, 3)),
+        accel_m_s2=np.broadcast_to([0.0, 0.0, 9.80665], (100, 4, 3)).copy(),
+        temperature_c=np.full((100, 4), 25.0),
         sensor_angle_rad=np.zeros((100, 6)),
         imu_valid=np.ones((100, 4), dtype=bool),
         samples_lost=samples_lost,
@@ -119,20 +124,20 @@ def still_recording(samples_lost: int = 0) -> Recording:
 
 
 def test_samples_that_never_arrived_are_refused_above_one_percent() -> None:
-    assert not gyro_bias(still_recording(samples_lost=1)).any()
+    assert not any(one.bias_rad_s.any() for one in estimate_biases(still_recording(samples_lost=1)))
     with pytest.raises(CalibrationError, match="2 of 102 samples never reached"):
-        gyro_bias(still_recording(samples_lost=2))
+        estimate_biases(still_recording(samples_lost=2))
 
 
 def test_a_logger_that_restarts_is_refused() -> None:
     recording = still_recording()
     recording.t_s[50:] -= recording.t_s[50]
     with pytest.raises(CalibrationError, match="the logger restarted"):
-        gyro_bias(recording)
+        estimate_biases(recording)
 
 
 def test_invalid_samples_are_refused() -> None:
     recording = still_recording()
     recording.imu_valid[4, 1] = False
     with pytest.raises(CalibrationError, match="1 of 100 samples of the gyro on body 2"):
-        gyro_bias(recording)
+        estimate_biases(recording)

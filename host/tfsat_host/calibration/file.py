@@ -73,6 +73,7 @@ def format_axes(axes: Sequence[AxisEstimate], subject: Subject, taken: datetime)
             f"angle_deg = {axis.angle_deg:.5f}",
             f"axis_std_deg = {axis.std_deg:.6f}",
             f"bias_deg_s = [{', '.join(f'{value:.6f}' for value in axis.bias_deg_s)}]",
+            f"bias_std_deg_s = [{', '.join(f'{value:.6f}' for value in axis.bias_std_deg_s)}]",
             f"rms_rate_deg_s = {axis.rms_rate_deg_s:.3f}",
         ]
     return "\n".join(lines) + "\n"

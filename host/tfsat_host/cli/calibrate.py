@@ -179,19 +179,20 @@ def _bench(args: argparse.Namespace, out: Output) -> Iterator[Bench]:
 
 
 def _measure(joint: int, bench: Bench, out: Output) -> Sequence[AxisEstimate]:
-    from tfsat_host.calibration.misalignment import estimate_axes, gyro_bias
+    from tfsat_host.calibration.bias import estimate_biases
+    from tfsat_host.calibration.misalignment import estimate_axes
     from tfsat_host.calibration.patterns import patterns_of_joint
     from tfsat_host.robot import load_robot
 
     model = load_robot()
     bench.operator.rest()
-    bias = gyro_bias(record(bench, STILL_S, "reading the gyros at rest", out))
+    biases = estimate_biases(record(bench, STILL_S, "reading the gyros at rest", out))
     axes: list[AxisEstimate] = []
     for pattern in patterns_of_joint(joint):
         bench.operator.swing(pattern)
         moved = " and ".join(map(str, pattern.moved))
         motion = record(bench, SWING_S, f"swinging body {moved} about joint {joint}", out)
-        axes += estimate_axes(pattern, motion, bias, model)
+        axes += estimate_axes(pattern, motion, biases, model)
     return axes
 
 
@@ -234,6 +235,7 @@ def _as_json(axis: AxisEstimate) -> dict[str, object]:
         "std_deg": axis.std_deg,
         "cross_axis": axis.cross_axis(),
         "bias_deg_s": axis.bias_deg_s,
+        "bias_std_deg_s": axis.bias_std_deg_s,
         "rms_rate_deg_s": axis.rms_rate_deg_s,
     }
 

@@ -1,0 +1,103 @@
+"""What a gyro reads while nothing turns (paper, section "Calibrations": trimmed minutes before the drop)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.completeness import check_complete
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.recording import STANDARD_GRAVITY_M_S2, Recording
+from tfsat_host.calibration.statistics import mean_and_covariance
+
+FloatArray = NDArray[np.float64]
+
+STILL_RATE_RAD_S = np.deg2rad(1.0)
+"""A gyro whose readings scatter more than this is not still."""
+DRIFT_RAD_S = np.deg2rad(0.1)
+"""A body whose rate changes by more from the first half to the second turns slowly, or warms up fast."""
+SHAKE_G = 0.05
+"""An accelerometer that scatters more is carried or shaken."""
+GRAVITY_G = (0.85, 1.15)
+"""What a resting accelerometer reads: 1 g, with an MPU-6050's offset and scale (PS-MPU-6000A rev. 3.4, section 6.2)."""
+_AGAIN = "Let the robot rest on the bench without touching it, and run this command again."
+
+
+@dataclass(frozen=True, eq=False)
+class BiasEstimate:
+    """The zero-rate output of one gyro.
+
+    Attributes:
+        body: 1 to 4.
+        bias_rad_s: (3,) sensor axes.
+        covariance: (3, 3) of it, (rad/s)^2; noise that repeats itself through the low-pass is accounted for.
+        temperature_c: Mean of the die, for the bias moves with it.
+        duration_s: How long it rested.
+    """
+
+    body: int
+    bias_rad_s: FloatArray
+    covariance: FloatArray
+    temperature_c: float
+    duration_s: float
+
+
+def estimate_biases(still: Recording) -> tuple[BiasEstimate, ...]:
+    """The biases of all four gyros from a recording in which nothing moved.
+
+    Raises:
+        CalibrationError: samples or a gyro are missing, or a body moved; says which, and how.
+    """
+    check_complete(still, range(1, 5))
+    return tuple(_estimate(still, body) for body in range(1, 5))
+
+
+def _estimate(still: Recording, body: int) -> BiasEstimate:
+    rates = still.rate_rad_s[:, body - 1]
+    _check_rates(rates, body)
+    _check_forces(still.accel_m_s2[:, body - 1] / STANDARD_GRAVITY_M_S2, body)
+    bias, covariance = mean_and_covariance(rates)
+    return BiasEstimate(
+        body,
+        bias,
+        covariance,
+        float(still.temperature_c[:, body - 1].mean()),
+        float(still.t_s[-1] - still.t_s[0]),
+    )
+
+
+def _check_rates(rates: FloatArray, body: int) -> None:
+    scatter = float(rates.std(axis=0).max())
+    if scatter > STILL_RATE_RAD_S:
+        raise CalibrationError(
+            what=f"Body {body} was not still: its gyro scattered by {np.rad2deg(scatter):.2f} deg/s.",
+            meaning="The bias would be wrong, and with it every angle.",
+            next_step=_AGAIN,
+        )
+    first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
+    drift = float(np.abs(second - first).max())
+    if drift > DRIFT_RAD_S:
+        raise CalibrationError(
+            what=f"The gyro on body {body} drifted by {np.rad2deg(drift):.2f} deg/s while it was read.",
+            meaning="The body turned slowly, or the board is still warming up: the bias would not hold.",
+            next_step="Wait some minutes with the power on and the robot at rest, and run this command again.",
+        )
+
+
+def _check_forces(forces_g: FloatArray, body: int) -> None:
+    shake = float(forces_g.std(axis=0).max())
+    if shake > SHAKE_G:
+        raise CalibrationError(
+            what=f"Body {body} was shaken: its accelerometer scattered by {shake:.2f} g.",
+            meaning="The bias would be wrong, and with it every angle.",
+            next_step=_AGAIN,
+        )
+    size = float(np.linalg.norm(forces_g.mean(axis=0)))
+    if not GRAVITY_G[0] <= size <= GRAVITY_G[1]:
+        raise CalibrationError(
+            what=f"The accelerometer on body {body} reads {size:.2f} g at rest, not 1 g.",
+            meaning="The body does not rest, or its IMU is broken; its gyro is not to be trusted.",
+            next_step="Check the IMU with tfsat-host monitor; replace it if it stays so, and run this command again.",
+        )

@@ -1,0 +1,42 @@
+"""Whether a recording for a calibration is all there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.recording import Recording
+
+MOST_LOST_FRACTION = 0.01
+"""More lost samples than this, and the rest may not stand for the motion."""
+
+
+def check_complete(recording: Recording, bodies: Iterable[int]) -> None:
+    """The clock ran on, nearly every sample arrived, and the gyros of `bodies` (1 to 4) gave all of theirs.
+
+    Raises:
+        CalibrationError: they did not.
+    """
+    if np.any(np.diff(recording.t_s) <= 0):
+        raise CalibrationError(
+            what="The logger's clock went backwards during the measurement: the logger restarted.",
+            meaning="The samples do not belong together; nothing was kept.",
+            next_step="Check the logger's supply and cable with tfsat-host status, and run this command again.",
+        )
+    if recording.samples_lost > MOST_LOST_FRACTION * (len(recording.t_s) + recording.samples_lost):
+        raise CalibrationError(
+            what=f"{recording.samples_lost} of {len(recording.t_s) + recording.samples_lost} samples "
+            "never reached this computer.",
+            meaning=f"More than {100 * MOST_LOST_FRACTION:g} % is missing: bias and axis would be doubtful.",
+            next_step="Plug the logger in without a hub, close other programs, and run this command again.",
+        )
+    for body in bodies:
+        missing = int((~recording.imu_valid[:, body - 1]).sum())
+        if missing:
+            raise CalibrationError(
+                what=f"{missing} of {len(recording.t_s)} samples of the gyro on body {body} are invalid or clipped.",
+                meaning="An axis fitted to the rest would be doubtful.",
+                next_step="Check the gyro with tfsat-host status, swing slower than 500 deg/s, and run this again.",
+            )

@@ -1,0 +1,9 @@
+"""What stands against a calibration."""
+
+from __future__ import annotations
+
+from tfsat_host.errors import TfsatError
+
+
+class CalibrationError(TfsatError):
+    """The recording does not support a calibration; nothing was kept."""
