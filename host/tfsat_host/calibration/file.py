@@ -42,7 +42,7 @@ class Subject:
 def read_subject(path: Path) -> Subject | None:
     """What the file at `path` is a calibration of; None where it does not say."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError:  # not UTF-8, or not TOML
         return None
     joint, serial, emulated = (table.get(key) for key in ("joint", "logger_serial", "emulated"))

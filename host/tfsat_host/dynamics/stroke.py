@@ -2,7 +2,7 @@
 
 While one joint moves, the robot is two rigid bodies on a hinge, so its inertia and its momentum follow
 from two composites that are computed once for the stroke. The rotation depends on the path in joint angles
-alone, not on the speed (facts of every zero-momentum motion); it solves dR/da = R [w(a)] over the
+alone, not on the speed (as in every motion without momentum); it solves dR/da = R [w(a)] over the
 joint's angle, here by Magnus' series of order 6 on Gauss nodes (Blanes, Casas, Oteo, Ros, "The Magnus
 expansion and some of its applications", Physics Reports 470, 2009, section 5).
 """

@@ -93,7 +93,7 @@ def newer_version(path: Path) -> LogError:
     return LogError(
         what=f"{path} was recorded with a block layout that this program does not know.",
         meaning="Nothing was decoded; the recording itself is undamaged.",
-        next_step="Install the host package of the logger's release: pip install --upgrade tfsat-host",
+        next_step="Take the release of tfsat that the logger runs, and in its folder: python -m pip install .",
     )
 
 
