@@ -60,7 +60,7 @@ def test_a_drop_lands_and_nobody_touches_the_robot_meanwhile(person: Person) -> 
     assert person("drop 500ms") == "ok falls for 0.5 s"
     assert person("wait 0.1") == "ok"
     assert person.values("time")[1] == "falling"
-    for line in ("hold 1", "seat", "swing 1 10 1 1", "drop"):
+    for line in ("hold 1", "seat", "swing 1 10 1 1", "sweep 1", "turn z 90", "drop"):
         assert person(line).startswith("error The robot is falling")
     assert person("wait still") == "ok"
     assert float(person.values("time")[0]) == pytest.approx(0.5, abs=0.02)
@@ -115,8 +115,8 @@ def test_switches_reach_the_boards(
 
 def test_help_names_every_command(person: Person) -> None:
     assert person("help") == person("HELP")
-    for word in ("hold", "swing", "seat", "press", "release", "knock", "power", "cable", "reset", "drop",
-                 "angles", "card", "time", "wait", "quit"):  # fmt: skip
+    for word in ("hold", "swing", "sweep", "turn", "seat", "press", "release", "knock", "power", "cable", "reset",
+                 "drop", "angles", "card", "time", "wait", "quit"):  # fmt: skip
         assert word in person("help")
 
 
@@ -150,6 +150,14 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("swing 1 nan 2 1", "'nan' is no angle"),
         ("swing 1 60 0 1", "out of range"),
         ("swing 1 60 2 0", "1 to 1000 cycles"),
+        ("sweep", "Write: sweep JOINT"),
+        ("sweep 4", "no joint 4"),
+        ("turn z", "Write: turn x|y|z DEGREES"),
+        ("turn w 90", "no axis 'w': x, y, z"),
+        ("turn z 0", "at most 720 deg"),
+        ("turn z 721", "at most 720 deg"),
+        ("turn z much", "'much' is no angle"),
+        ("turn z 90 0", "1 to 100 rounds"),
         ("press 3", "no release switch 3"),
         ("knock 1 20min", "'20min' is no duration"),
         ("knock 1 -1", "'-1' is no duration"),
@@ -201,3 +209,36 @@ def test_a_sender_without_line_ends_is_not_listened_to_for_ever(server: RobotSer
     lines.feed(b"x" * LONGEST_LINE)
     with pytest.raises(LineTooLong):
         lines.feed(b"x")
+
+
+def test_a_sweep_rests_at_its_stops_and_ends_where_it_began(person: Person) -> None:
+    assert person("hold 2 3 4") == "ok"
+    assert person("sweep 1") == "ok for 32 s"
+    assert person("wait 3") == "ok"
+    assert person("angles") == "ok 30.00 0.00 0.00"
+    assert person("wait 5") == "ok"
+    assert person("angles") == "ok 90.00 0.00 0.00"
+    assert person.values("time")[1] == "swinging"
+    assert person("wait still") == "ok"
+    assert float(person.values("time")[0]) == pytest.approx(32.0, abs=0.01)
+    assert person("angles") == "ok 0.00 0.00 0.00"
+
+
+def test_a_turn_takes_all_bodies_there_and_back(server: RobotServer, person: Person) -> None:
+    server.robot.record_truth(10_000)
+    assert person("turn z -90 1") == "ok for 12.4 s"
+    assert person("wait 5.5") == "ok"
+    assert person.values("time")[1] == "swinging"
+    body_1_to_4 = server.robot.truth()[-1, 4:20].reshape(4, 4)
+    for attitude in body_1_to_4:
+        assert attitude == pytest.approx([0, 0, -(0.5**0.5), 0.5**0.5], abs=1e-9)
+    assert person("wait still") == "ok"
+    assert float(person.values("time")[0]) == pytest.approx(12.4, abs=0.01)
+    assert abs(server.robot.truth()[-1, 7]) == pytest.approx(1.0)
+
+
+def test_a_hold_ends_a_turn(person: Person) -> None:
+    assert person("turn y 90") == "ok for 33.2 s"
+    assert person("wait 2") == "ok"
+    assert person("hold 1 2 3 4") == "ok"
+    assert person.values("time")[1] == "still"

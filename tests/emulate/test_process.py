@@ -6,8 +6,10 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
@@ -16,6 +18,7 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.port_errors import PortError
 from tfsat_host.devices.serial_port import open_serial
 from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built
 from tfsat_host.emulated.served_folder import served_by_dead_process
 
 PAPER = [(0.70, 1, 59.0), (1.05, 2, 70.0), (1.47, 1, -59.0), (1.82, 2, -70.0)]
@@ -154,6 +157,27 @@ def test_each_start_gives_other_sessions_unless_a_seed_is_given(
 
     assert session() != session()
     assert session("--seed", "3") == session("--seed", "3")
+
+
+@pytest.mark.parametrize(("options", "drawn"), [((), draw), (("--as-built",), draw_as_built)])
+def test_as_built_serves_the_robot_that_nobody_has_calibrated(
+    options: tuple[str, ...],
+    drawn: Callable[[int], Imperfections],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with Served("--seed", "3", *options) as process:
+        assert process.announced["as_built"] is bool(options)
+        assert process.control("wait 500ms") == ["ok"]  # the gyros' low-pass settles
+        logger = LoggerClient.connect(SerialTransport(str(process.logger)))
+        with logger.live() as scales:
+            (first, *_) = logger.live_samples()
+        logger.close()
+        process.end()
+    bias_deg_s = np.rad2deg(drawn(3).gyro_bias_rad_s)
+    shown = np.array([imu.gyro for imu in first.sample.imu]) / scales.gyro_lsb_per_deg_s
+    assert np.abs(shown - bias_deg_s).max() < 0.3
 
 
 def test_a_killed_run_leaves_nothing_in_the_way(native: Served, tfsat_host: RunCli) -> None:

@@ -66,6 +66,24 @@ TEST_CASE(angle_sensor_wraps_within_twelve_bits) {
   CHECK(zero.convert(-1e-17) < 4096);
 }
 
+TEST_CASE(a_bent_angle_sensor_shows_once_and_twice_a_turn_terms_of_the_angle_it_ought_to_show) {
+  for (int direction = -1; direction <= 1; direction += 2) {
+    AngleSensorParameters p;
+    p.zero_offset_rad = 3.0;
+    p.direction = direction;
+    const double bend[4] = {2.0 * kDeg, -1.0 * kDeg, 0.7 * kDeg, -0.4 * kDeg};
+    for (int k = 0; k < 4; ++k) p.bend_rad[k] = bend[k];
+    AngleSensor sensor(p);
+    for (double angle = 0.0; angle < 2.5; angle += 0.01) {
+      const double phi = 3.0 + direction * angle;
+      const double shown = phi + bend[0] * std::sin(phi) + bend[1] * std::cos(phi) + bend[2] * std::sin(2 * phi) +
+                           bend[3] * std::cos(2 * phi);
+      const double counts = shown / 6.283185307179586 * 4096.0;
+      CHECK_NEAR(sensor.convert(angle) + 0.5, counts, 0.5 + 1e-9);
+    }
+  }
+}
+
 TEST_CASE(angle_sensor_noise_is_seeded) {
   AngleSensorParameters p;
   p.zero_offset_rad = 3.0;

@@ -1,4 +1,4 @@
-"""The emulated robot's parts, by their C++ tests: servo, MPU-6050, I2C bus, angle sensor, card."""
+"""The emulated robot's parts, by their C++ tests: servo, hands, MPU-6050, I2C bus, angle sensor, card."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ import pytest
 from tests.cpp.compiling import EMULATOR_SOURCES, compile_cpp
 
 HERE = Path(__file__).parent
+HANDS = ["physics/hands.cpp", "physics/leg_path.cpp", "physics/shake.cpp"]
+SERVO = ["physics/servo.cpp", "physics/servo_linkage.cpp", *HANDS]
 PARTS = {
-    "servo": ["physics/servo.cpp"],
+    "servo": SERVO,
+    "servo_errors": SERVO,
+    "hands": [*HANDS, "physics/chain.cpp", "physics/body_tree.cpp"],
     "mpu6050": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp"],
     "bus_and_angle": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp", "sensors/angle_sensor.cpp"],
     "block_device": ["card/block_device.cpp"],

@@ -48,6 +48,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "(default: errors as with 1, other ids at each start)",
     )
     parser.add_argument(
+        "--as-built",
+        action="store_true",
+        help="a robot that nobody has calibrated: also scale factors, bends of the angle sensors and servos are off",
+    )
+    parser.add_argument(
         "--robot", metavar="FILE", type=Path, help="robot file (default: the drop tower robot)"
     )
     parser.add_argument(
@@ -107,14 +112,17 @@ def require_pseudo_terminals(platform: str) -> None:
 
 def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Output) -> EmulatedRobot:
     from tfsat_host.emulated.build import Variant, ensure_built
-    from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.emulated.imperfections import draw, draw_as_built
+    from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
     from tfsat_host.emulated.sequencer_image import sequencer_hex
 
     avr = args.sequencer == "avr"
     hex_path = sequencer_hex(out.note) if avr else None
     ensure_built(Variant(avr=avr), out.note)
+    drawn = draw_as_built if args.as_built else draw
     return EmulatedRobot(
         model,
+        imperfections=drawn(DEFAULT_SEED if args.seed is None else args.seed),
         seed=args.seed,
         hex_path=hex_path,
         eeprom=before.eeprom,
@@ -132,6 +140,7 @@ def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> No
         "card": folder.card.absolute(),
         "image": args.sequencer,
         "seed": args.seed,
+        "as_built": args.as_built,
     }
     text = "\n".join(
         (

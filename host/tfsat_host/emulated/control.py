@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
+from tfsat_host.calibration.step import TURN_ROUNDS
 from tfsat_host.emulated.card import CardDefect
+from tfsat_host.emulated.control_words import ControlError, axis_of, board, choice, decimal, duration_s, whole
+from tfsat_host.emulated.hands import Hands
+from tfsat_host.emulated.motions import sweep_motion, turn_axis, turn_motion
 from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
 from tfsat_host.errors import TfsatError
 
 LONGEST_WAIT_S = 3600.0
 LONGEST_FALL_S = 60.0
 LONGEST_KNOCK_S = 10.0
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
-_DURATION = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s)?", re.ASCII)
-_UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, None: 1.0}
+WIDEST_TURN_DEG = 720.0
 
 Due = Callable[[], bool]
 """Whether a reply may be given: a wait is over."""
-
-
-class ControlError(TfsatError):
-    """A line that is not understood or cannot be done; nothing was changed."""
-
-    def __init__(self, what: str) -> None:
-        super().__init__(what=what, meaning="Nothing was changed.", next_step="help")
 
 
 class Bench(Protocol):
@@ -105,18 +101,43 @@ def _refusal(error: TfsatError) -> Reply:
 
 def _hold(bench: Bench, words: list[str]) -> str:
     _not_falling(bench)
-    bench.robot.hold([_whole(word, "body") for word in words])
+    bench.robot.hold([whole(word, "body") for word in words])
     return ""
 
 
 def _swing(bench: Bench, words: list[str]) -> str:
     _not_falling(bench)
-    joint, cycles = _whole(words[0], "joint"), _whole(words[3], "number of cycles")
-    angle_deg, period_s = _decimal(words[1], "angle"), _duration_s(words[2], LONGEST_WAIT_S)
+    joint, cycles = whole(words[0], "joint"), whole(words[3], "number of cycles")
+    angle_deg, period_s = decimal(words[1], "angle"), duration_s(words[2], LONGEST_WAIT_S)
     if not 1 <= cycles <= 1000:
         raise ControlError("Swing 1 to 1000 cycles.")
     bench.robot.swing(joint, angle_deg, period_s, cycles)
     return f"for {cycles * period_s:g} s"
+
+
+def _sweep(bench: Bench, words: list[str]) -> str:
+    _not_falling(bench)
+    joint, ranges = whole(words[0], "joint"), bench.robot.model.joint_limits_rad
+    if not 1 <= joint <= len(ranges):
+        raise ControlError(f"There is no joint {joint}.")
+    motion = sweep_motion(ranges[joint - 1], Hands.steady(), np.random.default_rng(0))
+    bench.robot.hands.move_joint(joint, motion)
+    return f"for {motion.duration_s:g} s"
+
+
+def _turn(bench: Bench, words: list[str]) -> str:
+    _not_falling(bench)
+    axis, angle_deg = axis_of(words[0]), decimal(words[1], "angle")
+    rounds = whole(words[2], "number of rounds") if len(words) == 3 else TURN_ROUNDS
+    if not 0 < abs(angle_deg) <= WIDEST_TURN_DEG:
+        raise ControlError(f"Turn by at most {WIDEST_TURN_DEG:g} deg, either way.")
+    if not 1 <= rounds <= 100:
+        raise ControlError("Turn 1 to 100 rounds.")
+    random = np.random.default_rng(0)
+    motion = turn_motion(angle_deg, rounds, Hands.steady(), random)
+    bench.robot.hold(range(1, bench.robot.model.n_bodies + 1))
+    bench.robot.hands.turn(turn_axis(axis, Hands.steady(), random), motion)
+    return f"for {motion.duration_s:g} s"
 
 
 def _seat(bench: Bench, words: list[str]) -> str:  # noqa: ARG001
@@ -126,27 +147,27 @@ def _seat(bench: Bench, words: list[str]) -> str:  # noqa: ARG001
 
 
 def _press(bench: Bench, words: list[str]) -> str:
-    bench.robot.set_switch(_whole(words[0], "switch"), True)
+    bench.robot.set_switch(whole(words[0], "switch"), True)
     return ""
 
 
 def _let_go(bench: Bench, words: list[str]) -> str:
-    bench.robot.set_switch(_whole(words[0], "switch"), False)
+    bench.robot.set_switch(whole(words[0], "switch"), False)
     return ""
 
 
 def _knock(bench: Bench, words: list[str]) -> str:
-    bench.robot.knock(_whole(words[0], "switch"), round(_duration_s(words[1], LONGEST_KNOCK_S) * US_PER_S))
+    bench.robot.knock(whole(words[0], "switch"), round(duration_s(words[1], LONGEST_KNOCK_S) * US_PER_S))
     return ""
 
 
 def _power(bench: Bench, words: list[str]) -> str:
-    bench.set_power(_board(words[0]), _choice(words[1], "on", "off"))
+    bench.set_power(board(words[0]), choice(words[1], "on", "off"))
     return ""
 
 
 def _cable(bench: Bench, words: list[str]) -> str:
-    bench.set_cable(_board(words[0]), _choice(words[1], "plug", "pull"))
+    bench.set_cable(board(words[0]), choice(words[1], "plug", "pull"))
     return ""
 
 
@@ -160,7 +181,7 @@ def _reset(bench: Bench, words: list[str]) -> str:
 
 def _drop(bench: Bench, words: list[str]) -> str:
     _not_falling(bench)
-    fall_s = _duration_s(words[0], LONGEST_FALL_S) if words else FALL_S
+    fall_s = duration_s(words[0], LONGEST_FALL_S) if words else FALL_S
     bench.robot.drop(fall_s=fall_s)
     return f"falls for {fall_s:g} s"
 
@@ -196,7 +217,7 @@ def _wait(bench: Bench, words: list[str]) -> Reply:
     robot = bench.robot
     if words[0] == "still":
         return Reply("ok", lambda: not robot.falling and not robot.swinging)
-    end_us = robot.now_us + round(_duration_s(words[0], LONGEST_WAIT_S) * US_PER_S)
+    end_us = robot.now_us + round(duration_s(words[0], LONGEST_WAIT_S) * US_PER_S)
     return Reply("ok", lambda: robot.now_us >= end_us)
 
 
@@ -214,44 +235,11 @@ def _not_falling(bench: Bench) -> None:
         raise ControlError("The robot is falling; nobody can touch it. Wait for the landing: wait still")
 
 
-def _whole(word: str, what: str) -> int:
-    if not (word.isascii() and word.isdigit() and len(word) < 6):
-        raise ControlError(f"{word!r} is no {what}: write a whole number.")
-    return int(word)
-
-
-def _decimal(word: str, what: str) -> float:
-    if not _NUMBER.fullmatch(word):
-        raise ControlError(f"{word!r} is no {what}: write a number.")
-    return float(word)
-
-
-def _duration_s(word: str, longest_s: float) -> float:
-    match = _DURATION.fullmatch(word.lower())
-    if not match:
-        raise ControlError(f"{word!r} is no duration: write seconds, or such as 20ms.")
-    seconds = float(match[1]) * _UNITS_S[match[2]]
-    if not 1e-6 <= seconds <= longest_s:
-        raise ControlError(f"{word} is out of range: more than zero, at most {longest_s:g} s.")
-    return seconds
-
-
-def _board(word: str) -> BoardIndex:
-    boards = {board.name.lower(): board for board in BoardIndex}
-    if word.lower() not in boards:
-        raise ControlError(f"There is no board {word!r}: {' or '.join(boards)}.")
-    return boards[word.lower()]
-
-
-def _choice(word: str, yes: str, no: str) -> bool:
-    if word.lower() not in (yes, no):
-        raise ControlError(f"{word!r} is not understood: {yes} or {no}.")
-    return word.lower() == yes
-
-
 _VERBS = {
     "hold": _Verb("hold BODY...", (1, 4), _hold),
     "swing": _Verb("swing JOINT DEGREES PERIOD CYCLES", (4, 4), _swing),
+    "sweep": _Verb("sweep JOINT", (1, 1), _sweep),
+    "turn": _Verb("turn x|y|z DEGREES [ROUNDS]", (2, 3), _turn),
     "seat": _Verb("seat", (0, 0), _seat),
     "press": _Verb("press 1|2", (1, 1), _press),
     "release": _Verb("release 1|2", (1, 1), _let_go),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ _STANDARD_GRAVITY_M_S2 = 9.80665
 
 @dataclass(frozen=True, eq=False)
 class Imperfections:
-    """The hidden truth of one robot's sensors.
+    """The hidden truth of one robot's sensors and servos.
 
     Attributes:
         mounting: (4, 3, 3) rotation of each IMU from where the design puts it, in body axes.
@@ -26,7 +26,16 @@ class Imperfections:
         gyro_noise_rad_s_rthz: White noise density.
         accel_noise_m_s2_rthz: White noise density.
         angle_zero_rad: (6,) added to the design's zero offsets.
+        angle_nonlinearity_rad: (6, 4) a1, b1, a2, b2: with phi = zero + direction * joint angle a sensor shows
+            phi + a1 sin phi + b1 cos phi + a2 sin 2 phi + b2 cos 2 phi, as for a magnet off its centre.
         angle_noise_rad: Standard deviation of a reading.
+        servo_gain: (3,) the joint's angle for a pulse is offset + gain * (the pulse's angle by the robot file).
+        servo_offset_rad: (3,) see there.
+        servo_backlash_rad: (3,) a motion ends half of it short of its target, seen from where it came; the
+            joint follows a turn back only when the play is used up.
+        servo_repeat_rad: (3,) standard deviation of where a motion ends, drawn anew when the command changes
+            after 0.3 s of standing, when it turns back, and after the servo was limp. It takes effect over
+            the first 5 deg of the way, so that small steps of a jog have no jumps.
     """
 
     mounting: FloatArray
@@ -35,11 +44,16 @@ class Imperfections:
     gyro_noise_rad_s_rthz: float
     accel_noise_m_s2_rthz: float
     angle_zero_rad: FloatArray
+    angle_nonlinearity_rad: FloatArray
     angle_noise_rad: float
+    servo_gain: FloatArray
+    servo_offset_rad: FloatArray
+    servo_backlash_rad: FloatArray
+    servo_repeat_rad: FloatArray
 
 
 def ideal() -> Imperfections:
-    """Sensors without any error but their resolution."""
+    """Sensors without any error but their resolution, and exact servos."""
     return Imperfections(
         mounting=np.tile(np.eye(3), (4, 1, 1)),
         gyro_bias_rad_s=np.zeros((4, 3)),
@@ -47,7 +61,12 @@ def ideal() -> Imperfections:
         gyro_noise_rad_s_rthz=0.0,
         accel_noise_m_s2_rthz=0.0,
         angle_zero_rad=np.zeros(6),
+        angle_nonlinearity_rad=np.zeros((6, 4)),
         angle_noise_rad=0.0,
+        servo_gain=np.ones(3),
+        servo_offset_rad=np.zeros(3),
+        servo_backlash_rad=np.zeros(3),
+        servo_repeat_rad=np.zeros(3),
     )
 
 
@@ -57,12 +76,37 @@ def draw(seed: int) -> Imperfections:
     Scale factors stay exact here: the paper does not calibrate them, and its evaluation starts from that.
     """
     random = np.random.default_rng(seed)
-    return Imperfections(
+    return replace(
+        ideal(),
         mounting=Rotation.from_rotvec(np.deg2rad(1.5) * random.standard_normal((4, 3))).as_matrix(),
         gyro_bias_rad_s=np.deg2rad(1.0) * random.standard_normal((4, 3)),
-        gyro_scale=np.ones((4, 3)),
         gyro_noise_rad_s_rthz=np.deg2rad(_GYRO_NOISE_DEG_S_RTHZ),
         accel_noise_m_s2_rthz=_ACCEL_NOISE_G_RTHZ * _STANDARD_GRAVITY_M_S2,
         angle_zero_rad=np.deg2rad(5.0) * random.standard_normal(6),
         angle_noise_rad=np.deg2rad(0.05),
+    )
+
+
+def draw_as_built(seed: int) -> Imperfections:
+    """A robot that was put together and that nobody has calibrated: every figure that calibration looks for is off.
+
+    The gyros' biases lie within a quarter of what their data sheet allows and their scale factors within all of it
+    (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle.
+    """
+    random = np.random.default_rng(seed)
+    towards = random.standard_normal((4, 3))
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    return Imperfections(
+        mounting=Rotation.from_rotvec(np.deg2rad(random.uniform(0.0, 5.0, (4, 1))) * towards).as_matrix(),
+        gyro_bias_rad_s=np.deg2rad(random.uniform(-5.0, 5.0, (4, 3))),
+        gyro_scale=random.uniform(0.97, 1.03, (4, 3)),
+        gyro_noise_rad_s_rthz=np.deg2rad(_GYRO_NOISE_DEG_S_RTHZ),
+        accel_noise_m_s2_rthz=_ACCEL_NOISE_G_RTHZ * _STANDARD_GRAVITY_M_S2,
+        angle_zero_rad=random.uniform(0.0, 2 * np.pi, 6),
+        angle_nonlinearity_rad=np.deg2rad(0.05) * random.standard_normal((6, 4)),
+        angle_noise_rad=np.deg2rad(0.05),
+        servo_gain=0.95 + 0.02 * random.standard_normal(3),
+        servo_offset_rad=np.deg2rad(1.0) * random.standard_normal(3),
+        servo_backlash_rad=np.deg2rad(random.uniform(0.0, 1.0, 3)),
+        servo_repeat_rad=np.deg2rad(random.uniform(0.1, 0.3, 3)),
     )

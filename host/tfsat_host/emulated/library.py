@@ -44,6 +44,10 @@ class RobotConfig(ctypes.Structure):
         ("servo_pulse_us_per_rad", c_double * 3),
         ("servo_max_rate_rad_s", c_double * 3),
         ("servo_acceleration_rad_s2", c_double * 3),
+        ("servo_gain", c_double * 3),
+        ("servo_offset_rad", c_double * 3),
+        ("servo_backlash_rad", c_double * 3),
+        ("servo_repeat_rad", c_double * 3),
         ("joint_min_rad", c_double * 3),
         ("joint_max_rad", c_double * 3),
         ("imu_position_m", c_double * 12),
@@ -53,8 +57,31 @@ class RobotConfig(ctypes.Structure):
         ("gyro_noise_rad_s_rthz", c_double),
         ("accel_noise_m_s2_rthz", c_double),
         ("angle_zero_offset_rad", c_double * 6),
+        ("angle_nonlinearity_rad", c_double * 24),
         ("angle_noise_rad", c_double),
         ("temperature_c", c_double),
+    ]
+
+
+class HandsConfig(ctypes.Structure):
+    """TfsatHands of api.h."""
+
+    _fields_: ClassVar[list[tuple[str, Any]]] = [
+        ("seed", c_uint64),
+        ("lead_s", c_double),
+        ("tremor_rad_s", c_double),
+        ("sway_rad_s", c_double),
+        ("reaction", c_double),
+    ]
+
+
+class LegConfig(ctypes.Structure):
+    """TfsatLeg of api.h."""
+
+    _fields_: ClassVar[list[tuple[str, Any]]] = [
+        ("target_rad", c_double),
+        ("duration_s", c_double),
+        ("rest_s", c_double),
     ]
 
 
@@ -90,6 +117,10 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
     "tfsat_seat": (None, [c_void_p]),
     "tfsat_hold": (c_int, [c_void_p, c_uint32]),
     "tfsat_swing": (c_int, [c_void_p, c_int, c_double, c_double, c_uint]),
+    "tfsat_move_joint": (c_int, [c_void_p, POINTER(HandsConfig), c_int, POINTER(LegConfig), c_size_t]),
+    "tfsat_turn": (None, [c_void_p, POINTER(HandsConfig), POINTER(c_double), POINTER(LegConfig), c_size_t]),
+    "tfsat_hold_against": (None, [c_void_p, POINTER(HandsConfig), c_int]),
+    "tfsat_set_joint": (c_int, [c_void_p, c_int, c_double]),
     "tfsat_swinging": (c_int, [c_void_p]),
     "tfsat_set_switch": (None, [c_void_p, c_int, c_int]),
     "tfsat_knock": (None, [c_void_p, c_int, c_uint64]),

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from tfsat_host.emulated.build import Variant, ensure_built
 from tfsat_host.emulated.card import CardSlot
+from tfsat_host.emulated.errors import EmulationError as EmulationError
+from tfsat_host.emulated.hands import HandsOn
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library
-from tfsat_host.emulated.robot_config import robot_config
-from tfsat_host.errors import TfsatError
-from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.emulated.robot_config import require_the_boards_numbers, robot_config
+from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.robot import RobotModel, load_robot
 
 FloatArray = NDArray[np.float64]
@@ -31,10 +32,6 @@ SETTLE_US = 300_000
 """After power-up: both boards have started, the gyros are awake, USB is enumerated."""
 FALL_S = 2.5
 """Free fall of the drop tower (paper, tab. cosmotorre)."""
-
-
-class EmulationError(TfsatError):
-    """The emulated robot cannot do this, or its processor crashed."""
 
 
 class BoardIndex(IntEnum):
@@ -59,6 +56,7 @@ class EmulatedRobot:
 
     Attributes:
         card_slot: The logger's card, and what a person can do to it.
+        hands: What hands can do to the robot beyond `hold` and the exact `swing`.
 
     Args:
         model: The bodies; the drop tower robot by default.
@@ -89,7 +87,7 @@ class EmulatedRobot:
         variant: Variant | None = None,
     ) -> None:
         self.model = model or load_robot()
-        _require_the_boards_numbers(self.model)
+        require_the_boards_numbers(self.model)
         chosen = variant or Variant(avr=hex_path is not None)
         self._library = load_library(ensure_built(chosen))
         if session_seed is None:
@@ -111,6 +109,7 @@ class EmulatedRobot:
         if logger_memory is not None:
             self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
         self.card_slot = CardSlot(self._library, self._robot)
+        self.hands = HandsOn(self._library, self._robot)
         for board in BoardIndex:
             self.set_power(board, True)
             self.set_cable(board, True)
@@ -230,7 +229,7 @@ class EmulatedRobot:
 
     @property
     def swinging(self) -> bool:
-        """A hand still moves a joint."""
+        """A hand still moves a joint or turns the robot."""
         return bool(self._library.tfsat_swinging(self._robot))
 
     def set_switch(self, index: int, closed: bool) -> None:
@@ -284,23 +283,3 @@ def _switch(index: int) -> int:
             next_step=f"Use 1 to {SWITCH_COUNT}.",
         )
     return index - 1
-
-
-def _require_the_boards_numbers(model: RobotModel) -> None:
-    numbers = (model.n_bodies, model.n_joints, len(model.imus), len(model.angle_sensors))
-    if numbers != (IMU_COUNT, JOINT_COUNT, IMU_COUNT, ANGLE_SENSOR_COUNT):
-        raise EmulationError(
-            what=f"{model.path}: {model.name} has {numbers[0]} bodies, {numbers[1]} joints, {numbers[2]} IMUs and "
-            f"{numbers[3]} angle sensors.",
-            meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each, and {JOINT_COUNT} joints with "
-            f"{ANGLE_SENSOR_COUNT // JOINT_COUNT} angle sensors each; nothing was run.",
-            next_step="Emulate robots/drop_tower.toml or one like it.",
-        )
-    for joint, servo in zip(model.joint_names, model.servos, strict=True):
-        if servo.pulses is None:
-            raise EmulationError(
-                what=f"{model.path}: the servo of {joint} has no pulses.",
-                meaning="The sequencer commands servos by pulses, so this robot cannot be emulated; nothing was run.",
-                next_step="Add pulse_range_us, reference and pulse_us_per_deg to its [joint.servo], as in "
-                "robots/drop_tower.toml.",
-            )

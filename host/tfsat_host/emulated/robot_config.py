@@ -1,11 +1,13 @@
-"""What the emulated robot's library is told of a robot: its bodies, and what its sensors do wrong."""
+"""What the emulated robot's library is told of a robot: its bodies, and what its sensors and servos do wrong."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.imperfections import Imperfections
 from tfsat_host.emulated.library import RobotConfig
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT
 from tfsat_host.robot import RobotModel
 
 
@@ -15,7 +17,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     Args:
         model: As many bodies, joints and sensors as the structure has room for, and a servo with pulses
             on every joint.
-        wrong: The sensors' hidden errors.
+        wrong: The hidden errors.
         seed: For noise and contact bounce.
         session_seed: For the logger's session ids.
     """
@@ -36,6 +38,10 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "servo_pulse_us_per_rad": [p.pulse_us_per_rad for p in pulses],
         "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in model.servos],
         "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in model.servos],
+        "servo_gain": wrong.servo_gain,
+        "servo_offset_rad": wrong.servo_offset_rad,
+        "servo_backlash_rad": wrong.servo_backlash_rad,
+        "servo_repeat_rad": wrong.servo_repeat_rad,
         "joint_min_rad": model.joint_limits_rad[:, 0],
         "joint_max_rad": model.joint_limits_rad[:, 1],
         "imu_position_m": [imu.position_m for imu in model.imus],
@@ -46,6 +52,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "gyro_scale": wrong.gyro_scale,
         "angle_zero_offset_rad": wrong.angle_zero_rad
         + [sensor.zero_offset_rad for sensor in model.angle_sensors],
+        "angle_nonlinearity_rad": wrong.angle_nonlinearity_rad,
     }
     for name, value in values.items():
         field = getattr(config, name)
@@ -54,3 +61,24 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
     config.angle_noise_rad = wrong.angle_noise_rad
     return config
+
+
+def require_the_boards_numbers(model: RobotModel) -> None:
+    """Raises EmulationError for a robot that the boards are not built for."""
+    numbers = (model.n_bodies, model.n_joints, len(model.imus), len(model.angle_sensors))
+    if numbers != (IMU_COUNT, JOINT_COUNT, IMU_COUNT, ANGLE_SENSOR_COUNT):
+        raise EmulationError(
+            what=f"{model.path}: {model.name} has {numbers[0]} bodies, {numbers[1]} joints, {numbers[2]} IMUs and "
+            f"{numbers[3]} angle sensors.",
+            meaning=f"The boards are built for {IMU_COUNT} bodies with an IMU each, and {JOINT_COUNT} joints with "
+            f"{ANGLE_SENSOR_COUNT // JOINT_COUNT} angle sensors each; nothing was run.",
+            next_step="Emulate robots/drop_tower.toml or one like it.",
+        )
+    for joint, servo in zip(model.joint_names, model.servos, strict=True):
+        if servo.pulses is None:
+            raise EmulationError(
+                what=f"{model.path}: the servo of {joint} has no pulses.",
+                meaning="The sequencer commands servos by pulses, so this robot cannot be emulated; nothing was run.",
+                next_step="Add pulse_range_us, reference and pulse_us_per_deg to its [joint.servo], as in "
+                "robots/drop_tower.toml.",
+            )

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <string>
 
+#include "api_config.h"
 #include "boards/native_sequencer.h"
-#include "robot.h"
 
 #ifdef TFSAT_WITH_SIMAVR
 #include "boards/avr_sequencer.h"
@@ -23,67 +23,6 @@ struct TfsatRobot {
 
 namespace {
 
-Vec3 vector(const double v[3]) { return Vec3{v[0], v[1], v[2]}; }
-
-Mat3 matrix(const double m[9]) {
-  Mat3 out;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) out.m[row][column] = m[3 * row + column];
-  }
-  return out;
-}
-
-TreeParameters tree(const TfsatRobotConfig& c) {
-  TreeParameters out;
-  out.n_bodies = kImus;
-  out.n_joints = kServoJoints;
-  out.base = c.base_body;
-  for (int i = 0; i < kImus; ++i) {
-    out.bodies[i] = {c.body_mass_kg[i], vector(c.body_com_m[i]), matrix(c.body_inertia_kg_m2[i]),
-                     vector(c.body_origin_m[i])};
-  }
-  for (int i = 0; i < kServoJoints; ++i) {
-    out.joints[i] = {c.joint_inner[i], c.joint_outer[i], vector(c.joint_axis[i]), vector(c.joint_point_m[i])};
-  }
-  return out;
-}
-
-RobotParameters parameters(const TfsatRobotConfig& c) {
-  RobotParameters out;
-  out.tree = tree(c);
-  out.seed = c.seed;
-  out.session_seed = c.session_seed;
-  out.temperature_c = c.temperature_c;
-  for (size_t i = 0; i < kServoJoints; ++i) {
-    ServoParameters& servo = out.servos[i];
-    servo.reference_pulse_us = c.servo_reference_pulse_us[i];
-    servo.reference_angle_rad = c.servo_reference_angle_rad[i];
-    servo.pulse_us_per_rad = c.servo_pulse_us_per_rad[i];
-    servo.max_rate_rad_s = c.servo_max_rate_rad_s[i];
-    servo.acceleration_rad_s2 = c.servo_acceleration_rad_s2[i];
-    servo.min_angle_rad = c.joint_min_rad[i];
-    servo.max_angle_rad = c.joint_max_rad[i];
-  }
-  for (size_t i = 0; i < kImus; ++i) {
-    Mpu6050Parameters& imu = out.imus[i];
-    out.imu_positions_m[i] = vector(c.imu_position_m[i]);
-    imu.sensor_to_body = matrix(c.imu_sensor_to_body[i]);
-    imu.gyro_bias_rad_s = vector(c.gyro_bias_rad_s[i]);
-    imu.gyro_scale = vector(c.gyro_scale[i]);
-    imu.gyro_noise_rad_s_rthz = c.gyro_noise_rad_s_rthz;
-    imu.accel_noise_m_s2_rthz = c.accel_noise_m_s2_rthz;
-    imu.seed = c.seed * 31 + i;
-  }
-  for (size_t i = 0; i < kAngleSensors; ++i) {
-    AngleSensorParameters& sensor = out.angle_sensors[i];
-    sensor.zero_offset_rad = c.angle_zero_offset_rad[i];
-    sensor.direction = c.angle_direction[i];
-    sensor.noise_rad = c.angle_noise_rad;
-    sensor.seed = c.seed * 37 + i;
-  }
-  return out;
-}
-
 std::unique_ptr<SequencerBoard> make_sequencer(const char* hex_path, std::string& error) {
   if (hex_path == nullptr) return std::make_unique<NativeSequencer>();
 #ifdef TFSAT_WITH_SIMAVR
@@ -97,6 +36,14 @@ std::unique_ptr<SequencerBoard> make_sequencer(const char* hex_path, std::string
   error = "this library was built without the AVR emulation";
   return nullptr;
 #endif
+}
+
+HandParameters hand(const TfsatHands& h) { return {h.seed, h.tremor_rad_s, h.sway_rad_s, h.reaction}; }
+
+std::vector<Leg> path(const TfsatLeg* legs, size_t n) {
+  std::vector<Leg> out;
+  for (size_t i = 0; i < n; ++i) out.push_back({legs[i].target_rad, legs[i].duration_s, legs[i].rest_s});
+  return out;
 }
 
 CardDefect card_defect(int defect) {
@@ -135,7 +82,7 @@ size_t tfsat_truth_row_bytes(void) { return sizeof(TruthRow); }
 
 TfsatRobot* tfsat_robot_new(const TfsatRobotConfig* config, const char* hex_path, char* error,
                             size_t error_bytes) {
-  const RobotParameters built = parameters(*config);
+  const RobotParameters built = robot_parameters(*config);
   std::string reason;
   if (const char* defect = BodyTree::check(built.tree)) reason = defect;
   std::unique_ptr<SequencerBoard> sequencer;
@@ -254,6 +201,23 @@ int tfsat_hold(TfsatRobot* robot, uint32_t body_mask) { return robot->robot.hold
 
 int tfsat_swing(TfsatRobot* robot, int joint, double amplitude_rad, double period_s, unsigned cycles) {
   return robot->robot.swing(joint, amplitude_rad, period_s, cycles);
+}
+
+int tfsat_move_joint(TfsatRobot* robot, const TfsatHands* hands, int joint, const TfsatLeg* legs, size_t n_legs) {
+  return robot->robot.move_joint(joint, hand(*hands), hands->lead_s, path(legs, n_legs));
+}
+
+void tfsat_turn(TfsatRobot* robot, const TfsatHands* hands, const double axis[3], const TfsatLeg* legs,
+                size_t n_legs) {
+  robot->robot.turn(vector(axis), hand(*hands), hands->lead_s, path(legs, n_legs));
+}
+
+void tfsat_hold_against(TfsatRobot* robot, const TfsatHands* hands, int joint) {
+  robot->robot.hold_against(joint, hand(*hands), hands->lead_s);
+}
+
+int tfsat_set_joint(TfsatRobot* robot, int joint, double angle_rad) {
+  return robot->robot.set_joint(joint, angle_rad);
 }
 
 int tfsat_swinging(TfsatRobot* robot) { return robot->robot.swinging(); }

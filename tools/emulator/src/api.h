@@ -29,6 +29,10 @@ typedef struct {
   double servo_pulse_us_per_rad[3];
   double servo_max_rate_rad_s[3];
   double servo_acceleration_rad_s2[3];
+  double servo_gain[3];          // what servos do wrong: ServoErrors of physics/servo_linkage.h
+  double servo_offset_rad[3];
+  double servo_backlash_rad[3];
+  double servo_repeat_rad[3];
   double joint_min_rad[3];
   double joint_max_rad[3];
   double imu_position_m[4][3];
@@ -38,9 +42,26 @@ typedef struct {
   double gyro_noise_rad_s_rthz;
   double accel_noise_m_s2_rthz;
   double angle_zero_offset_rad[6];
+  double angle_nonlinearity_rad[6][4];  // bend_rad of sensors/angle_sensor.h
   double angle_noise_rad;
   double temperature_c;
 } TfsatRobotConfig;
+
+// A person's way with one motion, which rests for `lead_s` first: HandParameters of physics/hands.h.
+typedef struct {
+  uint64_t seed;
+  double lead_s;
+  double tremor_rad_s;
+  double sway_rad_s;
+  double reaction;
+} TfsatHands;
+
+// From where the last leg ended to the target, smoothly, and a rest there.
+typedef struct {
+  double target_rad;
+  double duration_s;
+  double rest_s;
+} TfsatLeg;
 
 enum { TFSAT_SEQUENCER = 0, TFSAT_LOGGER = 1 };
 enum { TFSAT_RESET_WATCHDOG = 0, TFSAT_RESET_BROWN_OUT = 1, TFSAT_RESET_BUTTON = 2 };
@@ -104,6 +125,11 @@ void tfsat_card_fill(TfsatRobot* robot, uint32_t free_blocks);
 void tfsat_seat(TfsatRobot* robot);
 int tfsat_hold(TfsatRobot* robot, uint32_t body_mask);
 int tfsat_swing(TfsatRobot* robot, int joint, double amplitude_rad, double period_s, unsigned cycles);
+int tfsat_move_joint(TfsatRobot* robot, const TfsatHands* hands, int joint, const TfsatLeg* legs, size_t n_legs);
+void tfsat_turn(TfsatRobot* robot, const TfsatHands* hands, const double axis[3], const TfsatLeg* legs,
+                size_t n_legs);
+void tfsat_hold_against(TfsatRobot* robot, const TfsatHands* hands, int joint);
+int tfsat_set_joint(TfsatRobot* robot, int joint, double angle_rad);
 int tfsat_swinging(TfsatRobot* robot);
 void tfsat_set_switch(TfsatRobot* robot, int index, int closed);
 void tfsat_knock(TfsatRobot* robot, int index, uint64_t open_us);

@@ -92,6 +92,9 @@ void Robot::move_bodies(uint64_t t_us) {
     joints.rate_rad_s[i] = motion.rate_rad_s;
     joints.acceleration_rad_s2[i] = motion.acceleration_rad_s2;
   }
+  const double held_s = static_cast<double>(t_us - holding_since_us_) * 1e-6;
+  chain_.carry(holding_.at(held_s, {joints.angle_rad[holding_joint_], joints.rate_rad_s[holding_joint_],
+                                    joints.acceleration_rad_s2[holding_joint_]}));
   chain_.advance(static_cast<double>(t_us - now_us_) * 1e-6, joints);
   for (int i = 0; i < kServoJoints; ++i) {
     if (chain_.locked(i)) servos_[static_cast<size_t>(i)].stop_at(t_us, chain_.joints().angle_rad[i]);
@@ -109,18 +112,56 @@ void Robot::feed_sensors() {
 }
 
 void Robot::seat() {
-  chain_.hold(1u << 0);
+  hold(1u << 0);
   switch_changes_.clear();
   for (int i = 0; i < kSwitches; ++i) set_switch(i, true);
 }
 
-bool Robot::hold(uint32_t mask) { return chain_.hold(mask); }
+bool Robot::hold(uint32_t mask) {
+  if (!chain_.hold(mask)) return false;
+  begin_holding(HoldingHand(), 0);
+  return true;
+}
+
+void Robot::begin_holding(const HoldingHand& hand, int joint) {
+  holding_ = hand;
+  holding_joint_ = joint;
+  holding_since_us_ = now_us_;
+}
 
 bool Robot::swing(int joint, double amplitude_rad, double period_s, unsigned cycles) {
   return servos_[static_cast<size_t>(joint)].swing(now_us_, amplitude_rad, period_s, cycles);
 }
 
+bool Robot::move_joint(int joint, const HandParameters& hands, double lead_s, const std::vector<Leg>& legs) {
+  const double start_rad = joint_angle_rad(joint);
+  if (falling() || !servos_[static_cast<size_t>(joint)].follow(now_us_, hands, lead_s, legs)) return false;
+  chain_.hold(chain_.held());
+  begin_holding(HoldingHand::beside(hands, LegPath(start_rad, lead_s, legs), start_rad), joint);
+  return true;
+}
+
+void Robot::turn(const Vec3& axis, const HandParameters& hands, double lead_s, const std::vector<Leg>& legs) {
+  chain_.hold(chain_.held());
+  begin_holding(HoldingHand::turning(hands, axis, LegPath(0.0, lead_s, legs)), 0);
+}
+
+void Robot::hold_against(int joint, const HandParameters& hands, double lead_s) {
+  chain_.hold(chain_.held());
+  begin_holding(HoldingHand::against_servo(hands, lead_s, joint_angle_rad(joint)), joint);
+}
+
+bool Robot::set_joint(int joint, double angle_rad) {
+  Servo& servo = servos_[static_cast<size_t>(joint)];
+  const ServoParameters& range = servo.parameters();
+  if (falling() || !servo.limp(now_us_) || !(angle_rad >= range.min_angle_rad && angle_rad <= range.max_angle_rad)) return false;
+  servo.stop_at(now_us_, angle_rad);
+  chain_.bend(joint, angle_rad);
+  return true;
+}
+
 bool Robot::swinging() {
+  if (static_cast<double>(now_us_ - holding_since_us_) * 1e-6 < holding_.duration_s()) return true;
   return std::any_of(servos_.begin(), servos_.end(), [this](Servo& servo) { return servo.swinging(now_us_); });
 }
 
@@ -156,6 +197,7 @@ void Robot::schedule_bounce(int index, uint64_t open_at_us) {
 
 void Robot::drop(const DropParameters& parameters) {
   drop_ = parameters;
+  begin_holding(HoldingHand(), 0);
   switch_changes_.clear();
   const int first = bounce_.uniform() < 0.5 ? 0 : 1;
   schedule_bounce(first, now_us_);

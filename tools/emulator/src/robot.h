@@ -12,6 +12,7 @@
 #include "boards/sequencer_board.h"
 #include "card/block_device.h"
 #include "physics/chain.h"
+#include "physics/hands.h"
 #include "physics/servo.h"
 #include "sensors/angle_sensor.h"
 #include "sensors/i2c_bus.h"
@@ -74,6 +75,16 @@ class Robot {
   bool hold(uint32_t mask);
   // Moves a limp joint (0 to 2) by hand; false if its servo holds it or the joint would leave its range.
   bool swing(int joint, double amplitude_rad, double period_s, unsigned cycles);
+  // Moves a limp joint along the legs while the other hand holds what `hold` named; false as with `swing`, or in a fall.
+  bool move_joint(int joint, const HandParameters& hands, double lead_s, const std::vector<Leg>& legs);
+  // Turns what `hold` named about an axis of its first body; each leg ends at an angle from here.
+  void turn(const Vec3& axis, const HandParameters& hands, double lead_s, const std::vector<Leg>& legs);
+  // Keeps what `hold` named in the hands while a servo moves the joint, until the next `hold`.
+  void hold_against(int joint, const HandParameters& hands, double lead_s);
+  // Puts a limp joint of the held robot at this angle; false if its servo holds it, if that is
+  // out of its range, or in a fall.
+  bool set_joint(int joint, double angle_rad);
+  // A hand moves a joint or turns the robot.
   bool swinging();
   void set_switch(int index, bool closed);
   // A knock: the switch opens for `open_us`, then closes.
@@ -103,6 +114,7 @@ class Robot {
   void schedule_bounce(int index, uint64_t open_at_us);
   void take_sequencer_outputs();
   void move_bodies(uint64_t t_us);
+  void begin_holding(const HoldingHand& hand, int joint);
   void feed_sensors();
   void keep_truth();
 
@@ -114,6 +126,9 @@ class Robot {
   std::vector<AngleSensor> angle_sensors_;
   std::vector<Servo> servos_;
   Chain chain_;
+  HoldingHand holding_;
+  int holding_joint_ = 0;
+  uint64_t holding_since_us_ = 0;
   LoggerBoard logger_;
   Noise bounce_;
   std::deque<SwitchChange> switch_changes_;  // in order of time

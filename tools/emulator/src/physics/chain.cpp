@@ -65,12 +65,19 @@ bool Chain::hold(uint32_t mask) {
   holder_ = 0;
   while (!((mask >> holder_) & 1u)) ++holder_;
   holder_attitude_ = attitude(holder_);
+  carried_ = Turning();
   holder_position_m_ = point(holder_, Vec3()).position_m;
   mode_ = ChainMode::kHeld;
   for (int j = 0; j < n_joints(); ++j)
     if (locked(j)) joints_.rate_rad_s[j] = joints_.acceleration_rad_s2[j] = 0.0;
   refresh();
   return true;
+}
+
+void Chain::bend(int joint, double angle_rad) {
+  joints_.angle_rad[joint] = angle_rad;
+  joints_.rate_rad_s[joint] = joints_.acceleration_rad_s2[joint] = 0.0;
+  refresh();
 }
 
 void Chain::release(const Vec3& base_rate_rad_s, const Vec3& com_velocity_m_s) {
@@ -152,13 +159,14 @@ void Chain::set_motion(const Vec3& rate, const Vec3& acceleration) {
 }
 
 void Chain::refresh_held() {
-  // The base's own motion is what brings the holder to rest.
+  // The base's own motion is what makes the holder's: rest, or that of the hands.
   set_motion(Vec3(), Vec3());
-  const Vec3 rate = -motion_.bodies[holder_].rate;
+  const Mat3 to_base = motion_.bodies[holder_].to_base;
+  const Vec3 rate = -(motion_.bodies[holder_].rate - to_base * carried_.rate);
   set_motion(rate, Vec3());
-  set_motion(rate, -motion_.bodies[holder_].acceleration);
+  set_motion(rate, -(motion_.bodies[holder_].acceleration - to_base * carried_.acceleration));
   const TreeBody& holder = motion_.bodies[holder_];
-  attitude_ = normalized(holder_attitude_ * conjugate(quaternion_from(holder.to_base)));
+  attitude_ = normalized(holder_attitude_ * carried_.attitude * conjugate(quaternion_from(holder.to_base)));
   const Mat3 to_world = to_matrix(attitude_);
   origin_.position_m = holder_position_m_ - to_world * holder.origin;
   origin_.velocity_m_s = -(to_world * holder.origin_velocity);

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "body_tree.h"
+#include "turning.h"
 
 namespace tfsat {
 namespace emulator {
@@ -14,7 +15,7 @@ namespace emulator {
 constexpr double kStandardGravity_m_s2 = 9.80665;
 
 enum class ChainMode : uint8_t {
-  kHeld,    // some bodies are fixed in the world, the others follow the joints
+  kHeld,    // some bodies are fixed in the world or carried, the others follow the joints
   kFree,    // angular momentum about the CoM is constant, the CoM is in free fall
   kLanded,  // the base comes to rest under a deceleration pulse, the others follow the joints
 };
@@ -42,6 +43,11 @@ class Chain {
   // Fixes the bodies of `mask` (bit i = body i) where they are now. False, and nothing done, if the
   // mask names no body.
   bool hold(uint32_t mask);
+  // How the held bodies turn, as one, against where they were when `hold` took them: about the origin of the
+  // first one's frame, resolved in it. Takes effect with the next `advance`; `hold` ends it.
+  void carry(const Turning& motion) { carried_ = motion; }
+  // Puts a joint of the held robot at this angle, at rest. What is held stays where it is.
+  void bend(int joint, double angle_rad);
   // Lets go. `base_rate_rad_s` (base frame) is the residual rate at release; the angular momentum
   // that follows from it and the joints' rates is kept from then on.
   void release(const Vec3& base_rate_rad_s, const Vec3& com_velocity_m_s);
@@ -54,6 +60,7 @@ class Chain {
   // Locked joints ignore `end`: read back angle_rad().
   void advance(double dt_s, const JointMotion& end);
 
+  uint32_t held() const { return held_; }  // bit mask of the bodies that `hold` named last
   ChainMode mode() const { return mode_; }
   int n_bodies() const { return tree_.parameters().n_bodies; }
   int n_joints() const { return tree_.parameters().n_joints; }
@@ -93,6 +100,7 @@ class Chain {
   int holder_ = 0;                 // the held body that fixes the others
   Quaternion holder_attitude_;
   Vec3 holder_position_m_;
+  Turning carried_;                // the holder against holder_attitude_
   Vec3 momentum_;                  // world frame, kFree
   Vec3 com_m_, com_velocity_m_s_;  // world frame, kFree
   LandingPulse pulse_;

@@ -15,28 +15,28 @@ double seconds_between(uint64_t from_us, uint64_t to_us) {
 }  // namespace
 
 Servo::Servo(const ServoParameters& parameters, double angle_rad)
-    : parameters_(parameters), target_rad_(angle_rad) {
+    : parameters_(parameters), target_rad_(angle_rad), linkage_(parameters.errors) {
   profile_.angle_rad = angle_rad;
 }
 
 void Servo::pulse(uint64_t t_us, double width_us) {
   if (!(width_us >= parameters_.min_pulse_us && width_us <= parameters_.max_pulse_us)) return;
   const ServoMotion now = motion(t_us);
-  double target = parameters_.reference_angle_rad +
-                  (width_us - parameters_.reference_pulse_us) / parameters_.pulse_us_per_rad;
-  target = std::fmax(parameters_.min_angle_rad, std::fmin(parameters_.max_angle_rad, target));
-  if (!driven_ || swing_cycles_ != 0 || target != target_rad_) go_to(t_us, now, target);
+  const double nominal = parameters_.reference_angle_rad +
+                         (width_us - parameters_.reference_pulse_us) / parameters_.pulse_us_per_rad;
+  if (!driven_) linkage_.take_up(now.angle_rad);
+  const double goal = linkage_.goal(t_us, nominal);
+  const double target = std::fmax(parameters_.min_angle_rad, std::fmin(parameters_.max_angle_rad, goal));
+  if (!driven_ || by_hand() || target != target_rad_) go_to(t_us, now, target);
   last_pulse_us_ = t_us;
   driven_ = true;
 }
 
 bool Servo::swing(uint64_t t_us, double amplitude_rad, double period_s, unsigned cycles) {
   const ServoMotion now = motion(t_us);
-  const double far = now.angle_rad + amplitude_rad;
   if (!limp(t_us) || !(period_s > 0.0) || cycles == 0) return false;
-  if (!(far >= parameters_.min_angle_rad && far <= parameters_.max_angle_rad)) return false;
-  swing_start_us_ = t_us;
-  swing_end_us_ = t_us + static_cast<uint64_t>(std::llround(1e6 * period_s * cycles));
+  if (!reachable(now.angle_rad + amplitude_rad)) return false;
+  begin_by_hand(t_us, period_s * cycles);
   swing_from_rad_ = now.angle_rad;
   swing_amplitude_rad_ = amplitude_rad;
   swing_period_s_ = period_s;
@@ -44,8 +44,31 @@ bool Servo::swing(uint64_t t_us, double amplitude_rad, double period_s, unsigned
   return true;
 }
 
+bool Servo::follow(uint64_t t_us, const HandParameters& hand, double lead_s, const std::vector<Leg>& legs) {
+  const ServoMotion now = motion(t_us);
+  if (!limp(t_us)) return false;
+  for (const Leg& leg : legs)
+    if (!(leg.duration_s > 0.0) || !reachable(leg.target_rad)) return false;
+  const LegPath path(now.angle_rad, lead_s, legs);
+  begin_by_hand(t_us, path.duration_s());
+  hand_ = std::make_shared<const JointHand>(hand, path, parameters_.min_angle_rad, parameters_.max_angle_rad);
+  return true;
+}
+
+bool Servo::reachable(double angle_rad) const {
+  return angle_rad >= parameters_.min_angle_rad && angle_rad <= parameters_.max_angle_rad;
+}
+
+void Servo::begin_by_hand(uint64_t t_us, double duration_s) {
+  swing_cycles_ = 0;
+  hand_.reset();
+  hand_start_us_ = t_us;
+  hand_end_us_ = t_us + static_cast<uint64_t>(std::llround(1e6 * duration_s));
+}
+
 void Servo::stop_at(uint64_t t_us, double angle_rad) {
   swing_cycles_ = 0;
+  hand_.reset();
   profile_ = Profile();
   profile_.start_us = t_us;
   profile_.angle_rad = angle_rad;
@@ -54,7 +77,7 @@ void Servo::stop_at(uint64_t t_us, double angle_rad) {
 
 ServoMotion Servo::motion(uint64_t t_us) {
   settle(t_us);
-  return swing_cycles_ != 0 ? on_swing(t_us) : on_profile(t_us);
+  return by_hand() ? by_hand_at(t_us) : on_profile(t_us);
 }
 
 // Lets what has happened by itself since the last call take effect: going limp, the swing's end.
@@ -63,7 +86,15 @@ void Servo::settle(uint64_t t_us) {
     driven_ = false;
     brake(limp_time_us(), on_profile(limp_time_us()));
   }
-  if (swing_cycles_ != 0 && t_us >= swing_end_us_) stop_at(swing_end_us_, swing_from_rad_);
+  if (!by_hand() || t_us < hand_end_us_) return;
+  // A swing comes back to where it began; rounding must not let it creep.
+  stop_at(hand_end_us_, hand_ ? hand_->at(hand_->duration_s()).value : swing_from_rad_);
+}
+
+ServoMotion Servo::by_hand_at(uint64_t t_us) const {
+  if (!hand_) return on_swing(t_us);
+  const Jet joint = hand_->at(seconds_between(hand_start_us_, t_us));
+  return {joint.value, joint.rate, joint.acceleration};
 }
 
 void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
@@ -77,6 +108,7 @@ void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
                                 std::sqrt(std::fmax(0.0, a * way + 0.5 * rate * rate)));
   const double ramps = (peak * peak - rate * rate) / (2.0 * a) + peak * peak / (2.0 * a);
   swing_cycles_ = 0;
+  hand_.reset();
   target_rad_ = target_rad;
   profile_ = Profile();
   profile_.start_us = t_us;
@@ -123,7 +155,7 @@ ServoMotion Servo::on_profile(uint64_t t_us) const {
 
 ServoMotion Servo::on_swing(uint64_t t_us) const {
   const double k = kPi / swing_period_s_;
-  const double phase = k * seconds_between(swing_start_us_, t_us);
+  const double phase = k * seconds_between(hand_start_us_, t_us);
   const double s = std::sin(phase), c = std::cos(phase);
   ServoMotion m;
   m.angle_rad = swing_from_rad_ + swing_amplitude_rad_ * s * s * s * s;

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+
+#include "hands.h"
+#include "servo_linkage.h"
 
 namespace tfsat {
 namespace emulator {
@@ -17,6 +21,7 @@ struct ServoParameters {
   double max_rate_rad_s = 3.4906585039886590;         // 200 deg/s
   double acceleration_rad_s2 = 69.813170079773180;    // 4000 deg/s^2
   uint64_t limp_after_us = 100000;                    // without a pulse
+  ServoErrors errors;
 };
 
 struct ServoMotion {
@@ -35,12 +40,16 @@ class Servo {
   // derivative at both ends. False, and nothing done, while the servo holds the joint or if the
   // swing would leave the mechanical range.
   bool swing(uint64_t t_us, double amplitude_rad, double period_s, unsigned cycles);
+  // Moves the limp joint by hand from where it is along the legs, after `lead_s` of rest. False, and nothing
+  // done, while the servo holds the joint or if a leg ends outside the mechanical range.
+  bool follow(uint64_t t_us, const HandParameters& hand, double lead_s, const std::vector<Leg>& legs);
   // The joint was stopped from outside at this angle (a jig, a hand): it stands there now. A servo
   // that still gets pulses starts again towards its target with the next one.
   void stop_at(uint64_t t_us, double angle_rad);
 
   bool limp(uint64_t t_us) const { return last_pulse_us_ == kNever || t_us > limp_time_us(); }
-  bool swinging(uint64_t t_us) const { return swing_cycles_ != 0 && t_us < swing_end_us_; }
+  // By a hand, in either way.
+  bool swinging(uint64_t t_us) const { return by_hand() && t_us < hand_end_us_; }
   double target_rad() const { return target_rad_; }
   ServoMotion motion(uint64_t t_us);
   const ServoParameters& parameters() const { return parameters_; }
@@ -60,13 +69,19 @@ class Servo {
   void settle(uint64_t t_us);
   ServoMotion on_profile(uint64_t t_us) const;
   ServoMotion on_swing(uint64_t t_us) const;
+  ServoMotion by_hand_at(uint64_t t_us) const;
+  bool by_hand() const { return swing_cycles_ != 0 || hand_ != nullptr; }
+  bool reachable(double angle_rad) const;
+  void begin_by_hand(uint64_t t_us, double duration_s);
 
   ServoParameters parameters_;
   Profile profile_;
   double target_rad_;
   uint64_t last_pulse_us_ = kNever;
   bool driven_ = false;  // following pulses; false once limp
-  uint64_t swing_start_us_ = 0, swing_end_us_ = 0;
+  ServoLinkage linkage_;
+  uint64_t hand_start_us_ = 0, hand_end_us_ = 0;
+  std::shared_ptr<const JointHand> hand_;
   double swing_from_rad_ = 0.0, swing_amplitude_rad_ = 0.0, swing_period_s_ = 1.0;
   unsigned swing_cycles_ = 0;
 };

@@ -12,7 +12,10 @@ uint16_t AngleSensor::convert(double joint_angle_rad) {
   constexpr double kTurn = 6.283185307179586477;
   if (fault_ == AngleSensorFault::kOpen) return 0;
   if (fault_ == AngleSensorFault::kFrozen) return last_;
-  double shown = parameters_.zero_offset_rad + parameters_.direction * joint_angle_rad;
+  const double phi = parameters_.zero_offset_rad + parameters_.direction * joint_angle_rad;
+  const double* bend = parameters_.bend_rad;
+  double shown = phi + bend[0] * std::sin(phi) + bend[1] * std::cos(phi) + bend[2] * std::sin(2.0 * phi) +
+                 bend[3] * std::cos(2.0 * phi);
   if (parameters_.noise_rad > 0.0) shown += parameters_.noise_rad * noise_.normal();
   const double turns = shown / kTurn;
   // A converter truncates: count k stands for k to k+1 steps.

@@ -11,6 +11,9 @@ namespace emulator {
 struct AngleSensorParameters {
   double zero_offset_rad = 0.0;   // what it shows at joint angle zero
   int direction = 1;              // -1: it looks at the axis from the other end
+  // The magnet is not quite centred and the field not quite even: with phi the angle it ought to show, it shows
+  // phi + b[0] sin phi + b[1] cos phi + b[2] sin 2 phi + b[3] cos 2 phi.
+  double bend_rad[4] = {};
   double noise_rad = 0.0;         // standard deviation of one reading
   uint64_t seed = 1;
 };

@@ -1,0 +1,102 @@
+"""One thing that a person does with the robot while its sensors are read (paper, section "Calibrations")."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final, Literal
+
+from tfsat_host.calibration.patterns import MotionPattern, patterns_of_joint
+
+Axis = Literal["x", "y", "z"]
+AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
+SWEEP_STOPS_DEG: Final = (0.0, 30.0, 60.0, 90.0, 60.0, 30.0, 0.0)
+"""Where a sweep rests, twice over: few places far apart tell scale, several of them tell a sensor's bend."""
+SWEEP_ROUNDS: Final = 2
+TURN_ROUNDS: Final = 3
+"""So often is the robot turned there and back."""
+
+
+class StepKind(StrEnum):
+    """What the recording of a step is for."""
+
+    REST = "rest"
+    """Everything lies still: bias."""
+    ZERO = "zero"
+    """The holding attachment is on: zero point of the angle sensors."""
+    SWING = "swing"
+    """A joint is swung to and fro, some bodies held: directions."""
+    SWEEP = "sweep"
+    """A joint goes slowly from rest to rest: scale factors and the angle sensors' bend."""
+    TURN = "turn"
+    """The whole robot is turned through a known angle, there and back, from rest to rest: scale factors."""
+    SERVO = "servo"
+    """The sequencer moves a joint to commanded angles and holds it there: pulse map."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What is done, and with what.
+
+    Attributes:
+        kind: See there.
+        joint: 1 to 3; None where no single joint is meant (a zero of all joints, a rest, a turn).
+        moved: Bodies (1 to 4) whose gyros see the motion; empty where nothing moves.
+        held: Bodies that are kept still on the bench.
+        axis: Of a turn: the body axis, all bodies being parallel.
+        angle_deg: Of a turn: how far, positive about `axis`; the turns back go the other way.
+    """
+
+    kind: StepKind
+    joint: int | None = None
+    moved: tuple[int, ...] = ()
+    held: tuple[int, ...] = ()
+    axis: Axis | None = None
+    angle_deg: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """A name that two steps of the same purpose share: a repetition replaces what was recorded before."""
+        parts = [str(self.kind)]
+        if self.joint is not None:
+            parts.append(f"joint-{self.joint}")
+        if self.kind in (StepKind.SWING, StepKind.SWEEP):
+            parts.append("body-" + "-".join(map(str, self.moved)))
+        if self.axis is not None:
+            parts.append(self.axis)
+        return "-".join(parts)
+
+
+def rest() -> Step:
+    """The whole robot lies still."""
+    return Step(StepKind.REST, held=(1, 2, 3, 4))
+
+
+def zero(joint: int | None) -> Step:
+    """The attachment holds a joint, or all of them (None), at its zero angle."""
+    return Step(StepKind.ZERO, joint, held=(1, 2, 3, 4))
+
+
+def swings(joint: int) -> tuple[Step, ...]:
+    """The paper's patterns for one joint (tab. misal)."""
+    return tuple(_of_pattern(StepKind.SWING, pattern) for pattern in patterns_of_joint(joint))
+
+
+def sweeps(joint: int) -> tuple[Step, ...]:
+    """The same patterns, from rest to rest."""
+    return tuple(_of_pattern(StepKind.SWEEP, pattern) for pattern in patterns_of_joint(joint))
+
+
+def turn(axis: Axis, angle_deg: float) -> Step:
+    """The whole robot, all joints closed, about a body axis."""
+    return Step(StepKind.TURN, moved=(1, 2, 3, 4), axis=axis, angle_deg=angle_deg)
+
+
+def servo(joint: int) -> Step:
+    """Only the joint's outer side moves."""
+    moved = patterns_of_joint(joint)[0]
+    return Step(StepKind.SERVO, joint, moved.moved, moved.held)
+
+
+def _of_pattern(kind: StepKind, pattern: MotionPattern) -> Step:
+    return Step(kind, pattern.joint, pattern.moved, pattern.held)

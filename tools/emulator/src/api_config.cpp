@@ -1,0 +1,74 @@
+#include "api_config.h"
+
+#include <algorithm>
+
+namespace tfsat {
+namespace emulator {
+namespace {
+
+Mat3 matrix(const double m[9]) {
+  Mat3 out;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) out.m[row][column] = m[3 * row + column];
+  }
+  return out;
+}
+
+TreeParameters tree(const TfsatRobotConfig& c) {
+  TreeParameters out;
+  out.n_bodies = kImus;
+  out.n_joints = kServoJoints;
+  out.base = c.base_body;
+  for (int i = 0; i < kImus; ++i) {
+    out.bodies[i] = {c.body_mass_kg[i], vector(c.body_com_m[i]), matrix(c.body_inertia_kg_m2[i]),
+                     vector(c.body_origin_m[i])};
+  }
+  for (int i = 0; i < kServoJoints; ++i) {
+    out.joints[i] = {c.joint_inner[i], c.joint_outer[i], vector(c.joint_axis[i]), vector(c.joint_point_m[i])};
+  }
+  return out;
+}
+
+}  // namespace
+
+RobotParameters robot_parameters(const TfsatRobotConfig& c) {
+  RobotParameters out;
+  out.tree = tree(c);
+  out.seed = c.seed;
+  out.session_seed = c.session_seed;
+  out.temperature_c = c.temperature_c;
+  for (size_t i = 0; i < kServoJoints; ++i) {
+    ServoParameters& servo = out.servos[i];
+    servo.reference_pulse_us = c.servo_reference_pulse_us[i];
+    servo.reference_angle_rad = c.servo_reference_angle_rad[i];
+    servo.pulse_us_per_rad = c.servo_pulse_us_per_rad[i];
+    servo.max_rate_rad_s = c.servo_max_rate_rad_s[i];
+    servo.acceleration_rad_s2 = c.servo_acceleration_rad_s2[i];
+    servo.errors = {c.servo_gain[i], c.servo_offset_rad[i], c.servo_backlash_rad[i], c.servo_repeat_rad[i],
+                    c.seed * 41 + i};
+    servo.min_angle_rad = c.joint_min_rad[i];
+    servo.max_angle_rad = c.joint_max_rad[i];
+  }
+  for (size_t i = 0; i < kImus; ++i) {
+    Mpu6050Parameters& imu = out.imus[i];
+    out.imu_positions_m[i] = vector(c.imu_position_m[i]);
+    imu.sensor_to_body = matrix(c.imu_sensor_to_body[i]);
+    imu.gyro_bias_rad_s = vector(c.gyro_bias_rad_s[i]);
+    imu.gyro_scale = vector(c.gyro_scale[i]);
+    imu.gyro_noise_rad_s_rthz = c.gyro_noise_rad_s_rthz;
+    imu.accel_noise_m_s2_rthz = c.accel_noise_m_s2_rthz;
+    imu.seed = c.seed * 31 + i;
+  }
+  for (size_t i = 0; i < kAngleSensors; ++i) {
+    AngleSensorParameters& sensor = out.angle_sensors[i];
+    sensor.zero_offset_rad = c.angle_zero_offset_rad[i];
+    sensor.direction = c.angle_direction[i];
+    std::copy_n(c.angle_nonlinearity_rad[i], 4, sensor.bend_rad);
+    sensor.noise_rad = c.angle_noise_rad;
+    sensor.seed = c.seed * 37 + i;
+  }
+  return out;
+}
+
+}  // namespace emulator
+}  // namespace tfsat
