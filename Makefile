@@ -96,6 +96,11 @@ logger-report: toolchain venv  ## try the logger's core on a failing card in ful
 	$(call say,proving the logger's core)
 	@$(BIN)/python -m tests.logger_proof
 
+.PHONY: calibration-report
+calibration-report: compiler venv  ## calibrate a hundred emulated robots (a quarter of an hour) and write docs/calibration-proof.md
+	$(call say,how far calibrations are from the truth)
+	@$(BIN)/python -m tests.calibration_proof
+
 .PHONY: firmware
 firmware: venv  ## build both firmwares for their boards
 	$(call say,firmware of the sequencer (Arduino Micro))
@@ -132,7 +137,7 @@ lock: python  ## choose new versions of all dependencies and write requirements.
 	$(call say,locking dependencies)
 	@[ -x build/lock/bin/uv ] || { $(MAKE_VENV) build/lock && build/lock/bin/pip install -qq uv; }
 	@build/lock/bin/uv pip compile --no-config --quiet --upgrade --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra mcap --extra dask --extra simulators \
+	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra mcap --extra dask --extra simulators --extra ferraris \
 	  --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 	@! grep -n '://' requirements.lock || { echo "Error: requirements.lock names a host" >&2; exit 1; }
 

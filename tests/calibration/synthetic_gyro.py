@@ -6,6 +6,7 @@ Noise and sensitivity of the MPU-6050 (PS-MPU-6000A rev. 3.4, section 6.1); the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,15 @@ def swings(rng: np.random.Generator, duration_s: float) -> tuple[FloatArray, Flo
 def sway(rng: np.random.Generator, n: int) -> FloatArray:
     """(n, 3) rates of a body that is held, but not quite still: some tenths of a deg/s below 1 Hz."""
     return np.asarray(np.radians(0.3) * low_passed(8.0 * rng.normal(size=(n, 3)), 1.0))
+
+
+def sway_between(rests: list[slice], rng: np.random.Generator, n: int) -> FloatArray:
+    """(n, 3) the same between rests, and back at each rest to where it was at the one before."""
+    swaying, rates = sway(rng, n), np.zeros((n, 3))
+    for before, after in pairwise(rests):
+        leg = slice(before.stop, after.start)
+        rates[leg] = swaying[leg] - swaying[leg].mean(axis=0)
+    return rates
 
 
 def sweeps(count: int, angle_rad: float) -> tuple[FloatArray, list[slice]]:

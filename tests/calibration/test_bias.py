@@ -9,9 +9,9 @@ import pytest
 
 from tests.calibration.synthetic_gyro import RATE_HZ
 from tests.calibration.test_misalignment import Bench
-from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.recording import Recording
+from tfsat_host.calibration.gyros.bias import estimate_biases
+from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.emulated.robot import SETTLE_US, EmulatedRobot
 
 
@@ -25,7 +25,9 @@ def rest(n: int = 840) -> Recording:
         temperature_c=np.tile([24.0, 25.0, 26.0, 27.0], (n, 1)),
         sensor_angle_rad=np.zeros((n, 6)),
         imu_valid=np.ones((n, 4), dtype=bool),
+        clipped=np.zeros((n, 4), dtype=bool),
         samples_lost=0,
+        angle_step_rad=2 * np.pi / 4096,
     )
 
 

@@ -1,174 +1,183 @@
-"""`calibrate misalignment` as a user has it: what it writes, what it overwrites, when it measures."""
+"""`calibrate` as a user has it: what each command measures, writes and refuses to overwrite."""
 
 from __future__ import annotations
 
-import argparse
-import io
-import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
+import hashlib
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
-from tests.devices.scripted import client, hello, live_sample, reply
-from tfsat_host import __version__
-from tfsat_host.calibration.file import Subject, format_axes, read_subject
-from tfsat_host.calibration.misalignment import AxisEstimate
-from tfsat_host.cli.calibrate import LEAD_S, STILL_S, SWING_S, Bench, PersonAtPrompt, record
-from tfsat_host.cli.main import main
-from tfsat_host.cli.output import Output
-from tfsat_host.devices.client import Client
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.protocol.enums import Board
-from tfsat_host.protocol.framing import Frame
-from tfsat_host.protocol.limits import PROTOCOL_HASH
-from tfsat_host.protocol.messages import HelloRequest, LiveReply, LiveRequest
 from tfsat_host.robot import load_robot
 
-COMMAND = ("calibrate", "misalignment", "--emulated", "--joint")
-AXIS = AxisEstimate(1, 1, np.eye(3)[0], np.eye(3)[0], 0.0, 0.001, 70.0, np.zeros(3), np.zeros(3))
-TAKEN = datetime(2025, 1, 2, tzinfo=UTC)
+TRUTH = draw_as_built(DEFAULT_SEED)
+FILE = "calibration-emulated.toml"
 
 
-@pytest.mark.parametrize(("joint", "bodies"), [(2, [1, 2, 3, 4]), (3, [4])])
-def test_the_file_says_what_was_measured_and_of_what(
-    tfsat_host: RunCli, joint: int, bodies: list[int]
+def test_one_certificate_takes_the_steps_of_all_commands(tfsat_host: RunCli) -> None:
+    def calibrate(*args: object) -> dict[str, object]:
+        result = tfsat_host.json("calibrate", *args, "--emulated")
+        assert (result["file"], result["emulated"]) == (FILE, True)
+        for step in result["steps"]:
+            recording = tfsat_host.folder / "calibration-emulated-recordings" / step["file"]
+            assert hashlib.sha256(recording.read_bytes()).hexdigest() == step["sha256"]
+        missing.append(len(result["missing"]))
+        return dict(result)
+
+    missing: list[int] = []
+    check_bias(calibrate("bias"))
+    check_zero(calibrate("zero", "--all"))
+    check_misalignment(calibrate("misalignment", "--joint", 3))
+    check_scale(calibrate("scale", "--joint", 3), np.array([3]), 0)
+    check_scale(calibrate("scale", "--turn", "z", "-360"), np.arange(4), 2)
+    assert missing == sorted(set(missing), reverse=True), "each command leaves less to do"
+    papers = [paper.step for paper in read_calibration(tfsat_host.folder / FILE).papers]
+    assert papers == ["rest", "zero", "swing-joint-3-body-4", "sweep-joint-3-body-4", "turn-z"]
+
+
+def check_bias(result: dict[str, object]) -> None:
+    bodies = result["bodies"]
+    assert isinstance(bodies, list)
+    found = np.array([body["bias_deg_s"] for body in bodies])
+    std = np.array([body["std_deg_s"] for body in bodies])
+    assert (np.abs(found - np.rad2deg(TRUTH.gyro_bias_rad_s)) < 5.0 * std).all()
+    assert std.max() < 0.01
+
+
+def check_zero(result: dict[str, object]) -> None:
+    joints = result["joints"]
+    assert isinstance(joints, list)
+    zeros = np.array([joint["zero_deg"] for joint in joints]).ravel()
+    design = np.array([sensor.zero_offset_rad for sensor in load_robot().angle_sensors])
+    bent = np.abs(TRUTH.angle_nonlinearity_rad).sum(axis=1)
+    off = np.exp(1j * np.deg2rad(zeros)) / np.exp(1j * (design + TRUTH.angle_zero_rad))
+    assert (np.abs(np.angle(off)) < bent + np.deg2rad(0.05)).all(), "its bend at zero is a part of a zero"
+    assert {joint["disagreement_deg"] for joint in joints} == {None}
+
+
+def check_misalignment(result: dict[str, object]) -> None:
+    axes = result["axes"]
+    assert isinstance(axes, list)
+    (axis,) = axes
+    assert (result["joint"], axis["body"]) == (3, 4)
+    model = load_robot()
+    true = (TRUTH.mounting[3] @ model.imus[3].sensor_to_body).T @ model.joint_axis[2]
+    assert np.rad2deg(np.linalg.norm(np.cross(axis["axis_sensor"], true))) < 4.0 * axis["std_deg"]
+    assert axis["angle_deg"] == pytest.approx(np.rad2deg(np.arccos(true @ axis["nominal_sensor"])), abs=0.5)
+    assert axis["rms_rate_deg_s"] > 20.0 and len(axis["cross_axis"]) == 2
+    assert axis["bias_deg_s"] == pytest.approx(np.rad2deg(TRUTH.gyro_bias_rad_s[3]), abs=0.02)
+
+
+def check_scale(
+    result: dict[str, object], bodies: np.ndarray[tuple[int], np.dtype[np.int_]], axis: int
 ) -> None:
-    result = tfsat_host.json(*COMMAND, joint)
-    assert [axis["body"] for axis in result["axes"]] == bodies
-    assert result["file"] == f"misalignment-joint-{joint}-emulated.toml"
-    written = tomllib.loads((tfsat_host.folder / result["file"]).read_text())
-    assert (written["joint"], written["emulated"]) == (joint, True)
-    assert written["tool_version"] == __version__
-    assert written["protocol_hash"] == PROTOCOL_HASH.hex()
-    nominal = load_robot().joint_axis[joint - 1]
-    for axis, row in zip(result["axes"], written["axis"], strict=True):
-        assert row["axis_sensor"] == pytest.approx(axis["axis_sensor"], abs=1e-7)
-        assert axis["nominal_sensor"] == pytest.approx(nominal)
-        assert 0.0 < axis["angle_deg"] < 6.0
+    scales = result["scales"]
+    assert isinstance(scales, list)
+    assert [one["body"] for one in scales] == list(bodies + 1)
+    assert {one["axis"] for one in scales} == {"xyz"[axis]}
+    off = np.array([one["scale"] for one in scales]) - TRUTH.gyro_scale[bodies, axis]
+    assert (np.abs(off) < 4.0 * np.array([one["std"] for one in scales])).all()
+    assert np.abs(off).max() < 0.003
 
 
-def test_it_does_not_overwrite_other_files(tfsat_host: RunCli) -> None:
+def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) -> None:
+    done = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated")
+    for words in (
+        "Lay the robot on the bench",  # no bias was taken within the last quarter of an hour
+        "Accepted: biases of bodies 1 to 4",
+        "Hold bodies 1, 2 and 3 on the bench.",
+        "joint 3 at +",
+        "all 13 rests are there",
+        "Accepted: body 4: scale factor x ",
+    ):
+        assert words in done.stderr
+    for words in ("Scale factors", "not calibrated", f"Written to {FILE}.", "of no use for a real one"):
+        assert words in done.stdout
+    assert "Reading" not in done.stdout
+    again = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated", "--resume")
+    assert "kept from" in again.stderr and "Sweep of body 4 about joint 3: kept" in again.stderr
+    assert "reading over truth" in again.stdout, "what is kept is the result"
+
+
+def test_other_files_are_not_overwritten(tfsat_host: RunCli) -> None:
     notes = tfsat_host.folder / "notes.toml"
     notes.write_text("mine = true\n")
-    result = tfsat_host(*COMMAND, 3, "--out", notes, expect=1)
-    assert "was not made by this command" in result.stderr
+    refused = tfsat_host("calibrate", "bias", "--emulated", "--out", notes, expect=1)
+    assert "notes.toml" in refused.stderr
+    assert [path.name for path in tfsat_host.folder.iterdir()] == ["notes.toml"]
     assert notes.read_text() == "mine = true\n"
-    tfsat_host(*COMMAND, 3, "--out", notes, "--force")
-    tfsat_host(*COMMAND, 3, "--out", notes)  # its own file it may replace
-    refused = tfsat_host(*COMMAND, 1, "--out", notes, expect=1)
-    assert "is of joint 3 on the emulated logger" in refused.stderr
+    tfsat_host("calibrate", "bias", "--emulated", "--out", notes, "--force")
+    assert read_calibration(notes).subject.emulated
+
+
+def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None:
+    tfsat_host("calibrate", "bias", "--emulated")
+    certificate = tfsat_host.folder / FILE
+    serial = read_calibration(certificate).subject.logger_serial
+    certificate.write_text(certificate.read_text().replace(serial, "00c0ffee00c0ffee"))
+    before = certificate.read_bytes()
+    refused = tfsat_host("calibrate", "zero", "--all", "--emulated", expect=1)
+    assert "holds another calibration" in refused.stderr and "00c0ffee" in refused.stderr
+    assert "--force" in refused.stderr
+    assert certificate.read_bytes() == before
+    tfsat_host("calibrate", "zero", "--all", "--emulated", "--force")
+    begun = read_calibration(certificate)
+    assert begun.subject.logger_serial == serial and [paper.step for paper in begun.papers] == ["zero"]
+
+
+def test_a_bias_out_of_a_recording(tfsat_host: RunCli) -> None:
+    recording = tfsat_host.folder / "DROP0001.BIN"
+    began = datetime(2026, 5, 4, 10, tzinfo=UTC)
+    recording.write_bytes(card(round(began.timestamp() * 1e6)))
+    result = tfsat_host.json("calibrate", "bias", "--log", recording)
+    check_bias(result)
+    (step,) = result["steps"]
+    assert abs((datetime.fromisoformat(step["taken"]) - began).total_seconds()) < 5.0
+    assert result["file"] == FILE, "the log says that it is an emulated robot's"
+    recording.write_bytes(card(0))
+    refused = tfsat_host("calibrate", "bias", "--log", recording, "--out", "new.toml", expect=1)
+    assert "at what time of day" in refused.stderr and not Path(tfsat_host.folder / "new.toml").exists()
+
+
+def card(unix_us: int) -> bytes:
+    """A recording in which the robot waits for 14 s and falls."""
+    with EmulatedRobot(imperfections=TRUTH, seed=4) as robot:
+        robot.advance(SETTLE_US)
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        logger.start_recording(unix_us=unix_us)
+        robot.advance(14_000_000)
+        robot.drop()
+        while robot.falling:
+            robot.advance(10_000)
+        robot.advance(1_500_000)
+        logger.stop_recording()
+        return robot.card()
 
 
 @pytest.mark.parametrize(
-    ("there", "words"),
+    ("arguments", "words"),
     [
-        (Subject(2, "00c0ffee", emulated=False), "is of joint 2 on logger 00c0ffee"),
-        (Subject(2, "656d754c41544544", emulated=False), "is of joint 2 on logger 656d"),
-        (None, "does not say what it is of"),
+        (("misalignment",), "--joint"),
+        (("misalignment", "--joint", "4"), "4"),
+        (("zero",), "--joint --all"),
+        (("zero", "--joint", "1", "--all"), "not allowed with"),
+        (("scale", "--turn", "z", "36"), "90 to 1080 deg"),
+        (("scale", "--turn", "w", "360"), "no axis of a body"),
+        (("scale", "--turn", "z", "once"), "not a number"),
+        (("scale", "--turn", "z", "360", "--jog"), "--turn is done by hand"),
+        ((), "QUANTITY"),
     ],
 )
-def test_a_calibration_of_something_else_is_kept(
-    tfsat_host: RunCli, there: Subject | None, words: str
-) -> None:
-    real = tfsat_host.folder / "real.toml"
-    text = "# tfsat misalignment\n" if there is None else format_axes([AXIS], there, TAKEN)
-    real.write_text(text)
-    refused = tfsat_host(*COMMAND, 2, "--out", real, expect=1)
-    assert words in refused.stderr
-    assert "--force" in refused.stderr
-    assert real.read_text() == text
-
-
-def test_a_subject_reads_back(tfsat_host: RunCli) -> None:
-    subject = Subject(3, "00c0ffee", emulated=False)
-    file = tfsat_host.folder / "axes.toml"
-    file.write_text(format_axes([AXIS], subject, TAKEN))
-    assert read_subject(file) == subject
-    assert subject.default_name() == "misalignment-joint-3.toml"
-    file.write_bytes(b"\xff\xfe")
-    assert read_subject(file) is None
-
-
-@pytest.mark.parametrize(("yes", "lead_s"), [(True, LEAD_S), (False, 0.0)])
-def test_with_yes_a_board_is_read_after_a_stated_lead(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], yes: bool, lead_s: float
-) -> None:
-    robot = EmulatedRobot(seed=5)
-    robot.advance(SETTLE_US)
-    EmulatedOperator(robot).rest()
-
-    @contextmanager
-    def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]:
-        yield LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-
-    class Person(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    monkeypatch.setattr("tfsat_host.cli.connection.open_logger", open_logger)
-    monkeypatch.setattr("sys.stdin", Person("\n\n"))
-    before_us = robot.now_us
-    arguments = ["calibrate", "misalignment", "--joint", "3", "--port", "x", *(["--yes"] if yes else [])]
-    assert main(arguments) == 1
-    said = capsys.readouterr().err
-    assert "Body 4 turned at 0." in said  # nobody swung it
-    assert said.count("starting 3 s from now") == (2 if yes else 0)
-    took_s = (robot.now_us - before_us) * 1e-6
-    assert took_s == pytest.approx(STILL_S + SWING_S + 2 * lead_s, abs=0.5)
-
-
-def test_lost_samples_are_said() -> None:
-    logger = scripted_logger(lost=range(300, 302))
-    stderr = io.StringIO()
-    out = Output(stdout=io.StringIO(), stderr=stderr)
-    recording = record(Bench(logger, PersonAtPrompt(out), 0.0), 1.0, "at rest", out)
-    assert recording.samples_lost == 2
-    assert "Warning: 2 of 1001 samples never arrived (at rest)" in stderr.getvalue()
-
-
-def test_a_recording_starts_with_samples_of_its_own() -> None:
-    """What arrived after the end of the measurement before, while a person read the next task, is dropped."""
-    logger = scripted_logger()
-    out = Output(stdout=io.StringIO(), stderr=io.StringIO())
-    recording = record(Bench(logger, PersonAtPrompt(out), 0.0), 0.5, "at rest", out)
-    again = record(Bench(logger, PersonAtPrompt(out), 0.0), 0.5, "at rest", out)
-    assert recording.samples_lost == again.samples_lost == 0
-    assert again.t_s[-1] - again.t_s[0] == pytest.approx(0.5)
-
-
-def scripted_logger(lost: range = range(0)) -> LoggerClient:
-    """A logger at 1000 Hz that sends 1001 samples whenever it is asked for live ones."""
-    start = 1000
-
-    def script(request: Frame) -> Iterator[bytes]:
-        nonlocal start
-        if request.type == HelloRequest.TYPE:
-            yield reply(request, hello(Board.LOGGER))
-            return
-        live = LiveRequest.decode(request.payload).enabled
-        yield reply(request, LiveReply(live, 1000, 131.0, 16384.0, 4096))
-        if live:
-            for index in range(1001):
-                if index not in lost:
-                    yield live_sample(start + index)
-            start += 10_000
-
-    connected, _ = client(script)
-    assert isinstance(connected, Client)
-    return LoggerClient(connected, connected.hello(Board.LOGGER))
-
-
-def test_without_a_joint_or_with_one_too_many(tfsat_host: RunCli) -> None:
-    assert "--joint" in tfsat_host("calibrate", "misalignment", "--emulated", expect=2).stderr
-    assert "4" in tfsat_host(*COMMAND, 4, expect=2).stderr
-    assert tfsat_host("calibrate", expect=2).stderr
+def test_arguments_that_mean_nothing(tfsat_host: RunCli, arguments: tuple[str, ...], words: str) -> None:
+    options = ("--emulated",) if arguments else ()
+    assert words in tfsat_host("calibrate", *arguments, *options, expect=2).stderr
 
 
 def test_without_a_logger(tfsat_host: RunCli) -> None:

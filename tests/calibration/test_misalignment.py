@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.misalignment import estimate_axes
-from tfsat_host.calibration.patterns import PATTERNS, MotionPattern, patterns_of_joint
-from tfsat_host.calibration.recording import Recording
+from tfsat_host.calibration.findings import AxisFound
+from tfsat_host.calibration.gyros.bias import estimate_biases
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.evidence import Evidence, Origin
+from tfsat_host.calibration.steps.patterns import PATTERNS, MotionPattern
+from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.step import Step, rest, swings, zero
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
@@ -18,6 +24,7 @@ from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.messages import LiveSampleStream
 
 FloatArray = NDArray[np.float64]
+ORIGIN = Origin("", "", True, "", "")
 
 
 class Bench:
@@ -29,11 +36,19 @@ class Bench:
         self.operator = EmulatedOperator(robot)
 
     def record(self, duration_s: float) -> Recording:
+        return Recording.from_counts(self.counts(duration_s))
+
+    def counts(self, duration_s: float) -> Counts:
         samples: list[LiveSampleStream] = []
         with self.logger.live() as scales:
             while not samples or samples[-1].time_us - samples[0].time_us < duration_s * 1e6:
                 samples += self.logger.live_samples()
-        return Recording.from_live(samples, scales)
+        return Counts.from_live(samples, scales)
+
+    def evidence(self, step: Step, duration_s: float) -> Evidence:
+        """A step as it should be done."""
+        self.operator.begin(step)
+        return Evidence(step, self.counts(duration_s), datetime.now(UTC), ORIGIN)
 
     def true_axis(self, joint: int, body: int) -> FloatArray:
         """The joint's axis in the sensor frame of the gyro on `body`, from the hidden mounting."""
@@ -68,20 +83,21 @@ def test_axis_and_bias_of_every_moved_gyro(seed: int, joint: int) -> None:
     robot = EmulatedRobot(seed=seed)
     robot.advance(SETTLE_US)
     bench = Bench(robot)
-    bench.operator.rest()
-    bias = estimate_biases(bench.record(3.0))
-    found = np.array([one.bias_rad_s for one in bias])
+    known = [bench.evidence(rest(), 5.0), bench.evidence(zero(None), 2.0)]
+    swung = [bench.evidence(step, 10.0) for step in swings(joint)]
+    solution = solve([*known, *swung], robot.model)
+    found = np.array([gyro.bias_rad_s for gyro in solution.gyros])
     assert np.rad2deg(np.abs(found - robot.imperfections.gyro_bias_rad_s)).max() < 0.02
-    for pattern in patterns_of_joint(joint):
-        bench.operator.swing(pattern)
-        for axis in estimate_axes(pattern, bench.record(10.0), bias, robot.model):
-            true = bench.true_axis(joint, axis.body)
+    for one in swung:
+        for body in one.step.moved:
+            axis = AxisFound.of(solution.gyros[body - 1], one, robot.model)
+            true = bench.true_axis(joint, body)
             error_deg = np.rad2deg(np.linalg.norm(np.cross(axis.axis, true)))
             assert axis.axis @ true > 0, "the sign is the joint's opening direction"
-            assert error_deg < 0.02
+            assert error_deg < 4.0 * axis.std_deg < 1.2
             true_angle = np.rad2deg(np.arccos(true @ axis.nominal))
-            assert axis.angle_deg == pytest.approx(true_angle, abs=0.02)
-            assert axis.std_deg < 0.01
+            assert axis.angle_deg == pytest.approx(true_angle, abs=4.0 * axis.std_deg)
+            assert axis.rms_rate_deg_s > 20.0
 
 
 def test_a_robot_that_moves_has_no_bias(bench: Bench) -> None:
@@ -90,41 +106,23 @@ def test_a_robot_that_moves_has_no_bias(bench: Bench) -> None:
         estimate_biases(bench.record(3.0))
 
 
-def test_too_little_motion_is_refused(bench: Bench) -> None:
-    pattern = PATTERNS[0]
-    bench.operator.rest()
-    bias = estimate_biases(bench.record(1.0))
-    bench.robot.hold(pattern.held)
-    bench.robot.swing(1, 1.0, 4.0, 3)
-    with pytest.raises(CalibrationError, match="at least 5 are needed"):
-        estimate_axes(pattern, bench.record(8.0), bias, bench.robot.model)
-
-
-def test_a_held_body_that_moves_is_refused(bench: Bench) -> None:
-    bench.operator.rest()
-    bias = estimate_biases(bench.record(1.0))
-    bench.operator.swing(PATTERNS[1])  # bodies 2 and 3 move
-    with pytest.raises(CalibrationError, match="Body 2 was to be held"):
-        # The operator was asked to hold them and to move body 1, which here stands still.
-        estimate_axes(
-            MotionPattern(1, moved=(3,), held=(1, 2, 4)), bench.record(8.0), bias, bench.robot.model
-        )
-
-
 def still_recording(samples_lost: int = 0) -> Recording:
     return Recording(
         t_s=np.arange(100) / 280.0,
-        rate_rad_s=np.zeros((100, 4, 3)),
+        rate_rad_s=np.deg2rad(0.02) * np.random.default_rng(1).standard_normal((100, 4, 3)),
         accel_m_s2=np.broadcast_to([0.0, 0.0, 9.80665], (100, 4, 3)).copy(),
         temperature_c=np.full((100, 4), 25.0),
         sensor_angle_rad=np.zeros((100, 6)),
         imu_valid=np.ones((100, 4), dtype=bool),
+        clipped=np.zeros((100, 4), dtype=bool),
         samples_lost=samples_lost,
+        angle_step_rad=2 * np.pi / 4096,
     )
 
 
 def test_samples_that_never_arrived_are_refused_above_one_percent() -> None:
-    assert not any(one.bias_rad_s.any() for one in estimate_biases(still_recording(samples_lost=1)))
+    found = estimate_biases(still_recording(samples_lost=1))
+    assert np.rad2deg([one.bias_rad_s for one in found]) == pytest.approx(0.0, abs=0.01)
     with pytest.raises(CalibrationError, match="2 of 102 samples never reached"):
         estimate_biases(still_recording(samples_lost=2))
 

@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.calibration.synthetic_gyro import RATE_HZ, FloatArray, Gyro, angle_reading, sway, sweeps, swings
-from tfsat_host.calibration.mounting import SCALE_STD, Mounting, described, solve_mounting
-from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
+from tests.calibration.synthetic_gyro import (
+    RATE_HZ,
+    FloatArray,
+    Gyro,
+    angle_reading,
+    sway_between,
+    sweeps,
+    swings,
+)
+from tfsat_host.calibration.gyros.mounting import SCALE_STD, Mounting, described, solve_mounting
+from tfsat_host.calibration.gyros.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.statistics import few, mean_and_covariance
 
 X, Y, Z = np.eye(3)
@@ -25,8 +33,7 @@ def response(
     seen = direction(gyro.reads(rate[:, None] * axis + unsteady, rng) - bias, axis, rate)
     angle, rests = sweeps(8, angle_rad)
     rate = np.gradient(angle, 1.0 / RATE_HZ)
-    moving = np.abs(rate) > 1e-9
-    reading = gyro.reads(rate[:, None] * axis + sway(rng, len(rate)) * moving[:, None], rng) - bias
+    reading = gyro.reads(rate[:, None] * axis + sway_between(rests, rng, len(rate)), rng) - bias
     t_s = np.arange(len(angle)) / RATE_HZ
     angles = np.array([angle_reading(angle[rest], rng) for rest in rests])
     return with_length(seen, *length_between_rests(t_s, reading @ seen.reading, rests, angles))

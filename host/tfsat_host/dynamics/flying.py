@@ -89,7 +89,7 @@ def _cdeg(angle_rad: float) -> int:
 
 def arrivals_s(robot: RobotModel, schedule: Schedule) -> tuple[float, ...]:
     """When the joint of each stroke has arrived: later than scheduled where its servo needs longer."""
-    return tuple(move.end_s for move in servo_moves(robot, _moves(schedule)))
+    return tuple(move.end_s for move in servo_moves(robot, timed_moves(schedule)))
 
 
 def fly_schedule(
@@ -114,7 +114,7 @@ def fly_schedule(
     """
     body = Multibody.of(robot, base)
     start = np.array([servo.start_rad for servo in robot.servos])
-    moves = _moves(schedule)
+    moves = timed_moves(schedule)
     carried = servo_moves(robot, moves)
     history = moved(robot, moves, start_rad=start, end_s=until_s)
     estimated = _propagated(body, history, initial_rate_rad_s, step_s, order)
@@ -167,7 +167,8 @@ def _propagated(
     )
 
 
-def _moves(schedule: Schedule) -> list[TimedMove]:
+def timed_moves(schedule: Schedule) -> list[TimedMove]:
+    """What the joints are to do, for `moved` and `servo_moves`."""
     return [
         TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
         for s in schedule.strokes

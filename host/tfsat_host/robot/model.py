@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,11 +69,16 @@ class Imu:
 
 @dataclass(frozen=True)
 class AngleSensor:
-    """One absolute angle sensor: it shows `zero_offset_rad + direction * joint angle`, modulo a turn."""
+    """One absolute angle sensor: it shows `zero_offset_rad + direction * joint angle`, modulo a turn.
+
+    `nonlinearity_rad`: how far it bends from that, as the standard deviation of each coefficient of sin, cos and of
+    those of twice the angle that it shows.
+    """
 
     joint: int
     direction: int
     zero_offset_rad: float
+    nonlinearity_rad: float = 0.05 * math.pi / 180  # assumed: a good magnetic encoder, adjusted
 
 
 @dataclass(frozen=True)

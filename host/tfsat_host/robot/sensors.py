@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -58,5 +59,7 @@ def angle_sensor(entry: Entry, joint_names: tuple[str, ...]) -> AngleSensor:
         direction=entry.integer("direction", (-1, 1)),
         zero_offset_rad=math.radians(entry.number("zero_offset_deg")),
     )
+    if entry.has("nonlinearity_deg"):
+        sensor = replace(sensor, nonlinearity_rad=math.radians(entry.positive("nonlinearity_deg")))
     entry.done()
     return sensor

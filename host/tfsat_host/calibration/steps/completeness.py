@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.recording import Recording
+from tfsat_host.calibration.steps.recording import Recording
 
 MOST_LOST_FRACTION = 0.01
 """More lost samples than this, and the rest may not stand for the motion."""
@@ -33,10 +33,19 @@ def check_complete(recording: Recording, bodies: Iterable[int]) -> None:
             next_step="Plug the logger in without a hub, close other programs, and run this command again.",
         )
     for body in bodies:
+        clipped = int(recording.clipped[:, body - 1].sum())
+        if clipped:
+            raise CalibrationError(
+                what=f"The sensor on body {body} was at its full scale in {clipped} of "
+                f"{len(recording.t_s)} samples.",
+                meaning="A clipped rate is a lower bound; an axis or a scale factor from it would be wrong.",
+                next_step="Move slower than 500 deg/s and knock nothing against the frame, and run this "
+                "command again.",
+            )
         missing = int((~recording.imu_valid[:, body - 1]).sum())
         if missing:
             raise CalibrationError(
-                what=f"{missing} of {len(recording.t_s)} samples of the gyro on body {body} are invalid or clipped.",
+                what=f"{missing} of {len(recording.t_s)} samples of the gyro on body {body} are invalid.",
                 meaning="An axis fitted to the rest would be doubtful.",
-                next_step="Check the gyro with tfsat-host status, swing slower than 500 deg/s, and run this again.",
+                next_step="Check the gyro and its cable with tfsat-host status, and run this command again.",
             )

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.calibration.response import Response
+from tfsat_host.calibration.gyros.response import Response
 
 FloatArray = NDArray[np.float64]
 
@@ -46,32 +46,58 @@ class Mounting:
     degrees_of_freedom: int
 
 
-def solve_mounting(responses: Sequence[Response]) -> Mounting:
-    """The mounting that fits responses about two or three different body axes.
+@dataclass(frozen=True, eq=False)
+class Design:
+    """How a gyro is meant to sit: what holds where nothing was measured.
+
+    Attributes:
+        rotation: (3, 3) from sensor to body axes.
+        std_rad: Standard deviation of the true mounting about each axis.
+    """
+
+    rotation: FloatArray
+    std_rad: float
+
+
+def solve_mounting(responses: Sequence[Response], design: Design | None = None) -> Mounting:
+    """The mounting that fits responses about different body axes.
+
+    Args:
+        responses: About two or three axes; with `design` about any number of them.
+        design: Also weighs in, so that what no response tells keeps the design's uncertainty.
 
     Raises:
-        ValueError: they are about a single axis: the rotation about it stays unknown.
+        ValueError: without a design, responses about a single axis: the rotation about it stays unknown.
     """
-    axes = np.array([response.axis_body for response in responses])
-    if len(axes) < 2 or np.linalg.svd(axes, compute_uv=False)[1] < 0.1:
+    if spans_two_axes(responses):
+        rotation = wahba(responses)
+    elif design is not None:
+        rotation = design.rotation
+    else:
         raise ValueError("a mounting needs responses about two different axes")
-    rotation = _wahba(responses)
     scale = np.ones(3)
     for _ in range(_STEPS):
-        normal, right, _ = _linearized(responses, rotation, scale)
+        normal, right, _ = _linearized(responses, rotation, scale, design)
         step = np.linalg.solve(normal, right)
         rotation = rotation @ Rotation.from_rotvec(step[:3]).as_matrix()
         scale = scale + step[3:]
         if np.abs(step).max() < _CONVERGED:
             break
-    normal, _, misfit = _linearized(responses, rotation, scale)
+    normal, _, misfit = _linearized(responses, rotation, scale, design)
     numbers = sum(3 if response.has_length else 2 for response in responses)
+    known = 3 if design is None else 6
     return Mounting(
-        rotation, scale, np.asarray(np.linalg.inv(normal), dtype=np.float64), misfit, numbers + 3 - 6
+        rotation, scale, np.asarray(np.linalg.inv(normal), dtype=np.float64), misfit, numbers + known - 6
     )
 
 
-def _wahba(responses: Sequence[Response]) -> FloatArray:
+def spans_two_axes(responses: Sequence[Response]) -> bool:
+    """Whether the responses determine a rotation."""
+    axes = np.array([response.axis_body for response in responses])
+    return len(axes) >= 2 and bool(np.linalg.svd(axes, compute_uv=False)[1] > 0.1)
+
+
+def wahba(responses: Sequence[Response]) -> FloatArray:
     """The rotation that turns the readings' directions nearest to the axes."""
     attitude = sum(
         np.outer(response.axis_body, response.reading / np.linalg.norm(response.reading))
@@ -82,13 +108,18 @@ def _wahba(responses: Sequence[Response]) -> FloatArray:
 
 
 def _linearized(
-    responses: Sequence[Response], rotation: FloatArray, scale: FloatArray
+    responses: Sequence[Response], rotation: FloatArray, scale: FloatArray, design: Design | None
 ) -> tuple[FloatArray, FloatArray, float]:
     """Normal matrix (6, 6), right side (6,) and misfit about a rotation and scale factors."""
     normal, right = np.zeros((6, 6)), np.zeros(6)
     normal[3:, 3:] = np.eye(3) / SCALE_STD**2
     right[3:] = (1.0 - scale) / SCALE_STD**2
     misfit = float(((1.0 - scale) / SCALE_STD) @ ((1.0 - scale) / SCALE_STD))
+    if design is not None:
+        off = Rotation.from_matrix(rotation.T @ design.rotation).as_rotvec() / design.std_rad
+        normal[:3, :3] += np.eye(3) / design.std_rad**2
+        right[:3] += off / design.std_rad
+        misfit += float(off @ off)
     for response in responses:
         seen = rotation.T @ response.axis_body
         # M exp(d): the axis is then seen at seen + seen x d.

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.completeness import check_complete
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.recording import STANDARD_GRAVITY_M_S2, Recording
 from tfsat_host.calibration.statistics import mean_and_covariance
+from tfsat_host.calibration.steps.completeness import check_complete
+from tfsat_host.calibration.steps.recording import STANDARD_GRAVITY_M_S2, Recording
 
 FloatArray = NDArray[np.float64]
 
@@ -21,7 +21,10 @@ DRIFT_RAD_S = np.deg2rad(0.1)
 SHAKE_G = 0.05
 """An accelerometer that scatters more is carried or shaken."""
 GRAVITY_G = (0.85, 1.15)
-"""What a resting accelerometer reads: 1 g, with an MPU-6050's offset and scale (PS-MPU-6000A rev. 3.4, section 6.2)."""
+"""What a resting accelerometer reads: 1 g, with an MPU-6050's offset and scale (PS-MPU-6000A rev. 3.4,
+section 6.2)."""
+TILT_RAD = np.deg2rad(0.2)
+"""Gravity may turn in a body's axes by so much from the first third to the last: more, and the body turns slowly."""
 _AGAIN = "Let the robot rest on the bench without touching it, and run this command again."
 
 
@@ -33,6 +36,7 @@ class BiasEstimate:
         body: 1 to 4.
         bias_rad_s: (3,) sensor axes.
         covariance: (3, 3) of it, (rad/s)^2; noise that repeats itself through the low-pass is accounted for.
+        noise_rad_s: (3,) standard deviation of one sample.
         temperature_c: Mean of the die, for the bias moves with it.
         duration_s: How long it rested.
     """
@@ -40,6 +44,7 @@ class BiasEstimate:
     body: int
     bias_rad_s: FloatArray
     covariance: FloatArray
+    noise_rad_s: FloatArray
     temperature_c: float
     duration_s: float
 
@@ -63,12 +68,19 @@ def _estimate(still: Recording, body: int) -> BiasEstimate:
         body,
         bias,
         covariance,
+        rates.std(axis=0),
         float(still.temperature_c[:, body - 1].mean()),
         float(still.t_s[-1] - still.t_s[0]),
     )
 
 
 def _check_rates(rates: FloatArray, body: int) -> None:
+    if not np.ptp(rates, axis=0).any():
+        raise CalibrationError(
+            what=f"The gyro on body {body} gave the very same value in all {len(rates)} samples.",
+            meaning="A gyro always has noise: this one measures nothing.",
+            next_step="Switch the logger off and on; replace the IMU if tfsat-host monitor shows the same again.",
+        )
     scatter = float(rates.std(axis=0).max())
     if scatter > STILL_RATE_RAD_S:
         raise CalibrationError(
@@ -94,10 +106,19 @@ def _check_forces(forces_g: FloatArray, body: int) -> None:
             meaning="The bias would be wrong, and with it every angle.",
             next_step=_AGAIN,
         )
+    first, _, last = (third.mean(axis=0) for third in np.array_split(forces_g, 3))
+    tilt = float(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
+    if tilt > TILT_RAD:
+        raise CalibrationError(
+            what=f"Body {body} was tilted by {np.rad2deg(tilt):.1f} deg while its gyro was read.",
+            meaning="What it turned would be taken for bias.",
+            next_step=_AGAIN,
+        )
     size = float(np.linalg.norm(forces_g.mean(axis=0)))
     if not GRAVITY_G[0] <= size <= GRAVITY_G[1]:
         raise CalibrationError(
             what=f"The accelerometer on body {body} reads {size:.2f} g at rest, not 1 g.",
             meaning="The body does not rest, or its IMU is broken; its gyro is not to be trusted.",
-            next_step="Check the IMU with tfsat-host monitor; replace it if it stays so, and run this command again.",
+            next_step="Check the IMU with tfsat-host monitor; replace it if it stays so, and run this "
+            "command again.",
         )

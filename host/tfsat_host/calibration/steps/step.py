@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Literal
 
-from tfsat_host.calibration.patterns import MotionPattern, patterns_of_joint
+from tfsat_host.calibration.steps.patterns import MotionPattern, patterns_of_joint
 
 Axis = Literal["x", "y", "z"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")

@@ -18,6 +18,7 @@ from tfsat_host.calibration.statistics import few
 FloatArray = NDArray[np.float64]
 
 _BATCHES = 10
+EXPERIENCE = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,8 @@ def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatA
 
     The first right singular vector of the rates is the line nearest to them in the sense of total least squares. What
     crosses it is noise and the sway of the body that was held, both correlated in time: the scatter of the directions
-    of a tenth of the swings each gives the covariance.
+    of a tenth of the motion each gives the covariance. A tenth of the samples would not do: one in which the body
+    rests, before it is swung or after, points anywhere.
 
     Args:
         rate_rad_s: (n, 3) rates in sensor axes, free of bias.
@@ -52,7 +54,9 @@ def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatA
     line = _line(rate_rad_s)
     sign = np.sign((rate_rad_s @ line) @ along_rad_s) or 1.0
     axis = sign * line
-    lines = np.array([_line(part) for part in np.array_split(rate_rad_s, _BATCHES)])
+    done = np.cumsum((rate_rad_s**2).sum(axis=1))
+    ends = np.searchsorted(done, done[-1] * np.arange(1, _BATCHES) / _BATCHES)
+    lines = np.array([_line(part) for part in np.split(rate_rad_s, ends) if len(part)])
     lines *= np.sign(lines @ axis)[:, None]
     return Response(
         axis_body, axis, _across(axis, few(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES), False
@@ -67,17 +71,24 @@ def with_length(response: Response, length: float, std: float) -> Response:
 
 
 def length_between_rests(
-    t_s: FloatArray, along_rad_s: FloatArray, rests: list[slice], angles_rad: FloatArray
+    t_s: FloatArray,
+    along_rad_s: FloatArray,
+    rests: list[slice],
+    angles_rad: FloatArray,
+    expected_rad: float = 0.0,
 ) -> tuple[float, float]:
     """The integral of a rate for each radian that was turned, from rest to rest, and its standard deviation.
 
-    Each sweep lies between two rests. The rests tell the bias that is left, too.
+    Each sweep lies between two rests. The rests tell the bias that is left, too. What is off at one rest, such as an
+    edge that was not laid on quite straight, is taken as independent of the other rests.
 
     Args:
         t_s: (n,) times.
         along_rad_s: (n,) the gyro's rate along its own direction, bias taken off.
         rests: k + 1 stretches in which nothing moved, in order of time.
-        angles_rad: (k + 1,) by the absolute sensor, in each rest.
+        angles_rad: (k + 1,) as known, in each rest.
+        expected_rad: Standard deviation of an angle, as experience has it; counts as much as EXPERIENCE rests, for
+            the scatter of a few rests is small by chance now and then. 0: none.
 
     Raises:
         ValueError: there are fewer than five sweeps: their scatter would say nothing.
@@ -88,11 +99,15 @@ def length_between_rests(
     turned = np.concatenate([[0.0], np.cumsum(steps)])
     means = np.array([turned[rest].mean() for rest in rests])
     times = np.array([t_s[rest].mean() for rest in rests])
-    columns = np.column_stack([np.diff(angles_rad), np.diff(times)])
-    solution, *_ = np.linalg.lstsq(columns, np.diff(means), rcond=None)
-    left = np.diff(means) - columns @ solution
-    freedom = len(left) - 2
-    covariance = few(freedom) * float(left @ left) / freedom * np.linalg.inv(columns.T @ columns)
+    columns = np.column_stack([angles_rad, times - times.mean(), np.ones(len(rests))])
+    solution, *_ = np.linalg.lstsq(columns, means, rcond=None)
+    left = means - columns @ solution
+    freedom = len(left) - 3
+    squares = float(left @ left)
+    if expected_rad > 0.0:
+        freedom += EXPERIENCE
+        squares += EXPERIENCE * (float(solution[0]) * expected_rad) ** 2
+    covariance = few(freedom) * squares / freedom * np.linalg.inv(columns.T @ columns)
     return float(solution[0]), float(np.sqrt(covariance[0, 0]))
 
 

@@ -1,0 +1,225 @@
+"""The calibration of one robot in one campaign: values, uncertainties, papers, and how long each holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+
+from tfsat_host import __version__
+from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.protocol.limits import PROTOCOL_HASH
+
+AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
+"""Two orthogonal axes on every body (paper, tab. misal)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What a calibration is of: only evidence of the same subject goes into one.
+
+    Attributes:
+        robot: Name in the robot file.
+        logger_serial: Of the board that the sensors hang on, hexadecimal.
+        who_am_i: Register 0x75 of IMUs 1 to 4, hexadecimal.
+        emulated: It is no real robot.
+    """
+
+    robot: str
+    logger_serial: str
+    who_am_i: str
+    emulated: bool
+
+    def describe(self) -> str:
+        """For people."""
+        kind = "the emulated logger" if self.emulated else "logger"
+        return f"{self.robot} on {kind} {self.logger_serial or 'without a serial number'}"
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """One recording that a calibration rests on.
+
+    Attributes:
+        step: Key of the step.
+        taken: When it was begun.
+        file: Its name in the folder beside the certificate.
+        sha256: Of its bytes, hexadecimal.
+    """
+
+    step: str
+    taken: datetime
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Landing:
+    """A fall that ended.
+
+    Attributes:
+        at: When.
+        told_by: Who says so, such as `recording 1a2b3c4d`.
+    """
+
+    at: datetime
+    told_by: str
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """All that is known of one robot's sensors and servos.
+
+    Attributes:
+        subject: Whose.
+        gyros: Of bodies 1 to 4.
+        joints: Sensors of joints 1 to 3.
+        servo_maps: Of the joints whose servo was measured, by joint.
+        servo_taken: When, in the same order.
+        papers: The recordings, in order of time.
+        landings: In order of time.
+        written: When the certificate was computed.
+        tool_version, protocol_hash: Of the program that computed it.
+    """
+
+    subject: Subject
+    gyros: tuple[GyroCalibration, ...]
+    joints: tuple[JointSensors, ...]
+    servo_maps: tuple[ServoMap, ...]
+    servo_taken: tuple[datetime, ...]
+    papers: tuple[Paper, ...]
+    landings: tuple[Landing, ...]
+    written: datetime
+    tool_version: str = __version__
+    protocol_hash: str = field(default_factory=PROTOCOL_HASH.hex)
+
+    @property
+    def last_landing(self) -> datetime | None:
+        """When the robot last hit the ground, as far as is known."""
+        return self.landings[-1].at if self.landings else None
+
+    def shortcomings(self, before: datetime | None = None) -> tuple[Shortcoming, ...]:
+        """What is missing for a drop, or was measured before a landing.
+
+        Args:
+            before: Only landings before this count: those that a recording of that time could know.
+        """
+        landings = [landing.at for landing in self.landings if before is None or landing.at < before]
+        last = max(landings, default=None)
+        return tuple(
+            Shortcoming(
+                quantity.name,
+                quantity.command,
+                "missing" if quantity.taken is None else "stale",
+                quantity.taken,
+            )
+            for quantity in quantities(self)
+            if quantity.taken is None
+            or (quantity.ends_at_landing and last is not None and quantity.taken <= last)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One thing that a drop needs to be calibrated.
+
+    Attributes:
+        name: For people, such as `bias of body 1`.
+        taken: When; None: not yet.
+        ends_at_landing: A landing may change it.
+        command: What measures it.
+    """
+
+    name: str
+    taken: datetime | None
+    ends_at_landing: bool
+    command: str
+
+
+@dataclass(frozen=True, slots=True)
+class Shortcoming:
+    """A quantity that a drop cannot rely on.
+
+    Attributes:
+        name: Of the quantity.
+        command: What measures it.
+        reason: `missing`, or `stale`: older than the last landing.
+        taken: When it was measured, if ever.
+    """
+
+    name: str
+    command: str
+    reason: str
+    taken: datetime | None
+
+
+def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
+    """Everything that a drop needs, in the order in which it is measured.
+
+    A landing ends what it may change: biases, zero points, mountings, and how a servo's horn sits. A gyro's scale
+    factor is a property of its silicon, which survives 10,000 g (PS-MPU-6000A rev. 3.4, section 6.9).
+    """
+    taken = {
+        one.joint: when for one, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
+    }
+    return (
+        *(Quantity(f"bias of body {gyro.body}", gyro.bias_taken, True, "bias") for gyro in calibration.gyros),
+        *(
+            Quantity(f"zero point of joint {one.joint}", one.zero_taken, True, f"zero --joint {one.joint}")
+            for one in calibration.joints
+        ),
+        *(_misalignment(gyro, axis) for gyro in calibration.gyros for axis in AXES_OF_BODIES[gyro.body]),
+        *(_scale(gyro, axis) for gyro in calibration.gyros for axis in "xyz"),
+        *(
+            Quantity(f"servo of joint {one.joint}", taken.get(one.joint), True, f"servo --joint {one.joint}")
+            for one in calibration.joints
+        ),
+    )
+
+
+def _misalignment(gyro: GyroCalibration, axis: str) -> Quantity:
+    return Quantity(
+        f"misalignment of body {gyro.body} about {axis}",
+        gyro.axes_taken if axis in gyro.axes else None,
+        True,
+        f"misalignment --joint {_joint_about(gyro.body, axis)}",
+    )
+
+
+def _scale(gyro: GyroCalibration, axis: str) -> Quantity:
+    command = "scale --turn z 360" if axis == "z" else f"scale --joint {_joint_about(gyro.body, axis)}"
+    taken = gyro.scale_taken if axis in gyro.scaled else None
+    return Quantity(f"scale factor {axis} of body {gyro.body}", taken, False, command)
+
+
+def _joint_about(body: int, axis: str) -> int:
+    """The joint whose patterns move the body about that axis (paper, tab. misal)."""
+    if axis == "y":
+        return 2
+    return 3 if body == 4 else 1
+
+
+def with_landing(calibration: Calibration, landing: Landing) -> Calibration:
+    """The same with one more landing; one that is known already, to two minutes, is not added again."""
+    if any(abs((known.at - landing.at).total_seconds()) < 120.0 for known in calibration.landings):
+        return calibration
+    landings = sorted((*calibration.landings, landing), key=lambda one: one.at)
+    return replace(calibration, landings=tuple(landings))
+
+
+def commands_of(shortcomings: Iterable[Shortcoming]) -> tuple[str, ...]:
+    """What to type, each once, in order."""
+    return tuple(dict.fromkeys(f"tfsat-host calibrate {one.command}" for one in shortcomings))
+
+
+def summarized(shortcomings: Sequence[Shortcoming]) -> str:
+    """In a few words; empty where there are none."""
+    parts = []
+    for reason, words in (("missing", "not calibrated"), ("stale", "older than the last landing")):
+        names = [one.name for one in shortcomings if one.reason == reason]
+        if names:
+            shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            parts.append(f"{words}: {shown}")
+    return "; ".join(parts)

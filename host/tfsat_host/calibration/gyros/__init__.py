@@ -1,0 +1,1 @@
+"""Bias, mounting and scale factors of a gyro, from what it reads of known motions."""

@@ -1,0 +1,1 @@
+"""Zero points and bend of a joint's two absolute angle sensors."""

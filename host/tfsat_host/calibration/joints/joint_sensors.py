@@ -1,0 +1,119 @@
+"""The two absolute angle sensors of a joint: their zero points, their bend, and the joint's angle from both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.robot import RobotModel
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class JointSensors:
+    """What the two sensors of a joint show: zero + direction * joint angle + bend, modulo a turn.
+
+    Attributes:
+        joint: 1 to 3.
+        direction: (2,) +1 or -1.
+        zero_rad: (2,) shown at joint angle zero.
+        zero_covariance: (2, 2).
+        bend: (2, 4) coefficients of sin, cos, sin 2, cos 2 of the angle shown, less their value at zero; rad.
+        bend_covariance: (8, 8) of both, rad^2.
+        noise_rad: (2,) standard deviation of one sample about its mean; NaN where none rested.
+        zero_taken, bend_taken: When each was recorded; None: not yet, the zero is by design.
+    """
+
+    joint: int
+    direction: FloatArray
+    zero_rad: FloatArray
+    zero_covariance: FloatArray
+    bend: FloatArray
+    bend_covariance: FloatArray
+    noise_rad: FloatArray
+    zero_taken: datetime | None
+    bend_taken: datetime | None
+
+    def each(self, shown_rad: FloatArray) -> FloatArray:
+        """(n, 2) joint angle by each sensor, of what both show (n, 2); within half a turn of zero."""
+        columns = [
+            self.direction[k]
+            * wrapped(shown_rad[:, k] - self.zero_rad[k] - self._curve(k, shown_rad[:, k]) @ self.bend[k])
+            for k in range(2)
+        ]
+        return np.column_stack(columns)
+
+    def angle(self, shown_rad: FloatArray) -> FloatArray:
+        """(n,) joint angle, the mean of both sensors."""
+        return np.asarray(self.each(shown_rad).mean(axis=1))
+
+    def angle_variance(self, shown_rad: FloatArray) -> FloatArray:
+        """(n,) variance of that from zero points, bend and one sample's noise, rad^2."""
+        curves = np.concatenate(
+            [-0.5 * self.direction[k] * self._curve(k, shown_rad[:, k]) for k in range(2)], axis=1
+        )
+        half = -0.5 * self.direction
+        systematic = float(half @ self.zero_covariance @ half)
+        bend = np.einsum("ni,ij,nj->n", curves, self.bend_covariance, curves)
+        noise = 0.25 * float(np.nansum(self.noise_rad**2))
+        return np.asarray(systematic + bend + noise)
+
+    def _curve(self, sensor: int, shown_rad: FloatArray) -> FloatArray:
+        return harmonics(shown_rad) - harmonics(self.zero_rad[sensor : sensor + 1])
+
+
+def harmonics(shown_rad: FloatArray) -> FloatArray:
+    """(n, 4) sin, cos, sin 2, cos 2 of the angle shown: what an eccentric or tilted magnet adds."""
+    return np.column_stack(
+        [np.sin(shown_rad), np.cos(shown_rad), np.sin(2 * shown_rad), np.cos(2 * shown_rad)]
+    )
+
+
+def wrapped(angle_rad: FloatArray) -> FloatArray:
+    """Within half a turn of zero."""
+    return np.asarray(np.mod(angle_rad + np.pi, 2 * np.pi) - np.pi)
+
+
+def sensor_columns(model: RobotModel, joint: int) -> list[int]:
+    """Where in the log the two sensors of a joint (1 to 3) stand."""
+    return [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint - 1]
+
+
+def sensors_by_design(model: RobotModel, joint: int) -> JointSensors:
+    """What is known of a joint's sensors before anything is measured: a zero anywhere, as the file says."""
+    sensors = [model.angle_sensors[i] for i in sensor_columns(model, joint)]
+    return JointSensors(
+        joint,
+        np.array([float(sensor.direction) for sensor in sensors]),
+        np.array([sensor.zero_offset_rad for sensor in sensors]),
+        np.diag([np.pi**2 / 3.0] * 2),
+        np.zeros((2, 4)),
+        np.diag(np.repeat([sensor.nonlinearity_rad**2 for sensor in sensors], 4)),
+        np.full(2, np.nan),
+        None,
+        None,
+    )
+
+
+def joint_angles(
+    sensor_angle_rad: FloatArray, joints: Sequence[JointSensors], model: RobotModel
+) -> FloatArray:
+    """(n, n_joints) of all angle sensors (n, sensors), rad.
+
+    A joint without a calibrated zero counts from where the recording begins: every step begins with closed joints.
+    """
+    angles = []
+    for sensors in joints:
+        shown = sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
+        # Each by itself: without a zero one may wrap where the other does not, and their mean jumps by half a turn.
+        angle = np.unwrap(sensors.each(shown), axis=0).mean(axis=1)
+        if sensors.zero_taken is None:
+            start = max(1, len(angle) // 50)
+            angle = angle - angle[:start].mean()
+        angles.append(angle)
+    return np.column_stack(angles)

@@ -1,0 +1,241 @@
+"""Scale factors and the bend of the angle sensors, from sweeps of a joint between rests: both fitted at once.
+
+Between rests the integral of a gyro, T, and the angles s by the joint's two sensors (freed of their directions) obey
+
+    s1 = g T + b t + c1 + h(shown1) a1,    s2 = g T + b t + c2 + h(shown2) a2
+
+with g the inverse of the gyro's response, b t what is left of its bias, and a the amplitudes of the first two
+harmonics h of a sensor's error. A sensor's bend over the joint's range cannot be told wholly from a scale factor, so
+the amplitudes have the robot file's `nonlinearity_deg` as their prior; what remains doubtful is in the covariance.
+The mean and the half difference of both sensors are fitted instead of each: what sways is common to both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.gyros.response import Response
+from tfsat_host.calibration.joints.joint_sensors import harmonics
+from tfsat_host.calibration.statistics import few
+from tfsat_host.calibration.steps.rests import find_rests
+from tfsat_host.calibration.steps.view import MotionView
+
+FloatArray = NDArray[np.float64]
+
+LEAST_RESTS = 6
+MOST_ONE_WAY = 0.95
+"""Correlation of angle with time: beyond it what is left of the bias cannot be told from the scale factor."""
+MOST_BEND_SIGMAS = 4.5
+"""Of a sensor's four amplitudes together: beyond it lie 0.05 % of the sensors that are as the robot file says."""
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Rests:
+    """One gyro over one sweep, at k rests.
+
+    Attributes:
+        body: 1 to 4.
+        turned: (k,) integral of the reading along its direction, as the joint opens.
+        time_s: (k,) about their mean.
+        by_sensor_rad: (k, 2) joint angle by each sensor, directions taken off.
+        curves: (k, 2, 4) harmonics of what each shows, times its direction.
+        weight: Of its mean equations: gyros of one sweep share the sensors' errors.
+    """
+
+    body: int
+    turned: FloatArray
+    time_s: FloatArray
+    by_sensor_rad: FloatArray
+    curves: FloatArray
+    weight: float
+
+
+@dataclass(frozen=True, eq=False)
+class SweepFit:
+    """Of one joint.
+
+    Attributes:
+        joint: 1 to 3.
+        lengths: Body to (length of its response, standard deviation), reading per rate.
+        bend: (2, 4) amplitudes, rad.
+        bend_covariance: (8, 8).
+        residual_rad: (2,) rms of mean and half difference.
+    """
+
+    joint: int
+    lengths: dict[int, tuple[float, float]]
+    bend: FloatArray
+    bend_covariance: FloatArray
+    residual_rad: FloatArray
+
+
+def rests_of_sweep(view: MotionView, body: int, response: Response) -> Rests:
+    """What one gyro and the sensors say at the rests of a sweep.
+
+    Raises:
+        CalibrationError: there are too few rests.
+    """
+    recording = view.recording
+    along = view.sense(body) * view.readings(body) @ (response.reading / np.linalg.norm(response.reading))
+    rests = find_rests(recording.t_s, along)
+    if len(rests) < LEAST_RESTS:
+        raise CalibrationError(
+            what=f"The sweep of joint {view.pattern.joint} has {len(rests)} rests; at least {LEAST_RESTS} "
+            f"are needed.",
+            meaning="Only from rest to rest does a gyro's filter not falsify the scale factor.",
+            next_step="Move the joint to 30, 60, 90 deg and back, resting a second at each, and run this "
+            "command again.",
+        )
+    steps = 0.5 * (along[1:] + along[:-1]) * np.diff(recording.t_s)
+    turned = np.concatenate([[0.0], np.cumsum(steps)])
+    shown = np.unwrap(view.sensors_shown(), axis=0)
+    direction = view.joints[view.pattern.joint - 1].direction
+    times = _means(recording.t_s, rests)
+    _check_both_ways(_means(turned, rests), times, view.pattern.joint)
+    at_rests = np.array([shown[rest].mean(axis=0) for rest in rests])
+    curves = np.stack([direction[k] * harmonics(at_rests[:, k]) for k in range(2)], axis=1)
+    return Rests(
+        body,
+        _means(turned, rests),
+        times - times.mean(),
+        direction * at_rests,
+        curves,
+        1.0 / len(view.pattern.moved),
+    )
+
+
+def _check_both_ways(turned_rad: FloatArray, times_s: FloatArray, joint: int) -> None:
+    if abs(np.corrcoef(turned_rad, times_s)[0, 1]) > MOST_ONE_WAY:
+        raise CalibrationError(
+            what=f"The sweep of joint {joint} went one way only.",
+            meaning="A drift of the gyro's bias would be taken for a scale factor.",
+            next_step="Move the joint to 30, 60, 90 deg and back in the same steps, resting a second at each, and "
+            "run this command again.",
+        )
+
+
+def _means(values: FloatArray, rests: Sequence[slice]) -> FloatArray:
+    return np.array([values[rest].mean() for rest in rests])
+
+
+def fit_sweeps(
+    joint: int,
+    sweeps: Sequence[Rests],
+    nonlinearity_rad: FloatArray,
+    known: Sequence[tuple[float, float] | None],
+) -> SweepFit:
+    """Lengths of the responses and the sensors' bend.
+
+    Args:
+        joint: 1 to 3.
+        sweeps: Of one or several gyros; a body may come in one sweep only.
+        nonlinearity_rad: (2,) standard deviation of each amplitude of each sensor.
+        known: For each of `sweeps` the length that a turn by hand has told with its deviation, or None.
+
+    Raises:
+        CalibrationError: the sensors bend much more than the robot file says.
+    """
+    design, target, rows_of_mean, weights = _equations(sweeps)
+    prior, prior_target = _priors(len(sweeps), nonlinearity_rad, known, design.shape[1])
+    solution, covariance, deviations = _fitted(design, target, rows_of_mean, weights, prior, prior_target)
+    return _unpacked(joint, sweeps, solution, covariance, nonlinearity_rad, deviations)
+
+
+def _fitted(
+    design: FloatArray,
+    target: FloatArray,
+    rows_of_mean: NDArray[np.bool_],
+    weights: FloatArray,
+    prior: FloatArray,
+    prior_target: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Solution, its covariance, and the deviation of each class of equations, estimated along with it."""
+    solution, covariance, freedom = np.zeros(len(prior)), prior, np.zeros(2)
+    deviations = np.full(2, np.deg2rad(0.05))
+    for _ in range(_ROUNDS):
+        std = np.where(rows_of_mean, deviations[0], deviations[1]) / np.sqrt(weights)
+        scaled = design / std[:, None]
+        covariance = np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
+        solution = covariance @ (scaled.T @ (target / std) + prior_target)
+        left = target - design @ solution
+        # Each equation takes its leverage off its own class's degrees of freedom.
+        leverage = np.einsum("ni,ij,nj->n", scaled, covariance, scaled)
+        classes = (rows_of_mean, ~rows_of_mean)
+        freedom = np.array([max(3.0, float((1.0 - leverage[rows]).sum())) for rows in classes])
+        squares = np.array([float((weights * left**2)[rows].sum()) for rows in classes])
+        deviations = np.sqrt(squares / freedom)
+    return solution, covariance * few(max(3, round(float(freedom[0])))), deviations
+
+
+def _equations(
+    sweeps: Sequence[Rests],
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], FloatArray]:
+    """Rows of mean and half difference.
+
+    Unknown are for each sweep g, b, c, e (offset of the difference), then 8 amplitudes.
+    """
+    n = 4 * len(sweeps) + 8
+    rows, targets, is_mean, weights = [], [], [], []
+    for index, sweep in enumerate(sweeps):
+        k = len(sweep.turned)
+        mean, half = np.zeros((k, n)), np.zeros((k, n))
+        mean[:, 4 * index : 4 * index + 3] = np.column_stack([sweep.turned, sweep.time_s, np.ones(k)])
+        half[:, 4 * index + 3] = 1.0
+        first, second = 0.5 * sweep.curves[:, 0], 0.5 * sweep.curves[:, 1]
+        mean[:, -8:] = np.hstack([first, second])
+        half[:, -8:] = np.hstack([first, -second])
+        rows += [mean, half]
+        targets += [
+            sweep.by_sensor_rad.mean(axis=1),
+            0.5 * (sweep.by_sensor_rad[:, 0] - sweep.by_sensor_rad[:, 1]),
+        ]
+        is_mean += [np.ones(k, dtype=bool), np.zeros(k, dtype=bool)]
+        weights += [np.full(2 * k, sweep.weight)]
+    return np.vstack(rows), np.concatenate(targets), np.concatenate(is_mean), np.concatenate(weights)
+
+
+def _priors(
+    n_sweeps: int, nonlinearity_rad: FloatArray, known: Sequence[tuple[float, float] | None], n: int
+) -> tuple[FloatArray, FloatArray]:
+    normal, right = np.zeros((n, n)), np.zeros(n)
+    normal[-8:, -8:] = np.diag(1.0 / np.repeat(nonlinearity_rad, 4) ** 2)
+    for index, length in enumerate(known[:n_sweeps]):
+        if length is not None:
+            g, std = 1.0 / length[0], length[1] / length[0] ** 2
+            normal[4 * index, 4 * index] += 1.0 / std**2
+            right[4 * index] += g / std**2
+    return normal, right
+
+
+def _unpacked(
+    joint: int,
+    sweeps: Sequence[Rests],
+    solution: FloatArray,
+    covariance: FloatArray,
+    nonlinearity_rad: FloatArray,
+    deviations: FloatArray,
+) -> SweepFit:
+    amplitudes = solution[-8:]
+    # All four of a sensor together: over a joint's range they are seldom told from each other.
+    bends = np.linalg.norm(amplitudes.reshape(2, 4), axis=1)
+    sigmas = bends / nonlinearity_rad
+    if sigmas.max() > MOST_BEND_SIGMAS:
+        worst = int(np.argmax(sigmas))
+        raise CalibrationError(
+            what=f"Angle sensor {worst + 1} of joint {joint} bends by at least {np.rad2deg(bends[worst]):.2f} deg, "
+            f"{sigmas[worst]:.0f} times what the robot file says of it.",
+            meaning="A scale factor that is measured against it would be as wrong.",
+            next_step="Adjust its magnet, or state nonlinearity_deg in the robot file as its data sheet does "
+            "and turn the robot by hand as well: tfsat-host calibrate scale --turn x 360",
+        )
+    lengths = {}
+    for index, sweep in enumerate(sweeps):
+        g, std = solution[4 * index], np.sqrt(covariance[4 * index, 4 * index])
+        lengths[sweep.body] = (float(1.0 / g), float(std / g**2))
+    return SweepFit(joint, lengths, amplitudes.reshape(2, 4), covariance[-8:, -8:], deviations)

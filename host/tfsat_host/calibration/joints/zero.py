@@ -1,0 +1,120 @@
+"""What a joint's angle sensors show while the holding attachment keeps it at zero (paper, fig. jattach)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensor_columns, wrapped
+from tfsat_host.calibration.statistics import mean_and_covariance
+from tfsat_host.calibration.steps.angle_checks import check_answers
+from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.robot import RobotModel
+
+FloatArray = NDArray[np.float64]
+
+MOST_MOTION_RAD = np.deg2rad(0.5)
+"""A sensor that scatters or drifts by more is not held."""
+MOST_DISAGREEMENT_RAD = np.deg2rad(2.0)
+"""Between two sensors of a joint, from one calibration to the next: more, and one has slipped on its axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class ZeroEstimate:
+    """The zero points of a joint's two sensors.
+
+    Attributes:
+        joint: 1 to 3.
+        zero_rad: (2,) circular means, within half a turn of zero.
+        covariance: (2, 2): noise by batch means, and what is left of the steps of the converter.
+        noise_rad: (2,) standard deviation of one sample.
+        disagreement_rad: What the first sensor says of the joint's angle, less what the second says, by the
+            zero points that were known before.
+    """
+
+    joint: int
+    zero_rad: FloatArray
+    covariance: FloatArray
+    noise_rad: FloatArray
+    disagreement_rad: float
+
+
+def estimate_zero(
+    held: Recording, valid: NDArray[np.bool_], before: JointSensors, model: RobotModel
+) -> ZeroEstimate:
+    """The zero points of one joint.
+
+    Args:
+        held: A recording in which the attachment was on.
+        valid: (n, 6) samples at which an angle sensor answered.
+        before: What was known; where its zero was measured the two sensors must agree by it.
+        model: For the sensors' places in the log.
+
+    Raises:
+        CalibrationError: a sensor is silent, moves, or has slipped against the other.
+    """
+    columns = sensor_columns(model, before.joint)
+    check_answers(valid[:, columns], before.joint, most_silent=0.01)
+    shown = held.sensor_angle_rad[:, columns]
+    centre = np.angle(np.exp(1j * shown).mean(axis=0))
+    # About its circular mean a sensor's angle has no wrap: a mean of what is left is a mean.
+    left = wrapped(shown - centre)
+    _check_still(left, before.joint)
+    mean, covariance = mean_and_covariance(left)
+    noise = left.std(axis=0)
+    steps = _step_deviation(noise, held.angle_step_rad)
+    zero = wrapped(centre + mean)
+    by_each = before.each(zero[None, :])[0]
+    disagreement = float(wrapped(np.array([by_each[0] - by_each[1]]))[0])
+    if before.zero_taken is not None:
+        _check_slip(disagreement, by_each, before.joint)
+    return ZeroEstimate(before.joint, zero, covariance + np.diag(steps**2), noise, disagreement)
+
+
+def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken: datetime) -> JointSensors:
+    """The same sensors with a new zero."""
+    return replace(
+        sensors,
+        zero_rad=zero.zero_rad,
+        zero_covariance=zero.covariance,
+        noise_rad=zero.noise_rad,
+        zero_taken=taken,
+    )
+
+
+def _step_deviation(noise_rad: FloatArray, step_rad: float) -> FloatArray:
+    """What the converter's steps leave of a mean: noise of a step's size averages them out, none does not.
+
+    The first harmonic of the error of quantisation, which normal noise damps (Gray and Neuhoff 1998, sec. III).
+    """
+    damped = np.exp(-2.0 * (np.pi * noise_rad / step_rad) ** 2)
+    return np.asarray(step_rad / (np.pi * np.sqrt(2.0)) * damped)
+
+
+def _check_still(left_rad: FloatArray, joint: int) -> None:
+    thirds = [part.mean(axis=0) for part in np.array_split(left_rad, 3)]
+    motion = max(float(left_rad.std(axis=0).max()), float(np.ptp(thirds, axis=0).max()))
+    if motion > MOST_MOTION_RAD:
+        raise CalibrationError(
+            what=f"Joint {joint} moved by {np.rad2deg(motion):.2f} deg while its zero was read.",
+            meaning="The attachment does not hold it; a zero taken now would be wrong, and every joint "
+            "angle with it.",
+            next_step="Put the attachment on and screw it down, and run this command again.",
+        )
+
+
+def _check_slip(disagreement_rad: float, by_each_rad: FloatArray, joint: int) -> None:
+    if abs(disagreement_rad) > MOST_DISAGREEMENT_RAD:
+        first, second = np.rad2deg(by_each_rad)
+        raise CalibrationError(
+            what=f"The two sensors of joint {joint} disagree by {np.rad2deg(abs(disagreement_rad)):.1f} "
+            f"deg: by the zero "
+            f"points of the last calibration they stand at {first:+.1f} and {second:+.1f} deg.",
+            meaning="One of them has slipped on the joint's axis since, and may slip again in the drop.",
+            next_step="Fasten the one that is farther from 0, then start its zero anew with "
+            f"tfsat-host calibrate zero --joint {joint} --anew",
+        )

@@ -1,0 +1,100 @@
+"""Raw counts of all sensors, live or from a recording: what is kept, and what a calibration is applied to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
+from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+from tfsat_host.sdlog import DropLog
+
+_ANGLE_VALID_BIT = 4
+_CLIPPED_BIT = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """What a count stands for.
+
+    Attributes:
+        rate_hz: Sampling rate as commanded.
+        gyro_lsb_per_deg_s: Of all gyros.
+        accel_lsb_per_g: Of all accelerometers.
+        angle_counts_per_turn: Of all angle sensors.
+    """
+
+    rate_hz: float
+    gyro_lsb_per_deg_s: float
+    accel_lsb_per_g: float
+    angle_counts_per_turn: int
+
+
+@dataclass(frozen=True, eq=False)
+class Counts:
+    """n samples as the sensors gave them.
+
+    Attributes:
+        t_us: (n,) int64, the logger's clock since power-up.
+        imu_counts: (n, 4, 7) int16, per body accelerometer x y z, temperature, gyro x y z.
+        angle_counts: (n, 6) uint16.
+        imu_valid: (n, 4) bool, the IMU answered and was not frozen.
+        angle_valid: (n, 6) bool.
+        clipped: (n, 4) bool, a value of the IMU is at its full scale.
+        samples_lost: Samples that the logger took and that are not here.
+        scales: What a count stands for.
+    """
+
+    t_us: NDArray[np.int64]
+    imu_counts: NDArray[np.int16]
+    angle_counts: NDArray[np.uint16]
+    imu_valid: NDArray[np.bool_]
+    angle_valid: NDArray[np.bool_]
+    clipped: NDArray[np.bool_]
+    samples_lost: int
+    scales: Scales
+
+    @classmethod
+    def from_live(cls, samples: Sequence[LiveSampleStream], reply: LiveReply) -> Counts:
+        """Of live samples, at least one, with the scales that the logger named."""
+        flags = np.array([sample.sample.flags for sample in samples])
+        imus = [[(*imu.accel, imu.temperature, *imu.gyro) for imu in sample.sample.imu] for sample in samples]
+        return cls(
+            t_us=np.array([sample.time_us for sample in samples], dtype=np.int64),
+            imu_counts=np.array(imus, dtype=np.int16),
+            angle_counts=np.array([sample.sample.angle for sample in samples], dtype=np.uint16),
+            imu_valid=_bits(flags, 0, IMU_COUNT),
+            angle_valid=_bits(flags, _ANGLE_VALID_BIT, ANGLE_SENSOR_COUNT),
+            clipped=_bits(flags, _CLIPPED_BIT, IMU_COUNT),
+            samples_lost=samples[-1].index - samples[0].index + 1 - len(samples),
+            scales=Scales(
+                reply.rate_hz, reply.gyro_lsb_per_deg_s, reply.accel_lsb_per_g, reply.angle_counts_per_turn
+            ),
+        )
+
+    @classmethod
+    def from_log(cls, log: DropLog) -> Counts:
+        """Of a decoded recording."""
+        header = log.header
+        return cls(
+            log.t_us,
+            log.imu_counts,
+            log.angle_counts,
+            log.imu_valid,
+            log.angle_valid,
+            log.clipped,
+            log.samples_lost,
+            Scales(
+                header.rate_hz,
+                header.gyro_lsb_per_deg_s,
+                header.accel_lsb_per_g,
+                header.angle_counts_per_turn,
+            ),
+        )
+
+
+def _bits(flags: NDArray[np.int_], first: int, count: int) -> NDArray[np.bool_]:
+    return np.asarray(flags[:, None] >> np.arange(first, first + count) & 1 > 0)

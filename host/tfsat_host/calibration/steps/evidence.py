@@ -1,0 +1,163 @@
+"""A recorded step with its papers: what a calibration is computed from, and what is kept of it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from tfsat_host import __version__
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.steps.counts import Counts, Scales
+from tfsat_host.calibration.steps.step import Step, StepKind
+from tfsat_host.protocol.limits import PROTOCOL_HASH
+
+FORMAT = 1
+_COLUMNS = ("t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid", "clipped")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Whose sensors they are.
+
+    Attributes:
+        logger_serial: Of the board that they hang on, hexadecimal.
+        who_am_i: Register 0x75 of IMUs 1 to 4, hexadecimal.
+        emulated: They are no real robot's.
+        firmware: The logger's version.
+        image_crc: Of its image, 8 hexadecimal digits.
+    """
+
+    logger_serial: str
+    who_am_i: str
+    emulated: bool
+    firmware: str
+    image_crc: str
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """A servo held at a commanded angle, on the logger's clock.
+
+    Attributes:
+        pulse_us: What it was told.
+        direction: +1 or -1: the way by which the joint came there.
+        from_us, to_us: In between it stood still.
+    """
+
+    pulse_us: float
+    direction: int
+    from_us: int
+    to_us: int
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """One recorded step.
+
+    Attributes:
+        step: What was done.
+        counts: What the sensors gave.
+        taken: When it was begun, with its time zone.
+        origin: Whose sensors.
+        tool_version, protocol_hash: Of the program that recorded it.
+        visits: Of a servo step.
+        servo_setting: Of a servo step: zero_us, ns_per_deg, reversed of the joint on the board at that time.
+    """
+
+    step: Step
+    counts: Counts
+    taken: datetime
+    origin: Origin
+    tool_version: str = __version__
+    protocol_hash: str = PROTOCOL_HASH.hex()
+    visits: tuple[Visit, ...] = ()
+    servo_setting: tuple[int, int, int] | None = None
+
+
+def file_name(evidence: Evidence) -> str:
+    """Sorts by purpose, then by time."""
+    return f"{evidence.step.key}-{evidence.taken:%Y%m%dT%H%M%S}.npz"
+
+
+def to_bytes(evidence: Evidence) -> bytes:
+    """A compressed NPZ archive; the same evidence gives the same bytes."""
+    papers = {
+        "format": FORMAT,
+        "step": asdict(evidence.step),
+        "taken": evidence.taken.isoformat(),
+        "origin": asdict(evidence.origin),
+        "scales": asdict(evidence.counts.scales),
+        "samples_lost": evidence.counts.samples_lost,
+        "tool_version": evidence.tool_version,
+        "protocol_hash": evidence.protocol_hash,
+        "visits": [asdict(visit) for visit in evidence.visits],
+        "servo_setting": evidence.servo_setting,
+    }
+    columns: dict[str, Any] = {name: getattr(evidence.counts, name) for name in _COLUMNS}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, papers=np.array(json.dumps(papers)), **columns)
+    return buffer.getvalue()
+
+
+def from_bytes(data: bytes, *, source: str) -> Evidence:
+    """What `to_bytes` wrote; `source` is the name that errors give it.
+
+    Raises:
+        CalibrationError: it is no such archive, or damaged.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            papers = json.loads(str(archive["papers"][()]))
+            columns = {name: archive[name] for name in _COLUMNS}
+        if papers["format"] != FORMAT:
+            raise ValueError(f"its format is {papers['format']}, this program reads {FORMAT}")
+        return _evidence(papers, columns)
+    except (ValueError, KeyError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise CalibrationError(
+            what=f"{source} is no recording of a calibration step, or it is damaged: {error}.",
+            meaning="What was measured with it cannot be computed again.",
+            next_step="Take it from a copy, or repeat the step; tfsat-host calibrate show names the steps.",
+        ) from error
+
+
+def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
+    step = papers["step"]
+    setting = papers["servo_setting"]
+    return Evidence(
+        step=Step(
+            StepKind(step["kind"]),
+            step["joint"],
+            tuple(step["moved"]),
+            tuple(step["held"]),
+            step["axis"],
+            step["angle_deg"],
+        ),
+        counts=Counts(**columns, samples_lost=papers["samples_lost"], scales=Scales(**papers["scales"])),
+        taken=datetime.fromisoformat(papers["taken"]),
+        origin=Origin(**papers["origin"]),
+        tool_version=papers["tool_version"],
+        protocol_hash=papers["protocol_hash"],
+        visits=tuple(Visit(**visit) for visit in papers["visits"]),
+        servo_setting=None if setting is None else (setting[0], setting[1], setting[2]),
+    )
+
+
+def sha256(data: bytes) -> str:
+    """Hexadecimal."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
+    """The last recording of each step, by the step's key."""
+    found: dict[str, Evidence] = {}
+    for one in sorted(evidence, key=lambda one: one.taken):
+        found[one.step.key] = one
+    return found

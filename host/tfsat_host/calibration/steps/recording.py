@@ -1,0 +1,65 @@
+"""Samples taken for a calibration, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.steps.counts import Counts
+
+FloatArray = NDArray[np.float64]
+
+STANDARD_GRAVITY_M_S2 = 9.80665
+_TEMPERATURE_LSB_PER_C = 340.0  # MPU-6050: RM-MPU-6000A rev. 4.2, register 65
+_TEMPERATURE_OFFSET_C = 36.53
+_ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """n samples of all sensors.
+
+    Attributes:
+        t_s: (n,) seconds on the logger's clock.
+        rate_rad_s: (n, 4, 3) angular rates in sensor axes, as read, bias included.
+        accel_m_s2: (n, 4, 3) specific forces in sensor axes, as read.
+        temperature_c: (n, 4) of the IMUs' dies.
+        sensor_angle_rad: (n, 6) absolute angle sensors, 0 to 2 pi: the middle of the count, for a converter cuts off.
+        imu_valid: (n, 4) the IMU answered and did not clip.
+        clipped: (n, 4) a value of the IMU is at its full scale.
+        samples_lost: Samples that the logger took and that never arrived.
+        angle_step_rad: One count of an angle sensor.
+    """
+
+    t_s: FloatArray
+    rate_rad_s: FloatArray
+    accel_m_s2: FloatArray
+    temperature_c: FloatArray
+    sensor_angle_rad: FloatArray
+    imu_valid: NDArray[np.bool_]
+    clipped: NDArray[np.bool_]
+    samples_lost: int
+    angle_step_rad: float
+
+    @classmethod
+    def from_counts(cls, counts: Counts) -> Recording:
+        """In SI units, by the scales that came with the counts."""
+        scales = counts.scales
+        step_rad = 2 * np.pi / scales.angle_counts_per_turn
+        return cls(
+            t_s=np.asarray(counts.t_us * 1e-6, dtype=np.float64),
+            rate_rad_s=np.deg2rad(counts.imu_counts[:, :, _GYRO] / scales.gyro_lsb_per_deg_s),
+            accel_m_s2=np.asarray(
+                counts.imu_counts[:, :, _ACCEL] * (STANDARD_GRAVITY_M_S2 / scales.accel_lsb_per_g),
+                dtype=np.float64,
+            ),
+            temperature_c=counts.imu_counts[:, :, _TEMPERATURE] / _TEMPERATURE_LSB_PER_C
+            + _TEMPERATURE_OFFSET_C,
+            sensor_angle_rad=np.asarray((counts.angle_counts + 0.5) * step_rad, dtype=np.float64),
+            imu_valid=counts.imu_valid & ~counts.clipped,
+            clipped=counts.clipped,
+            samples_lost=counts.samples_lost,
+            angle_step_rad=step_rad,
+        )

@@ -1,0 +1,267 @@
+"""The steps of one emulated robot's calibration, each recorded when it is first asked for; and faults to put in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import timedelta
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.acceptance import check_step
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.evidence import Evidence
+from tfsat_host.calibration.steps.step import Step, StepKind, rest, sweeps, swings, turn, zero
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.calibration_day import MORNING, all_steps, recorded
+from tfsat_host.emulated.hands import Hands, Leg, Motion
+from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.robot import RobotModel, load_robot
+
+FloatArray = NDArray[np.float64]
+
+MODEL = load_robot()
+TRUTH = draw_as_built(3)
+HANDS = replace(Hands.human(3), pace=0.8)
+"""A person who takes care, and who is quick."""
+STEPS = all_steps()
+REST, ZERO, TURN = rest(), zero(None), turn("z", 360.0)
+SWINGS = tuple(step for joint in (1, 2, 3) for step in swings(joint))
+SWEEPS = tuple(step for joint in (1, 2, 3) for step in sweeps(joint))
+GYRO, ACCEL = slice(4, 7), slice(0, 3)
+COUNTS_PER_DEG_S, COUNTS_PER_TURN = 65.5, 4096
+
+Change = Callable[[Counts], Counts]
+
+
+class Doing(EmulatedOperator):
+    """Who does something else than what the step says."""
+
+    def __init__(
+        self, robot: EmulatedRobot, hands: Hands, motion: Callable[[EmulatedRobot], None], last_s: float
+    ) -> None:
+        super().__init__(robot, hands)
+        self._motion, self._bench, self._last_s = motion, robot, last_s
+
+    def begin(self, step: Step) -> None:  # noqa: ARG002 - that is the point
+        self._motion(self._bench)
+
+    def duration_s(self, step: Step) -> float:  # noqa: ARG002
+        return self._last_s
+
+
+def record(
+    step: Step,
+    *,
+    truth: Imperfections = TRUTH,
+    hands: Hands = HANDS,
+    motion: Callable[[EmulatedRobot], None] | None = None,
+    last_s: float = 0.0,
+) -> Evidence:
+    """One step on a robot of its own; with `motion` this is done for `last_s` instead of what the step says."""
+    with EmulatedRobot(MODEL, imperfections=truth, seed=7) as robot:
+        robot.advance(SETTLE_US)
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        operator = EmulatedOperator(robot, hands) if motion is None else Doing(robot, hands, motion, last_s)
+        evidence = recorded(robot, logger, operator, step)
+    minutes = STEPS.index(step) if step in STEPS else len(STEPS)
+    return replace(evidence, taken=MORNING + timedelta(minutes=minutes))
+
+
+@cache
+def done(step: Step) -> Evidence:
+    """The step, well done."""
+    return record(step)
+
+
+def day(*left_out: StepKind) -> list[Evidence]:
+    """All steps, well done, but those of some kinds."""
+    return [done(step) for step in STEPS if step.kind not in left_out]
+
+
+def before(step: Step) -> list[Evidence]:
+    """What was recorded before a step on a good day."""
+    return [done(one) for one in STEPS[: STEPS.index(step)]]
+
+
+def known(*evidence: Evidence) -> list[Evidence]:
+    """Bias and zero points, then these."""
+    return [done(REST), done(ZERO), *evidence]
+
+
+def changed(evidence: Evidence, *changes: Change) -> Evidence:
+    """The same step with other counts."""
+    counts = evidence.counts
+    for change in changes:
+        counts = change(counts)
+    return replace(evidence, counts=counts)
+
+
+def accept(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL) -> None:
+    """What a campaign does with a step that was just recorded."""
+    check_step(evidence, solve(earlier, model), model)
+    solve([*earlier, evidence], model)
+
+
+def refused(evidence: Evidence, earlier: Sequence[Evidence], model: RobotModel = MODEL) -> CalibrationError:
+    """The reason why a campaign does not take a step."""
+    with pytest.raises(CalibrationError) as caught:
+        accept(evidence, earlier, model)
+    error = caught.value
+    assert error.meaning
+    assert error.next_step.endswith(("again.", "monitor.", "--anew", ".", "bias", "360"))
+    return error
+
+
+def hands_move(
+    joint: int, held: Sequence[int], stops_deg: Sequence[float], leg_s: float, rest_s: float
+) -> tuple[Callable[[EmulatedRobot], None], float]:
+    """Through these stops from where the joint is, by steady hands; and how long that takes."""
+    legs = tuple(Leg(float(np.deg2rad(stop)), leg_s, rest_s) for stop in stops_deg)
+    motion = Motion(legs, Hands.steady(), 1)
+
+    def move(robot: EmulatedRobot) -> None:
+        robot.hold((4,))
+        robot.hands.close_joint(joint)
+        robot.hold(tuple(held))
+        robot.hands.move_joint(joint, motion)
+
+    return move, motion.duration_s + 1.0
+
+
+def hands_turn(
+    angles_deg: Sequence[float], leg_s: float, rest_s: float, about: Sequence[float] = (0.0, 0.0, 1.0)
+) -> tuple[Callable[[EmulatedRobot], None], float]:
+    """The closed robot through these angles by steady hands; and how long that takes."""
+    legs = tuple(Leg(float(np.deg2rad(angle)), leg_s, rest_s) for angle in angles_deg)
+    motion = Motion(legs, Hands.steady(), 1)
+
+    def move(robot: EmulatedRobot) -> None:
+        robot.hold((4,))
+        for joint in (1, 2, 3):
+            robot.hands.close_joint(joint)
+        robot.hold((1, 2, 3, 4))
+        robot.hands.turn(np.asarray(about, dtype=np.float64), motion)
+
+    return move, motion.duration_s + 1.0
+
+
+# Faults
+
+
+def exchange_gyros(first: int, second: int) -> Change:
+    """The cables of two bodies' IMUs."""
+
+    def change(counts: Counts) -> Counts:
+        order = list(range(4))
+        order[first - 1], order[second - 1] = order[second - 1], order[first - 1]
+        return replace(
+            counts,
+            imu_counts=counts.imu_counts[:, order],
+            imu_valid=counts.imu_valid[:, order],
+            clipped=counts.clipped[:, order],
+        )
+
+    return change
+
+
+def turn_sensor(body: int, rotation: FloatArray) -> Change:
+    """One IMU, mounted with this rotation (3, 3) from its axes to those it should have."""
+
+    def change(counts: Counts) -> Counts:
+        values = counts.imu_counts.copy()
+        bias = COUNTS_PER_DEG_S * np.rad2deg(
+            TRUTH.gyro_bias_rad_s[body - 1]
+        )  # it does not turn with the sensor
+        for part, offset in ((ACCEL, np.zeros(3)), (GYRO, bias)):
+            turned = (values[:, body - 1, part] - offset) @ rotation + offset
+            values[:, body - 1, part] = np.rint(turned)
+        return replace(counts, imu_counts=values)
+
+    return change
+
+
+def slip_sensor(body: int, rotvec_deg: Sequence[float]) -> Change:
+    """The same by an angle that a loose screw allows."""
+    return turn_sensor(body, Rotation.from_rotvec(rotvec_deg, degrees=True).as_matrix())
+
+
+def freeze_gyro(body: int) -> Change:
+    """The gyro of a body repeats its first value; its flag does not tell."""
+
+    def change(counts: Counts) -> Counts:
+        values = counts.imu_counts.copy()
+        values[:, body - 1, GYRO] = values[0, body - 1, GYRO]
+        return replace(counts, imu_counts=values)
+
+    return change
+
+
+def exchange_angles(first: int, second: int) -> Change:
+    """The cables of two angle sensors, 1 to 6."""
+
+    def change(counts: Counts) -> Counts:
+        order = list(range(6))
+        order[first - 1], order[second - 1] = order[second - 1], order[first - 1]
+        return replace(
+            counts, angle_counts=counts.angle_counts[:, order], angle_valid=counts.angle_valid[:, order]
+        )
+
+    return change
+
+
+def freeze_angle(sensor: int) -> Change:
+    """One of six repeats its first value."""
+
+    def change(counts: Counts) -> Counts:
+        values = counts.angle_counts.copy()
+        values[:, sensor - 1] = values[0, sensor - 1]
+        return replace(counts, angle_counts=values)
+
+    return change
+
+
+def add_angle(sensor: int, added_deg: Callable[[FloatArray], NDArray[Any]] | float) -> Change:
+    """To one of six: a constant, or a function of the share of the step (n,) that is over, deg."""
+
+    def change(counts: Counts) -> Counts:
+        values = counts.angle_counts.astype(np.int64)
+        share = np.linspace(0.0, 1.0, len(values))
+        deg = added_deg(share) if callable(added_deg) else np.full(len(values), added_deg)
+        values[:, sensor - 1] += np.rint(deg / 360.0 * COUNTS_PER_TURN).astype(np.int64)
+        return replace(counts, angle_counts=np.mod(values, COUNTS_PER_TURN).astype(np.uint16))
+
+    return change
+
+
+def add_rate(body: int, added_deg_s: Callable[[FloatArray], FloatArray]) -> Change:
+    """To one gyro: (n, 3) deg/s of the time (n,) in seconds."""
+
+    def change(counts: Counts) -> Counts:
+        values = counts.imu_counts.copy()
+        t_s = (counts.t_us - counts.t_us[0]) * 1e-6
+        values[:, body - 1, GYRO] += np.rint(COUNTS_PER_DEG_S * added_deg_s(t_s)).astype(np.int16)
+        return replace(counts, imu_counts=values)
+
+    return change
+
+
+def silence_angle(sensor: int, share: float) -> Change:
+    """One of six gives no value in a share of the samples."""
+
+    def change(counts: Counts) -> Counts:
+        valid = counts.angle_valid.copy()
+        valid[: max(1, round(share * len(valid))), sensor - 1] = False
+        return replace(counts, angle_valid=valid)
+
+    return change

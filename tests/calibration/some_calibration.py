@@ -1,0 +1,141 @@
+"""Certificates for the tests: any, drawn from a seed, or a whole one that holds for the next drop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject
+from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.protocol.messages import ServoSetting
+from tfsat_host.robot import load_robot
+
+FloatArray = NDArray[np.float64]
+
+MEASURED = datetime(2026, 7, 1, 9, 30, tzinfo=UTC)
+SERIAL = b"12345678".hex()
+WHO_AM_I = "68686868"
+SUBJECT = Subject("Drop-tower robot", SERIAL, WHO_AM_I, emulated=False)
+
+
+def spread(rng: np.random.Generator, size: int, scale: float) -> FloatArray:
+    """(size, size) of a covariance of correlated errors."""
+    root = scale * rng.normal(size=(size, size))
+    return np.asarray(root @ root.T)
+
+
+def drawn_calibration(seed: int) -> Calibration:
+    """Whatever can be: some things measured, others not."""
+    rng = np.random.default_rng(seed)
+
+    def when() -> datetime:
+        return MEASURED + timedelta(microseconds=int(rng.integers(10**12)))
+
+    def perhaps() -> datetime | None:
+        return when() if rng.random() < 0.5 else None
+
+    gyros = []
+    for body in range(1, 5):
+        rested = rng.random() < 0.5
+        gyros.append(
+            GyroCalibration(
+                body,
+                rng.normal(size=3),
+                Rotation.random(rng=rng).as_matrix(),
+                rng.uniform(0.9, 1.1, 3),
+                spread(rng, 9, 10.0 ** rng.uniform(-6, 0)),
+                rng.uniform(0.0, 0.01, 3) if rested else np.full(3, np.nan),
+                float(rng.normal()) if rested else float("nan"),
+                "".join(axis for axis in "xyz" if rng.random() < 0.5),
+                "".join(axis for axis in "xyz" if rng.random() < 0.5),
+                perhaps(),
+                perhaps(),
+                perhaps(),
+            )
+        )
+    joints = [
+        JointSensors(
+            joint,
+            rng.choice([-1.0, 1.0], 2),
+            rng.uniform(0.0, 2 * np.pi, 2),
+            spread(rng, 2, 0.01),
+            0.001 * rng.normal(size=(2, 4)),
+            spread(rng, 8, 0.001),
+            rng.uniform(0.0, 0.01, 2) if rng.random() < 0.5 else np.full(2, np.nan),
+            perhaps(),
+            perhaps(),
+        )
+        for joint in (1, 2, 3)
+    ]
+    measured = [joint for joint in (1, 2, 3) if rng.random() < 0.5]
+    return Calibration(
+        Subject('robot "1" µ\\', f"{rng.integers(2**32):08x}", WHO_AM_I, bool(rng.random() < 0.5)),
+        tuple(gyros),
+        tuple(joints),
+        tuple(servo_map(rng, joint) for joint in measured),
+        tuple(when() for _ in measured),
+        tuple(Paper(f"step-{n}", when(), f"step-{n}.npz", f"{n:064x}") for n in range(rng.integers(4))),
+        tuple(
+            sorted(
+                (Landing(when(), f"recording {n}") for n in range(rng.integers(3))), key=lambda one: one.at
+            )
+        ),
+        when(),
+    )
+
+
+def servo_map(rng: np.random.Generator, joint: int) -> ServoMap:
+    """Of a servo that opens its joint with longer pulses, or shorter ones."""
+    return ServoMap(
+        joint,
+        rng.uniform(1000.0, 2000.0),
+        rng.uniform(0.0, 1.5),
+        rng.choice([-1, 1]) * rng.uniform(0.001, 0.002),
+        rng.uniform(0.0, 0.02),
+        spread(rng, 3, 1e-4),
+        rng.uniform(0.0, 0.01),
+        int(rng.integers(1, 30)),
+        rng.uniform(0.0, 0.01),
+        int(rng.integers(3, 9)),
+        (float(rng.uniform(900, 1000)), float(rng.uniform(1900, 2000))),
+        ServoSetting(1000, 11111, int(rng.integers(2)), 0, 9000),
+    )
+
+
+def whole_calibration(taken: datetime = MEASURED, subject: Subject = SUBJECT) -> Calibration:
+    """Everything measured at `taken`, on the sensors of tests/sdlog; no landing is known."""
+    rng = np.random.default_rng(7)
+    drawn = drawn_calibration(3)
+    mounted = [imu.sensor_to_body for imu in load_robot().imus]
+    deviations = np.repeat(np.radians([0.005, 0.02, 0.05]), 3)
+    return replace(
+        drawn,
+        subject=subject,
+        gyros=tuple(
+            replace(
+                gyro,
+                rotation=nominal @ Rotation.from_rotvec(np.radians([0.0, 0.0, 1.5])).as_matrix(),
+                covariance=np.diag(deviations**2),
+                noise_rad_s=np.full(3, 0.001),
+                temperature_c=25.0,
+                axes="xy",
+                scaled="xyz",
+                bias_taken=taken,
+                axes_taken=taken,
+                scale_taken=taken,
+            )
+            for gyro, nominal in zip(drawn.gyros, mounted, strict=True)
+        ),
+        joints=tuple(replace(joint, zero_taken=taken, bend_taken=taken) for joint in drawn.joints),
+        servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)),
+        servo_taken=(taken,) * 3,
+        papers=(),
+        landings=(),
+        written=taken,
+    )

@@ -1,0 +1,135 @@
+"""Misalignment and scale against imucal, an independent implementation of the Ferraris calibration, on its own data.
+
+imucal (MaD Lab, Erlangen; MIT) solves for nine numbers from three integrals; ours fits a rotation and three scale
+factors to directions and lengths. The same raw arrays go into both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+from imucal import FerrarisCalibration, FerrarisSignalRegions
+from scipy.spatial.transform import Rotation
+
+from tests.calibration.ferraris_bench import GRAVITY_M_S2, ROUNDS, TURN_RAD, Ferraris, Imu
+from tests.calibration.synthetic_gyro import RATE_HZ, FloatArray
+from tfsat_host.calibration.gyros.mounting import solve_mounting
+from tfsat_host.calibration.gyros.response import Response, direction, length_between_rests, with_length
+from tfsat_host.calibration.statistics import mean_and_covariance
+
+SEEDS = range(20)
+ROTATION_DEG = 0.02
+SCALE = 0.0005
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a calibration says of a gyro; `matrix` (3, 3) leads from readings free of bias to body rates."""
+
+    bias_rad_s: FloatArray
+    scale: FloatArray
+    rotation: FloatArray
+    matrix: FloatArray
+
+    def rates(self, reads_rad_s: FloatArray) -> FloatArray:
+        """(n, 3) body rates from readings (n, 3)."""
+        return np.asarray((reads_rad_s - self.bias_rad_s) @ self.matrix.T)
+
+
+def by_imucal(data: Ferraris) -> Found:
+    regions: dict[str, FloatArray] = {}
+    for name, up, down, turns in zip("xyz", data.up, data.down, data.turns, strict=True):
+        regions |= {f"gyr_{name}_p": np.degrees(up[0]), f"acc_{name}_p": up[1]}
+        regions |= {f"gyr_{name}_a": np.degrees(down[0]), f"acc_{name}_a": down[1]}
+        regions[f"gyr_{name}_rot"] = np.degrees(turns.forward(turns.rate_rad_s))
+        regions[f"acc_{name}_rot"] = turns.forward(turns.accel_m_s2)
+    method = FerrarisCalibration(grav=GRAVITY_M_S2, expected_angle=ROUNDS * np.degrees(TURN_RAD))
+    info = method.compute(FerrarisSignalRegions(**regions), RATE_HZ, "m/s^2", "deg/s")
+    left, _, right = np.linalg.svd(info.R_g)  # its rows are of length 1 but not quite orthogonal
+    return Found(
+        np.radians(info.b_g), np.diag(info.K_g), (left @ right).T, np.linalg.inv(info.K_g @ info.R_g)
+    )
+
+
+def by_ours(data: Ferraris, *, from_one_turn: bool = False) -> Found:
+    still = np.concatenate([rates for rates, _ in (*data.up, *data.down)])
+    bias, covariance = mean_and_covariance(still)
+    responses = []
+    for axis, turns in zip(np.eye(3), data.turns, strict=True):
+        rates = turns.rate_rad_s - bias
+        rate = np.gradient(turns.angle_rad, 1.0 / RATE_HZ)
+        seen = direction(rates, axis, rate)
+        t_s = np.arange(len(rates)) / RATE_HZ
+        if from_one_turn:
+            responses.append(one_turn(seen, t_s, rates, turns.rests, covariance))
+            continue
+        angles = np.array([turns.angle_rad[rest].mean() for rest in turns.rests])
+        length, std = length_between_rests(t_s, rates @ seen.reading, turns.rests, angles)
+        responses.append(with_length(seen, length, std))
+    mounting = solve_mounting(responses)
+    return Found(bias, mounting.scale, mounting.rotation, mounting.rotation @ np.diag(1.0 / mounting.scale))
+
+
+def one_turn(
+    seen: Response, t_s: FloatArray, rates: FloatArray, rests: list[slice], bias_covariance: FloatArray
+) -> Response:
+    """The definition itself: the integral of the reading over one turn, for each radian."""
+    first, last = (rest.start for rest in rests[:2])
+    turned = np.asarray(np.trapezoid(rates[first:last], t_s[first:last], axis=0))
+    spread = (t_s[last] - t_s[first]) / TURN_RAD
+    return Response(seen.axis_body, turned / TURN_RAD, seen.covariance + spread**2 * bias_covariance, True)
+
+
+@cache
+def case(seed: int) -> tuple[Imu, Ferraris]:
+    rng = np.random.default_rng(seed)
+    imu = Imu.drawn(rng)
+    return imu, imu.calibration_data(rng)
+
+
+def apart_deg(a: FloatArray, b: FloatArray) -> float:
+    return float(np.degrees(Rotation.from_matrix(a.T @ b).magnitude()))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("from_one_turn", [False, True], ids=["three_turns_and_back", "one_turn"])
+def test_rotation_and_scale_agree_with_imucal_and_with_the_truth(seed: int, from_one_turn: bool) -> None:
+    imu, data = case(seed)
+    theirs, ours = by_imucal(data), by_ours(data, from_one_turn=from_one_turn)
+    for one, other in ((ours.rotation, theirs.rotation), (ours.rotation, imu.gyro.mounting)):
+        assert apart_deg(one, other) < ROTATION_DEG
+    assert ours.scale == pytest.approx(theirs.scale, rel=SCALE)
+    assert ours.scale == pytest.approx(imu.gyro.scale, rel=SCALE)
+    assert np.degrees(ours.bias_rad_s) == pytest.approx(np.degrees(theirs.bias_rad_s), abs=0.001)
+    assert np.degrees(ours.bias_rad_s) == pytest.approx(np.degrees(imu.gyro.bias_rad_s), abs=0.02)
+    # imucal, too, is right: an agreement of two that are wrong would say nothing.
+    assert apart_deg(theirs.rotation, imu.gyro.mounting) < ROTATION_DEG
+    assert theirs.scale == pytest.approx(imu.gyro.scale, rel=SCALE)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_both_make_the_same_body_rates_of_another_motion(seed: int) -> None:
+    imu, data = case(seed)
+    t_s = np.arange(int(4 * RATE_HZ)) / RATE_HZ
+    frequencies_hz = np.array([0.3, 0.7, 0.5])
+    true = np.radians([150.0, 90.0, 60.0]) * np.sin(2.0 * np.pi * frequencies_hz * t_s[:, None])
+    reads = imu.gyro.bias_rad_s + imu.gyro.scale * (true @ imu.gyro.mounting)
+    ours, theirs = by_ours(data).rates(reads), by_imucal(data).rates(reads)
+    allowed_rad_s = (SCALE + np.radians(ROTATION_DEG)) * np.abs(true).max()
+    assert np.abs(ours - theirs).max() < allowed_rad_s
+    assert np.abs(ours - true).max() < allowed_rad_s + np.radians(0.02)
+
+
+def test_an_axis_that_is_askew_or_turned_too_far_parts_the_two() -> None:
+    imu, data = case(0)
+    x, y, z = data.turns
+    theirs, bias = by_imucal(data), imu.gyro.bias_rad_s
+    tilt = Rotation.from_rotvec(np.radians(0.1) * imu.gyro.mounting[0])  # about the body's x
+    askew = replace(z, rate_rad_s=bias + tilt.apply(z.rate_rad_s - bias))
+    farther = replace(z, angle_rad=1.002 * z.angle_rad)
+    tilted, shortened = (by_ours(replace(data, turns=(x, y, wrong))) for wrong in (askew, farther))
+    assert apart_deg(tilted.rotation, theirs.rotation) > ROTATION_DEG
+    assert shortened.scale != pytest.approx(theirs.scale, rel=SCALE)

@@ -1,0 +1,223 @@
+"""From counts to body axes: against the emulated robot's truth, and what is said of the errors against their effect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tests.calibration.some_calibration import drawn_calibration, whole_calibration
+from tfsat_host.calibration.apply import Calibrated, apply_calibration
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.joints.joint_sensors import sensor_columns, sensors_by_design
+from tfsat_host.calibration.steps.counts import Counts, Scales
+from tfsat_host.calibration.steps.patterns import PATTERNS
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.protocol.messages import LiveSampleStream
+from tfsat_host.robot import load_robot
+
+FloatArray = NDArray[np.float64]
+
+SCALES = Scales(280.0, 65.5, 16384.0, 4096)
+MODEL = load_robot()
+TAKEN = datetime(2026, 7, 1, tzinfo=UTC)
+
+
+def calibration_by_truth(robot: EmulatedRobot) -> Calibration:
+    """What a perfect calibration would find, and that it is perfect."""
+    truth, model = robot.imperfections, robot.model
+    gyros = tuple(
+        replace(
+            by_design(body, truth.mounting[body - 1] @ model.imus[body - 1].sensor_to_body),
+            bias_rad_s=truth.gyro_bias_rad_s[body - 1],
+            scale=truth.gyro_scale[body - 1],
+            covariance=np.zeros((9, 9)),
+        )
+        for body in range(1, 5)
+    )
+    joints = []
+    for joint in (1, 2, 3):
+        design = sensors_by_design(model, joint)
+        columns = sensor_columns(model, joint)
+        zero = np.mod(design.zero_rad + truth.angle_zero_rad[columns], 2 * np.pi)
+        a, b, c, d = truth.angle_nonlinearity_rad[columns].T  # at zero the sensor shows this beside its zero
+        at_zero = a * np.sin(zero) + b * np.cos(zero) + c * np.sin(2 * zero) + d * np.cos(2 * zero)
+        joints.append(
+            replace(
+                design,
+                zero_rad=zero + at_zero,
+                bend=truth.angle_nonlinearity_rad[columns],
+                zero_covariance=np.zeros((2, 2)),
+                bend_covariance=np.zeros((8, 8)),
+                noise_rad=np.full(2, truth.angle_noise_rad),
+            )
+        )
+    return replace(whole_calibration(), gyros=gyros, joints=tuple(joints))
+
+
+@pytest.fixture(scope="module")
+def swung() -> Iterator[tuple[EmulatedRobot, Calibrated]]:
+    """A robot as it was built, with poor magnets, its joint 2 swung, seen through a perfect calibration."""
+    built = draw_as_built(11)
+    bent = replace(built, angle_nonlinearity_rad=10 * built.angle_nonlinearity_rad)
+    with EmulatedRobot(seed=11, imperfections=bent) as robot:
+        robot.advance(SETTLE_US)
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        robot.record_truth(1000)
+        EmulatedOperator(robot).swing(PATTERNS[2])
+        samples: list[LiveSampleStream] = []
+        with logger.live() as reply:
+            while not samples or samples[-1].time_us - samples[0].time_us < 6e6:
+                samples += logger.live_samples()
+        counts = Counts.from_live(samples, reply)
+        yield robot, apply_calibration(counts, calibration_by_truth(robot), robot.model)
+
+
+def at_samples(robot: EmulatedRobot, t_s: FloatArray, columns: slice) -> FloatArray:
+    truth = robot.truth()
+    return np.stack([np.interp(t_s, truth[:, 0], column) for column in truth[:, columns].T], axis=1)
+
+
+def test_body_rates_are_the_truth(swung: tuple[EmulatedRobot, Calibrated]) -> None:
+    robot, found = swung
+    delays_s = np.arange(0.0, 0.02, 0.0005)  # of the low-pass, and when in its period a sensor is read
+    errors = []
+    for delay_s in delays_s:
+        true = at_samples(robot, found.t_s - delay_s, slice(20, 32)).reshape(-1, 4, 3)
+        errors.append(np.degrees(np.sqrt(np.mean((found.rate_rad_s - true) ** 2, axis=0))))
+    best = np.min(errors, axis=0)
+    assert np.degrees(np.abs(found.rate_rad_s).max()) > 60.0, "something moved"
+    assert best.max() < 0.35
+    still = [2, 3]  # bodies 3 and 4 were held
+    assert best[still].max() < 0.08
+    assert np.degrees(np.abs(found.rate_rad_s[:, still].mean(axis=0)).max()) < 0.01
+
+
+def test_joint_angles_are_the_truth(swung: tuple[EmulatedRobot, Calibrated]) -> None:
+    robot, found = swung
+    delays_s = np.arange(-0.004, 0.004, 0.0005)  # when in its period a sensor is read
+    errors = [
+        np.degrees(found.joint_angle_rad - at_samples(robot, found.t_s + delay_s, slice(1, 4)))
+        for delay_s in delays_s
+    ]
+    assert np.degrees(np.ptp(found.joint_angle_rad[:, 1])) > 50.0, "something moved"
+    best = np.min([np.sqrt(np.mean(error**2, axis=0)) for error in errors], axis=0)
+    assert best.max() < 0.08
+    assert np.abs(errors[0][:, [0, 2]].mean(axis=0)).max() < 0.01  # joints that stand
+    assert np.degrees(found.joint_angle_std_rad) == pytest.approx(0.05 / np.sqrt(2), rel=1e-6)
+
+
+def test_specific_forces_are_the_weight_where_nothing_moves(swung: tuple[EmulatedRobot, Calibrated]) -> None:
+    robot, found = swung
+    up = Rotation.from_quat(at_samples(robot, found.t_s[:1], slice(12, 16))[0]).inv().apply([0, 0, 9.80665])
+    assert found.specific_force_m_s2[:, 2].mean(axis=0) == pytest.approx(up, abs=0.05)
+    assert (found.specific_force_std_m_s2[:, 2] > 0.28).all()
+
+
+def counts_of(rng: np.random.Generator, n: int) -> Counts:
+    return Counts(
+        t_us=np.arange(n, dtype=np.int64) * 3571,
+        imu_counts=rng.integers(-20000, 20000, (n, 4, 7)).astype(np.int16),
+        angle_counts=rng.integers(0, 4096, (n, 6)).astype(np.uint16),
+        imu_valid=np.ones((n, 4), dtype=bool),
+        angle_valid=np.ones((n, 6), dtype=bool),
+        clipped=np.zeros((n, 4), dtype=bool),
+        samples_lost=0,
+        scales=SCALES,
+    )
+
+
+def moved(gyro: GyroCalibration, step: FloatArray) -> GyroCalibration:
+    """The gyro with its nine parameters changed: the rotation vector is in sensor axes."""
+    turned = gyro.rotation @ Rotation.from_rotvec(step[3:6]).as_matrix()
+    return replace(gyro, bias_rad_s=gyro.bias_rad_s + step[:3], rotation=turned, scale=gyro.scale + step[6:9])
+
+
+@given(st.integers(0, 2**32))
+def test_the_jacobian_is_how_rates_change_with_the_parameters(seed: int) -> None:
+    calibration = drawn_calibration(seed)
+    counts = counts_of(np.random.default_rng(seed), 3)
+    applied = apply_calibration(counts, calibration, MODEL)
+    size = 1e-6
+    for parameter in range(9):
+        step = size * np.eye(9)[parameter]
+        ends = [
+            apply_calibration(
+                counts,
+                replace(calibration, gyros=tuple(moved(gyro, sign * step) for gyro in calibration.gyros)),
+                MODEL,
+            ).rate_rad_s
+            for sign in (1, -1)
+        ]
+        slope = (ends[0] - ends[1]) / (2 * size)
+        np.testing.assert_allclose(applied.rate_jacobian[..., parameter], slope, rtol=1e-5, atol=1e-5)
+
+
+def test_the_covariance_is_how_rates_scatter() -> None:
+    """Monte Carlo over all nine parameters, correlated, and over a sample's noise."""
+    rng = np.random.default_rng(5)
+    counts = counts_of(rng, 2)
+    root = np.radians(0.2) * rng.normal(size=(9, 9))
+    calibration = drawn_calibration(8)
+    gyros = tuple(
+        replace(gyro, covariance=root @ root.T, noise_rad_s=np.full(3, 0.02)) for gyro in calibration.gyros
+    )
+    applied = apply_calibration(counts, replace(calibration, gyros=gyros), MODEL)
+    assert applied.parameter_covariance == pytest.approx(np.tile(root @ root.T, (4, 1, 1)))
+    readings = np.radians(counts.imu_counts[:, 1, 4:7] / SCALES.gyro_lsb_per_deg_s)
+    drawn = np.array(
+        [
+            moved(gyros[1], root @ rng.normal(size=9)).body_rates(readings + 0.02 * rng.normal(size=(2, 3)))
+            for _ in range(4000)
+        ]
+    )
+    for n in range(2):
+        scatter = np.cov(drawn[:, n], rowvar=False)
+        size = np.sqrt(np.outer(np.diag(scatter), np.diag(scatter)))
+        assert applied.rate_covariance[n, 1] / size == pytest.approx(scatter / size, abs=0.08)
+
+
+def test_a_sensor_that_did_not_answer_gives_no_number() -> None:
+    counts = counts_of(np.random.default_rng(2), 4)
+    counts.imu_valid[1, 2] = False
+    counts.angle_valid[3, sensor_columns(MODEL, 2)[1]] = False
+    counts.clipped[2, 0] = True
+    found = apply_calibration(counts, whole_calibration(), MODEL)
+    gone = ~counts.imu_valid
+    for values in (
+        found.rate_rad_s,
+        found.rate_covariance,
+        found.rate_jacobian,
+        found.specific_force_m_s2,
+        found.specific_force_std_m_s2,
+    ):
+        missing = np.isnan(values.reshape(4, 4, -1))
+        assert missing[gone].any(axis=1).all()
+        assert not missing[~gone].any()
+    for values in (found.joint_angle_rad, found.joint_angle_std_rad):
+        assert np.argwhere(np.isnan(values)).tolist() == [[3, 1]]
+    assert np.argwhere(found.clipped).tolist() == [[2, 0]]
+    assert np.isnan(found.rate_rad_s[1, 2]).all()
+    assert np.isnan(found.rate_covariance[1, 2]).all()
+
+
+def test_what_was_never_measured_keeps_its_design() -> None:
+    bare = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(MODEL.imus, 1))
+    counts = counts_of(np.random.default_rng(2), 1)
+    found = apply_calibration(counts, replace(whole_calibration(), gyros=bare), MODEL)
+    for body, imu in enumerate(MODEL.imus):
+        reading = np.radians(counts.imu_counts[0, body, 4:7] / 65.5)
+        assert found.rate_rad_s[0, body] == pytest.approx(imu.sensor_to_body @ reading)
+    assert (np.degrees(np.sqrt(np.diagonal(found.rate_covariance[0], axis1=1, axis2=2))) > 11.5).all()

@@ -1,0 +1,273 @@
+"""calibration.toml: nothing is lost on the way, and what is not ours is refused by name."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.calibration.some_calibration import drawn_calibration, whole_calibration
+from tfsat_host.calibration.certificate.file import (
+    MARK,
+    format_calibration,
+    parse_calibration,
+    read_calibration,
+)
+from tfsat_host.calibration.errors import CalibrationError
+
+WHOLE = format_calibration(whole_calibration())
+
+
+def assert_same(found: Any, wanted: Any, where: str = "calibration") -> None:
+    """Field by field; numbers to 1e-9 of the largest beside them, NaN as NaN."""
+    if is_dataclass(wanted):
+        for field in fields(wanted):
+            assert_same(getattr(found, field.name), getattr(wanted, field.name), f"{where}.{field.name}")
+    elif isinstance(wanted, tuple):
+        assert len(found) == len(wanted), where
+        for number, (one, other) in enumerate(zip(found, wanted, strict=True)):
+            assert_same(one, other, f"{where}[{number}]")
+    elif isinstance(wanted, float | np.ndarray):
+        assert np.shape(found) == np.shape(wanted), where
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=0.0, equal_nan=True, err_msg=where)
+    else:
+        assert found == wanted, where
+
+
+@given(st.integers(0, 2**32))
+def test_what_is_read_is_what_was_written(seed: int) -> None:
+    calibration = drawn_calibration(seed)
+    assert_same(parse_calibration(format_calibration(calibration)), calibration)
+
+
+@given(st.integers(0, 2**32))
+def test_a_file_that_is_written_again_does_not_change(seed: int) -> None:
+    once = parse_calibration(format_calibration(drawn_calibration(seed)))
+    assert_same(parse_calibration(format_calibration(once)), once)
+
+
+def test_people_can_read_it() -> None:
+    assert WHOLE.startswith(MARK)
+    table = tomllib.loads(WHOLE)
+    bias = table["gyro"][1]["bias"]
+    wanted = whole_calibration().gyros[1]
+    assert bias["value"] == pytest.approx(np.degrees(wanted.bias_rad_s))
+    assert bias["std"] == pytest.approx([0.005] * 3)
+    assert (bias["unit"], bias["frame"]) == ("deg/s", "sensor")
+    assert table["gyro"][1]["mounting"]["std"] == pytest.approx([0.02] * 3)
+    assert table["servo"][0]["slope"]["unit"] == "deg/us"
+    for kind in ("gyro", "joint", "servo"):
+        for entry in table[kind]:
+            for name, part in entry.items():
+                if isinstance(part, dict) and name != "setting":
+                    assert {"unit", "frame"} <= part.keys(), (kind, name)
+
+
+def test_what_was_never_measured_has_no_key() -> None:
+    for seed in range(20):
+        calibration = drawn_calibration(seed)
+        for gyro, entry in zip(
+            calibration.gyros, tomllib.loads(format_calibration(calibration))["gyro"], strict=True
+        ):
+            assert ("taken" in entry["bias"]) == (gyro.bias_taken is not None)
+            assert ("noise" in entry) == (not np.isnan(gyro.noise_rad_s).any())
+            assert ("temperature_c" in entry["bias"]) == (gyro.temperature_c == gyro.temperature_c)
+        assert "nan" not in format_calibration(calibration)
+
+
+def in_table(header: str, number: int, old: str, new: str) -> str:
+    """The whole certificate with one text changed in the `number`-th (from 1) table of that name."""
+    starts = [found.end() for found in re.finditer(re.escape(f"\n{header}\n"), WHOLE)]
+    start = starts[number - 1]
+    assert re.search(old, WHOLE[start:])
+    return WHOLE[:start] + re.sub(old, new, WHOLE[start:], count=1)
+
+
+def line_number(text: str, header: str, number: int, key: str) -> int:
+    """Where the key stands in that table, counted as an editor does."""
+    seen = 0
+    for line, content in enumerate(text.splitlines(), 1):
+        seen += content == header
+        if seen == number and content.startswith(f"{key} = "):
+            return line
+    raise AssertionError(f"no {key} in {header} {number}")
+
+
+@pytest.mark.parametrize(
+    ("header", "number", "key", "theirs", "words"),
+    [
+        (
+            "[gyro.bias]",
+            2,
+            "unit",
+            "rad/s",
+            "the bias of body 2 is in rad/s; this program writes and reads deg/s",
+        ),
+        (
+            "[gyro.bias]",
+            3,
+            "frame",
+            "body",
+            "the bias of body 3 counts in body; this program writes and reads sensor",
+        ),
+        ("[gyro.noise]", 1, "unit", "counts", "the noise of body 1 is in counts"),
+        ("[gyro.mounting]", 4, "frame", "body to sensor", "the mounting of body 4 counts in body to sensor"),
+        ("[gyro.mounting]", 1, "std_unit", "rad", "the mounting of body 1 has the std_unit rad"),
+        ("[gyro.scale]", 2, "unit", "%", "the scale of body 2 is in %"),
+        ("[joint.zero]", 3, "unit", "rad", "the zero point of joint 3 is in rad"),
+        ("[joint.bend]", 1, "unit", "mrad", "the bend of joint 1 is in mrad"),
+        ("[servo.slope]", 2, "unit", "us/deg", "the slope of the servo of joint 2 is in us/deg"),
+        ("[servo.backlash]", 1, "frame", "pulse", "the backlash of the servo of joint 1 counts in pulse"),
+    ],
+)
+def test_other_units_and_frames_are_refused_by_name(
+    header: str, number: int, key: str, theirs: str, words: str
+) -> None:
+    text = in_table(header, number, rf'(?m)^{key} = "[^"]*"', f'{key} = "{theirs}"')
+    with pytest.raises(CalibrationError) as raised:
+        parse_calibration(text, source="calibration.toml")
+    line = line_number(text, header, number, key)
+    assert raised.value.what.startswith(f"calibration.toml, line {line}: {words}")
+    assert "tfsat-host calibrate" in raised.value.next_step
+
+
+def test_units_of_a_covariance_are_refused_by_name() -> None:
+    text = in_table("[gyro.covariance]", 2, r'unit = \["deg/s"', 'unit = ["rad/s"')
+    with pytest.raises(
+        CalibrationError,
+        match="the covariance of body 2 is in rad/s, deg, 1; this program writes and reads deg/s, deg",
+    ):
+        parse_calibration(text)
+    text = in_table("[joint.bend]", 2, r'order = \["sin", "cos"', 'order = ["cos", "sin"')
+    with pytest.raises(CalibrationError, match="the bend of joint 2 has the order cos, sin"):
+        parse_calibration(text)
+
+
+MIRROR = "rotation = [\n    [1.0, 0.0, 0.0],\n    [0.0, 1.0, 0.0],\n    [0.0, 0.0, -1.0],\n]"
+ROTATION = r"rotation = \[\n(    .*\n){3}\]"
+FIRST_OF_COVARIANCE = r"value = \[\n    \[([^,]*), "
+
+
+@pytest.mark.parametrize(
+    ("header", "old", "new", "words"),
+    [
+        ("[[gyro]]", "body = 1", "body = 2", "body 2 is described twice"),
+        ("[[gyro]]", "body = 1", "body = 5", "body of gyro 1 is 5, not a whole number from 1 to 4"),
+        ("[[gyro]]", "body = 1", "body = true", "body of gyro 1 is True, not a whole number"),
+        ("[[joint]]", "joint = 1", "joint = 3", "joint 3 is described twice"),
+        ("[[servo]]", "joint = 1", "joint = 3", "the servo of joint 3 is described twice"),
+        ("[[joint]]", r"direction = .*", "direction = [1.0, 2.0]", "must be 1 or -1"),
+        (
+            "[gyro.bias]",
+            r"value = \[.*",
+            "value = [1.0, 2.0]",
+            r"value of the bias of body 1 is \[1.0, 2.0\], not 3",
+        ),
+        ("[gyro.bias]", r"value = \[.*", "value = [1.0, 2.0, nan]", "not 3 finite numbers"),
+        ("[gyro.bias]", r"value = \[.*", "value = [1.0, 2.0, 1e999]", "not 3 finite numbers"),
+        ("[gyro.bias]", r"value = \[.*\n", "", "value of the bias of body 1 is missing"),
+        ("[gyro.bias]", "value", "velue", "'velue' of the bias of body 1 is not known; known are value, std"),
+        (
+            "[gyro.bias]",
+            r"std = \[.*",
+            "std = [0.005, 0.005, 0.006]",
+            "std of the bias of body 1 is not what its",
+        ),
+        ("[gyro.bias]", "taken = .*", "taken = 2026-07-01", "not a time such as"),
+        ("[gyro.bias]", "taken = .*", "taken = 2026-07-01T09:30:00", "a time without a time zone"),
+        ("[gyro.bias]", "temperature_c = .*", 'temperature_c = "warm"', "'warm', not a finite number"),
+        ("[gyro.mounting]", ROTATION, MIRROR, "the mounting of body 1 is no rotation but a mirror"),
+        ("[gyro.mounting]", ROTATION, MIRROR.replace("-1.0", "1.1"), "no rotation: its rows are not"),
+        ("[gyro.mounting]", "axes_measured = .*", 'axes_measured = "yx"', "'yx', not letters of"),
+        ("[gyro.scale]", r"value = \[[^,]*", "value = [0.0", "a factor that is not above zero"),
+        ("[gyro.covariance]", FIRST_OF_COVARIANCE, r"value = [\n    [-\1, ", "has a negative variance"),
+        (
+            "[gyro.covariance]",
+            r"value = \[\n    \[([^,]*), [^,]*,",
+            r"value = [\n    [\1, 1.0,",
+            "not symmetric",
+        ),
+        ("[servo.slope]", "value = .*", "value = 0.0", "is zero: such a servo would not move"),
+        ("[servo.repeatability]", "value = .*", "value = -0.1", "is -0.1: none is negative"),
+        ("[servo.setting]", "reversed = .*", "reversed = 1", "is 1, not true or false"),
+    ],
+)
+def test_what_cannot_be_is_refused(header: str, old: str, new: str, words: str) -> None:
+    with pytest.raises(CalibrationError, match=words) as raised:
+        parse_calibration(in_table(header, 1, old, new))
+    assert re.match(r"calibration\.toml, line \d+: ", raised.value.what)
+
+
+def test_errors_that_cannot_vary_like_that() -> None:
+    """Correlations of 1, 1 and -1 contradict each other although each alone could be."""
+    calibration = whole_calibration()
+    correlation = np.eye(9)
+    correlation[:3, :3] = [[1, 0.9, 0.9], [0.9, 1, -0.9], [0.9, -0.9, 1]]
+    deviations = np.sqrt(np.diag(calibration.gyros[0].covariance))
+    calibration.gyros[0].covariance[:] = correlation * np.outer(deviations, deviations)
+    with pytest.raises(CalibrationError, match="the covariance of body 1 is not positive"):
+        parse_calibration(format_calibration(calibration))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (r"\A", "[[", "this is no TOML"),
+        ("format = 1", "format = 2", "the format is 2; this program writes and reads 1"),
+        ("format = 1\n", "", "format is missing"),
+        ("emulated = false", 'emulated = "no"', "emulated is 'no', not true or false"),
+        ("robot = .*", "robot = 3", "robot is 3, not a text"),
+        ("format = 1", "format = 1\nformatt = 2", "'formatt' is not known"),
+        (r"(?s)\[\[gyro\]\].*\[\[joint\]\]", "[[joint]]", "there is no \\[\\[gyro\\]\\] of body 1 and 2"),
+        (r"(?s)\[\[joint\]\].*", "", "there is no \\[\\[joint\\]\\] of joint 1 and 2 and 3"),
+        (r"\Z", "[[landing]]\nat = 5\n", "at of landing 1 is 5, not a time"),
+        (
+            r"\Z",
+            '[[recording]]\nstep = "a"\ntaken = 2026-07-01T00:00:00Z\nfile = "../a"\n',
+            "no name of a file",
+        ),
+    ],
+)
+def test_a_file_of_something_else_is_refused(old: str, new: str, words: str) -> None:
+    text, changed = re.subn(old, lambda _: new, WHOLE, count=1)
+    assert changed
+    with pytest.raises(CalibrationError, match=words):
+        parse_calibration(text)
+
+
+def test_the_hash_of_another_protocol_is_only_noted() -> None:
+    text = re.sub("protocol_hash = .*", 'protocol_hash = "00"', WHOLE)
+    assert parse_calibration(text).protocol_hash == "00"
+
+
+def test_a_byte_order_mark_is_no_part_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "calibration.toml"
+    path.write_text(WHOLE, encoding="utf-8-sig")
+    assert_same(read_calibration(path), whole_calibration())
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (None, "cannot be read: No such file"),
+        (b"\xff\xfe\x00", "it is not UTF-8 text"),
+        (b"#" * 5_000_000, "too large"),
+        (b"", "format is missing"),
+        (b"x = " + b"[" * 5000, "this is no TOML"),
+        (b"format = 0x" + b"f" * 5000, "the format is what stands there"),
+    ],
+)
+def test_files_that_are_no_certificate(tmp_path: Path, data: bytes | None, words: str) -> None:
+    path = tmp_path / "calibration.toml"
+    if data is not None:
+        path.write_bytes(data)
+    with pytest.raises(CalibrationError, match=words) as raised:
+        read_calibration(path)
+    assert str(path) in raised.value.what

@@ -1,0 +1,282 @@
+"""The steps of `calibrate` in a terminal: repeated after a refusal, ended, and resumed behind what is kept."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.devices.scripted import client, hello, live_sample, reply
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.evidence import Evidence, Origin
+from tfsat_host.calibration.steps.progress import DURATION_S, Known
+from tfsat_host.calibration.steps.step import Step, StepKind, swings, zero
+from tfsat_host.cli.calibrate.bench import Bench, origin_of
+from tfsat_host.cli.calibrate.prompts import LEAD_S
+from tfsat_host.cli.calibrate.recording import record
+from tfsat_host.cli.main import main
+from tfsat_host.cli.output import Output
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.errors import RefusedError
+from tfsat_host.protocol.enums import Board
+from tfsat_host.protocol.framing import Frame
+from tfsat_host.protocol.messages import HelloRequest, LiveReply, LiveRequest
+from tfsat_host.robot import load_robot
+
+FILE = Path("calibration-emulated.toml")
+COMMAND = ("calibrate", "misalignment", "--joint", "2", "--port", "x")
+FIRST, SECOND = swings(2)
+
+Doing = Callable[[Step, Callable[[Step], None]], None]
+"""What somebody does when asked for a step; the function does a step as it should be done."""
+
+
+class Scripted:
+    """Does with each attempt what the test says, and else what is asked."""
+
+    lead_s = 0.0
+
+    def __init__(self, robot: EmulatedRobot, doing: dict[int, Doing]) -> None:
+        self._operator = EmulatedOperator(robot)
+        self._doing = doing
+        self.asked: list[Step] = []
+
+    def begin(self, step: Step) -> None:
+        self.asked.append(step)
+        self._doing.get(len(self.asked), as_asked)(step, self._operator.begin)
+
+
+@pytest.fixture
+def calibrate(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> Iterator[Callable[..., tuple[int, list[Step]]]]:
+    """Runs a command with a scripted person; gives its exit code and the steps that were asked for."""
+    monkeypatch.chdir(tmp_path)
+    with EmulatedRobot(seed=5) as robot:
+        robot.advance(SETTLE_US)
+
+        def run(*arguments: str, typed: str = "", **doing: Doing) -> tuple[int, list[Step]]:
+            person = Scripted(robot, {int(name[1:]): what for name, what in doing.items()})
+
+            @contextmanager
+            def open_bench(*_: object) -> Iterator[Bench]:
+                logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+                yield Bench(logger, person, origin_of(logger))
+
+            monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_bench", open_bench)
+            monkeypatch.setattr("sys.stdin", Terminal(typed))
+            return main(arguments), person.asked
+
+        yield run
+
+
+class Terminal(io.StringIO):
+    """What a person types."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def as_asked(step: Step, do: Callable[[Step], None]) -> None:
+    do(step)
+
+
+def wrong_side(step: Step, do: Callable[[Step], None]) -> None:
+    do(Step(step.kind, step.joint, moved=step.held, held=step.moved))
+
+
+def nothing(_step: Step, _do: Callable[[Step], None]) -> None:
+    pass
+
+
+def interrupted(_step: Step, _do: Callable[[Step], None]) -> None:
+    raise KeyboardInterrupt
+
+
+Run = Callable[..., tuple[int, list[Step]]]
+
+
+def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    code, asked = calibrate(*COMMAND, typed="\n\n", _2=nothing, _4=wrong_side)
+    assert code == 0
+    assert [step.key for step in asked] == ["rest", FIRST.key, FIRST.key, SECOND.key, SECOND.key]
+    said = capsys.readouterr()
+    assert said.err.count("Enter repeats the step, q ends") == 2
+    assert "at least" in said.err, "what was wrong with the first attempt"
+    assert "Joint 2" in said.out
+    assert [one.step for one in read_calibration(FILE).papers] == ["rest", FIRST.key, SECOND.key]
+
+
+def test_q_after_a_refusal_keeps_what_was_accepted(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, asked = calibrate(*COMMAND, typed="q\n", _3=nothing)
+    assert (code, len(asked)) == (1, 3)
+    said = capsys.readouterr().err
+    assert "Ended before all steps were done." in said
+    assert f"2 of 3 steps are kept in {FILE}." in said
+    assert "tfsat-host calibrate misalignment --joint 2 --resume --port x" in said
+
+
+def test_after_ctrl_c_resume_goes_on_behind_what_is_kept(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _ = calibrate(*COMMAND, _3=interrupted)
+    assert code == 130
+    assert f"2 of 3 steps are kept in {FILE}." in capsys.readouterr().err
+    code, asked = calibrate(*COMMAND, "--resume")
+    assert (code, asked) == (0, [SECOND])
+    assert "body 4" in capsys.readouterr().out
+    code, asked = calibrate(*COMMAND)
+    assert (code, asked) == (0, [FIRST, SECOND]), (
+        "without --resume all is measured anew, but for the fresh bias"
+    )
+
+
+def test_with_yes_a_refusal_ends_the_command_with_the_cure_first(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, asked = calibrate(*COMMAND, "--yes", _3=nothing)
+    assert (code, len(asked)) == (1, 3)
+    lines = capsys.readouterr().err.splitlines()
+    assert "Enter repeats" not in "\n".join(lines)
+    assert lines[-1].strip().startswith("To go on behind the steps that are kept: tfsat-host calibrate")
+    assert "run this command again" in lines[-2]
+
+
+def test_what_refuses_a_step_is_said_not_taken_for_an_answer(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refused(_step: Step, _do: Callable[[Step], None]) -> None:
+        raise RefusedError(what="The sequencer is armed.", meaning="Nothing moved.", next_step="Disarm it.")
+
+    code, _ = calibrate(*COMMAND, _2=refused)
+    assert code == RefusedError.exit_code
+    said = capsys.readouterr().err
+    assert "The sequencer is armed." in said and f"1 of 3 steps is kept in {FILE}." in said
+
+
+def test_nothing_is_written_when_the_first_step_is_refused(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _ = calibrate(*COMMAND, "--yes", _1=lambda _step, do: do(FIRST))
+    assert code == 1
+    assert "not still" in capsys.readouterr().err
+    assert list(Path().iterdir()) == []
+    code, _ = calibrate(*COMMAND, _1=interrupted)
+    assert code == 130
+    assert "None of 3 steps was accepted" in capsys.readouterr().err
+    assert list(Path().iterdir()) == []
+
+
+def test_json_is_one_object_also_after_a_refusal(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _ = calibrate(*COMMAND, "--json", typed="\n\n", _2=nothing)
+    said = capsys.readouterr()
+    assert code == 1
+    assert "error" in json.loads(said.out)
+    assert said.err == ""
+
+
+def test_a_slipped_sensor_is_told_and_its_zero_taken_anew(
+    calibrate: Run, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    zero_command = ("calibrate", "zero", "--joint", "1", "--port", "x", "--yes")
+    assert calibrate(*zero_command)[0] == 0
+    monkeypatch.setattr(
+        "tfsat_host.calibration.joints.zero.MOST_DISAGREEMENT_RAD", -1.0
+    )  # as if one had slipped
+    assert calibrate(*zero_command)[0] == 1
+    said = capsys.readouterr().err
+    assert "tfsat-host calibrate zero --joint 1 --anew --port x" in said
+    assert calibrate(*zero_command, "--anew")[0] == 0
+
+
+@pytest.mark.parametrize(("yes", "lead_s"), [(True, LEAD_S), (False, 0.0)])
+def test_with_yes_a_board_is_read_after_a_stated_lead(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    yes: bool,
+    lead_s: float,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    robot = EmulatedRobot(seed=5)
+    robot.advance(SETTLE_US)
+    EmulatedOperator(robot).rest()
+
+    @contextmanager
+    def open_logger(_args: argparse.Namespace, _out: Output) -> Iterator[LoggerClient]:
+        yield LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+
+    monkeypatch.setattr("tfsat_host.cli.connection.open_logger", open_logger)
+    monkeypatch.setattr("sys.stdin", Terminal("\n"))
+    before_us = robot.now_us
+    assert main(["calibrate", "bias", "--port", "x", *(["--yes"] if yes else [])]) == 0
+    said = capsys.readouterr().err
+    assert ("from 3 s from now on" in said) is yes
+    assert ("Enter when you are ready" in said) is not yes
+    took_s = (robot.now_us - before_us) * 1e-6
+    assert took_s == pytest.approx(DURATION_S[StepKind.REST] + lead_s, abs=0.5)
+
+
+def test_lost_samples_are_said() -> None:
+    stderr = io.StringIO()
+    evidence = taken(scripted_logger(lost=range(300, 302)), Output(stdout=io.StringIO(), stderr=stderr))
+    assert evidence.counts.samples_lost == 2
+    assert "Warning: 2 of 5001 samples never arrived (Zero point of joint 1)" in stderr.getvalue()
+
+
+def test_a_recording_starts_with_samples_of_its_own() -> None:
+    """What arrived after the end of the step before, while a person read the next task, is dropped."""
+    logger = scripted_logger()
+    out = Output(stdout=io.StringIO(), stderr=io.StringIO())
+    first, again = taken(logger, out), taken(logger, out)
+    assert first.counts.samples_lost == again.counts.samples_lost == 0
+    assert again.counts.t_us[-1] - again.counts.t_us[0] == pytest.approx(5e6)
+
+
+class Idle:
+    """Somebody who does nothing."""
+
+    lead_s = 0.0
+
+    def begin(self, step: Step) -> None:
+        """Nothing."""
+
+
+def taken(logger: LoggerClient, out: Output) -> Evidence:
+    """A zero of joint 1 as the logger's samples are."""
+    model = load_robot()
+    nothing_known = solve((), model)
+    bench = Bench(logger, Idle(), Origin("", "", True, "", ""))
+    return record(zero(1), bench, Known(nothing_known.gyros, nothing_known.joints, model), out)
+
+
+def scripted_logger(lost: range = range(0)) -> LoggerClient:
+    """A logger at 1000 Hz that sends 5001 samples whenever it is asked for live ones."""
+    start = 1000
+
+    def script(request: Frame) -> Iterator[bytes]:
+        nonlocal start
+        if request.type == HelloRequest.TYPE:
+            yield reply(request, hello(Board.LOGGER))
+            return
+        live = LiveRequest.decode(request.payload).enabled
+        yield reply(request, LiveReply(live, 1000, 131.0, 16384.0, 4096))
+        if live:
+            for index in range(5001):
+                if index not in lost:
+                    yield live_sample(start + index)
+            start += 10_000
+
+    connected, _ = client(script)
+    return LoggerClient(connected, connected.hello(Board.LOGGER))

@@ -1,0 +1,112 @@
+"""Recordings and certificates on disk that are not what they were: refused before anything rests on them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, changed, done, slip_sensor
+from tfsat_host.calibration.certificate.campaign import Campaign
+from tfsat_host.calibration.certificate.certificate import Subject
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.steps.evidence import file_name, from_bytes, to_bytes
+
+SUBJECT = Subject(
+    "Drop-tower robot", done(REST).origin.logger_serial, done(REST).origin.who_am_i, emulated=True
+)
+
+
+@pytest.fixture
+def certificate(tmp_path: Path) -> Path:
+    """Of a rest, a zero and the swings of joint 1."""
+    path = tmp_path / "calibration.toml"
+    campaign = Campaign(path, MODEL, SUBJECT)
+    for step in (REST, ZERO, *SWINGS[:2]):
+        campaign.accept(done(step))
+    return path
+
+
+def recording(certificate: Path) -> Path:
+    return certificate.with_name("calibration-recordings") / file_name(done(ZERO))
+
+
+def opening(certificate: Path) -> CalibrationError:
+    with pytest.raises(CalibrationError) as caught:
+        Campaign(certificate, MODEL, SUBJECT)
+    return caught.value
+
+
+def test_what_was_kept_is_read_back(certificate: Path) -> None:
+    campaign = Campaign(certificate, MODEL, SUBJECT)
+    assert [one.step for one in campaign.evidence] == [REST, ZERO, *SWINGS[:2]]
+    for one in campaign.evidence:
+        assert np.array_equal(one.counts.imu_counts, done(one.step).counts.imu_counts)
+
+
+def test_a_refused_step_changes_nothing(certificate: Path) -> None:
+    before = {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()}
+    campaign = Campaign(certificate, MODEL, SUBJECT)
+    with pytest.raises(CalibrationError, match="saw two axes"):
+        campaign.accept(changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
+    assert {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()} == before
+    assert len(campaign.evidence) == 4
+
+
+def test_a_recording_that_is_gone(certificate: Path) -> None:
+    recording(certificate).unlink()
+    error = opening(certificate)
+    assert error.what.endswith("on which the calibration rests, is not there.")
+    assert "tfsat-host calibrate zero" in error.next_step
+
+
+def test_a_recording_that_was_changed(certificate: Path) -> None:
+    other = changed(done(ZERO), lambda counts: replace(counts, samples_lost=1))
+    recording(certificate).write_bytes(to_bytes(other))
+    error = opening(certificate)
+    assert "its SHA-256 differs" in error.what
+    assert "from a copy" in error.next_step
+
+
+def test_a_certificate_of_another_robot(certificate: Path) -> None:
+    another = replace(SUBJECT, logger_serial="00" * 8)
+    with pytest.raises(CalibrationError) as caught:
+        Campaign(certificate, MODEL, another)
+    assert "holds another calibration" in caught.value.what
+    assert "--out" in caught.value.next_step
+    assert "--force" in caught.value.next_step
+    assert Campaign(certificate, MODEL, another, force=True).evidence == []
+    assert len(Campaign(certificate, MODEL, SUBJECT, force=True).evidence) == 4
+
+
+def test_the_same_evidence_gives_the_same_bytes_and_comes_back() -> None:
+    data = to_bytes(done(ZERO))
+    assert data == to_bytes(done(ZERO))
+    again = from_bytes(data, source="a file")
+    assert again.step == ZERO
+    assert again.origin == done(ZERO).origin
+    assert to_bytes(again) == data
+
+
+@pytest.mark.parametrize("size", [0, 10, -100])
+def test_a_recording_cut_short(size: int) -> None:
+    with pytest.raises(CalibrationError) as caught:
+        from_bytes(to_bytes(done(ZERO))[:size], source="zero.npz")
+    assert caught.value.what.startswith("zero.npz is no recording of a calibration step, or it is damaged")
+    assert "repeat the step" in caught.value.next_step
+
+
+def test_a_recording_with_a_byte_that_flipped() -> None:
+    data = bytearray(to_bytes(done(ZERO)))
+    data[len(data) // 2] ^= 0x10
+    with pytest.raises(CalibrationError, match=r"zero\.npz is no recording"):
+        from_bytes(bytes(data), source="zero.npz")
+
+
+def test_another_archive_of_arrays(tmp_path: Path) -> None:
+    path = tmp_path / "other.npz"
+    np.savez(path, papers=np.arange(3))
+    with pytest.raises(CalibrationError, match="is no recording"):
+        from_bytes(path.read_bytes(), source="other.npz")

@@ -1,0 +1,180 @@
+"""What all steps together tell: what was not measured stays doubtful, what is older gives way, order is no matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import timedelta
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.calibration.bench_day import (
+    HANDS,
+    MODEL,
+    REST,
+    SWEEPS,
+    SWINGS,
+    TRUTH,
+    ZERO,
+    FloatArray,
+    changed,
+    day,
+    done,
+    known,
+    record,
+    slip_sensor,
+)
+from tfsat_host.calibration.gyros.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
+from tfsat_host.calibration.solution import LANDING_TILT_STD_RAD, Solution, solve
+from tfsat_host.calibration.steps import view
+from tfsat_host.calibration.steps.evidence import Evidence
+from tfsat_host.calibration.steps.step import StepKind
+from tfsat_host.emulated.hands import Hands
+
+X, Y, Z = np.eye(3)
+
+
+def true_rotation(body: int) -> FloatArray:
+    """(3, 3) from sensor to body axes."""
+    return np.asarray(TRUTH.mounting[body - 1] @ MODEL.imus[body - 1].sensor_to_body)
+
+
+def off_rad(gyro: GyroCalibration) -> FloatArray:
+    """(3,) rotation vector from what was found to the truth, sensor axes."""
+    return np.asarray(Rotation.from_matrix(gyro.rotation.T @ true_rotation(gyro.body)).as_rotvec())
+
+
+def along_std_rad(gyro: GyroCalibration, axis_body: FloatArray) -> float:
+    """How sure its rotation about a body axis is."""
+    axis = gyro.rotation.T @ axis_body
+    return float(np.sqrt(axis @ gyro.covariance[3:6, 3:6] @ axis))
+
+
+def same(first: Solution, second: Solution) -> bool:
+    return all(
+        np.array_equal(one.rotation, other.rotation)
+        and np.array_equal(one.scale, other.scale)
+        and np.array_equal(one.covariance, other.covariance)
+        for one, other in zip(first.gyros, second.gyros, strict=True)
+    )
+
+
+def later(evidence: Evidence, minutes: float) -> Evidence:
+    return replace(evidence, taken=evidence.taken + timedelta(minutes=minutes))
+
+
+def test_without_evidence_all_is_as_designed() -> None:
+    found = solve((), MODEL)
+    assert found.used == ()
+    for gyro, imu in zip(found.gyros, MODEL.imus, strict=True):
+        assert np.array_equal(gyro.rotation, imu.sensor_to_body)
+        assert np.sqrt(np.diag(gyro.covariance)[:6]) == pytest.approx(
+            [BIAS_STD_RAD_S] * 3 + [MOUNTING_STD_RAD] * 3
+        )
+        assert (gyro.bias_taken, gyro.axes_taken, gyro.axes) == (None, None, "")
+
+
+def test_a_whole_day_is_right_within_what_it_states() -> None:
+    found = solve(day(), MODEL)
+    assert [one.step.key for one in found.used] == [one.step.key for one in day()]
+    for gyro in found.gyros:
+        stated = np.sqrt(np.diag(gyro.covariance))
+        scale_off = gyro.scale - TRUTH.gyro_scale[gyro.body - 1]
+        bias_off = gyro.bias_rad_s - TRUTH.gyro_bias_rad_s[gyro.body - 1]
+        off = np.concatenate([bias_off, off_rad(gyro), scale_off])
+        assert np.all(np.abs(off) < 4.0 * stated)
+        assert np.rad2deg(np.linalg.norm(off_rad(gyro))) < 0.3
+        assert gyro.axes == "xyz"
+
+
+def test_one_joint_alone_leaves_the_turn_about_its_axis_as_designed() -> None:
+    found = solve(known(done(SWINGS[0])), MODEL).gyros[0]
+    assert along_std_rad(found, X) == pytest.approx(MOUNTING_STD_RAD, rel=0.02)
+    for across in (Y, Z):
+        assert along_std_rad(found, across) < np.deg2rad(1.5)
+    measured, true = found.rotation.T @ X, true_rotation(1).T @ X
+    # What is seen of the axis is right; scale factors, which are not known yet, tilt it by a few tenths of a degree.
+    assert np.rad2deg(np.linalg.norm(np.cross(measured, true))) < 0.3
+    assert found.axes == "x"
+    others = solve(known(done(SWINGS[0])), MODEL).gyros[1:]
+    assert all(np.array_equal(gyro.rotation, MODEL.imus[gyro.body - 1].sensor_to_body) for gyro in others)
+
+
+def test_the_newest_of_a_step_replaces_what_was_before() -> None:
+    """The sensor was loose, and was fastened: the old swings would contradict the new ones."""
+    slip = slip_sensor(2, (0.0, 0.0, 4.0))
+    loose = [changed(later(done(step), -60), slip) for step in SWINGS[1:3]]
+    fresh = known(done(SWINGS[1]), done(SWINGS[2]))
+    found = solve([*fresh, *loose], MODEL)
+    assert same(found, solve(fresh, MODEL))
+    assert len(found.used) == 4
+
+
+def test_the_order_of_the_evidence_is_no_matter() -> None:
+    steps = day(StepKind.SWEEP)
+    shuffled: Sequence[Evidence] = [steps[i] for i in np.random.default_rng(1).permutation(len(steps))]
+    assert same(solve(steps, MODEL), solve(shuffled, MODEL))
+
+
+def test_a_landing_leaves_directions_in_doubt_and_lengths_as_they_were() -> None:
+    steps = known(done(SWINGS[0]), done(SWINGS[2]), done(SWEEPS[0]), done(SWEEPS[2]))
+    landing = steps[-1].taken + timedelta(minutes=10)
+    before, after = (solve(steps, MODEL, when).gyros[0] for when in (None, landing))
+    for axis in (X, Y):
+        assert along_std_rad(before, axis) < np.deg2rad(0.2)
+        # Each axis was seen twice: by swings and by a sweep.
+        assert along_std_rad(after, axis) > 0.6 * LANDING_TILT_STD_RAD
+    assert np.diag(after.covariance)[6:8] == pytest.approx(np.diag(before.covariance)[6:8], rel=0.2)
+    assert after.scale[:2] == pytest.approx(before.scale[:2], abs=2e-4)
+    assert (before.axes, after.axes) == ("xy", "xy")
+    assert after.axes_taken == steps[2].taken < landing
+    half = solve([*steps, later(done(SWINGS[0]), 600)], MODEL, landing).gyros[0]
+    assert half.axes == "x"
+    assert half.axes_taken is not None
+    assert half.axes_taken > landing
+    again = solve([*steps, later(done(SWINGS[0]), 600), later(done(SWINGS[2]), 600)], MODEL, landing).gyros[0]
+    assert again.axes == "xy"
+    assert along_std_rad(again, X) < np.deg2rad(0.2)
+
+
+def test_a_landing_before_all_steps_changes_nothing() -> None:
+    steps = known(done(SWINGS[0]), done(SWINGS[2]))
+    assert same(solve(steps, MODEL), solve(steps, MODEL, done(REST).taken - timedelta(days=1)))
+
+
+def test_zeros_that_are_missing_cost_certainty_not_truth() -> None:
+    steps = [done(REST), *map(done, SWINGS)]
+    with_zero, without = solve([*steps, done(ZERO)], MODEL), solve(steps, MODEL)
+    for gyro in without.gyros:
+        stated = np.sqrt(np.diag(gyro.covariance)[3:6])
+        assert np.all(np.abs(off_rad(gyro)) < 4.0 * stated)
+    # Body 3 sees joint 1's axis across joint 2, whose angle is not known well now.
+    third = [np.trace(found.gyros[2].covariance[3:6, 3:6]) for found in (with_zero, without)]
+    assert third[1] > third[0]
+
+
+def seen_axes_off_deg(found: Solution) -> list[float]:
+    """How far the axes that swings measure are off, for the bodies that both joints turn."""
+    gyros = [found.gyros[0], found.gyros[1]]
+    pairs = [(gyro.rotation @ true_rotation(gyro.body).T @ axis, axis) for gyro in gyros for axis in (X, Y)]
+    return [float(np.rad2deg(np.linalg.norm(np.cross(seen, axis)))) for seen, axis in pairs]
+
+
+def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hands at three times their limits, gyros without scale errors, whose own share is another matter."""
+    truth = replace(TRUTH, gyro_scale=np.ones((4, 3)))
+    shaky = replace(Hands.human(5), sway_deg_s=3.0, reaction=0.03, tremor_deg_s=5.0, pace=HANDS.pace)
+    steps = [record(step, truth=truth, hands=shaky) for step in (REST, ZERO, *SWINGS)]
+    compensated = max(seen_axes_off_deg(solve(steps, MODEL)))
+
+    def untouched(
+        readings_rad_s: FloatArray, body: int, _held: int, gyros: Sequence[GyroCalibration], _to_base: object
+    ) -> FloatArray:
+        return np.asarray(readings_rad_s[:, body - 1] - gyros[body - 1].bias_rad_s)
+
+    monkeypatch.setattr(view, "without_held_motion", untouched)
+    plain = max(seen_axes_off_deg(solve(steps, MODEL)))
+    assert compensated < 0.02
+    assert plain > 0.5

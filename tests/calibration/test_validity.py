@@ -1,0 +1,134 @@
+"""How long a calibration holds: what a landing ends, what is missing, and what to type then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from tests.calibration.some_calibration import MEASURED, whole_calibration
+from tfsat_host.calibration.certificate.certificate import (
+    Calibration,
+    Landing,
+    commands_of,
+    quantities,
+    summarized,
+    with_landing,
+)
+from tfsat_host.calibration.gyros.gyro import by_design
+
+HOUR = timedelta(hours=1)
+
+
+def landed(at: datetime) -> Calibration:
+    return with_landing(whole_calibration(), Landing(at, "a test"))
+
+
+def names(calibration: Calibration, reason: str, before: datetime | None = None) -> list[str]:
+    return [one.name for one in calibration.shortcomings(before) if one.reason == reason]
+
+
+def test_a_whole_calibration_lacks_nothing() -> None:
+    found = quantities(whole_calibration())
+    assert len(found) == 4 + 3 + 8 + 12 + 3
+    assert len({one.name for one in found}) == len(found)
+    assert whole_calibration().shortcomings() == ()
+    assert whole_calibration().last_landing is None
+    assert summarized(()) == ""
+
+
+def test_a_landing_ends_all_but_the_scale_factors() -> None:
+    calibration = landed(MEASURED + HOUR)
+    stale = names(calibration, "stale")
+    assert len(stale) == 18
+    assert not [name for name in stale if "scale" in name]
+    for wanted in (
+        "bias of body 4",
+        "zero point of joint 2",
+        "misalignment of body 1 about y",
+        "servo of joint 3",
+    ):
+        assert wanted in stale
+    assert names(calibration, "missing") == []
+
+
+def test_what_was_measured_after_the_landing_holds() -> None:
+    calibration = landed(MEASURED - HOUR)
+    assert calibration.shortcomings() == ()
+    later = MEASURED + 2 * HOUR
+    fresh = tuple(replace(gyro, bias_taken=later) for gyro in calibration.gyros)
+    partly = with_landing(replace(calibration, gyros=fresh), Landing(MEASURED + HOUR, "a test"))
+    assert len(names(partly, "stale")) == 14
+    assert "bias of body 1" not in names(partly, "stale")
+
+
+def test_only_landings_before_a_recording_count_for_it() -> None:
+    calibration = landed(MEASURED + HOUR)
+    assert names(calibration, "stale", before=MEASURED + HOUR / 2) == []
+    assert len(names(calibration, "stale", before=MEASURED + 2 * HOUR)) == 18
+    # Its own landing does not count, nor does one at the very moment.
+    assert names(calibration, "stale", before=MEASURED + HOUR) == []
+
+
+def test_a_landing_is_added_once_and_in_order() -> None:
+    calibration = landed(MEASURED + HOUR)
+    assert (
+        with_landing(calibration, Landing(MEASURED + HOUR + timedelta(seconds=119), "it again"))
+        is calibration
+    )
+    assert (
+        with_landing(calibration, Landing(MEASURED + HOUR - timedelta(seconds=119), "it again"))
+        is calibration
+    )
+    twice = with_landing(calibration, Landing(MEASURED + HOUR + timedelta(seconds=121), "another"))
+    thrice = with_landing(twice, Landing(MEASURED - HOUR, "an earlier one"))
+    assert [one.told_by for one in thrice.landings] == ["an earlier one", "a test", "another"]
+    assert thrice.last_landing == MEASURED + HOUR + timedelta(seconds=121)
+
+
+def test_what_is_missing_and_how_to_measure_it() -> None:
+    calibration = whole_calibration()
+    bare = replace(
+        calibration,
+        gyros=(by_design(1, np.eye(3)), *calibration.gyros[1:]),
+        servo_maps=calibration.servo_maps[:1],
+        servo_taken=calibration.servo_taken[:1],
+    )
+    assert names(bare, "missing") == [
+        "bias of body 1",
+        "misalignment of body 1 about x",
+        "misalignment of body 1 about y",
+        "scale factor x of body 1",
+        "scale factor y of body 1",
+        "scale factor z of body 1",
+        "servo of joint 2",
+        "servo of joint 3",
+    ]
+    assert commands_of(bare.shortcomings()) == (
+        "tfsat-host calibrate bias",
+        "tfsat-host calibrate misalignment --joint 1",
+        "tfsat-host calibrate misalignment --joint 2",
+        "tfsat-host calibrate scale --joint 1",
+        "tfsat-host calibrate scale --joint 2",
+        "tfsat-host calibrate scale --turn z 360",
+        "tfsat-host calibrate servo --joint 2",
+        "tfsat-host calibrate servo --joint 3",
+    )
+    assert summarized(bare.shortcomings()) == (
+        "not calibrated: bias of body 1, misalignment of body 1 about x, misalignment of body 1 about y and 5 more"
+    )
+    assert "older than the last landing: " in summarized(landed(MEASURED + HOUR).shortcomings())
+
+
+@pytest.mark.parametrize(("body", "joint"), [(1, 1), (2, 1), (3, 1), (4, 3)])
+def test_each_body_is_turned_about_x_by_a_joint_that_moves_it(body: int, joint: int) -> None:
+    calibration = whole_calibration()
+    gyros = tuple(
+        replace(gyro, axes="y", scaled="yz") if gyro.body == body else gyro for gyro in calibration.gyros
+    )
+    assert commands_of(replace(calibration, gyros=gyros).shortcomings()) == (
+        f"tfsat-host calibrate misalignment --joint {joint}",
+        f"tfsat-host calibrate scale --joint {joint}",
+    )

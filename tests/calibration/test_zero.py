@@ -1,0 +1,114 @@
+"""Zero points: right anywhere in 360 deg, and what is no zero."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.calibration.bench_day import (
+    MODEL,
+    REST,
+    TRUTH,
+    ZERO,
+    Change,
+    accept,
+    add_angle,
+    changed,
+    done,
+    record,
+    refused,
+    silence_angle,
+)
+from tfsat_host.calibration.joints.joint_sensors import wrapped
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.step import zero
+
+
+def loose(joint: int, most_deg: float) -> Change:
+    """The joint swings to and fro within the attachment: both sensors see it, each in its direction."""
+
+    def change(counts: Counts) -> Counts:
+        for sensor in (2 * joint - 1, 2 * joint):
+            sign = MODEL.angle_sensors[sensor - 1].direction
+            counts = add_angle(sensor, lambda share, s=sign: s * most_deg * np.sin(30.0 * share))(counts)  # type: ignore[misc]
+        return counts
+
+    return change
+
+
+@pytest.mark.parametrize("shown_deg", [0.0, 0.04, 89.9, 180.0, 359.9, 359.95, 359.99])
+def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
+    """The sensors' noise takes them across the wrap from one sample to the next."""
+    design = np.array([sensor.zero_offset_rad for sensor in MODEL.angle_sensors])
+    truth = replace(
+        TRUTH, angle_zero_rad=np.deg2rad(shown_deg) - design, angle_nonlinearity_rad=np.zeros((6, 4))
+    )
+    found = solve([record(zero(None), truth=truth)], MODEL)
+    for sensors in found.joints:
+        off = np.rad2deg(wrapped(sensors.zero_rad - np.deg2rad(shown_deg)))
+        assert np.all(np.abs(off) < 0.03)
+        stated = np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance)))
+        assert np.all(stated < 0.03)
+        assert np.all(np.abs(off) < 4.0 * stated)
+
+
+def test_zero_of_one_joint_leaves_the_others() -> None:
+    found = solve([done(ZERO), record(zero(2))], MODEL)
+    taken = [sensors.zero_taken for sensors in found.joints]
+    assert taken[0] == taken[2] == done(ZERO).taken
+    assert taken[1] != taken[0]
+
+
+@pytest.mark.parametrize("joint", [1, 2, 3])
+def test_the_attachment_is_loose(joint: int) -> None:
+    error = refused(changed(done(ZERO), loose(joint, 1.0)), [done(REST)])
+    assert error.what.startswith(f"Joint {joint} moved by ")
+    assert "screw it down" in error.next_step
+    accept(changed(done(ZERO), loose(joint, 0.3)), [done(REST)])
+
+
+def test_a_joint_that_creeps_while_its_zero_is_read() -> None:
+    creeps = changed(done(ZERO), add_angle(3, lambda share: 1.2 * share))
+    assert "Joint 2 moved by 0.8" in refused(creeps, [done(REST)]).what
+    accept(changed(done(ZERO), add_angle(3, lambda share: 0.3 * share)), [done(REST)])
+
+
+@pytest.mark.parametrize(("sensor", "by_deg"), [(1, 5.0), (4, -5.0), (6, 175.0)])
+def test_a_sensor_that_slipped_since_the_last_zero(sensor: int, by_deg: float) -> None:
+    slipped = changed(done(ZERO), add_angle(sensor, by_deg))
+    error = refused(slipped, [done(REST), done(ZERO)])
+    joint = (sensor + 1) // 2
+    assert error.what.startswith(f"The two sensors of joint {joint} disagree by ")
+    assert abs(float(error.what.split(" disagree by ")[1].split()[0]) - abs(by_deg)) < 0.15
+    assert error.next_step.endswith(f"tfsat-host calibrate zero --joint {joint} --anew")
+    accept(slipped, [done(REST)])  # nothing to compare it with, or --anew
+
+
+def test_both_sensors_turned_together_are_no_slip() -> None:
+    """The joint itself lies elsewhere: another attachment."""
+    turned = changed(done(ZERO), add_angle(1, 1.5), add_angle(2, -1.5))
+    accept(turned, [done(REST), done(ZERO)])
+
+
+@pytest.mark.parametrize("sensor", [2, 5])
+def test_a_silent_sensor(sensor: int) -> None:
+    error = refused(changed(done(ZERO), silence_angle(sensor, 0.5)), [done(REST)])
+    index, joint = (sensor - 1) % 2 + 1, (sensor + 1) // 2
+    assert error.what == f"Angle sensor {index} of joint {joint} gave no value in 50 % of the samples."
+    assert "monitor" in error.next_step
+    accept(changed(done(ZERO), silence_angle(sensor, 0.005)), [done(REST)])
+
+
+def test_another_joints_silent_sensor_does_not_matter() -> None:
+    one = replace(changed(done(ZERO), silence_angle(1, 1.0)), step=zero(3))
+    accept(one, [done(REST)])
+
+
+def test_a_logger_that_restarted_while_a_zero_was_read() -> None:
+    t_us = done(ZERO).counts.t_us.copy()
+    t_us[len(t_us) // 2 :] -= t_us[len(t_us) // 2]
+    restarted = changed(done(ZERO), lambda counts: replace(counts, t_us=t_us))
+    assert "the logger restarted" in refused(restarted, [done(REST)]).what

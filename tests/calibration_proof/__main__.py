@@ -1,0 +1,48 @@
+"""`make calibration-report`: calibrates a hundred emulated robots and writes docs/calibration-proof.md."""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from tests.calibration_proof.budget import write_budget
+from tests.calibration_proof.page import COVERED, TARGETS, covered, page, rms
+from tests.calibration_proof.robots import Errors, calibrated, errors_of, recorded_day
+from tfsat_host.emulated.build import ensure_built
+
+DOCS = Path(__file__).parents[2] / "docs"
+ROBOTS = 100
+
+
+def one(seed: int) -> tuple[int, dict[str, Errors]]:
+    """Calibrates one robot."""
+    day = recorded_day(seed)
+    return seed, errors_of(day, calibrated(day))
+
+
+def main() -> int:
+    """Writes the page and the budget; 1 if a target is missed."""
+    ensure_built(progress=print)
+    with ProcessPoolExecutor() as pool:
+        shown = Console(stderr=True)
+        results = dict(track(pool.map(one, range(1, ROBOTS + 1)), "robots", total=ROBOTS, console=shown))
+    (DOCS / "calibration-proof.md").write_text(page(results), encoding="utf-8")
+    write_budget(DOCS / "calibration.md")
+    missed = 0
+    for name, target in TARGETS.items():
+        good = rms(results, name) <= target and COVERED[0] <= covered(results, name) <= COVERED[1]
+        missed += not good
+        share = 100 * covered(results, name)
+        print(
+            f"{name}: rms {rms(results, name):.4f} of {target:g}, {share:.1f} % covered: {'good' if good else 'MISSED'}"
+        )
+    print("docs/calibration-proof.md and the budget in docs/calibration.md are written.")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

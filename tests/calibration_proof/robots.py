@@ -1,0 +1,100 @@
+"""Emulated robots that nobody has calibrated, a calibration of each, and how far it is from the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.calibration.joints.joint_sensors import harmonics, wrapped
+from tfsat_host.calibration.solution import Solution, solve
+from tfsat_host.calibration.steps.acceptance import check_step
+from tfsat_host.calibration.steps.evidence import Evidence
+from tfsat_host.emulated.calibration_day import CalibrationDay, calibration_day
+from tfsat_host.emulated.hands import Hands
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.robot import RobotModel, load_robot
+
+FloatArray = NDArray[np.float64]
+
+QUANTITIES = ("bias", "misalignment", "scale", "zero")
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Of one quantity of one robot.
+
+    Attributes:
+        error: (k,) estimate less truth: deg/s, deg, %, deg.
+        std: (k,) as stated, in the same units.
+    """
+
+    error: FloatArray
+    std: FloatArray
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the errors."""
+        return float(np.sqrt((self.error**2).mean()))
+
+
+def design(seed: int) -> RobotModel:
+    """The drop tower robot with each IMU turned by some of the 24 right-angled rotations, as its file says."""
+    random = np.random.default_rng([seed, 24])
+    turns = np.rint(Rotation.create_group("O").as_matrix())
+    model = load_robot()
+    imus = tuple(replace(imu, sensor_to_body=turns[random.integers(24)]) for imu in model.imus)
+    return replace(model, imus=imus)
+
+
+def recorded_day(seed: int) -> CalibrationDay:
+    """All steps on one robot, by a person who is no machine."""
+    return calibration_day(design(seed), draw_as_built(seed), Hands.human(seed), seed)
+
+
+def calibrated(day: CalibrationDay) -> Solution:
+    """As `tfsat-host calibrate` does it: each step is checked with what is known before it. Raises CalibrationError."""
+    accepted: list[Evidence] = []
+    known = solve(accepted, day.model)
+    for one in day.evidence:
+        check_step(one, known, day.model)
+        accepted.append(one)
+        if len(accepted) <= 2:  # bias and zero points are what the checks of later steps need
+            known = solve(accepted, day.model)
+    return solve(accepted, day.model)
+
+
+def errors_of(day: CalibrationDay, found: Solution) -> dict[str, Errors]:
+    """Against the hidden truth, for each of QUANTITIES."""
+    gyros = [_gyro_errors(day, found, body) for body in range(len(found.gyros))]
+    zeros = [_zero_errors(day, found, joint) for joint in range(len(found.joints))]
+    parts = {name: [gyro[name] for gyro in gyros] for name in QUANTITIES[:3]} | {"zero": zeros}
+    return {
+        name: Errors(np.concatenate([one.error for one in ones]), np.concatenate([one.std for one in ones]))
+        for name, ones in parts.items()
+    }
+
+
+def _gyro_errors(day: CalibrationDay, found: Solution, body: int) -> dict[str, Errors]:
+    gyro, truth = found.gyros[body], day.truth
+    std = np.sqrt(np.diag(gyro.covariance))
+    mounted = truth.mounting[body] @ day.model.imus[body].sensor_to_body
+    off = Rotation.from_matrix(mounted.T @ gyro.rotation).as_rotvec()
+    bias = gyro.bias_rad_s - truth.gyro_bias_rad_s[body]
+    return {
+        "bias": Errors(np.rad2deg(bias), np.rad2deg(std[:3])),
+        "misalignment": Errors(np.rad2deg(off), np.rad2deg(std[3:6])),
+        "scale": Errors(100 * (gyro.scale - truth.gyro_scale[body]), 100 * std[6:]),
+    }
+
+
+def _zero_errors(day: CalibrationDay, found: Solution, joint: int) -> Errors:
+    sensors, truth = found.joints[joint], day.truth
+    error = []
+    for k, column in enumerate((2 * joint, 2 * joint + 1)):
+        straight = day.model.angle_sensors[column].zero_offset_rad + truth.angle_zero_rad[column]
+        shown = straight + harmonics(np.array([straight]))[0] @ truth.angle_nonlinearity_rad[column]
+        error.append(float(wrapped(np.array([sensors.zero_rad[k] - shown]))[0]))
+    return Errors(np.rad2deg(error), np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))))
