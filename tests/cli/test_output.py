@@ -161,7 +161,7 @@ def test_make_is_bold_only_on_a_terminal(tmp_path: Path) -> None:
 def test_what_a_campaign_leaves_is_not_committed(tmp_path: Path) -> None:
     (tmp_path / ".gitignore").write_text((ROOT / ".gitignore").read_text())
     subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
-    left = ["misalignment-joint-1.toml", "misalignment-joint-2-emulated.toml", "robot/SD.bin", "run/SD.csv"]
+    left = ["calibration.toml", "calibration-emulated-recordings/rest.npz", "robot/SD.bin", "run/SD.csv"]
     ours = ["host/tfsat_host/robot/model.py", "robots/drop_tower.toml"]
     command = ["git", "check-ignore", *left, *ours]
     told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.calibration.counts import Counts
-from tfsat_host.calibration.step import Step
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.step import Step
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.hands import Hands

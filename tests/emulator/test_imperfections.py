@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.emulator.performance import perform
-from tfsat_host.calibration.step import sweeps, turn
+from tfsat_host.calibration.steps.step import sweeps, turn
 from tfsat_host.devices.jogging import Jog, JogClient
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.emulator.performance import Performance, perform
-from tfsat_host.calibration.step import Step, rest, servo, sweeps, swings, turn, zero
+from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps, swings, turn, zero
 from tfsat_host.devices.jogging import Jog, JogClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.hands import LEAD_S, Hands

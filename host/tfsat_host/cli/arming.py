@@ -6,9 +6,10 @@ import argparse
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
+from tfsat_host.cli.arming_calibration import tell_calibration
 from tfsat_host.cli.arming_logger import look_at_logger
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
-from tfsat_host.cli.options import add_device_options, number
+from tfsat_host.cli.options import add_device_options, file_name, number
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import JOINT_COUNT, START_POSE_TOLERANCE_CDEG
@@ -47,6 +48,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         dest="joints_cdeg",
         help="measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming",
     )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=file_name,
+        help="certificate to hold against the drop; it never refuses an arming (default: calibration.toml here, of an "
+        "emulated robot calibration-emulated.toml)",
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -81,7 +89,8 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
         refusal = arm_refusal(status, stored, sequencer.settings().settings, args.joints_cdeg)
         if refusal is not None:
             raise refusal
-        recording = look_at_logger(args, out)
+        logger = look_at_logger(args, out)
+        calibration = tell_calibration(args, logger.origin, out)
         out.note(flight_words(stored))
         out.note(_servo_warning(status.state))
         _demand_the_word(out)
@@ -92,7 +101,8 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
         out.result(
             {
                 "state": state.name.lower(),
-                "recording": recording,
+                "recording": logger.recording,
+                "calibration": calibration,
                 "at_start_pose": at_start_pose,
                 "maneuver": maneuver_as_dict(stored),
                 "device": {"port": sequencer.port, **sequencer.identity.as_dict()},

@@ -1,10 +1,11 @@
-"""What `arm` asks of the logger: whether the drop will be on its card."""
+"""What `arm` asks of the logger: whether the drop will be on its card, and which sensors will see it."""
 
 from __future__ import annotations
 
 import argparse
 import os
 from contextlib import closing
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
@@ -12,12 +13,26 @@ from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 
 if TYPE_CHECKING:
+    from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.devices.card_trouble import NotOnCard
     from tfsat_host.protocol.messages import LoggerStatusReply
 
 
-def look_at_logger(args: argparse.Namespace, out: Output) -> bool | None:
-    """Whether the drop would be on the logger's card, with a warning if not; None when there is none to ask.
+@dataclass(frozen=True)
+class LoggerAnswer:
+    """What is known of the logger.
+
+    Attributes:
+        recording: Whether the drop would be on its card; None: it was not asked, or did not say.
+        origin: Whose sensors hang on it; None likewise.
+    """
+
+    recording: bool | None = None
+    origin: Origin | None = None
+
+
+def look_at_logger(args: argparse.Namespace, out: Output) -> LoggerAnswer:
+    """Asks the logger whether the drop would be on its card, with a warning if not, and whose sensors it has.
 
     An explicit `--port` scans no others: then only the environment names a logger.
 
@@ -31,19 +46,19 @@ def look_at_logger(args: argparse.Namespace, out: Output) -> bool | None:
             f"The logger was not asked whether it records: --port names the sequencer only. A drop that is not "
             f"recorded leaves no data. To have it asked, set {port_variable('logger')}=PORT"
         )
-        return None
+        return LoggerAnswer()
     try:
         port = find_port("logger")
     except PortError as error:
         out.warn(
             f"The logger was not asked whether it records: a drop that is not recorded leaves no data. {error.what}"
         )
-        return None
+        return LoggerAnswer()
     try:
-        status, danger = _ask(port)
+        status, danger, origin = _ask(port)
     except TfsatError as error:
         out.warn(f"The logger did not say whether it records. {error.what}")
-        return None
+        return LoggerAnswer()
     if danger is not None:
         if not args.unrecorded:
             danger.meaning = f"{danger.meaning} Nothing was armed."
@@ -52,16 +67,17 @@ def look_at_logger(args: argparse.Namespace, out: Output) -> bool | None:
             )
             raise danger
         out.warn(f"{danger.what} {danger.meaning}")
-        return False
+        return LoggerAnswer(False, origin)
     if not _records(status):
         out.warn(
             f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
             "Start it: tfsat-host record start"
         )
-    return _records(status)
+    return LoggerAnswer(_records(status), origin)
 
 
-def _ask(port: str) -> tuple[LoggerStatusReply, NotOnCard | None]:
+def _ask(port: str) -> tuple[LoggerStatusReply, NotOnCard | None, Origin]:
+    from tfsat_host.cli.calibration_notice import origin_of_logger
     from tfsat_host.devices.card_trouble import stalled_recording
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.transport import SerialTransport
@@ -69,7 +85,8 @@ def _ask(port: str) -> tuple[LoggerStatusReply, NotOnCard | None]:
     with closing(SerialTransport(port)) as transport:
         logger = LoggerClient.connect(transport)
         status = logger.status()
-        return status, stalled_recording(logger, status)
+        origin = origin_of_logger(logger.identity, status.who_am_i)
+        return status, stalled_recording(logger, status), origin
 
 
 def _records(status: LoggerStatusReply) -> bool:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tfsat_host.devices.sequencer import SequencerClient
     from tfsat_host.devices.transport import SerialTransport, Transport
     from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.robot import RobotModel
 
 AnySequencer = TypeVar("AnySequencer", bound="SequencerClient")
 
@@ -144,21 +145,32 @@ def _refuse_a_dead_link(path: str) -> None:
 
 
 @contextmanager
-def emulated_robot(out: Output) -> Iterator[EmulatedRobot]:
+def emulated_robot(
+    out: Output, *, model: RobotModel | None = None, as_built: bool = False
+) -> Iterator[EmulatedRobot]:
     """The robot of `--emulated`: what its boards store, and its card, are kept from one command to the next.
+
+    Args:
+        out: Says that it is being built.
+        model: The bodies; the drop tower robot by default.
+        as_built: Nobody has calibrated it: also its scale factors, angle sensors and servos are off.
 
     Raises:
         BuildError: it cannot be built.
         TfsatError: what was kept is damaged.
     """
     from tfsat_host.emulated.build import ensure_built
-    from tfsat_host.emulated.robot import SETTLE_US, EmulatedRobot
+    from tfsat_host.emulated.imperfections import draw, draw_as_built
+    from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
     from tfsat_host.emulated.state import KeptState
 
     ensure_built(progress=out.note)
     kept = KeptState.of_user()
     before = kept.load()
-    with EmulatedRobot(eeprom=before.eeprom, logger_memory=before.logger_memory) as robot:
+    wrong = (draw_as_built if as_built else draw)(DEFAULT_SEED)
+    with EmulatedRobot(
+        model, imperfections=wrong, eeprom=before.eeprom, logger_memory=before.logger_memory
+    ) as robot:
         before.put_card(robot)
         robot.advance(SETTLE_US)
         yield robot

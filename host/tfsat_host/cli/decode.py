@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.decode_calibration import tell_calibration
 from tfsat_host.cli.decode_words import aside_words, footer_rows, recordings_lines, utc, verdict_words
 from tfsat_host.cli.decoded_files import FORMATS
 from tfsat_host.cli.event_words import event_words
-from tfsat_host.cli.options import add_output_options
+from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError, TfsatError
 
@@ -55,6 +56,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="which recording of the file, 8 hex digits (default: the newest by the time of day in the headers; "
         "where an unbroken one has none, the first in the file)",
     )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=file_name,
+        help="certificate to hold against the recording; it learns of the landing (default: calibration.toml beside "
+        "FILE or here, of an emulated robot calibration-emulated.toml)",
+    )
     parser.add_argument("--force", action="store_true", help="overwrite files that this command did not make")
     add_output_options(parser)
 
@@ -71,6 +79,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         out.note(line)
     for warning in facts["warnings"]:
         out.warn(warning) if not warning.startswith(" ") else out.note(warning)
+    facts |= tell_calibration(log, args.calibration, out)
     try:
         written = _write(log, args, out)
     except TfsatError as error:

@@ -56,7 +56,9 @@ COMMANDS = (
         "rehearse", "tfsat_host.cli.rehearse", "fly a maneuver with the real firmware and the emulated robot"
     ),
     Command(
-        "calibrate", "tfsat_host.cli.calibrate", "measure what the sensors' mounting does to their readings"
+        "calibrate",
+        "tfsat_host.cli.calibrate.command",
+        "measure biases, zero points, mountings, scale factors and servos",
     ),
     Command(
         "decode", "tfsat_host.cli.decode", "turn a card's recording into engineering units, with a verdict"

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 Advance = Callable[[float], None]
 
 
+class NotConfirmed(RefusedError):
+    """A person answered a question with anything but what lets it go on."""
+
+
 class Output:
     """The voice of one command.
 
@@ -47,6 +51,11 @@ class Output:
         self._stderr = stderr or sys.stderr
         self._stdin = stdin or sys.stdin
         self._result_given = False
+
+    @property
+    def can_ask(self) -> bool:
+        """Whether somebody is there to choose what to do next: a terminal, and neither `--json` nor `--yes`."""
+        return not self.json_mode and not self.yes and self._stdin.isatty()
 
     def result(self, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
         """The result of the command, once.
@@ -132,7 +141,7 @@ class Output:
         """Asks a yes/no question on the terminal; `--yes` answers it.
 
         Raises:
-            RefusedError: the answer was not yes.
+            NotConfirmed: the answer was not yes.
             UsageError: there is no terminal to ask on, and no `--yes`.
         """
         if self.yes:
@@ -149,7 +158,7 @@ class Output:
             )
         print(prompt, end="", file=self._stderr, flush=True)
         if self._stdin.readline().strip().lower() not in accept:
-            raise RefusedError(
+            raise NotConfirmed(
                 what="Not confirmed.", meaning=meaning, next_step="Run the same command again when ready."
             )
 

@@ -19,18 +19,21 @@ class LimitsRefusal(RefusedError):
     code = ErrorCode.SETTINGS_DO_NOT_FIT
 
 
-def upload(schedule: Schedule, args: argparse.Namespace, out: Output) -> dict[str, object]:
-    """Sends the schedule, has it read back and compared; the JSON keys that tell of it.
+def upload(
+    schedule: Schedule, args: argparse.Namespace, out: Output
+) -> tuple[dict[str, object], ServoSettings]:
+    """Sends the schedule, has it read back and compared; the JSON keys that tell of it, and the board's settings.
 
     Raises:
         LimitsRefusal: a stroke leaves its joint's limits in the board's servo settings.
         TfsatError: no board, another board, a refusal, or what was read back differs.
     """
     with offering_emulated(), open_sequencer(args, out) as sequencer:
-        _check_limits(schedule, sequencer.settings().settings, args)
+        settings = sequencer.settings().settings
+        _check_limits(schedule, settings, args)
         with out.progress(f"uploading to {sequencer.port}"):
             result = sequencer.upload(schedule)
-        return {
+        told: dict[str, object] = {
             "verified": True,
             "written": result.written,
             "identity": sequencer.identity.describe(),
@@ -38,6 +41,7 @@ def upload(schedule: Schedule, args: argparse.Namespace, out: Output) -> dict[st
             "maneuver_crc": f"{result.stored.crc:04x}",
             "generation": result.stored.generation,
         }
+        return told, settings
 
 
 def _check_limits(schedule: Schedule, settings: ServoSettings, args: argparse.Namespace) -> None:

@@ -15,6 +15,13 @@ from tfsat_host.cli.maneuver_argument import (
 )
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.stroke_errors import (
+    COLUMNS,
+    Expectation,
+    add_calibration_option,
+    expect,
+    find_servo_maps,
+)
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -32,6 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     maneuver.add_argument(
         "--dry-run", action="store_true", help="check and show the schedule; touch no board"
     )
+    add_calibration_option(maneuver)
     add_device_options(parser, "sequencer")
 
 
@@ -42,21 +50,27 @@ def run(args: argparse.Namespace, out: Output) -> int:
     maneuver = maneuver_from(args)
     schedule = schedule_from(args, maneuver)
     too_fast = servo_speed_notices(schedule)
-    notices = (*schedule.notices, *too_fast)
+    servos, unknown = find_servo_maps(args)
+    notices = [*schedule.notices, *too_fast, *unknown]
     for notice in notices:
         out.warn(notice)
     if args.out is not None:
         _write(maneuver, args.out, force=args.force)
         out.note(f"Maneuver written to {args.out}")
     result: dict[str, object] = {"schedule": schedule.as_rows(), "end_s": schedule.end_s}
+    expected = Expectation()
     if args.dry_run:
         result |= {"verified": False, "device": None, "dry_run": True}
     else:
         from tfsat_host.cli.upload_device import upload
 
-        result |= upload(schedule, args, out)
-    result["notices"] = list(notices)
-    out.result(result, lambda: _show(schedule, result, out, doubtful=bool(too_fast)))
+        uploaded, settings = upload(schedule, args, out)
+        expected = expect(schedule, servos, settings)
+        for notice in expected.notices:
+            out.warn(notice)
+        result |= {**uploaded, "expected": expected.rows}
+    result["notices"] = [*notices, *expected.notices]
+    out.result(result, lambda: _show(schedule, expected, result, out, doubtful=bool(too_fast)))
     return 0
 
 
@@ -72,9 +86,19 @@ def _write(maneuver: Maneuver, path: Path, *, force: bool) -> None:
     write_maneuver(maneuver, path)
 
 
-def _show(schedule: Schedule, result: Mapping[str, object], out: Output, *, doubtful: bool) -> None:
+def _show(
+    schedule: Schedule, expected: Expectation, result: Mapping[str, object], out: Output, *, doubtful: bool
+) -> None:
     rows = [(f"{s.t_s:.2f}", s.joint, f"{s.angle_deg:+.2f}") for s in schedule.strokes]
-    out.table(("start / s", "joint", "turns by / deg"), rows)
+    columns = ("start / s", "joint", "turns by / deg")
+    if expected.rows is None:
+        out.table(columns, rows)
+    else:
+        told = [(*row, *expected.cells(number)) for number, row in enumerate(rows, 1)]
+        out.table((*columns, *COLUMNS), told)
+        out.line(
+            "A stroke misses by the angle reached minus the angle commanded; std is that of a single drop."
+        )
     out.line(f"Ends {schedule.end_s:.2f} s after release, at {schedule.speed_deg_s:g} deg/s.")
     if result.get("dry_run"):
         verdict = "no check refuses the maneuver, but see the warning" if doubtful else "the maneuver may fly"

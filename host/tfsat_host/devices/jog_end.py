@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from tfsat_host.errors import RefusedError, TfsatError
@@ -66,19 +67,34 @@ def from_here(angle_cdeg: int) -> str:
     )
 
 
-def stalled(joint: int, angle_cdeg: int, to_cdeg: int, after_s: float) -> JogError:
-    """The board did not bring the joint to its end in time."""
+def from_the_start(start_cdeg: int) -> Callable[[int], str]:
+    """How to go on with a joint that was let go on a tour, which begins anew."""
+    return lambda _angle_cdeg: (
+        f"bring it to {start_cdeg / 100:g} deg by hand and type the same command again."
+    )
+
+
+def stalled(
+    joint: int, angle_cdeg: int, to_cdeg: int, after_s: float, again: Callable[[int], str]
+) -> JogError:
+    """The board did not bring the joint to its end in time; `again` says how to go on."""
     return JogError(
         joint,
         angle_cdeg,
         what=f"Joint {joint} was commanded to {angle_cdeg / 100:g} deg only after "
         f"{after_s:.0f} s; {to_cdeg / 100:g} deg was asked for.",
         meaning="The joint was let go.",
-        next_step=f"Once more: {from_here(angle_cdeg)} If it recurs, report it.",
+        next_step=f"Once more: {again(angle_cdeg)} If it recurs, report it.",
     )
 
 
-def ended_by_board(joint: int, angle_cdeg: int, status: SequencerStatusReply, before_ms: int) -> JogError:
+def ended_by_board(
+    joint: int,
+    angle_cdeg: int,
+    status: SequencerStatusReply,
+    before_ms: int,
+    again: Callable[[int], str],
+) -> JogError:
     """The board does not jog any more; its uptimes tell a restart from a host that was away.
 
     Args:
@@ -86,6 +102,7 @@ def ended_by_board(joint: int, angle_cdeg: int, status: SequencerStatusReply, be
         angle_cdeg: What its servo was told last, 0.01 deg.
         status: As it is now.
         before_ms: The uptime when it was asked last.
+        again: How to go on, from the angle that the servo was told last.
     """
     what, why = _cause(status, (status.uptime_ms - before_ms) % _UPTIME_RANGE_MS)
     fault = "" if status.fault == ErrorCode.NONE else f" {REMEDIES[status.fault][0]}"
@@ -94,7 +111,7 @@ def ended_by_board(joint: int, angle_cdeg: int, status: SequencerStatusReply, be
         angle_cdeg,
         what=f"{what} It is {status.state.name.lower()}.{fault}",
         meaning=f"{last_told(joint, angle_cdeg)} and was let go. {why}",
-        next_step=f"Look at the joint and its servo; then {from_here(angle_cdeg)}",
+        next_step=f"Look at the joint and its servo; then {again(angle_cdeg)}",
     )
 
 

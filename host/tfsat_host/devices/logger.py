@@ -247,3 +247,8 @@ class LoggerClient:
                 next_step="tfsat-host status",
             )
         return samples
+
+    def samples_of(self, duration_s: float) -> list[LiveSampleStream]:
+        """Likewise, after so long a time; there may be none. Raises PortError."""
+        self._client.wait(duration_s)
+        return self._client.live_samples(0.0)

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tfsat_host.calibration.patterns import MotionPattern
-from tfsat_host.calibration.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, TURN_ROUNDS, Step, StepKind
+from tfsat_host.calibration.steps.patterns import MotionPattern
+from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, TURN_ROUNDS, Step, StepKind
 from tfsat_host.emulated.hands import LEAD_S, Hands
 from tfsat_host.emulated.motions import (
     SWEEP_LEG_S,

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tfsat_host.calibration.step import TURN_ROUNDS
+from tfsat_host.calibration.steps.step import TURN_ROUNDS
 from tfsat_host.emulated.card import CardDefect
 from tfsat_host.emulated.control_words import ControlError, axis_of, board, choice, decimal, duration_s, whole
 from tfsat_host.emulated.hands import Hands

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from tfsat_host.calibration.step import AXES, Axis
+from tfsat_host.calibration.steps.step import AXES, Axis
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.errors import TfsatError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.step import AXES, SWEEP_ROUNDS, SWEEP_STOPS_DEG, Axis
+from tfsat_host.calibration.steps.step import AXES, SWEEP_ROUNDS, SWEEP_STOPS_DEG, Axis
 from tfsat_host.emulated.hands import Hands, Leg, Motion
 
 FloatArray = NDArray[np.float64]

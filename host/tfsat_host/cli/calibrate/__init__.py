@@ -1,0 +1,1 @@
+"""`tfsat-host calibrate`: guided measurements before a drop."""

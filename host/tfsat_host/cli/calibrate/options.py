@@ -1,0 +1,85 @@
+"""Options that every `calibrate` quantity has, and the command line that goes on where one ended."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Iterable
+from pathlib import Path
+
+from tfsat_host.cli.advice import device_option
+from tfsat_host.cli.options import add_device_options, file_name
+from tfsat_host.devices.discovery import BoardName
+from tfsat_host.protocol.limits import JOINT_COUNT
+
+CERTIFICATE, EMULATED_CERTIFICATE = "calibration.toml", "calibration-emulated.toml"
+_TOLD_AGAIN = ("joint", "turn", "all", "anew", "jog", "out", "robot")
+_COMMAND = re.compile(r"tfsat-host calibrate [a-z]+(?: --[a-z]+| [0-9xyz]+)*")
+
+
+def add_campaign_options(parser: argparse.ArgumentParser, board: BoardName = "logger") -> None:
+    """Where the certificate is, of which robot, and how to begin or to go on; device and output options."""
+    group = parser.add_argument_group("certificate")
+    group.add_argument(
+        "--out",
+        metavar="FILE",
+        type=file_name,
+        help=f"the certificate that the steps go into (default {CERTIFICATE}; of an emulated robot "
+        f"{EMULATED_CERTIFICATE}); recordings are kept in a folder beside it",
+    )
+    group.add_argument(
+        "--robot", metavar="FILE", type=file_name, help="robot file (default: the drop tower robot)"
+    )
+    group.add_argument(
+        "--force", action="store_true", help="begin the certificate anew where it is of other sensors"
+    )
+    group.add_argument(
+        "--resume",
+        action="store_true",
+        help="leave out steps of this command that were accepted within the last hour and since the last landing",
+    )
+    add_device_options(parser, board)
+
+
+def add_joint_option(parser: argparse._ActionsContainer, *, required: bool) -> None:
+    """`--joint N`; not required where a group of options asks for one of them."""
+    joints = range(1, JOINT_COUNT + 1)
+    if required:
+        parser.add_argument("--joint", type=int, choices=joints, required=True, help="which joint")
+    else:
+        parser.add_argument("--joint", type=int, choices=joints, help="which joint")
+
+
+def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
+    """Where the certificate is; an emulated robot's never lies where a real one's would."""
+    return args.out or Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
+
+
+def resuming(args: argparse.Namespace) -> str:
+    """The command that goes on behind the steps that are kept."""
+    return " ".join(
+        ["tfsat-host calibrate", args.quantity, *_options(args, _TOLD_AGAIN), "--resume"]
+    ) + _devices(args)
+
+
+def as_typed_here(text: str, args: argparse.Namespace) -> str:
+    """Gives the `calibrate` commands in an error's words this command's certificate, robot and device."""
+    here = "".join(f" {word}" for word in _options(args, ("out", "robot"))) + _devices(args)
+    return _COMMAND.sub(lambda found: found[0] + here, text)
+
+
+def _options(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
+    words = []
+    for name in names:
+        value = getattr(args, name, None)
+        if value is None or value is False:
+            continue
+        values = () if value is True else value if isinstance(value, list) else (value,)
+        words += [f"--{name}", *(shlex.quote(str(one)) for one in values)]
+    return words
+
+
+def _devices(args: argparse.Namespace) -> str:
+    port = getattr(args, "sequencer_port", None)
+    return device_option(args) + ("" if port is None else f" --sequencer-port {shlex.quote(port)}")

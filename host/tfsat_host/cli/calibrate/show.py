@@ -1,0 +1,214 @@
+"""`tfsat-host calibrate show`: what is calibrated, how old it is, and what the next drop cannot rely on."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.calibrate.options import certificate_path
+from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.output import Output
+
+if TYPE_CHECKING:
+    from tfsat_host.calibration.certificate.certificate import Calibration, Paper
+    from tfsat_host.cli.calibrate.show_rows import Row
+
+_STATES = {"valid": "valid", "stale": "STALE: a landing since", "missing": "MISSING"}
+_MATCHES = {
+    "matches": "as recorded",
+    "changed": "CHANGED since",
+    "gone": "NOT THERE",
+    "unreadable": "UNREADABLE",
+}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Which certificate."""
+    group = parser.add_argument_group("certificate")
+    group.add_argument(
+        "--out",
+        metavar="FILE",
+        type=file_name,
+        help="the certificate that the steps went into (default as theirs)",
+    )
+    group.add_argument(
+        "--robot", metavar="FILE", type=file_name, help="robot file (default: the drop tower robot)"
+    )
+    group.add_argument("--emulated", action="store_true", help="that of the emulated robot")
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Shows it as of now."""
+    return show(args, out, datetime.now(UTC))
+
+
+def show(args: argparse.Namespace, out: Output, now: datetime) -> int:
+    """Reads one file and changes nothing.
+
+    Raises:
+        CalibrationError: there is no certificate, or it cannot be understood.
+    """
+    from tfsat_host.calibration.certificate.file import read_calibration
+    from tfsat_host.calibration.errors import CalibrationError
+    from tfsat_host.cli.calibrate.show_rows import rows_of
+    from tfsat_host.robot import load_robot
+
+    file = certificate_path(args, emulated=args.emulated)
+    if not file.exists():
+        raise CalibrationError(
+            what=f"There is no calibration yet: no file {file}.",
+            meaning="Without one a drop cannot be evaluated: a bias of 1 deg/s alone is 2.5 deg over a fall.",
+            next_step=f"Begin with: tfsat-host calibrate bias{_options(args)}",
+        )
+    calibration = read_calibration(file)
+    rows = rows_of(calibration, load_robot(args.robot), _options(args))
+    papers = [(paper, _paper_state(file, paper)) for paper in calibration.papers]
+    out.result(
+        _as_json(calibration, file, rows, papers, now),
+        lambda: _show(calibration, file, rows, papers, now, out),
+    )
+    return 0
+
+
+def _options(args: argparse.Namespace) -> str:
+    """What makes the next command work on the same certificate."""
+    out = f" --out {shlex.quote(str(args.out))}" if args.out else ""
+    return out + (" --emulated" if args.emulated else "")
+
+
+def _paper_state(certificate: Path, paper: Paper) -> str:
+    from tfsat_host.calibration.steps.evidence import sha256
+
+    folder = certificate.with_name(f"{certificate.stem}-recordings")
+    try:
+        data = (folder / paper.file).read_bytes()
+    except FileNotFoundError:
+        return "gone"
+    except OSError:
+        return "unreadable"
+    return "matches" if sha256(data) == paper.sha256 else "changed"
+
+
+def _as_json(
+    calibration: Calibration, file: Path, rows: list[Row], papers: list[tuple[Paper, str]], now: datetime
+) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    lacking = [row for row in rows if row.state != "valid"]
+    return {
+        "file": file,
+        "subject": asdict(calibration.subject),
+        "written": calibration.written.isoformat(),
+        "tool_version": calibration.tool_version,
+        "protocol_hash": calibration.protocol_hash,
+        "same_protocol": _same_protocol(calibration),
+        "ready": not lacking,
+        "quantities": [_row_as_json(row, now) for row in rows],
+        "commands": list(dict.fromkeys(row.command for row in lacking)),
+        "recordings": [
+            asdict(paper) | {"taken": paper.taken.isoformat(), "state": state} for paper, state in papers
+        ],
+        "landings": [
+            {"at": landing.at.isoformat(), "told_by": landing.told_by} for landing in calibration.landings
+        ],
+    }
+
+
+def _row_as_json(row: Row, now: datetime) -> dict[str, Any]:
+    value = row.value
+    return {
+        "quantity": row.name,
+        "state": row.state,
+        "value": None if value is None else value.value,
+        "std": None if value is None else value.std,
+        "unit": None if value is None else value.unit,
+        **({} if value is None else value.more),
+        "taken": None if row.taken is None else row.taken.isoformat(),
+        "age_s": None if row.taken is None else (now - row.taken).total_seconds(),
+        "command": row.command,
+    }
+
+
+def _same_protocol(calibration: Calibration) -> bool:
+    from tfsat_host.protocol.limits import PROTOCOL_HASH
+
+    return calibration.protocol_hash == PROTOCOL_HASH.hex()
+
+
+def _show(
+    calibration: Calibration,
+    file: Path,
+    rows: list[Row],
+    papers: list[tuple[Paper, str]],
+    now: datetime,
+    out: Output,
+) -> None:
+    from tfsat_host.cli.calibrate.show_rows import age_words
+
+    table = [
+        (
+            row.name,
+            "–" if row.value is None else row.value.text,
+            age_words(row.taken, now),
+            _STATES[row.state],
+        )
+        for row in rows
+    ]
+    out.table(("quantity", "value ± 1 std", "measured", "for the next drop"), table, title=str(file))
+    out.line(f"Of {calibration.subject.describe()}, written {calibration.written:%Y-%m-%d %H:%M} UTC.")
+    if calibration.subject.emulated:
+        out.line("These are the errors of an emulated robot: of no use for a real one.")
+    if not _same_protocol(calibration):
+        out.line("It was written by a tfsat of another protocol; its values hold all the same.")
+    out.line()
+    _show_lacking(rows, out)
+    _show_papers(papers, now, out)
+    _show_landings(calibration, now, out)
+
+
+def _show_lacking(rows: list[Row], out: Output) -> None:
+    lacking = [row for row in rows if row.state != "valid"]
+    if not lacking:
+        out.line("Nothing is missing for the next drop.")
+        return
+    out.line(f"{len(lacking)} of {len(rows)} quantities are missing for the next drop. Type:")
+    for command in dict.fromkeys(row.command for row in lacking):
+        out.line(f"  {command}")
+
+
+def _show_papers(papers: list[tuple[Paper, str]], now: datetime, out: Output) -> None:
+    from tfsat_host.cli.calibrate.show_rows import age_words
+
+    if papers:
+        out.line()
+        out.table(
+            ("recording", "measured", "file", "SHA-256"),
+            [
+                (paper.step, age_words(paper.taken, now), paper.file, _MATCHES[state])
+                for paper, state in papers
+            ],
+        )
+    if any(state != "matches" for _, state in papers):
+        out.line(
+            "What rests on a recording that is not as it was cannot be proven: take it from a copy, or repeat the step."
+        )
+
+
+def _show_landings(calibration: Calibration, now: datetime, out: Output) -> None:
+    from tfsat_host.cli.calibrate.show_rows import age_words
+
+    if calibration.landings:
+        last = calibration.landings[-1]
+        earlier = len(calibration.landings) - 1
+        more = f" ({earlier} earlier)" if earlier else ""
+        out.line(
+            f"Last landing: {last.at:%Y-%m-%d %H:%M:%S} UTC, {age_words(last.at, now)}, told by {last.told_by}{more}."
+        )
+    else:
+        out.line(
+            "No landing since the campaign began, as far as is known: decode and evaluate tell of landings."
+        )

@@ -1,0 +1,162 @@
+"""What stands against a calibration where sensors are used: other sensors, something missing, a landing since."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
+from tfsat_host.protocol.limits import IMU_COUNT
+
+if TYPE_CHECKING:
+    from tfsat_host.calibration.certificate.certificate import Calibration
+    from tfsat_host.calibration.steps.evidence import Origin
+    from tfsat_host.devices.identity import BoardIdentity
+    from tfsat_host.protocol.messages import LogHeader
+
+_NAMED = 3
+
+
+def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path | None:
+    """The certificate that a command should look at: the one that was named, else by its usual name in `folders`."""
+    if named is not None:
+        return named
+    name = EMULATED_CERTIFICATE if emulated else CERTIFICATE
+    return next((folder / name for folder in folders if (folder / name).is_file()), None)
+
+
+def origin_of_log(header: LogHeader) -> Origin:
+    """Whose sensors a recording is of."""
+    from tfsat_host.calibration.steps.evidence import Origin
+
+    return Origin(
+        logger_serial=header.board_serial.hex() if any(header.board_serial) else "",
+        who_am_i=header.who_am_i.hex(),
+        emulated=header.image_crc == 0,
+        firmware=".".join(map(str, header.firmware_version)),
+        image_crc=f"{header.image_crc:08x}",
+    )
+
+
+def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
+    """Whose sensors hang on a logger that is connected."""
+    from tfsat_host.calibration.steps.evidence import Origin
+
+    return Origin(
+        identity.serial, who_am_i.hex(), identity.runs_natively, identity.firmware, identity.image_crc
+    )
+
+
+def notices(calibration: Calibration, origin: Origin | None, before: datetime | None = None) -> list[str]:
+    """All that stands against using a calibration, a sentence or two each; nothing: it can be used.
+
+    Args:
+        calibration: As it was read.
+        origin: Whose sensors it would be used for; None: nobody knows.
+        before: When its samples were taken: later landings do not matter, but what was measured after one may
+            have been otherwise. None: now.
+    """
+    if origin is not None and (other := _of_another_robot(calibration, origin)):
+        return [other]
+    said = [] if origin is None else _of_other_imus(calibration, origin)
+    shortcomings = calibration.shortcomings(before)
+    for reason, words in (
+        ("missing", "The calibration lacks"),
+        ("stale", "Measured before the last landing, which may have changed it:"),
+    ):
+        lacking = [one for one in shortcomings if one.reason == reason]
+        if lacking:
+            commands = dict.fromkeys(f"tfsat-host calibrate {one.command}" for one in lacking)
+            said.append(
+                f"{words} {_listed([one.name for one in lacking])}. To measure: {_listed(list(commands))}"
+            )
+    later = [] if before is None else _measured_after_a_landing(calibration, before)
+    if later:
+        said.append(
+            f"Measured only after the landing that followed, which may have changed it: {_listed(later)}. "
+            "A calibration from before the drop says more."
+        )
+    return said
+
+
+def as_json(
+    calibration: Calibration, file: Path, said: list[str], before: datetime | None = None
+) -> dict[str, Any]:
+    """For `--json`, under `calibration`."""
+    return {
+        "file": str(file),
+        "usable": not said,
+        "shortcomings": [shortcoming_as_json(one) for one in calibration.shortcomings(before)],
+        "sentences": said,
+    }
+
+
+def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
+    """The same of a certificate that could not be read."""
+    return {"file": str(file), "usable": False, "shortcomings": [], "sentences": [sentence]}
+
+
+def shortcoming_as_json(shortcoming: Any) -> dict[str, Any]:
+    """One of `Calibration.shortcomings`."""
+    return {
+        "quantity": shortcoming.name,
+        "reason": shortcoming.reason,
+        "taken": None if shortcoming.taken is None else shortcoming.taken.isoformat(),
+        "command": f"tfsat-host calibrate {shortcoming.command}",
+    }
+
+
+def is_of_robot(calibration: Calibration, origin: Origin) -> bool:
+    """Whether a calibration is of the robot with these sensors, even if one of them was exchanged."""
+    return not _of_another_robot(calibration, origin)
+
+
+def _of_another_robot(calibration: Calibration, origin: Origin) -> str:
+    """Empty if it is of the same."""
+    subject = calibration.subject
+    if subject.emulated != origin.emulated:
+        theirs, these = ("an emulated", "a real") if subject.emulated else ("a real", "an emulated")
+        return f"The calibration is of {theirs} robot; these sensors are {these} one's. None of its numbers hold."
+    if subject.logger_serial != origin.logger_serial:
+        return (
+            f"The calibration is of other sensors: it was taken on logger {_name(subject.logger_serial)}; "
+            f"these hang on logger {_name(origin.logger_serial)}. None of its numbers hold."
+        )
+    return ""
+
+
+def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
+    calibrated, found = calibration.subject.who_am_i, origin.who_am_i
+    if calibrated == found:
+        return []
+    bodies = [
+        str(body)
+        for body in range(1, IMU_COUNT + 1)
+        if calibrated[2 * body - 2 : 2 * body] != found[2 * body - 2 : 2 * body]
+    ]
+    return [
+        f"The IMU of body {' and '.join(bodies)} is another than the one that was calibrated, or does not answer "
+        f"(WHO_AM_I {found}, calibrated {calibrated}): its numbers do not hold."
+    ]
+
+
+def _measured_after_a_landing(calibration: Calibration, moment: datetime) -> list[str]:
+    """What a landing after `moment` may have changed before it was measured."""
+    from tfsat_host.calibration.certificate.certificate import quantities
+
+    landing = next((landing.at for landing in calibration.landings if landing.at >= moment), None)
+    return [
+        one.name
+        for one in quantities(calibration)
+        if landing is not None and one.ends_at_landing and one.taken is not None and one.taken > landing
+    ]
+
+
+def _name(serial: str) -> str:
+    return serial or "without a serial number"
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,162 @@
+"""What error to expect of each stroke, said by `upload-sequence` from a calibration."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.options import file_name
+from tfsat_host.errors import TfsatError, UsageError
+
+if TYPE_CHECKING:
+    from tfsat_host.calibration.servos.servo_map import ServoMap
+    from tfsat_host.maneuver import Schedule
+    from tfsat_host.servo_settings import ServoSettings
+
+CERTIFICATE = "calibration.toml"
+EMULATED_CERTIFICATE = "calibration-emulated.toml"
+COLUMNS = ("misses by / deg", "std / deg")
+
+
+@dataclass(frozen=True, slots=True)
+class ServoMaps:
+    """What a calibration says of the servos.
+
+    Attributes:
+        path: Of the calibration.
+        maps: At most one for each joint.
+    """
+
+    path: Path
+    maps: tuple[ServoMap, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What to expect of a maneuver's strokes.
+
+    Attributes:
+        rows: `stroke`, `joint`, `commanded_deg`, `error_deg`, `std_deg` of each stroke whose joint has a map;
+            None where none has: the `expected` of `--json`.
+        notices: What stands against it, one sentence or two each, to be shown to a person.
+    """
+
+    rows: list[dict[str, Any]] | None = None
+    notices: tuple[str, ...] = ()
+
+    def cells(self, stroke: int) -> tuple[str | None, str | None]:
+        """Under `COLUMNS`, for a stroke from 1; both None where nothing is known of it."""
+        for row in self.rows or ():
+            if row["stroke"] == stroke:
+                return f"{row['error_deg']:+.2f}", f"{row['std_deg']:.2f}"
+        return None, None
+
+
+def add_calibration_option(group: argparse._ArgumentGroup) -> None:
+    """`--calibration`, the certificate whose servo maps are used."""
+    group.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=file_name,
+        help="also say how far each stroke will miss, by this calibration's servo maps "
+        f"(default: {CERTIFICATE}, with --emulated {EMULATED_CERTIFICATE}, where it is there)",
+    )
+
+
+def find_servo_maps(args: argparse.Namespace) -> tuple[ServoMaps | None, list[str]]:
+    """The servo maps of the calibration that was named, or of the one that lies here; what stands against them.
+
+    One that was not named and cannot be read stops no upload: it is a notice, to be shown to a person.
+
+    Raises:
+        UsageError: the named file is not there, or --dry-run was given with it.
+        TfsatError: the named file cannot be read.
+    """
+    if args.calibration is not None:
+        return _named_servo_maps(args.calibration, dry_run=args.dry_run), []
+    path = Path(EMULATED_CERTIFICATE if args.emulated else CERTIFICATE)
+    if args.dry_run or not path.is_file():
+        return None, []
+    try:
+        return ServoMaps(path, read_servo_maps(path)), []
+    except TfsatError as error:
+        return None, [f"How far the strokes will miss is not known. {error.what} {error.next_step}"]
+
+
+def _named_servo_maps(path: Path, *, dry_run: bool) -> ServoMaps:
+    if dry_run:
+        raise UsageError(
+            what="--dry-run touches no board, and how far strokes miss depends on the board's servo settings.",
+            meaning="Nothing was done.",
+            next_step="Leave out --dry-run or --calibration.",
+        )
+    if not path.is_file():
+        raise UsageError(
+            what=f"There is no calibration {path}.",
+            meaning="Nothing was sent to the robot.",
+            next_step="Give the path of the file that tfsat-host calibrate wrote, or leave out --calibration.",
+        )
+    return ServoMaps(path, read_servo_maps(path))
+
+
+def read_servo_maps(path: Path) -> tuple[ServoMap, ...]:
+    """Of the calibration at `path`. Raises TfsatError if it cannot be read."""
+    from tfsat_host.calibration.certificate.file import read_calibration
+
+    return read_calibration(path).servo_maps
+
+
+def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings) -> Expectation:
+    """What to expect of each stroke of a schedule on a board with these settings."""
+    if known is None:
+        return Expectation()
+    from tfsat_host.calibration.servos.stroke_error import expected_stroke_errors
+
+    moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes]
+    rows = [
+        {
+            "stroke": error.stroke,
+            "joint": error.joint,
+            "commanded_deg": error.commanded_cdeg / 100,
+            "error_deg": round(degrees(error.error_rad), 4),
+            "std_deg": round(degrees(error.std_rad), 4),
+        }
+        for error in expected_stroke_errors(moves, known.maps, settings)
+    ]
+    joints = sorted({joint for joint, _ in moves})
+    notices = (*_without_map(joints, known), *_off(joints, known, settings))
+    return Expectation(rows or None, notices)
+
+
+def _without_map(joints: Sequence[int], known: ServoMaps) -> list[str]:
+    mapped = {servo_map.joint for servo_map in known.maps}
+    return [
+        f"{known.path} has no servo map of joint {joint}: how far its strokes will miss is not known. "
+        f"To measure it: tfsat-host calibrate servo --joint {joint}"
+        for joint in joints
+        if joint not in mapped
+    ]
+
+
+def _off(joints: Sequence[int], known: ServoMaps, settings: ServoSettings) -> list[str]:
+    """Where the board's settings are not what the maps ask for."""
+    from tfsat_host.calibration.servos.servo_map import matching_setting
+    from tfsat_host.calibration.servos.stroke_error import setting_error_rad
+    from tfsat_host.cli.servo_words import servo_words
+
+    notices = []
+    for servo_map in known.maps:
+        setting = settings.of(servo_map.joint)
+        off_rad = setting_error_rad(servo_map, setting)
+        if servo_map.joint in joints and off_rad is not None:
+            notices.append(
+                f"The servo settings on the board are not those of {known.path} for joint {servo_map.joint}: they "
+                f"are up to {abs(degrees(off_rad)):.1f} deg off, and the errors that are shown are those with them. "
+                f"By the calibration: {servo_words(matching_setting(servo_map, setting))}. "
+                "tfsat-host upload-servos FILE stores them; the maneuver stays as it is."
+            )
+    return notices

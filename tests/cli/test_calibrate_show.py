@@ -1,0 +1,110 @@
+"""`calibrate show` as a user has it: every quantity, what to type for what is missing, and the papers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.calibration.some_calibration import MEASURED, whole_calibration
+from tests.cli.process import RunCli
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, with_landing
+from tfsat_host.calibration.certificate.file import format_calibration
+from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.steps.evidence import sha256
+from tfsat_host.cli.calibrate.show_rows import age_words
+
+HOUR = timedelta(hours=1)
+
+
+def certificate(folder: Path, calibration: Calibration, name: str = "calibration.toml") -> Path:
+    file = folder / name
+    file.write_text(format_calibration(calibration), encoding="utf-8")
+    return file
+
+
+def test_show_without_a_certificate_says_how_to_begin(tfsat_host: RunCli) -> None:
+    error = tfsat_host.json("calibrate", "show", expect=1)["error"]
+    assert error["what"] == "There is no calibration yet: no file calibration.toml."
+    assert error["next_step"] == "Begin with: tfsat-host calibrate bias"
+    error = tfsat_host.json("calibrate", "show", "--emulated", expect=1)["error"]
+    assert "calibration-emulated.toml" in error["what"]
+    assert error["next_step"].endswith("calibrate bias --emulated")
+
+
+def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
+    calibration = whole_calibration(taken=datetime.now(UTC) - 3 * HOUR - HOUR / 2)
+    certificate(tfsat_host.folder, calibration)
+    shown = tfsat_host.json("calibrate", "show")
+    assert shown["ready"] is True
+    assert shown["commands"] == []
+    rows = {row["quantity"]: row for row in shown["quantities"]}
+    assert len(rows) == 30
+    bias = rows["bias of body 2"]
+    assert bias["value"] == pytest.approx(np.degrees(calibration.gyros[1].bias_rad_s))
+    assert (bias["std"], bias["unit"]) == (pytest.approx([0.005] * 3), "deg/s")
+    assert bias["age_s"] == pytest.approx(12600, abs=300)
+    turned = rows["misalignment of body 4 about y"]
+    assert (turned["value"], turned["std"]) == (pytest.approx(1.5), pytest.approx(0.02))
+    assert turned["axis_sensor"] == pytest.approx(calibration.gyros[3].rotation.T @ [0.0, 1.0, 0.0])
+    scale = rows["scale factor z of body 3"]
+    assert scale["value"] == pytest.approx(calibration.gyros[2].scale[2])
+    assert scale["std"] == pytest.approx(np.radians(0.05))
+    assert rows["zero point of joint 1"]["value"] == pytest.approx(np.degrees(calibration.joints[0].zero_rad))
+    servo = calibration.servo_maps[2]
+    assert rows["servo of joint 3"]["value"] == pytest.approx(np.degrees(servo.backlash_rad))
+    text = tfsat_host("calibrate", "show", environ={"COLUMNS": "150"}).stdout
+    for words in ("3 h ago", "± 0.005 deg/s", "1.50 ± 0.020 deg", "Nothing is missing for the next drop."):
+        assert words in text
+    assert "STALE" not in text
+
+
+def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -> None:
+    whole = whole_calibration()
+    folder = tfsat_host.folder / "mine-recordings"
+    folder.mkdir()
+    (folder / "rest-1.npz").write_bytes(b"as it was")
+    (folder / "zero-1.npz").write_bytes(b"changed")
+    papers = tuple(
+        Paper(step, MEASURED, f"{step}-1.npz", sha256(b"as it was")) for step in ("rest", "zero", "turn-z")
+    )
+    bare = replace(whole, gyros=(by_design(1, np.eye(3)), *whole.gyros[1:]), papers=papers)
+    file = certificate(
+        tfsat_host.folder, with_landing(bare, Landing(MEASURED + HOUR, "recording 1a2b3c4d")), "mine.toml"
+    )
+    shown = tfsat_host.json("calibrate", "show", "--out", file.name)
+    assert [paper["state"] for paper in shown["recordings"]] == ["matches", "changed", "gone"]
+    assert shown["landings"] == [{"at": "2026-07-01T10:30:00+00:00", "told_by": "recording 1a2b3c4d"}]
+    missing = [row for row in shown["quantities"] if row["state"] == "missing"]
+    assert [row["value"] for row in missing] == [None] * 6
+    assert shown["commands"][0] == "tfsat-host calibrate bias --out mine.toml"
+    text = tfsat_host("calibrate", "show", "--out", file.name, environ={"COLUMNS": "150"}).stdout
+    for words in (
+        "MISSING",
+        "STALE: a landing since",
+        "\n  tfsat-host calibrate scale --turn z 360 --out mine.toml\n",
+        "as recorded",
+        "CHANGED since",
+        "NOT THERE",
+        "cannot be proven",
+        "Last landing: 2026-07-01 10:30:00 UTC",
+        "told by recording 1a2b3c4d",
+    ):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("age", "words"),
+    [
+        (timedelta(seconds=90), "just now"),
+        (timedelta(minutes=119), "119 min ago"),
+        (timedelta(hours=47), "47 h ago"),
+        (timedelta(days=2), "2 days ago"),
+        (timedelta(minutes=-5), "in the future"),
+    ],
+)
+def test_ages(age: timedelta, words: str) -> None:
+    assert age_words(MEASURED, MEASURED + age) == words

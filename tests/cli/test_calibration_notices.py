@@ -1,0 +1,249 @@
+"""What `decode` and `arm` say of a calibration: whose it is, how old, and what it lacks."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.calibration.quiet_drop import quiet_drop
+from tests.calibration.some_calibration import MEASURED, SUBJECT, whole_calibration
+from tests.cli.process import RunCli
+from tests.emulate.served import Served
+from tests.sdlog.encoder import HEADER, Recorder, drop_with_release
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.calibration.gyros.gyro import by_design
+
+HOUR = timedelta(hours=1)
+DROPPED = MEASURED + HOUR
+
+
+def certificate(folder: Path, calibration: Calibration, name: str = "calibration.toml") -> Path:
+    file = folder / name
+    file.write_text(format_calibration(calibration), encoding="utf-8")
+    return file
+
+
+def recorded(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0FFEE) -> Path:
+    """A drop whose recording began at that time of day, or does not tell."""
+    wall_clock_us = 0 if at is None else round(at.timestamp() * 1e6)
+    header = replace(HEADER, wall_clock_us=wall_clock_us, image_crc=image_crc)
+    recorder: Recorder = drop_with_release(header=header)[0]  # type: ignore[arg-type]
+    file = folder / "SD.bin"
+    file.write_bytes(recorder.image())
+    return file
+
+
+def said(result: dict[str, Any]) -> str:
+    return "\n".join(result["calibration"]["sentences"])
+
+
+def test_without_a_certificate_decode_is_silent(tfsat_host: RunCli) -> None:
+    done = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
+    assert json.loads(done.stdout)["calibration"] is None
+    assert "alibration" not in done.stderr
+
+
+def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: RunCli) -> None:
+    file = certificate(tfsat_host.folder, whole_calibration())
+    done = tfsat_host("decode", recorded(tfsat_host.folder))
+    assert "calibration.toml holds for this recording." in done.stderr
+    landing = "2026-07-01 10:30:02 UTC"
+    assert f"calibration.toml knows of the landing at {landing} now" in done.stderr
+    (known,) = read_calibration(file).landings
+    assert known.told_by == "recording 1234abcd"
+    assert (known.at - DROPPED).total_seconds() == pytest.approx(2.5, abs=0.1)
+    again = tfsat_host("decode", recorded(tfsat_host.folder), "--json")
+    assert json.loads(again.stdout)["calibration"] == {
+        "file": str(file),
+        "usable": True,
+        "shortcomings": [],
+        "sentences": [],
+    }
+    assert "knows of the landing" not in again.stderr
+    assert len(read_calibration(file).landings) == 1
+    shown = tfsat_host.json("calibrate", "show")
+    assert shown["ready"] is False
+    assert {row["state"] for row in shown["quantities"]} == {"stale", "valid"}
+
+
+def test_landings_before_the_recording_count(tfsat_host: RunCli) -> None:
+    early = with_landing(whole_calibration(), Landing(MEASURED + HOUR / 2, "a test"))
+    certificate(tfsat_host.folder, early)
+    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
+    assert result["warnings"] == []
+    assert result["calibration"]["usable"] is False
+    assert len(result["calibration"]["shortcomings"]) == 18
+    assert result["calibration"]["shortcomings"][0] == {
+        "quantity": "bias of body 1",
+        "reason": "stale",
+        "taken": MEASURED.isoformat(),
+        "command": "tfsat-host calibrate bias",
+    }
+    assert said(result).startswith(
+        "Measured before the last landing, which may have changed it: bias of body 1, "
+    )
+    assert "tfsat-host calibrate bias" in said(result)
+
+
+def test_what_was_measured_after_the_drop_is_named(tfsat_host: RunCli) -> None:
+    certificate(tfsat_host.folder, whole_calibration(taken=DROPPED + HOUR))
+    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
+    assert said(result).startswith("Measured only after the landing that followed")
+    assert "bias of body 1, bias of body 2, bias of body 3 and 15 more" in said(result)
+
+
+def test_what_it_lacks_is_named(tfsat_host: RunCli) -> None:
+    whole = whole_calibration()
+    bare = replace(whole, gyros=(by_design(1, np.eye(3)), *whole.gyros[1:]))
+    certificate(tfsat_host.folder, bare)
+    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
+    assert said(result).startswith("The calibration lacks bias of body 1, misalignment of body 1 about x, ")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            {"logger_serial": "00c0ffee"},
+            "it was taken on logger 00c0ffee; these hang on logger 3132333435363738",
+        ),
+        ({"emulated": True}, "The calibration is of an emulated robot; these sensors are a real one's"),
+    ],
+)
+def test_of_other_sensors(tfsat_host: RunCli, change: dict[str, Any], words: str) -> None:
+    other = whole_calibration(subject=replace(SUBJECT, **change))
+    file = certificate(tfsat_host.folder, other, "other.toml")
+    result = tfsat_host.json("decode", recorded(tfsat_host.folder), "--calibration", file)
+    assert words in said(result)
+    assert result["calibration"]["usable"] is False
+    assert read_calibration(file).landings == (), "another robot did not land"
+
+
+def test_an_imu_that_was_exchanged_is_named_and_the_robot_landed_all_the_same(tfsat_host: RunCli) -> None:
+    other = whole_calibration(subject=replace(SUBJECT, who_am_i="68686968"))
+    file = certificate(tfsat_host.folder, other)
+    result = tfsat_host.json("decode", recorded(tfsat_host.folder))
+    assert said(result).startswith("The IMU of body 3 is another than the one that was calibrated")
+    assert result["calibration"]["usable"] is False
+    assert len(read_calibration(file).landings) == 1
+
+
+def test_an_emulated_recording_looks_for_an_emulated_certificate(tfsat_host: RunCli) -> None:
+    certificate(tfsat_host.folder, whole_calibration())
+    emulated = whole_calibration(subject=replace(SUBJECT, emulated=True))
+    log = recorded(tfsat_host.folder, image_crc=0)
+    assert tfsat_host.json("decode", log)["calibration"] is None
+    certificate(tfsat_host.folder, emulated, "calibration-emulated.toml")
+    result = tfsat_host.json("decode", log)
+    assert result["calibration"]["file"].endswith("calibration-emulated.toml")
+    assert result["calibration"]["usable"] is True
+
+
+def test_the_certificate_beside_the_log_comes_first(tfsat_host: RunCli) -> None:
+    beside = tfsat_host.folder / "drop"
+    beside.mkdir()
+    certificate(tfsat_host.folder, whole_calibration())
+    log = recorded(beside)
+    assert tfsat_host.json("decode", log)["calibration"]["file"] == "calibration.toml"
+    certificate(beside, whole_calibration())
+    assert tfsat_host.json("decode", log)["calibration"]["file"] == str(beside / "calibration.toml")
+
+
+def test_without_a_time_of_day_every_landing_counts(tfsat_host: RunCli) -> None:
+    file = certificate(tfsat_host.folder, with_landing(whole_calibration(), Landing(DROPPED, "a test")))
+    result = tfsat_host.json("decode", recorded(tfsat_host.folder, at=None))
+    assert "does not tell its time of day" in said(result)
+    assert "Measured before the last landing" in said(result)
+    assert len(read_calibration(file).landings) == 1
+
+
+@pytest.mark.parametrize("text", ["format = 2\n", "nonsense", None])
+def test_a_certificate_that_cannot_be_read_is_a_warning(tfsat_host: RunCli, text: str | None) -> None:
+    file = tfsat_host.folder / "mine.toml"
+    if text is not None:
+        file.write_text(text)
+    done = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file, "--json")
+    result = json.loads(done.stdout)
+    assert result["verdict"] == "complete"
+    assert result["calibration"]["usable"] is False
+    assert str(file) in said(result)
+    assert f"Warning: {result['calibration']['sentences'][0]}" in done.stderr
+
+
+def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -> None:
+    """Its name beside which it would be written whole is taken by a folder."""
+    file = certificate(tfsat_host.folder, whole_calibration())
+    (tfsat_host.folder / ".calibration.toml.new").mkdir()
+    done = tfsat_host("decode", recorded(tfsat_host.folder))
+    assert "could not be written into" in done.stderr
+    assert read_calibration(file).landings == ()
+
+
+def test_the_quiet_before_a_release(tfsat_host: RunCli) -> None:
+    assert tfsat_host.json("decode", recorded(tfsat_host.folder))["quiet_s"] is None
+    data, bias_rad_s = quiet_drop(4)
+    log = tfsat_host.folder / "QUIET.BIN"
+    log.write_bytes(data)
+    done = tfsat_host("decode", log, "--json")
+    assert 12.0 < json.loads(done.stdout)["quiet_s"] < 13.5
+    (line,) = (line for line in done.stderr.splitlines() if "rested" in line)
+    assert re.search(r"The gyros rested for 1[23] s before the release: bias body 1 [+-]", line)
+    assert line.endswith(f"tfsat-host calibrate bias --log {log}")
+    told = [float(word) for word in re.findall(r"[+-]\d+\.\d{3}", line)]
+    assert told == pytest.approx(np.degrees(bias_rad_s).ravel().tolist(), abs=0.02)
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
+    monkeypatch.chdir(tmp_path)
+    with Served() as process:
+        yield process
+
+
+def test_arming_says_what_stands_against_the_calibration(robot: Served, tfsat_host: RunCli) -> None:
+    ports = {
+        "TFSAT_SEQUENCER_PORT": robot.announced["sequencer"],
+        "TFSAT_LOGGER_PORT": robot.announced["logger"],
+    }
+    tfsat_host("upload-sequence", 59, 70, environ=ports)
+    silent = tfsat_host("arm", "--yes", "--json", environ=ports)
+    assert json.loads(silent.stdout)["calibration"] is None
+    assert "alibration" not in silent.stderr
+    tfsat_host("disarm", environ=ports)
+    serial = tfsat_host.json("status", environ=ports)["logger"]["device"]["serial"]
+    mine = replace(SUBJECT, logger_serial=serial, emulated=True)
+    file = certificate(tfsat_host.folder, whole_calibration(subject=mine), "calibration-emulated.toml")
+    armed = tfsat_host("arm", "--yes", "--json", environ=ports)
+    assert "calibration-emulated.toml holds for this drop." in armed.stderr
+    assert json.loads(armed.stdout)["calibration"]["usable"] is True
+    tfsat_host("disarm", environ=ports)
+    certificate(
+        tfsat_host.folder,
+        with_landing(whole_calibration(subject=mine), Landing(datetime.now(UTC), "a test")),
+        file.name,
+    )
+    armed = tfsat_host("arm", "--yes", "--json", environ=ports)
+    assert json.loads(armed.stdout)["state"] == "armed"
+    assert f"Calibration {file.name}: Measured before the last landing" in armed.stderr
+    assert len(json.loads(armed.stdout)["calibration"]["shortcomings"]) == 18
+    tfsat_host("disarm", environ=ports)
+    real = certificate(tfsat_host.folder, whole_calibration(), "real.toml")
+    armed = tfsat_host("arm", "--yes", "--json", "--calibration", real, environ=ports)
+    assert "The calibration is of a real robot" in armed.stderr
+    tfsat_host("disarm", environ=ports)
+    alone = tfsat_host("arm", "--yes", "--json", "--calibration", real, "--port", robot.sequencer)
+    assert "was not asked of the logger" in alone.stderr
+    tfsat_host("disarm", environ=ports)
+    real.write_text("nonsense")
+    armed = tfsat_host("arm", "--yes", "--json", "--calibration", real, environ=ports)
+    assert json.loads(armed.stdout)["state"] == "armed"
+    assert f"Warning: {real}: this is no TOML" in armed.stderr
