@@ -265,3 +265,12 @@ def silence_angle(sensor: int, share: float) -> Change:
         return replace(counts, angle_valid=valid)
 
     return change
+
+
+def later(evidence: Evidence, minutes: float) -> Evidence:
+    return replace(evidence, taken=evidence.taken + timedelta(minutes=minutes))
+
+
+def true_rotation(body: int) -> FloatArray:
+    """(3, 3) from sensor to body axes."""
+    return np.asarray(TRUTH.mounting[body - 1] @ MODEL.imus[body - 1].sensor_to_body)

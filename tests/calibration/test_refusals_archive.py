@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, changed, done, slip_sensor
+from tests.calibration.bench_day import (
+    MODEL,
+    REST,
+    SWINGS,
+    ZERO,
+    changed,
+    done,
+    later,
+    slip_sensor,
+    true_rotation,
+)
 from tfsat_host.calibration.certificate.campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject
 from tfsat_host.calibration.errors import CalibrationError
@@ -110,3 +122,32 @@ def test_another_archive_of_arrays(tmp_path: Path) -> None:
     np.savez(path, papers=np.arange(3))
     with pytest.raises(CalibrationError, match="is no recording"):
         from_bytes(path.read_bytes(), source="other.npz")
+
+
+def test_a_sensor_that_was_moved_can_be_measured_anew(certificate: Path) -> None:
+    """By so much that the old directions, however doubtful, must not weigh in."""
+    slip = slip_sensor(2, (0.0, 0.0, 12.0))
+    again = [changed(later(done(step), 60), slip) for step in (REST, *SWINGS[:4])]
+    campaign = Campaign(certificate, MODEL, SUBJECT)
+    campaign.accept(done(SWINGS[2]))
+    before = np.sqrt(np.diag(campaign.solution().gyros[1].covariance)[3:6])
+    campaign.accept(again[0])
+    with pytest.raises(CalibrationError, match="--anew"):
+        campaign.accept(again[2])
+    campaign.sensors_moved(again[0].taken - timedelta(seconds=1))
+    found = [campaign.accept(one) for one in again][-1]
+    assert [landing.told_by for landing in found.landings] == ["a person: sensors were moved"]
+    assert not any("misalignment of body 2" in one.name for one in found.shortcomings())
+    gyro = found.gyros[1]
+    moved = Rotation.from_matrix(true_rotation(2).T @ gyro.rotation).magnitude()
+    assert np.rad2deg(moved) == pytest.approx(12.0, abs=0.5)
+    assert np.sqrt(np.diag(gyro.covariance)[3:6]) == pytest.approx(before, rel=1.0)
+
+
+def test_every_certificate_that_was_written_stays(certificate: Path) -> None:
+    """A drop is evaluated by the one that held when it fell, whatever was measured since."""
+    folder = certificate.with_name("calibration-recordings")
+    last = max(folder.glob("certificate-*.toml"))
+    assert last.read_bytes() == certificate.read_bytes()
+    Campaign(certificate, MODEL, SUBJECT).accept(later(done(ZERO), 60))
+    assert last.read_bytes() != certificate.read_bytes()

@@ -23,8 +23,10 @@ from tests.calibration.bench_day import (
     day,
     done,
     known,
+    later,
     record,
     slip_sensor,
+    true_rotation,
 )
 from tfsat_host.calibration.gyros.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.solution import LANDING_TILT_STD_RAD, Solution, solve
@@ -34,11 +36,6 @@ from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.emulated.hands import Hands
 
 X, Y, Z = np.eye(3)
-
-
-def true_rotation(body: int) -> FloatArray:
-    """(3, 3) from sensor to body axes."""
-    return np.asarray(TRUTH.mounting[body - 1] @ MODEL.imus[body - 1].sensor_to_body)
 
 
 def off_rad(gyro: GyroCalibration) -> FloatArray:
@@ -59,10 +56,6 @@ def same(first: Solution, second: Solution) -> bool:
         and np.array_equal(one.covariance, other.covariance)
         for one, other in zip(first.gyros, second.gyros, strict=True)
     )
-
-
-def later(evidence: Evidence, minutes: float) -> Evidence:
-    return replace(evidence, taken=evidence.taken + timedelta(minutes=minutes))
 
 
 def test_without_evidence_all_is_as_designed() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tfsat_host.calibration.gyros.axis_response import axis_response
 from tfsat_host.calibration.gyros.bias import estimate_biases
 from tfsat_host.calibration.gyros.gyro import MOUNTING_STD_RAD, GyroCalibration, by_design
-from tfsat_host.calibration.gyros.mounting import Design, solve_mounting
+from tfsat_host.calibration.gyros.mounting import Design, solve_mounting, spans_two_axes
 from tfsat_host.calibration.gyros.mounting_checks import check_mounting, check_sense
 from tfsat_host.calibration.gyros.response import Response, with_length
 from tfsat_host.calibration.gyros.turn_response import check_turn_axis, turn_response
@@ -29,6 +29,8 @@ FloatArray = NDArray[np.float64]
 
 LANDING_TILT_STD_RAD = np.deg2rad(1.0)
 """About each axis: so far may a landing have turned a sensor on its body."""
+FORGOTTEN_STD_RAD = np.deg2rad(20.0)
+"""Of a direction from before a landing, once newer ones tell the mounting: it weighs no more."""
 SCALE_KNOWN = 0.005
 _PASSES = 3
 """The held body's motion is taken off with what its own gyro is known to do: each pass knows that better."""
@@ -96,7 +98,7 @@ def _with_mountings(
     for _ in range(_PASSES):
         seen, joints = _responses(motions, turns, gyros, joints, model, last_landing)
         for gyro in gyros:
-            check_mounting(gyro.body, [one.response for one in seen[gyro.body]], model)
+            check_mounting(gyro.body, _fresh(seen[gyro.body]), model)
         gyros = [_mounted(gyro, seen[gyro.body], model) for gyro in gyros]
     return gyros, joints
 
@@ -213,18 +215,31 @@ def _without_length(response: Response) -> Response:
 
 
 def _keep(seen: list[Seen], response: Response, one: Evidence, last_landing: datetime | None) -> None:
-    fresh = last_landing is None or one.taken > last_landing
-    if not fresh:
-        length = float(np.linalg.norm(response.reading))
-        axis = response.reading / length
-        tilt = (length * LANDING_TILT_STD_RAD) ** 2 * (np.eye(3) - np.outer(axis, axis))
-        response = replace(response, covariance=response.covariance + tilt)
-    seen.append(Seen(response, one.taken, fresh))
+    seen.append(Seen(response, one.taken, last_landing is None or one.taken > last_landing))
+
+
+def _weighed(seen: Sequence[Seen]) -> list[Response]:
+    """The responses, those from before the last landing with what it may have done to their directions."""
+    doubt_rad = FORGOTTEN_STD_RAD if spans_two_axes(_fresh(seen)) else LANDING_TILT_STD_RAD
+    weighed = []
+    for one in seen:
+        response = one.response
+        if not one.fresh:
+            length = float(np.linalg.norm(response.reading))
+            axis = response.reading / length
+            across = (length * doubt_rad) ** 2 * (np.eye(3) - np.outer(axis, axis))
+            response = replace(response, covariance=response.covariance + across)
+        weighed.append(response)
+    return weighed
+
+
+def _fresh(seen: Sequence[Seen]) -> list[Response]:
+    return [one.response for one in seen if one.fresh]
 
 
 def _mounted(gyro: GyroCalibration, seen: Sequence[Seen], model: RobotModel) -> GyroCalibration:
     nominal = model.imus[gyro.body - 1].sensor_to_body
-    mounting = solve_mounting([one.response for one in seen], Design(nominal, MOUNTING_STD_RAD))
+    mounting = solve_mounting(_weighed(seen), Design(nominal, MOUNTING_STD_RAD))
     scaled = "".join(
         axis for i, axis in enumerate(AXES) if mounting.covariance[3 + i, 3 + i] < SCALE_KNOWN**2
     )

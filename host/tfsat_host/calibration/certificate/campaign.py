@@ -81,21 +81,10 @@ class Campaign:
         check_step(step, before, self._model)
         return self._keep([*self.evidence, step], written=step)
 
-    def forget(self, key: str) -> None:
-        """Leaves a step out from now on; its recording stays in the folder."""
-        left = [one for one in self.evidence if one.step.key != key]
-        if len(left) < len(self.evidence):
-            self._keep(left)
-
-    def add_landing(self, landing: Landing) -> None:
-        """Ends what the landing can change. Nothing happens if there is no certificate, or it knows the
-        landing."""
-        if self.calibration is None:
-            return
-        changed = with_landing(self.calibration, landing)
-        if changed is not self.calibration:
-            self.calibration = changed
-            self._keep(self.evidence)
+    def sensors_moved(self, at: datetime) -> None:
+        """What was measured before counts as before a landing; kept with the next accepted step."""
+        if self.calibration is not None:
+            self.calibration = with_landing(self.calibration, Landing(at, "a person: sensors were moved"))
 
     def _take_if_same(self) -> None:
         try:
@@ -115,7 +104,9 @@ class Campaign:
         calibration = self._certified(solution)
         if written is not None:
             write_whole(self.folder / file_name(written), to_bytes(written))
-        write_whole(self.certificate, format_calibration(calibration).encode())
+        text = format_calibration(calibration).encode()
+        write_whole(self.folder / f"certificate-{calibration.written:%Y%m%dT%H%M%S.%f}.toml", text)
+        write_whole(self.certificate, text)
         self.evidence, self.calibration = list(solution.used), calibration
         return calibration
 

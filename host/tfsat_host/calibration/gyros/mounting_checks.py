@@ -131,14 +131,14 @@ def _check_angles_between(body: int, responses: Sequence[Response]) -> None:
                     f"apart that are {np.rad2deg(angle_between(first.axis_body, second.axis_body)):.1f} deg "
                     f"apart on the robot.",
                     meaning="One of the motions was not about its joint alone, or the sensor moved in between.",
-                    next_step="Fasten the sensor, close the joints that are not moved, and begin the directions "
-                    f"of this body anew: {_commands(body)}.",
+                    next_step="Close the joints that are not moved, and run this command again. If the sensor was "
+                    f"moved since the first of the two: fasten it, then {_commands(body)}.",
                 )
 
 
 def _commands(body: int) -> str:
     first, second = (2, 3) if body == 4 else (1, 2)
-    return f"tfsat-host calibrate misalignment --joint {first}, then --joint {second}"
+    return f"tfsat-host calibrate misalignment --joint {first} --anew, then --joint {second} without --anew"
 
 
 def angle_between(first: FloatArray, second: FloatArray) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.calibrate import servo, show
@@ -61,6 +62,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "Find how each gyro that a joint turns is mounted on its body: the robot is swung by hand as the screen says.",
     )
     add_joint_option(misalignment, required=True)
+    misalignment.add_argument(
+        "--anew",
+        action="store_true",
+        help="sensors were moved or fastened: what was measured before counts as before a landing",
+    )
     add_campaign_options(misalignment)
     _configure_scale(
         quantity(
@@ -144,6 +150,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     with _opened(args, model, out) as (origin, read):
         campaign = open_campaign(args, origin, model)
         before = campaign.calibration
+        if args.quantity == "misalignment" and args.anew:
+            campaign.sensors_moved(datetime.now(UTC))
         if args.quantity in ("misalignment", "scale"):
             steps = with_rest(steps, campaign)
         flow = Flow(steps, campaign, read, model, args, out)

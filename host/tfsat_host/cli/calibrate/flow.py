@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.steps.step import Step, rest
+from tfsat_host.calibration.steps.step import Step, StepKind, rest
 from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
 from tfsat_host.cli.calibrate.prompts import title
@@ -92,8 +92,9 @@ class Flow:
 
         while True:
             evidence = self._read(step, self._known())
+            anew = step.kind == StepKind.ZERO and self._args.anew
             try:
-                calibration = self._campaign.accept(evidence, anew=getattr(self._args, "anew", False))
+                calibration = self._campaign.accept(evidence, anew=anew)
             except CalibrationError as error:
                 if not self._out.can_ask:
                     raise

@@ -58,9 +58,11 @@ def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
 
 def resuming(args: argparse.Namespace) -> str:
     """The command that goes on behind the steps that are kept."""
-    return " ".join(
-        ["tfsat-host calibrate", args.quantity, *_options(args, _TOLD_AGAIN), "--resume"]
-    ) + _devices(args)
+    # That sensors were moved is in the certificate with the first step: said again, it would end what followed.
+    told = [name for name in _TOLD_AGAIN if name != "anew" or args.quantity == "zero"]
+    return " ".join(["tfsat-host calibrate", args.quantity, *_options(args, told), "--resume"]) + _devices(
+        args
+    )
 
 
 def as_typed_here(text: str, args: argparse.Namespace) -> str:
