@@ -8,17 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 
 
 @cache
-def quiet_drop(seed: int, wait_us: int = 14_000_000) -> tuple[bytes, NDArray[np.float64]]:
-    """The card, and (4, 3) biases in rad/s."""
-    with EmulatedRobot(seed=seed) as robot:
+def quiet_drop(
+    seed: int, wait_us: int = 14_000_000, unix_us: int = 0, *, as_built: bool = False
+) -> tuple[bytes, NDArray[np.float64]]:
+    """The card, and (4, 3) biases in rad/s.
+
+    Args:
+        seed: Of the noise, and of a robot that is not `as_built`.
+        wait_us: From the start of the recording to the drop.
+        unix_us: The time of day at the start of the recording; 0: nobody tells it.
+        as_built: The very robot that `calibrate --emulated` has on its bench.
+    """
+    built = draw_as_built(DEFAULT_SEED) if as_built else None
+    with EmulatedRobot(imperfections=built, seed=seed) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        logger.start_recording()
+        logger.start_recording(unix_us=unix_us)
         robot.advance(wait_us)
         robot.drop()
         while robot.falling:

@@ -37,6 +37,9 @@ def drawn_calibration(seed: int) -> Calibration:
     def when() -> datetime:
         return MEASURED + timedelta(microseconds=int(rng.integers(10**12)))
 
+    def some_axes() -> dict[str, datetime]:
+        return {axis: when() for axis in "xyz" if rng.random() < 0.5}
+
     def perhaps() -> datetime | None:
         return when() if rng.random() < 0.5 else None
 
@@ -52,10 +55,8 @@ def drawn_calibration(seed: int) -> Calibration:
                 spread(rng, 9, 10.0 ** rng.uniform(-6, 0)),
                 rng.uniform(0.0, 0.01, 3) if rested else np.full(3, np.nan),
                 float(rng.normal()) if rested else float("nan"),
-                "".join(axis for axis in "xyz" if rng.random() < 0.5),
-                "".join(axis for axis in "xyz" if rng.random() < 0.5),
-                perhaps(),
-                perhaps(),
+                some_axes(),
+                some_axes(),
                 perhaps(),
             )
         )
@@ -124,11 +125,9 @@ def whole_calibration(taken: datetime = MEASURED, subject: Subject = SUBJECT) ->
                 covariance=np.diag(deviations**2),
                 noise_rad_s=np.full(3, 0.001),
                 temperature_c=25.0,
-                axes="xy",
-                scaled="xyz",
+                axes=dict.fromkeys("xy", taken),
+                scaled=dict.fromkeys("xyz", taken),
                 bias_taken=taken,
-                axes_taken=taken,
-                scale_taken=taken,
             )
             for gyro, nominal in zip(drawn.gyros, mounted, strict=True)
         ),

@@ -20,6 +20,7 @@ from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts, Scales
 from tfsat_host.calibration.steps.patterns import PATTERNS
+from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.imperfections import draw_as_built
@@ -172,7 +173,8 @@ def test_the_covariance_is_how_rates_scatter() -> None:
     root = np.radians(0.2) * rng.normal(size=(9, 9))
     calibration = drawn_calibration(8)
     gyros = tuple(
-        replace(gyro, covariance=root @ root.T, noise_rad_s=np.full(3, 0.02)) for gyro in calibration.gyros
+        replace(gyro, covariance=root @ root.T, noise_rad_s=np.full(3, 0.02), temperature_c=np.nan)
+        for gyro in calibration.gyros
     )
     applied = apply_calibration(counts, replace(calibration, gyros=gyros), MODEL)
     assert applied.parameter_covariance == pytest.approx(np.tile(root @ root.T, (4, 1, 1)))
@@ -187,6 +189,22 @@ def test_the_covariance_is_how_rates_scatter() -> None:
         scatter = np.cov(drawn[:, n], rowvar=False)
         size = np.sqrt(np.outer(np.diag(scatter), np.diag(scatter)))
         assert applied.rate_covariance[n, 1] / size == pytest.approx(scatter / size, abs=0.08)
+
+
+def test_a_die_that_is_warmer_than_when_it_rested_makes_its_bias_doubtful() -> None:
+    """By the data sheet: within 20 deg/s over 62.5 deg C, evenly spread."""
+    counts = counts_of(np.random.default_rng(6), 50)
+    found = Recording.from_counts(counts).temperature_c
+    calibration = whole_calibration()
+    cold = tuple(
+        replace(gyro, temperature_c=float(found[:, gyro.body - 1].min()) - 3.0) for gyro in calibration.gyros
+    )
+    applied = apply_calibration(counts, replace(calibration, gyros=cold), MODEL)
+    for gyro, covariance in zip(cold, applied.parameter_covariance, strict=True):
+        warmer_c = float(found[:, gyro.body - 1].max()) - gyro.temperature_c
+        more = np.diag(covariance - gyro.covariance)
+        assert np.degrees(np.sqrt(more[:3])) == pytest.approx([20.0 / 62.5 / 3**0.5 * warmer_c] * 3)
+        assert not more[3:].any()
 
 
 def test_a_sensor_that_did_not_answer_gives_no_number() -> None:

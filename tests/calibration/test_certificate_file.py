@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.calibration.some_calibration import drawn_calibration, whole_calibration
+from tests.calibration.some_calibration import MEASURED, drawn_calibration, whole_calibration
 from tfsat_host.calibration.certificate.file import (
     MARK,
     format_calibration,
@@ -62,6 +62,9 @@ def test_people_can_read_it() -> None:
     assert bias["std"] == pytest.approx([0.005] * 3)
     assert (bias["unit"], bias["frame"]) == ("deg/s", "sensor")
     assert table["gyro"][1]["mounting"]["std"] == pytest.approx([0.02] * 3)
+    assert table["gyro"][1]["mounting"]["measured"] == dict.fromkeys("xy", MEASURED)
+    assert table["gyro"][1]["scale"]["measured"] == dict.fromkeys("xyz", MEASURED)
+    assert table["gyro"][1]["scale"]["measured_frame"] == "body"
     assert table["servo"][0]["slope"]["unit"] == "deg/us"
     for kind in ("gyro", "joint", "servo"):
         for entry in table[kind]:
@@ -77,6 +80,8 @@ def test_what_was_never_measured_has_no_key() -> None:
             calibration.gyros, tomllib.loads(format_calibration(calibration))["gyro"], strict=True
         ):
             assert ("taken" in entry["bias"]) == (gyro.bias_taken is not None)
+            for part, measured in ((entry["mounting"], gyro.axes), (entry["scale"], gyro.scaled)):
+                assert ("measured" in part) == bool(measured)
             assert ("noise" in entry) == (not np.isnan(gyro.noise_rad_s).any())
             assert ("temperature_c" in entry["bias"]) == (gyro.temperature_c == gyro.temperature_c)
         assert "nan" not in format_calibration(calibration)
@@ -121,6 +126,7 @@ def line_number(text: str, header: str, number: int, key: str) -> int:
         ("[gyro.mounting]", 4, "frame", "body to sensor", "the mounting of body 4 counts in body to sensor"),
         ("[gyro.mounting]", 1, "std_unit", "rad", "the mounting of body 1 has the std_unit rad"),
         ("[gyro.scale]", 2, "unit", "%", "the scale of body 2 is in %"),
+        ("[gyro.scale]", 3, "measured_frame", "sensor", "the scale of body 3 has the measured_frame sensor"),
         ("[joint.zero]", 3, "unit", "rad", "the zero point of joint 3 is in rad"),
         ("[joint.bend]", 1, "unit", "mrad", "the bend of joint 1 is in mrad"),
         ("[servo.slope]", 2, "unit", "us/deg", "the slope of the servo of joint 2 is in us/deg"),
@@ -185,7 +191,20 @@ FIRST_OF_COVARIANCE = r"value = \[\n    \[([^,]*), "
         ("[gyro.bias]", "temperature_c = .*", 'temperature_c = "warm"', "'warm', not a finite number"),
         ("[gyro.mounting]", ROTATION, MIRROR, "the mounting of body 1 is no rotation but a mirror"),
         ("[gyro.mounting]", ROTATION, MIRROR.replace("-1.0", "1.1"), "no rotation: its rows are not"),
-        ("[gyro.mounting]", "axes_measured = .*", 'axes_measured = "yx"', "'yx', not letters of"),
+        ("[gyro.mounting]", "measured = { x", "measured = { w", "names 'w', which is none of x, y, z"),
+        ("[gyro.mounting]", "measured = .*", 'measured = "xy"', "of the mounting of body 1 is no table"),
+        (
+            "[gyro.mounting]",
+            'measured_frame = "body"\n',
+            "",
+            "measured_frame of the mounting of body 1 is mis",
+        ),
+        (
+            "[gyro.scale]",
+            "measured = .*",
+            "measured = { x = true }",
+            "x of measured of .* is True, not a time",
+        ),
         ("[gyro.scale]", r"value = \[[^,]*", "value = [0.0", "a factor that is not above zero"),
         ("[gyro.covariance]", FIRST_OF_COVARIANCE, r"value = [\n    [-\1, ", "has a negative variance"),
         (
@@ -243,8 +262,26 @@ def test_a_file_of_something_else_is_refused(old: str, new: str, words: str) -> 
 
 
 def test_the_hash_of_another_protocol_is_only_noted() -> None:
-    text = re.sub("protocol_hash = .*", 'protocol_hash = "00"', WHOLE)
-    assert parse_calibration(text).protocol_hash == "00"
+    other = replace(whole_calibration(), protocol_hash="00")
+    assert parse_calibration(format_calibration(other)).protocol_hash == "00"
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("temperature_c = .*", "temperature_c = 24.0"),
+        ("tool_version = .*", 'tool_version = "9"'),
+        ("# sha256.*", ""),
+    ],
+)
+def test_what_was_changed_by_hand_is_refused(before: str, after: str) -> None:
+    """Its values are those that its recordings tell."""
+    text = re.sub(before, after, WHOLE, count=1)
+    assert text != WHOLE
+    with pytest.raises(CalibrationError, match="was changed since tfsat-host wrote it") as caught:
+        parse_calibration(text, "calibration.toml")
+    assert "certificate-" in caught.value.next_step
+    assert_same(parse_calibration(WHOLE.replace("\n", "\r\n")), whole_calibration())
 
 
 def test_a_byte_order_mark_is_no_part_of_it(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.cli.process import RunCli
-from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, BoardIndex, EmulatedRobot
@@ -81,8 +82,10 @@ def check_scale(
     scales = result["scales"]
     assert isinstance(scales, list)
     assert [one["body"] for one in scales] == list(bodies + 1)
-    assert {one["axis"] for one in scales} == {"xyz"[axis]}
-    off = np.array([one["scale"] for one in scales]) - TRUTH.gyro_scale[bodies, axis]
+    assert {(one["axis"], one["frame"]) for one in scales} == {("xyz"[axis], "body")}
+    shares = np.array([TRUTH.mounting[body] @ load_robot().imus[body].sensor_to_body for body in bodies])
+    true = (shares[:, axis] ** 2 * TRUTH.gyro_scale[bodies]).sum(axis=1)
+    off = np.array([one["scale"] for one in scales]) - true
     assert (np.abs(off) < 4.0 * np.array([one["std"] for one in scales])).all()
     assert np.abs(off).max() < 0.003
 
@@ -120,8 +123,10 @@ def test_other_files_are_not_overwritten(tfsat_host: RunCli) -> None:
 def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None:
     tfsat_host("calibrate", "bias", "--emulated")
     certificate = tfsat_host.folder / FILE
-    serial = read_calibration(certificate).subject.logger_serial
-    certificate.write_text(certificate.read_text().replace(serial, "00c0ffee00c0ffee"))
+    own = read_calibration(certificate)
+    serial = own.subject.logger_serial
+    others = replace(own, subject=replace(own.subject, logger_serial="00c0ffee00c0ffee"))
+    certificate.write_text(format_calibration(others))
     before = certificate.read_bytes()
     refused = tfsat_host("calibrate", "zero", "--all", "--emulated", expect=1)
     assert "holds another calibration" in refused.stderr and "00c0ffee" in refused.stderr
@@ -168,7 +173,7 @@ def card(unix_us: int) -> bytes:
         (("misalignment", "--joint", "4"), "4"),
         (("zero",), "--joint --all"),
         (("zero", "--joint", "1", "--all"), "not allowed with"),
-        (("scale", "--turn", "z", "36"), "90 to 1080 deg"),
+        (("scale", "--turn", "z", "36"), "90 to 720 deg"),
         (("scale", "--turn", "w", "360"), "no axis of a body"),
         (("scale", "--turn", "z", "once"), "not a number"),
         (("scale", "--turn", "z", "360", "--jog"), "--turn is done by hand"),

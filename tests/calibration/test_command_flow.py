@@ -11,13 +11,24 @@ from pathlib import Path
 
 import pytest
 
+from tests.calibration.scripted_person import (
+    COMMAND,
+    FILE,
+    FIRST,
+    SECOND,
+    Run,
+    Terminal,
+    interrupted,
+    nothing,
+    wrong_side,
+)
 from tests.devices.scripted import client, hello, live_sample, reply
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.progress import DURATION_S, Known
-from tfsat_host.calibration.steps.step import Step, StepKind, swings, zero
-from tfsat_host.cli.calibrate.bench import Bench, origin_of
+from tfsat_host.calibration.steps.step import Step, StepKind, zero
+from tfsat_host.cli.calibrate.bench import Bench
 from tfsat_host.cli.calibrate.prompts import LEAD_S
 from tfsat_host.cli.calibrate.recording import record
 from tfsat_host.cli.main import main
@@ -31,78 +42,6 @@ from tfsat_host.protocol.enums import Board
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.messages import HelloRequest, LiveReply, LiveRequest
 from tfsat_host.robot import load_robot
-
-FILE = Path("calibration-emulated.toml")
-COMMAND = ("calibrate", "misalignment", "--joint", "2", "--port", "x")
-FIRST, SECOND = swings(2)
-
-Doing = Callable[[Step, Callable[[Step], None]], None]
-"""What somebody does when asked for a step; the function does a step as it should be done."""
-
-
-class Scripted:
-    """Does with each attempt what the test says, and else what is asked."""
-
-    lead_s = 0.0
-
-    def __init__(self, robot: EmulatedRobot, doing: dict[int, Doing]) -> None:
-        self._operator = EmulatedOperator(robot)
-        self._doing = doing
-        self.asked: list[Step] = []
-
-    def begin(self, step: Step) -> None:
-        self.asked.append(step)
-        self._doing.get(len(self.asked), as_asked)(step, self._operator.begin)
-
-
-@pytest.fixture
-def calibrate(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> Iterator[Callable[..., tuple[int, list[Step]]]]:
-    """Runs a command with a scripted person; gives its exit code and the steps that were asked for."""
-    monkeypatch.chdir(tmp_path)
-    with EmulatedRobot(seed=5) as robot:
-        robot.advance(SETTLE_US)
-
-        def run(*arguments: str, typed: str = "", **doing: Doing) -> tuple[int, list[Step]]:
-            person = Scripted(robot, {int(name[1:]): what for name, what in doing.items()})
-
-            @contextmanager
-            def open_bench(*_: object) -> Iterator[Bench]:
-                logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-                yield Bench(logger, person, origin_of(logger))
-
-            monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_bench", open_bench)
-            monkeypatch.setattr("sys.stdin", Terminal(typed))
-            return main(arguments), person.asked
-
-        yield run
-
-
-class Terminal(io.StringIO):
-    """What a person types."""
-
-    def isatty(self) -> bool:
-        return True
-
-
-def as_asked(step: Step, do: Callable[[Step], None]) -> None:
-    do(step)
-
-
-def wrong_side(step: Step, do: Callable[[Step], None]) -> None:
-    do(Step(step.kind, step.joint, moved=step.held, held=step.moved))
-
-
-def nothing(_step: Step, _do: Callable[[Step], None]) -> None:
-    pass
-
-
-def interrupted(_step: Step, _do: Callable[[Step], None]) -> None:
-    raise KeyboardInterrupt
-
-
-Run = Callable[..., tuple[int, list[Step]]]
 
 
 def test_a_refused_step_is_repeated_after_enter(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:

@@ -285,7 +285,8 @@ def test_it_says_what_will_move_and_demands_the_word(
     assert main(["calibrate", "servo", "--joint", "3", "--emulated"]) == 4
     said = capsys.readouterr()
     assert "repeatability" in said.out and "joint 3: change / us per deg" in said.out
-    assert "the same command with --resume goes on from it" in said.err
+    on = "To go on from the measurement: tfsat-host calibrate servo --joint 3 --resume --emulated\n"
+    assert said.err.endswith(on) and "same command" not in said.err
     assert "stop 26 of 26" in said.err
     monkeypatch.setattr(sys, "stdin", Terminal("y\n"))
     assert main(["calibrate", "servo", "--joint", "3", "--emulated", "--resume"]) == 0

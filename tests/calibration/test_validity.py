@@ -8,6 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
+from tests.calibration.bench_day import MODEL, SWINGS, done, known, later
 from tests.calibration.some_calibration import MEASURED, whole_calibration
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
@@ -18,6 +19,7 @@ from tfsat_host.calibration.certificate.certificate import (
     with_landing,
 )
 from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.solution import solve
 
 HOUR = timedelta(hours=1)
 
@@ -62,6 +64,31 @@ def test_what_was_measured_after_the_landing_holds() -> None:
     partly = with_landing(replace(calibration, gyros=fresh), Landing(MEASURED + HOUR, "a test"))
     assert len(names(partly, "stale")) == 14
     assert "bias of body 1" not in names(partly, "stale")
+
+
+def test_of_two_directions_only_the_one_from_before_the_landing_is_stale() -> None:
+    calibration = whole_calibration()
+    swung = replace(calibration.gyros[0], axes={"x": MEASURED + 2 * HOUR, "y": MEASURED})
+    calibration = replace(calibration, gyros=(swung, *calibration.gyros[1:]))
+    assert calibration.shortcomings() == ()
+    calibration = with_landing(calibration, Landing(MEASURED + HOUR, "a test"))
+    assert names(calibration, "missing") == []
+    of_body = [one for one in calibration.shortcomings() if one.name.startswith("misalignment of body 1")]
+    assert [(one.name, one.reason, one.taken) for one in of_body] == [
+        ("misalignment of body 1 about y", "stale", MEASURED)
+    ]
+    assert commands_of(of_body) == ("tfsat-host calibrate misalignment --joint 2",)
+
+
+def test_what_a_landing_makes_stale_comes_out_of_the_recordings_and_is_not_forgotten() -> None:
+    swung = [*known(*map(done, SWINGS)), later(done(SWINGS[0]), 600)]
+    landing = later(done(SWINGS[0]), 300).taken
+    gyros = solve(swung, MODEL, landing).gyros
+    calibration = with_landing(replace(whole_calibration(), gyros=gyros), Landing(landing, "a test"))
+    of_body = [one for one in calibration.shortcomings() if one.name.startswith("misalignment of body")]
+    assert {one.reason for one in of_body} == {"stale"}
+    assert len(of_body) == 7
+    assert "misalignment of body 1 about x" not in [one.name for one in of_body]
 
 
 def test_only_landings_before_a_recording_count_for_it() -> None:
@@ -126,7 +153,10 @@ def test_what_is_missing_and_how_to_measure_it() -> None:
 def test_each_body_is_turned_about_x_by_a_joint_that_moves_it(body: int, joint: int) -> None:
     calibration = whole_calibration()
     gyros = tuple(
-        replace(gyro, axes="y", scaled="yz") if gyro.body == body else gyro for gyro in calibration.gyros
+        replace(gyro, axes={"y": MEASURED}, scaled=dict.fromkeys("yz", MEASURED))
+        if gyro.body == body
+        else gyro
+        for gyro in calibration.gyros
     )
     assert commands_of(replace(calibration, gyros=gyros).shortcomings()) == (
         f"tfsat-host calibrate misalignment --joint {joint}",

@@ -52,14 +52,38 @@ def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
     assert turned["axis_sensor"] == pytest.approx(calibration.gyros[3].rotation.T @ [0.0, 1.0, 0.0])
     scale = rows["scale factor z of body 3"]
     assert scale["value"] == pytest.approx(calibration.gyros[2].scale[2])
-    assert scale["std"] == pytest.approx(np.radians(0.05))
+    assert (scale["std"], scale["frame"]) == (pytest.approx(np.radians(0.05)), "body")
     assert rows["zero point of joint 1"]["value"] == pytest.approx(np.degrees(calibration.joints[0].zero_rad))
     servo = calibration.servo_maps[2]
     assert rows["servo of joint 3"]["value"] == pytest.approx(np.degrees(servo.backlash_rad))
     text = tfsat_host("calibrate", "show", environ={"COLUMNS": "150"}).stdout
-    for words in ("3 h ago", "± 0.005 deg/s", "1.50 ± 0.020 deg", "Nothing is missing for the next drop."):
+    for words in (
+        "3 h ago",
+        "± 0.005 deg/s",
+        "1.50 ± 0.020 deg",
+        "scale factors, about the bodies' axes.",
+        "Nothing is missing for the next drop.",
+    ):
         assert words in text
     assert "STALE" not in text
+
+
+def test_scale_factors_are_shown_about_the_bodies_axes(tfsat_host: RunCli) -> None:
+    calibration = whole_calibration()
+    gyro = calibration.gyros[0]
+    turned = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # x of the body is z of the sensor
+    doubtful = gyro.covariance.copy()
+    doubtful[7, 7] = 0.017**2
+    known = {axis: gyro.scaled[axis] for axis in "xy"}
+    mounted = replace(gyro, rotation=turned, covariance=doubtful, scaled=known)
+    certificate(tfsat_host.folder, replace(calibration, gyros=(mounted, *calibration.gyros[1:])))
+    shown = tfsat_host.json("calibrate", "show")
+    rows = {row["quantity"]: row for row in shown["quantities"]}
+    for axis, sensor in (("x", 2), ("y", 0)):
+        row = rows[f"scale factor {axis} of body 1"]
+        assert (row["value"], row["std"]) == pytest.approx((gyro.scale[sensor], np.radians(0.05)))
+    assert rows["scale factor z of body 1"]["state"] == "missing"
+    assert shown["commands"] == ["tfsat-host calibrate scale --turn z 360"]
 
 
 def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -> None:
@@ -89,7 +113,7 @@ def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -
         "as recorded",
         "CHANGED since",
         "NOT THERE",
-        "cannot be proven",
+        "NOT PROVEN: the recording of",
         "Last landing: 2026-07-01 10:30:00 UTC",
         "told by recording 1a2b3c4d",
     ):
@@ -108,3 +132,14 @@ def test_show_says_what_to_type_and_which_papers_are_there(tfsat_host: RunCli) -
 )
 def test_ages(age: timedelta, words: str) -> None:
     assert age_words(MEASURED, MEASURED + age) == words
+
+
+def test_show_is_not_ready_while_a_recording_or_the_clock_is_doubtful(tfsat_host: RunCli) -> None:
+    paper = Paper("rest", MEASURED, "rest.npz", "00" * 32)
+    now = datetime.now(UTC)
+    certificate(tfsat_host.folder, replace(whole_calibration(taken=now - HOUR), papers=(paper,)))
+    assert tfsat_host.json("calibrate", "show")["ready"] is False
+    assert "Every quantity is there, but see below." in tfsat_host("calibrate", "show").stdout
+    certificate(tfsat_host.folder, replace(whole_calibration(taken=now + HOUR), papers=()))
+    assert tfsat_host.json("calibrate", "show")["ready"] is False
+    assert "was measured in the future" in tfsat_host("calibrate", "show").stdout

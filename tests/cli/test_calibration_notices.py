@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,36 +14,13 @@ import numpy as np
 import pytest
 
 from tests.calibration.quiet_drop import quiet_drop
-from tests.calibration.some_calibration import MEASURED, SUBJECT, whole_calibration
+from tests.calibration.some_calibration import SUBJECT
+from tests.cli.certified import DROPPED, HOUR, MEASURED, certificate, recorded, said, whole_calibration
 from tests.cli.process import RunCli
 from tests.emulate.served import Served
-from tests.sdlog.encoder import HEADER, Recorder, drop_with_release
-from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
-from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.calibration.certificate.certificate import Landing, with_landing
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.gyros.gyro import by_design
-
-HOUR = timedelta(hours=1)
-DROPPED = MEASURED + HOUR
-
-
-def certificate(folder: Path, calibration: Calibration, name: str = "calibration.toml") -> Path:
-    file = folder / name
-    file.write_text(format_calibration(calibration), encoding="utf-8")
-    return file
-
-
-def recorded(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0FFEE) -> Path:
-    """A drop whose recording began at that time of day, or does not tell."""
-    wall_clock_us = 0 if at is None else round(at.timestamp() * 1e6)
-    header = replace(HEADER, wall_clock_us=wall_clock_us, image_crc=image_crc)
-    recorder: Recorder = drop_with_release(header=header)[0]  # type: ignore[arg-type]
-    file = folder / "SD.bin"
-    file.write_bytes(recorder.image())
-    return file
-
-
-def said(result: dict[str, Any]) -> str:
-    return "\n".join(result["calibration"]["sentences"])
 
 
 def test_without_a_certificate_decode_is_silent(tfsat_host: RunCli) -> None:
@@ -56,7 +33,7 @@ def test_a_calibration_that_holds_and_then_learns_of_the_landing(tfsat_host: Run
     file = certificate(tfsat_host.folder, whole_calibration())
     done = tfsat_host("decode", recorded(tfsat_host.folder))
     assert "calibration.toml holds for this recording." in done.stderr
-    landing = "2026-07-01 10:30:02 UTC"
+    landing = "2024-07-01 10:30:02 UTC"
     assert f"calibration.toml knows of the landing at {landing} now" in done.stderr
     (known,) = read_calibration(file).landings
     assert known.told_by == "recording 1234abcd"
@@ -158,14 +135,6 @@ def test_the_certificate_beside_the_log_comes_first(tfsat_host: RunCli) -> None:
     assert tfsat_host.json("decode", log)["calibration"]["file"] == str(beside / "calibration.toml")
 
 
-def test_without_a_time_of_day_every_landing_counts(tfsat_host: RunCli) -> None:
-    file = certificate(tfsat_host.folder, with_landing(whole_calibration(), Landing(DROPPED, "a test")))
-    result = tfsat_host.json("decode", recorded(tfsat_host.folder, at=None))
-    assert "does not tell its time of day" in said(result)
-    assert "Measured before the last landing" in said(result)
-    assert len(read_calibration(file).landings) == 1
-
-
 @pytest.mark.parametrize("text", ["format = 2\n", "nonsense", None])
 def test_a_certificate_that_cannot_be_read_is_a_warning(tfsat_host: RunCli, text: str | None) -> None:
     file = tfsat_host.folder / "mine.toml"
@@ -190,7 +159,7 @@ def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -
 
 def test_the_quiet_before_a_release(tfsat_host: RunCli) -> None:
     assert tfsat_host.json("decode", recorded(tfsat_host.folder))["quiet_s"] is None
-    data, bias_rad_s = quiet_drop(4)
+    data, bias_rad_s = quiet_drop(4, unix_us=round(DROPPED.timestamp() * 1e6))
     log = tfsat_host.folder / "QUIET.BIN"
     log.write_bytes(data)
     done = tfsat_host("decode", log, "--json")
@@ -200,6 +169,11 @@ def test_the_quiet_before_a_release(tfsat_host: RunCli) -> None:
     assert line.endswith(f"tfsat-host calibrate bias --log {log}")
     told = [float(word) for word in re.findall(r"[+-]\d+\.\d{3}", line)]
     assert told == pytest.approx(np.degrees(bias_rad_s).ravel().tolist(), abs=0.02)
+    certificate(tfsat_host.folder, whole_calibration(), "my own.toml")
+    done = tfsat_host("decode", log, "--calibration", "my own.toml")
+    assert f"calibrate bias --log {log} --out 'my own.toml' --emulated" in done.stderr
+    log.write_bytes(quiet_drop(4)[0])
+    assert "Without a time of day no calibration takes it." in tfsat_host("decode", log).stderr
 
 
 @pytest.fixture

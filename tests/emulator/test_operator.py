@@ -189,6 +189,8 @@ def test_the_operators_figures_at_nominal_pace() -> None:
         operator = EmulatedOperator(robot)
         steps = (rest(), zero(None), SWING, SWEEP, TURN)
         assert [operator.duration_s(step) for step in steps] == pytest.approx([20.0, 5.0, 12.0, 32.0, 33.2])
+        turns_s = [operator.duration_s(turn("z", angle_deg)) for angle_deg in (90.0, 180.0, -720.0)]
+        assert turns_s == pytest.approx([21.2, 21.2, 57.2])
 
 
 def test_a_seed_repeats_everything_and_another_changes_it() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import STANDARD_GRAVITY_M_S2, Recording
@@ -16,6 +17,10 @@ from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
 
+NOISE_STD_RAD_S = np.deg2rad(0.05)
+"""Of a sample of a gyro that never rested (PS-MPU-6000A rev. 3.4, section 6.1, total RMS noise)."""
+BIAS_DRIFT_STD_RAD_S_C = np.deg2rad(20.0 / 62.5) / 3.0**0.5
+"""For each degree: within 20 deg/s from 25 to -40 or +85 deg C (the same table), evenly spread."""
 ACCEL_SCALE_STD = 0.03 / 3.0**0.5
 """Of an accelerometer that nobody calibrates: within 3 % (PS-MPU-6000A rev. 3.4, section 6.2)."""
 ACCEL_OFFSET_STD_M_S2 = np.array([0.05, 0.05, 0.08]) / 3.0**0.5 * STANDARD_GRAVITY_M_S2
@@ -34,7 +39,7 @@ class Calibrated:
         rate_rad_s: (n, 4, 3) body axes.
         rate_covariance: (n, 4, 3, 3) of each sample, parameters and noise, (rad/s)^2.
         rate_jacobian: (n, 4, 3, 9) by bias, rotation vector and scale of each gyro.
-        parameter_covariance: (4, 9, 9).
+        parameter_covariance: (4, 9, 9), at the temperatures of these samples.
         specific_force_m_s2: (n, 4, 3) at the sensor, body axes.
         specific_force_std_m_s2: (n, 4, 3) by the data sheet, for accelerometers are not calibrated.
         joint_angle_rad: (n, 3) by the absolute sensors.
@@ -66,17 +71,19 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
         model: For the sensors' places in the log.
     """
     samples = Recording.from_counts(counts)
-    rates, covariances, jacobians, forces, deviations = [], [], [], [], []
+    rates, covariances, jacobians, parameters, forces, deviations = [], [], [], [], [], []
     for gyro in calibration.gyros:
         readings = np.where(
             counts.imu_valid[:, gyro.body - 1, None], samples.rate_rad_s[:, gyro.body - 1], np.nan
         )
         jacobian = gyro.jacobian(readings)
-        noise = np.nan_to_num(gyro.noise_rad_s) / gyro.scale
+        covariance = _in_use(gyro, samples.temperature_c[:, gyro.body - 1])
+        noise = np.where(np.isfinite(gyro.noise_rad_s), gyro.noise_rad_s, NOISE_STD_RAD_S) / gyro.scale
         rates.append(gyro.body_rates(readings))
         jacobians.append(jacobian)
+        parameters.append(covariance)
         covariances.append(
-            jacobian @ gyro.covariance @ jacobian.transpose(0, 2, 1)
+            jacobian @ covariance @ jacobian.transpose(0, 2, 1)
             + gyro.rotation @ np.diag(noise**2) @ gyro.rotation.T
         )
         force, deviation = _forces(samples.accel_m_s2[:, gyro.body - 1], gyro.rotation)
@@ -89,13 +96,22 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
         np.stack(rates, axis=1),
         np.stack(covariances, axis=1),
         np.stack(jacobians, axis=1),
-        np.array([gyro.covariance for gyro in calibration.gyros]),
+        np.array(parameters),
         np.stack(forces, axis=1),
         np.stack(deviations, axis=1),
         angles,
         angle_stds,
         counts.clipped,
     )
+
+
+def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:
+    """(9, 9) covariance of the parameters where the die is warmer or colder than when its bias was taken."""
+    covariance = gyro.covariance.copy()
+    if np.isfinite(gyro.temperature_c):
+        warmer_c = float(np.abs(temperature_c - gyro.temperature_c).max())
+        covariance[:3, :3] += (BIAS_DRIFT_STD_RAD_S_C * warmer_c) ** 2 * np.eye(3)
+    return covariance
 
 
 def _forces(accel_m_s2: FloatArray, rotation: FloatArray) -> tuple[FloatArray, FloatArray]:

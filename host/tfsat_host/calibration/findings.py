@@ -121,11 +121,11 @@ class AxisFound:
 
 @dataclass(frozen=True, slots=True)
 class ScaleFound:
-    """Scale factor of one axis of one gyro.
+    """Scale factor of one gyro for rotations about one axis of its body.
 
     Attributes:
         body: 1 to 4.
-        axis: Of the sensor, x y or z: the one that lies nearest to the rotation's.
+        axis: Of the body, x y or z: the one that lies nearest to the rotation's.
         scale: Reading over truth.
         std: Standard deviation.
     """
@@ -137,11 +137,10 @@ class ScaleFound:
 
     @classmethod
     def of(cls, gyro: GyroCalibration, step: Step, model: RobotModel) -> ScaleFound:
-        """Of the sensor axis that a sweep or a turn was about."""
+        """About the body axis that a sweep or a turn was about."""
         about = model.joint_axis[_joint(step) - 1] if step.axis is None else np.eye(3)[AXES.index(step.axis)]
-        index = int(np.argmax(np.abs(gyro.rotation.T @ about)))
-        std = float(np.sqrt(gyro.covariance[6 + index, 6 + index]))
-        return cls(gyro.body, AXES[index], float(gyro.scale[index]), std)
+        index = int(np.argmax(np.abs(about)))
+        return cls(gyro.body, AXES[index], *gyro.scale_about(index))
 
 
 @dataclass(frozen=True, eq=False)

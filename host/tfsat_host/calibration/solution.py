@@ -1,4 +1,4 @@
-"""All that the recorded steps tell of gyros and angle sensors, computed anew from the newest of each step."""
+"""All that the recorded steps tell: gyros, angle sensors and servos, computed anew from the newest of each step."""
 
 from __future__ import annotations
 
@@ -10,28 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.gyros.axis_response import axis_response
-from tfsat_host.calibration.gyros.bias import estimate_biases
-from tfsat_host.calibration.gyros.gyro import MOUNTING_STD_RAD, GyroCalibration, by_design
-from tfsat_host.calibration.gyros.mounting import Design, solve_mounting, spans_two_axes
+from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.gyros.mounting_checks import check_mounting, check_sense
 from tfsat_host.calibration.gyros.response import Response, with_length
+from tfsat_host.calibration.gyros.seen import Seen, fresh, mounted
 from tfsat_host.calibration.gyros.turn_response import check_turn_axis, turn_response
+from tfsat_host.calibration.in_force import InForce
 from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.joints.sweep_fit import Rests, fit_sweeps, rests_of_sweep
-from tfsat_host.calibration.joints.zero import estimate_zero, with_zero
 from tfsat_host.calibration.steps.evidence import Evidence, newest
 from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.step import AXES, StepKind
+from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.calibration.steps.view import MotionView
 from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
 
-LANDING_TILT_STD_RAD = np.deg2rad(1.0)
-"""About each axis: so far may a landing have turned a sensor on its body."""
-FORGOTTEN_STD_RAD = np.deg2rad(20.0)
-"""Of a direction from before a landing, once newer ones tell the mounting: it weighs no more."""
-SCALE_KNOWN = 0.005
 _PASSES = 3
 """The held body's motion is taken off with what its own gyro is known to do: each pass knows that better."""
 
@@ -43,25 +37,41 @@ class Solution:
     Attributes:
         gyros: Of bodies 1 to 4.
         joints: Sensors of joints 1 to 3.
+        servos: Servo steps with the angle sensors as they were then.
         used: The evidence that it rests on, in order of time.
     """
 
     gyros: tuple[GyroCalibration, ...]
     joints: tuple[JointSensors, ...]
+    servos: tuple[tuple[Evidence, tuple[JointSensors, ...]], ...]
     used: tuple[Evidence, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """A response with where it comes from."""
+class _Known:
+    """What is known between two passes, and how motions are seen with it."""
 
-    response: Response
-    taken: datetime
-    fresh: bool
+    gyros: Sequence[GyroCalibration]
+    joints: Sequence[JointSensors]
+    in_force: InForce
+    model: RobotModel
+    last_landing: datetime | None
+
+    def view(self, one: Evidence) -> MotionView:
+        gyros, joints = (
+            self.in_force.gyros(self.gyros, one.taken),
+            self.in_force.joints(self.joints, one.taken),
+        )
+        return MotionView.of(one, gyros, joints, self.model)
+
+    def seen(self, response: Response, one: Evidence) -> Seen:
+        return Seen(response, one.taken, self.last_landing is None or one.taken > self.last_landing)
 
 
 def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetime | None = None) -> Solution:
     """Calibrates everything that the newest recording of each step allows.
+
+    Each motion is read with the biases and zero points that were in force when it was recorded.
 
     Args:
         evidence: Recordings that were accepted, in any order.
@@ -71,126 +81,88 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
     Raises:
         CalibrationError: what the recordings say cannot all be true.
     """
-    found = newest(evidence)
-    gyros = _with_biases(
-        [by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1)], found
-    )
-    joints = _with_zeros(
-        [sensors_by_design(model, joint + 1) for joint in range(model.n_joints)], found, model
-    )
-    motions = [one for one in found.values() if one.step.kind in (StepKind.SWING, StepKind.SWEEP)]
-    turns = [one for one in found.values() if one.step.kind == StepKind.TURN]
-    if motions or turns:
-        gyros, joints = _with_mountings(motions, turns, gyros, joints, model, last_landing)
-    used = tuple(sorted(found.values(), key=lambda one: one.taken))
-    return Solution(tuple(gyros), tuple(joints), used)
-
-
-def _with_mountings(
-    motions: Sequence[Evidence],
-    turns: Sequence[Evidence],
-    gyros: list[GyroCalibration],
-    joints: list[JointSensors],
-    model: RobotModel,
-    last_landing: datetime | None,
-) -> tuple[list[GyroCalibration], list[JointSensors]]:
-    seen: dict[int, list[Seen]] = {}
-    for _ in range(_PASSES):
-        seen, joints = _responses(motions, turns, gyros, joints, model, last_landing)
-        for gyro in gyros:
-            check_mounting(gyro.body, _fresh(seen[gyro.body]), model)
-        gyros = [_mounted(gyro, seen[gyro.body], model) for gyro in gyros]
-    return gyros, joints
-
-
-def _with_biases(gyros: list[GyroCalibration], found: Mapping[str, Evidence]) -> list[GyroCalibration]:
-    rest = found.get(str(StepKind.REST))
-    if rest is None:
-        return gyros
-    recording = Recording.from_counts(rest.counts)
-    return [
-        replace(
-            gyro,
-            bias_rad_s=bias.bias_rad_s,
-            covariance=_with_block(gyro.covariance, 0, bias.covariance),
-            noise_rad_s=bias.noise_rad_s,
-            temperature_c=bias.temperature_c,
-            bias_taken=rest.taken,
-        )
-        for gyro, bias in zip(gyros, estimate_biases(recording), strict=True)
+    given = list(evidence)
+    in_force = InForce(given, model)
+    latest = newest(given)
+    gyros: Sequence[GyroCalibration] = [
+        by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1)
     ]
+    joints: Sequence[JointSensors] = [sensors_by_design(model, joint + 1) for joint in range(model.n_joints)]
+    moving = [one for one in latest.values() if one.step.kind not in (StepKind.REST, StepKind.ZERO)]
+    if any(one.step.kind != StepKind.SERVO for one in moving):
+        for _ in range(_PASSES):
+            gyros, joints = _pass(moving, _Known(gyros, joints, in_force, model, last_landing))
+    servos = [one for one in moving if one.step.kind == StepKind.SERVO]
+    used = [*moving, *in_force.used(one.taken for one in moving)]
+    return Solution(
+        tuple(in_force.gyros(gyros)),
+        tuple(in_force.joints(joints)),
+        tuple((one, tuple(in_force.joints(joints, one.taken))) for one in servos),
+        tuple(sorted(used, key=lambda one: one.taken)),
+    )
 
 
-def _with_zeros(
-    joints: list[JointSensors], found: Mapping[str, Evidence], model: RobotModel
+def _pass(moving: Sequence[Evidence], known: _Known) -> tuple[list[GyroCalibration], list[JointSensors]]:
+    """Mountings and bends, better known than before."""
+    seen: dict[int, list[Seen]] = {gyro.body: [] for gyro in known.gyros}
+    for one in moving:
+        if one.step.kind == StepKind.TURN:
+            _add_turn(seen, one, known)
+    joints = _with_bends(seen, moving, known)
+    for gyro in known.gyros:
+        check_mounting(gyro.body, fresh(seen[gyro.body]), known.model)
+    return [mounted(gyro, seen[gyro.body], known.model) for gyro in known.gyros], joints
+
+
+def _add_turn(seen: Mapping[int, list[Seen]], one: Evidence, known: _Known) -> None:
+    recording = Recording.from_counts(one.counts)
+    gyros = known.in_force.gyros(known.gyros, one.taken)
+    check_turn_axis(recording, one.step, gyros)
+    for gyro in gyros:
+        seen[gyro.body].append(known.seen(turn_response(recording, one.step, gyro), one))
+
+
+def _with_bends(
+    seen: Mapping[int, list[Seen]], moving: Sequence[Evidence], known: _Known
 ) -> list[JointSensors]:
-    zeros = []
-    for sensors in joints:
-        own = [
-            one
-            for one in found.values()
-            if one.step.kind == StepKind.ZERO and one.step.joint in (None, sensors.joint)
-        ]
-        if own:
-            last = max(own, key=lambda one: one.taken)
-            recording = Recording.from_counts(last.counts)
-            zero = estimate_zero(recording, last.counts.angle_valid, sensors, model)
-            sensors = with_zero(sensors, zero, last.taken)
-        zeros.append(sensors)
-    return zeros
-
-
-def _responses(
-    motions: Sequence[Evidence],
-    turns: Sequence[Evidence],
-    gyros: Sequence[GyroCalibration],
-    joints: Sequence[JointSensors],
-    model: RobotModel,
-    last_landing: datetime | None,
-) -> tuple[dict[int, list[Seen]], list[JointSensors]]:
-    """What each body's gyro answers, and the angle sensors with their bend."""
-    seen: dict[int, list[Seen]] = {gyro.body: [] for gyro in gyros}
-    for one in turns:
-        recording = Recording.from_counts(one.counts)
-        check_turn_axis(recording, one.step, gyros)
-        for gyro in gyros:
-            _keep(seen[gyro.body], turn_response(recording, one.step, gyro), one, last_landing)
+    """Adds what swings and sweeps tell to `seen`; gives the angle sensors with their bend."""
     sweeps: dict[int, list[tuple[Evidence, Response, Rests]]] = {}
-    for one in motions:
-        view = MotionView.of(one, gyros, joints, model)
+    for one in moving:
+        if one.step.kind not in (StepKind.SWING, StepKind.SWEEP):
+            continue
+        view = known.view(one)
         responses = [axis_response(view, body) for body in one.step.moved]
-        check_sense(view.pattern, responses, model)
+        check_sense(view.pattern, responses, known.model)
         for body, response in zip(one.step.moved, responses, strict=True):
             if one.step.kind == StepKind.SWING:
-                _keep(seen[body], response, one, last_landing)
+                seen[body].append(known.seen(response, one))
             else:
                 rests = rests_of_sweep(view, body, response)
                 sweeps.setdefault(view.pattern.joint, []).append((one, response, rests))
-    bent = list(joints)
+    bent = list(known.joints)
     for joint, of_joint in sweeps.items():
-        bent[joint - 1] = _swept(joint, of_joint, seen, joints[joint - 1], model, last_landing)
-    return seen, bent
+        bent[joint - 1] = _swept(joint, of_joint, seen, known)
+    return bent
 
 
 def _swept(
     joint: int,
     sweeps: Sequence[tuple[Evidence, Response, Rests]],
-    seen: dict[int, list[Seen]],
-    sensors: JointSensors,
-    model: RobotModel,
-    last_landing: datetime | None,
+    seen: Mapping[int, list[Seen]],
+    known: _Known,
 ) -> JointSensors:
     """Adds the lengths of a joint's sweeps to `seen`; gives its sensors with their bend."""
-    bends = np.array([sensor.nonlinearity_rad for sensor in model.angle_sensors if sensor.joint == joint - 1])
-    known = [_turned(seen[rests.body], response) for _, response, rests in sweeps]
-    fit = fit_sweeps(joint, [rests for _, _, rests in sweeps], bends, [length for length, _ in known])
-    for (one, response, rests), (_, turn) in zip(sweeps, known, strict=True):
+    sensors = [sensor for sensor in known.model.angle_sensors if sensor.joint == joint - 1]
+    bends = np.array([sensor.nonlinearity_rad for sensor in sensors])
+    turned = [_turned(seen[rests.body], response) for _, response, rests in sweeps]
+    fit = fit_sweeps(joint, [rests for _, _, rests in sweeps], bends, [length for length, _ in turned])
+    for (one, response, rests), (_, turn) in zip(sweeps, turned, strict=True):
         if turn is not None:  # its length is in the fit now
             seen[rests.body].remove(turn)
             seen[rests.body].append(replace(turn, response=_without_length(turn.response)))
-        _keep(seen[rests.body], with_length(response, *fit.lengths[rests.body]), one, last_landing)
+        seen[rests.body].append(known.seen(with_length(response, *fit.lengths[rests.body]), one))
     return replace(
-        sensors,
+        known.joints[joint - 1],
         bend=fit.bend,
         bend_covariance=fit.bend_covariance,
         bend_taken=min(one.taken for one, _, _ in sweeps),
@@ -212,56 +184,3 @@ def _without_length(response: Response) -> Response:
     axis = response.reading / length
     across = np.eye(3) - np.outer(axis, axis)
     return Response(response.axis_body, axis, across @ response.covariance @ across / length**2, False)
-
-
-def _keep(seen: list[Seen], response: Response, one: Evidence, last_landing: datetime | None) -> None:
-    seen.append(Seen(response, one.taken, last_landing is None or one.taken > last_landing))
-
-
-def _weighed(seen: Sequence[Seen]) -> list[Response]:
-    """The responses, those from before the last landing with what it may have done to their directions."""
-    doubt_rad = FORGOTTEN_STD_RAD if spans_two_axes(_fresh(seen)) else LANDING_TILT_STD_RAD
-    weighed = []
-    for one in seen:
-        response = one.response
-        if not one.fresh:
-            length = float(np.linalg.norm(response.reading))
-            axis = response.reading / length
-            across = (length * doubt_rad) ** 2 * (np.eye(3) - np.outer(axis, axis))
-            response = replace(response, covariance=response.covariance + across)
-        weighed.append(response)
-    return weighed
-
-
-def _fresh(seen: Sequence[Seen]) -> list[Response]:
-    return [one.response for one in seen if one.fresh]
-
-
-def _mounted(gyro: GyroCalibration, seen: Sequence[Seen], model: RobotModel) -> GyroCalibration:
-    nominal = model.imus[gyro.body - 1].sensor_to_body
-    mounting = solve_mounting(_weighed(seen), Design(nominal, MOUNTING_STD_RAD))
-    scaled = "".join(
-        axis for i, axis in enumerate(AXES) if mounting.covariance[3 + i, 3 + i] < SCALE_KNOWN**2
-    )
-    valid = [one for one in seen if one.fresh] or seen
-    return replace(
-        gyro,
-        rotation=mounting.rotation,
-        scale=mounting.scale,
-        covariance=_with_block(gyro.covariance, 3, mounting.covariance),
-        axes="".join(
-            axis for i, axis in enumerate(AXES) if any(abs(one.response.axis_body[i]) > 0.9 for one in valid)
-        ),
-        scaled=scaled,
-        axes_taken=min((one.taken for one in valid), default=None),
-        scale_taken=min((one.taken for one in seen if one.response.has_length), default=None),
-    )
-
-
-def _with_block(covariance: FloatArray, at: int, block: FloatArray) -> FloatArray:
-    changed = covariance.copy()
-    end = at + len(block)
-    changed[at:end, :] = 0.0
-    changed[:, at:end] = 0.0
-    changed[at:end, at:end] = block
-    return changed

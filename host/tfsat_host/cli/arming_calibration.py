@@ -35,7 +35,7 @@ def tell_calibration(args: argparse.Namespace, origin: Origin | None, out: Outpu
     except TfsatError as error:
         out.warn(f"{error.what} {error.meaning} {error.next_step}")
         return unreadable_as_json(file, error.what)
-    said = notices(calibration, origin)
+    said = notices(calibration, origin, file)
     for sentence in said:
         out.note(f"Calibration {file}: {sentence}")
     if origin is None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+import shlex
+from collections.abc import Iterable
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +12,13 @@ from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
 from tfsat_host.protocol.limits import IMU_COUNT
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.certificate.certificate import Calibration
+    from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming
     from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.devices.identity import BoardIdentity
     from tfsat_host.protocol.messages import LogHeader
 
 _NAMED = 3
+_CLOCKS_APART = timedelta(minutes=1)
 
 
 def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path | None:
@@ -48,18 +51,34 @@ def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
     )
 
 
-def notices(calibration: Calibration, origin: Origin | None, before: datetime | None = None) -> list[str]:
+def command_options(file: Path, *, emulated: bool) -> str:
+    """What makes a `calibrate` command work on that certificate, with a space before; empty where nothing need be."""
+    default = Path(EMULATED_CERTIFICATE if emulated else CERTIFICATE)
+    out = "" if file.resolve() == default.resolve() else f" --out {shlex.quote(str(file))}"
+    return out + (" --emulated" if emulated else "")
+
+
+def notices(
+    calibration: Calibration,
+    origin: Origin | None,
+    file: Path,
+    before: datetime | None = None,
+    now: datetime | None = None,
+) -> list[str]:
     """All that stands against using a calibration, a sentence or two each; nothing: it can be used.
 
     Args:
         calibration: As it was read.
         origin: Whose sensors it would be used for; None: nobody knows.
+        file: The certificate that further steps are to go into.
         before: When its samples were taken: later landings do not matter, but what was measured after one may
             have been otherwise. None: now.
+        now: By the computer's clock, unless given.
     """
     if origin is not None and (other := _of_another_robot(calibration, origin)):
         return [other]
     said = [] if origin is None else _of_other_imus(calibration, origin)
+    options = command_options(file, emulated=calibration.subject.emulated)
     shortcomings = calibration.shortcomings(before)
     for reason, words in (
         ("missing", "The calibration lacks"),
@@ -67,27 +86,30 @@ def notices(calibration: Calibration, origin: Origin | None, before: datetime | 
     ):
         lacking = [one for one in shortcomings if one.reason == reason]
         if lacking:
-            commands = dict.fromkeys(f"tfsat-host calibrate {one.command}" for one in lacking)
-            said.append(
-                f"{words} {_listed([one.name for one in lacking])}. To measure: {_listed(list(commands))}"
-            )
+            commands = _commands((one.command for one in lacking), options)
+            said.append(f"{words} {_listed([one.name for one in lacking])}. To measure: {commands}")
     later = [] if before is None else _measured_after_a_landing(calibration, before)
     if later:
         said.append(
             f"Measured only after the landing that followed, which may have changed it: {_listed(later)}. "
             "A calibration from before the drop says more."
         )
-    return said
+    return said + _of_the_future(calibration, file, now or datetime.now(UTC))
 
 
 def as_json(
-    calibration: Calibration, file: Path, said: list[str], before: datetime | None = None
+    calibration: Calibration,
+    file: Path,
+    said: list[str],
+    before: datetime | None = None,
+    into: Path | None = None,
 ) -> dict[str, Any]:
-    """For `--json`, under `calibration`."""
+    """For `--json`, under `calibration`; `into` is the certificate that further steps go into, if not `file`."""
+    options = command_options(into or file, emulated=calibration.subject.emulated)
     return {
         "file": str(file),
         "usable": not said,
-        "shortcomings": [shortcoming_as_json(one) for one in calibration.shortcomings(before)],
+        "shortcomings": [_shortcoming_as_json(one, options) for one in calibration.shortcomings(before)],
         "sentences": said,
     }
 
@@ -97,13 +119,12 @@ def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
     return {"file": str(file), "usable": False, "shortcomings": [], "sentences": [sentence]}
 
 
-def shortcoming_as_json(shortcoming: Any) -> dict[str, Any]:
-    """One of `Calibration.shortcomings`."""
+def _shortcoming_as_json(shortcoming: Shortcoming, options: str) -> dict[str, Any]:
     return {
         "quantity": shortcoming.name,
         "reason": shortcoming.reason,
         "taken": None if shortcoming.taken is None else shortcoming.taken.isoformat(),
-        "command": f"tfsat-host calibrate {shortcoming.command}",
+        "command": f"tfsat-host calibrate {shortcoming.command}{options}",
     }
 
 
@@ -143,14 +164,33 @@ def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
 
 def _measured_after_a_landing(calibration: Calibration, moment: datetime) -> list[str]:
     """What a landing after `moment` may have changed before it was measured."""
-    from tfsat_host.calibration.certificate.certificate import quantities
+    from tfsat_host.calibration.certificate.of_drop import measured_after
 
     landing = next((landing.at for landing in calibration.landings if landing.at >= moment), None)
-    return [
-        one.name
-        for one in quantities(calibration)
-        if landing is not None and one.ends_at_landing and one.taken is not None and one.taken > landing
+    return [] if landing is None else measured_after(calibration, landing)
+
+
+def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[str]:
+    """A certificate takes no step that is older than the one it has: one of the future needs another file."""
+    from tfsat_host.calibration.certificate.certificate import quantities
+
+    early = [
+        one for one in quantities(calibration) if one.taken is not None and one.taken > now + _CLOCKS_APART
     ]
+    if not early:
+        return []
+    last = max(one.taken for one in early if one.taken is not None)
+    anew = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
+    return [
+        f"{_listed([one.name for one in early])} {'was' if len(early) == 1 else 'were'} measured in the future "
+        f"({last.astimezone(UTC):%Y-%m-%d %H:%M} UTC): the clock was wrong then or is now; landings cannot end it. "
+        f"Set the clock if it is wrong now; else measure again into another certificate: "
+        f"{_commands((one.command for one in early), anew)}"
+    ]
+
+
+def _commands(commands: Iterable[str], options: str) -> str:
+    return _listed(list(dict.fromkeys(f"tfsat-host calibrate {command}{options}" for command in commands)))
 
 
 def _name(serial: str) -> str:

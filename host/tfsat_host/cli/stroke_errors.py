@@ -9,6 +9,7 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
 from tfsat_host.cli.options import file_name
 from tfsat_host.errors import TfsatError, UsageError
 
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
     from tfsat_host.servo_settings import ServoSettings
 
-CERTIFICATE = "calibration.toml"
-EMULATED_CERTIFICATE = "calibration-emulated.toml"
 COLUMNS = ("misses by / deg", "std / deg")
 
 

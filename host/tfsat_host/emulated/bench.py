@@ -16,18 +16,20 @@ from tfsat_host.emulated.motions import (
     SWING_DEG,
     SWING_PERIOD_S,
     TAIL_S,
-    TURN_LEG_S,
     TURN_REST_S,
     servo_motion,
     sweep_motion,
     swing_motion,
     turn_axis,
+    turn_leg_s,
     turn_motion,
 )
 from tfsat_host.emulated.robot import EmulatedRobot
 
 REST_S = 20.0
 ZERO_S = 5.0
+LIMP_AFTER_US = 120_000
+"""A little more than limp_after_us of tools/emulator/src/physics/servo.h."""
 _ALL_BODIES = (1, 2, 3, 4)
 _ALL_JOINTS = (1, 2, 3)
 
@@ -81,10 +83,14 @@ class EmulatedOperator:
             * (len(SWEEP_STOPS_DEG) - 1)
             * (SWEEP_LEG_S + SWEEP_REST_S)
             * self._hands.pace,
-            StepKind.TURN: TURN_ROUNDS * 2 * (TURN_LEG_S + TURN_REST_S) * self._hands.pace,
+            StepKind.TURN: TURN_ROUNDS * 2 * (turn_leg_s(step.angle_deg) + TURN_REST_S) * self._hands.pace,
             StepKind.SERVO: -TAIL_S,
         }
         return ends_s + moving_s[step.kind]
+
+    def wait_until_limp(self) -> None:
+        """Lets the time pass that a servo still holds a joint after its last pulse."""
+        self._robot.advance(LIMP_AFTER_US)
 
     def rest(self) -> None:
         """Lays the whole robot on the bench."""

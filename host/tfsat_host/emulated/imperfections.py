@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ class Imperfections:
         servo_repeat_rad: (3,) standard deviation of where a motion ends, drawn anew when the command changes
             after 0.3 s of standing, when it turns back, and after the servo was limp. It takes effect over
             the first 5 deg of the way, so that small steps of a jog have no jumps.
+        logger_serial: 8 bytes that the logger gives as its serial number: robots of other errors are other robots.
     """
 
     mounting: FloatArray
@@ -50,6 +52,7 @@ class Imperfections:
     servo_offset_rad: FloatArray
     servo_backlash_rad: FloatArray
     servo_repeat_rad: FloatArray
+    logger_serial: bytes = b"emuLATED"
 
 
 def ideal() -> Imperfections:
@@ -109,4 +112,11 @@ def draw_as_built(seed: int) -> Imperfections:
         servo_offset_rad=np.deg2rad(1.0) * random.standard_normal(3),
         servo_backlash_rad=np.deg2rad(random.uniform(0.0, 1.0, 3)),
         servo_repeat_rad=np.deg2rad(random.uniform(0.1, 0.3, 3)),
+        logger_serial=_serial_as_built(seed),
     )
+
+
+def _serial_as_built(seed: int) -> bytes:
+    """8 bytes, another for each seed; the fourth is no ASCII, so it is never that of a robot as it comes."""
+    drawn = sha256(f"as built {seed}".encode()).digest()
+    return b"emu" + bytes([drawn[0] | 0x80]) + drawn[1:5]

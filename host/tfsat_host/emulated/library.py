@@ -60,6 +60,7 @@ class RobotConfig(ctypes.Structure):
         ("angle_nonlinearity_rad", c_double * 24),
         ("angle_noise_rad", c_double),
         ("temperature_c", c_double),
+        ("logger_serial", c_uint8 * 8),
     ]
 
 

@@ -15,7 +15,8 @@ SWING_PERIOD_S = 2.0
 SWING_CYCLES = 5
 SWEEP_LEG_S = 1.5
 SWEEP_REST_S = 1.0
-TURN_LEG_S = 4.0
+TURN_RATE_DEG_S = 90.0
+SHORTEST_TURN_S = 2.0
 TURN_REST_S = 1.2
 TAIL_S = 1.0
 """Each motion ends with so much rest more."""
@@ -55,7 +56,12 @@ def turn_motion(angle_deg: float, rounds: int, hands: Hands, random: np.random.G
     """There and back `rounds` times. Where it lies before is as badly placed as where it comes to lie."""
     nominal = np.deg2rad(np.tile([angle_deg, 0.0], rounds))
     placing = np.deg2rad(hands.placing_deg) * random.standard_normal(2 * rounds + 1)
-    return _motion(nominal + placing[1:] - placing[0], TURN_LEG_S, TURN_REST_S, hands, random)
+    return _motion(nominal + placing[1:] - placing[0], turn_leg_s(angle_deg), TURN_REST_S, hands, random)
+
+
+def turn_leg_s(angle_deg: float) -> float:
+    """How long a turn takes one way, at nominal pace."""
+    return max(SHORTEST_TURN_S, abs(angle_deg) / TURN_RATE_DEG_S)
 
 
 def turn_axis(axis: Axis, hands: Hands, random: np.random.Generator) -> FloatArray:

@@ -17,7 +17,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     Args:
         model: As many bodies, joints and sensors as the structure has room for, and a servo with pulses
             on every joint.
-        wrong: The hidden errors.
+        wrong: The hidden errors, and the logger's serial number.
         seed: For noise and contact bounce.
         session_seed: For the logger's session ids.
     """
@@ -60,6 +60,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
     config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
     config.angle_noise_rad = wrong.angle_noise_rad
+    config.logger_serial[:] = wrong.logger_serial
     return config
 
 

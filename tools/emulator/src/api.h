@@ -45,6 +45,7 @@ typedef struct {
   double angle_nonlinearity_rad[6][4];  // bend_rad of sensors/angle_sensor.h
   double angle_noise_rad;
   double temperature_c;
+  uint8_t logger_serial[8];  // what tells this robot's logger from another's
 } TfsatRobotConfig;
 
 // A person's way with one motion, which rests for `lead_s` first: HandParameters of physics/hands.h.

@@ -37,6 +37,7 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
   out.seed = c.seed;
   out.session_seed = c.session_seed;
   out.temperature_c = c.temperature_c;
+  std::copy_n(c.logger_serial, out.logger_serial.size(), out.logger_serial.begin());
   for (size_t i = 0; i < kServoJoints; ++i) {
     ServoParameters& servo = out.servos[i];
     servo.reference_pulse_us = c.servo_reference_pulse_us[i];

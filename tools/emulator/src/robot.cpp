@@ -17,11 +17,9 @@ constexpr double kSwitchSpreadUs = 600.0;
 constexpr double kChatterUs = 1500.0;
 constexpr int kMaxChatter = 3;
 
-LoggerBoardParameters logger_parameters() {
+LoggerBoardParameters logger_parameters(const RobotParameters& robot) {
   LoggerBoardParameters parameters;
-  parameters.identity.board_serial[0] = 'e';
-  parameters.identity.board_serial[1] = 'm';
-  parameters.identity.board_serial[2] = 'u';
+  std::copy(robot.logger_serial.begin(), robot.logger_serial.end(), parameters.identity.board_serial);
   return parameters;
 }
 
@@ -32,7 +30,7 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
       sequencer_(std::move(sequencer)),
       card_(parameters.card),
       chain_(parameters.tree),
-      logger_(parameters.session_seed, logger_parameters()),
+      logger_(parameters.session_seed, logger_parameters(parameters)),
       bounce_(parameters.seed ^ 0xB0C4CEu) {
   for (const Mpu6050Parameters& imu : parameters.imus) imus_.emplace_back(imu);
   for (const AngleSensorParameters& sensor : parameters.angle_sensors) angle_sensors_.emplace_back(sensor);

@@ -38,6 +38,7 @@ struct RobotParameters {
   double temperature_c = 25.0;
   uint64_t seed = 1;          // of noise and contact bounce
   uint64_t session_seed = 1;  // of the logger's session ids
+  std::array<uint8_t, 8> logger_serial{{'e', 'm', 'u', 'L', 'A', 'T', 'E', 'D'}};
 };
 
 // How one drop goes.

@@ -1,22 +1,23 @@
-"""A campaign's certificate and the recordings beside it: each accepted step is kept at once, and all is
-solved anew."""
+"""A campaign's certificate and the recordings beside it: each accepted step is kept at once, and all is solved anew."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject, with_landing
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.calibration.certificate.kept import one_writer, write_whole
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.reached import servo_map_of
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.acceptance import check_step
-from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, newest, sha256, to_bytes
-from tfsat_host.calibration.steps.step import StepKind
+from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.robot import RobotModel
+
+_Papers = Mapping[tuple[str, datetime], Paper]
 
 
 class Campaign:
@@ -26,15 +27,16 @@ class Campaign:
         certificate: Its file.
         calibration: What it says; None before the first step.
         evidence: The recordings that it rests on, in order of time.
+        left_out: Recordings that are gone or were changed since, and count no more; a sentence each.
 
     Args:
         certificate: Its file, which need not exist.
         model: The robot.
         subject: Whose sensors are being calibrated.
-        force: Begin a new certificate where there is one of another subject; its recordings stay.
+        force: Begin a new certificate where there is one of another subject, or one that cannot be understood.
 
     Raises:
-        CalibrationError: the certificate is another robot's, damaged, or one of its recordings is missing or changed.
+        CalibrationError: the certificate is another robot's, or damaged.
         OSError: a file cannot be read.
     """
 
@@ -44,30 +46,28 @@ class Campaign:
         self.certificate = certificate
         self.evidence: list[Evidence] = []
         self.calibration: Calibration | None = None
+        self.left_out: tuple[str, ...] = ()
         self._model = model
         self._subject = subject
-        if not certificate.exists():
-            return
-        if force:
-            self._take_if_same()
-            return
-        found = read_calibration(certificate)
-        if found.subject != subject:
-            raise _of_another(certificate, found.subject, subject)
-        self.evidence = [_read(self.folder / paper.file, paper) for paper in found.papers]
-        self.calibration = found
+        self._papers: _Papers = {}
+        self._moved: Landing | None = None
+        self._replaces = False
+        if certificate.exists():
+            self._open(force)
 
     @property
     def folder(self) -> Path:
-        """Where the recordings lie."""
+        """Where the recordings lie, and each certificate that was ever written."""
         return self.certificate.with_name(f"{self.certificate.stem}-recordings")
 
     def solution(self) -> Solution:
         """What the evidence tells."""
-        return self._solved(self.evidence)
+        return solve(self.evidence, self._model, self._last_landing())
 
     def accept(self, step: Evidence, *, anew: bool = False) -> Calibration:
         """Checks a recorded step, solves all with it, and keeps both.
+
+        What another program has written meanwhile is kept as well.
 
         Args:
             step: Just recorded.
@@ -77,52 +77,93 @@ class Campaign:
             CalibrationError: the step is not what was asked, or contradicts others; nothing was changed.
             OSError: a file cannot be written; the certificate is as before.
         """
-        before = solve((), self._model) if anew else self.solution()
-        check_step(step, before, self._model)
-        return self._keep([*self.evidence, step], written=step)
+        with one_writer(self.certificate):
+            self._catch_up()
+            self._check_time(step)
+            before = solve((), self._model) if anew else self.solution()
+            check_step(step, before, self._model)
+            return self._keep(step)
 
     def sensors_moved(self, at: datetime) -> None:
         """What was measured before counts as before a landing; kept with the next accepted step."""
         if self.calibration is not None:
-            self.calibration = with_landing(self.calibration, Landing(at, "a person: sensors were moved"))
+            self._moved = Landing(at, "a person: sensors were moved")
+            self.calibration = with_landing(self.calibration, self._moved)
 
-    def _take_if_same(self) -> None:
+    def _open(self, force: bool) -> None:
         try:
             found = read_calibration(self.certificate)
-            evidence = [_read(self.folder / paper.file, paper) for paper in found.papers]
         except CalibrationError:
+            if not force:
+                raise
+            self._replaces = True
             return
         if found.subject == self._subject:
-            self.evidence, self.calibration = evidence, found
+            self._take(found)
+        elif force:
+            self._replaces = True
+        else:
+            raise _of_another(self.certificate, found.subject, self._subject)
 
-    def _solved(self, evidence: list[Evidence]) -> Solution:
-        last = None if self.calibration is None else self.calibration.last_landing
-        return solve(evidence, self._model, last)
+    def _catch_up(self) -> None:
+        """Takes what another program has written since."""
+        if self._replaces or not self.certificate.exists():
+            return
+        found = read_calibration(self.certificate)
+        known = None if self.calibration is None else self.calibration.written
+        if found.subject == self._subject and found.written != known:
+            self._take(found)
+            if self._moved is not None:
+                self.calibration = with_landing(found, self._moved)
 
-    def _keep(self, evidence: list[Evidence], written: Evidence | None = None) -> Calibration:
-        solution = self._solved(evidence)
-        calibration = self._certified(solution)
-        if written is not None:
-            write_whole(self.folder / file_name(written), to_bytes(written))
+    def _take(self, found: Calibration) -> None:
+        evidence, left_out = [], []
+        for paper in found.papers:
+            try:
+                evidence.append(_read(self.folder / paper.file, paper))
+            except CalibrationError as error:
+                left_out.append(error.what)
+        self._papers = _by_step(found.papers)
+        self.evidence, self.calibration, self.left_out = evidence, found, tuple(left_out)
+
+    def _last_landing(self) -> datetime | None:
+        return None if self.calibration is None else self.calibration.last_landing
+
+    def _check_time(self, step: Evidence) -> None:
+        """What is the newest of a step is told by its time."""
+        for one in self.evidence:
+            if one.step.key == step.step.key and one.taken >= step.taken:
+                raise CalibrationError(
+                    what=f"This step was recorded {step.taken:%Y-%m-%d %H:%M} UTC, before the one that the "
+                    f"certificate rests on, {one.taken:%Y-%m-%d %H:%M} UTC.",
+                    meaning="It is an old recording, or the computer's clock was set back; it would not count.",
+                    next_step="Set the clock and run this command again, or name another certificate with --out.",
+                )
+
+    def _keep(self, step: Evidence) -> Calibration:
+        solution = solve([*self.evidence, step], self._model, self._last_landing())
+        data, file = to_bytes(step), file_name(step)
+        paper = Paper(step.step.key, step.taken, file, sha256(data))
+        calibration = self._certified(solution, {**self._papers, **_by_step([paper])})
         text = format_calibration(calibration).encode()
+        write_whole(self.folder / file, data)
         write_whole(self.folder / f"certificate-{calibration.written:%Y%m%dT%H%M%S.%f}.toml", text)
         write_whole(self.certificate, text)
         self.evidence, self.calibration = list(solution.used), calibration
+        self._papers = _by_step(calibration.papers)
+        self._replaces = False
         return calibration
 
-    def _certified(self, solution: Solution) -> Calibration:
-        servos = [one for one in newest(solution.used).values() if one.step.kind == StepKind.SERVO]
-        servos.sort(key=lambda one: one.step.joint or 0)
+    def _certified(self, solution: Solution, papers: _Papers) -> Calibration:
+        servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
         before = self.calibration
         return Calibration(
             subject=self._subject,
             gyros=solution.gyros,
             joints=solution.joints,
-            servo_maps=tuple(servo_map_of(one, solution.joints, self._model) for one in servos),
-            servo_taken=tuple(one.taken for one in servos),
-            papers=tuple(
-                Paper(one.step.key, one.taken, file_name(one), sha256(to_bytes(one))) for one in solution.used
-            ),
+            servo_maps=tuple(servo_map_of(one, joints, self._model) for one, joints in servos),
+            servo_taken=tuple(one.taken for one, _ in servos),
+            papers=tuple(papers[one.step.key, one.taken] for one in solution.used),
             landings=() if before is None else before.landings,
             written=datetime.now(UTC),
         )
@@ -131,54 +172,48 @@ class Campaign:
 def note_landing(certificate: Path, landing: Landing) -> bool:
     """Adds a landing to a certificate without solving anything; whether it was new.
 
+    Its values stay those of the fall that has just ended, to evaluate it by, until the next step is accepted.
+
     Raises:
-        CalibrationError: the certificate cannot be understood.
+        CalibrationError: the certificate cannot be understood, or another program writes it for long.
         OSError: it cannot be written.
     """
-    found = read_calibration(certificate)
-    changed = with_landing(found, landing)
-    if changed is found:
-        return False
-    write_whole(certificate, format_calibration(replace(changed, written=datetime.now(UTC))).encode())
-    return True
+    with one_writer(certificate):
+        found = read_calibration(certificate)
+        changed = with_landing(found, landing)
+        if changed is found:
+            return False
+        write_whole(certificate, format_calibration(replace(changed, written=datetime.now(UTC))).encode())
+        return True
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Writes a file so that a power cut leaves the old one or the new one. Raises OSError."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.new")
-    with beside.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    beside.replace(path)
+def _by_step(papers: Iterable[Paper]) -> _Papers:
+    return {(paper.step, paper.taken): paper for paper in papers}
 
 
 def _read(path: Path, paper: Paper) -> Evidence:
+    again = "Copy it back beside the certificate, or repeat the step: tfsat-host calibrate show names the commands."
     try:
         data = path.read_bytes()
     except FileNotFoundError as error:
         raise CalibrationError(
             what=f"The recording {path}, on which the calibration rests, is not there.",
-            meaning="The certificate could not be proven, nor computed anew with another step.",
-            next_step=f"Copy it back beside the certificate, or begin anew: tfsat-host calibrate "
-            f"{paper.step.split('-')[0]} "
-            "with --out and another name.",
+            meaning="The step does not count any more when the next one is accepted.",
+            next_step=again,
         ) from error
     if sha256(data) != paper.sha256:
         raise CalibrationError(
             what=f"The recording {path} is not the one on which the calibration rests: its SHA-256 differs.",
-            meaning="It was changed or damaged since; what was computed from it cannot be proven.",
-            next_step="Take it from a copy, or repeat the step with --out and another name for the "
-            "certificate.",
+            meaning="It was changed or damaged; the step does not count any more when the next one is accepted.",
+            next_step=again,
         )
     return from_bytes(data, source=str(path))
 
 
 def _of_another(certificate: Path, there: Subject, here: Subject) -> CalibrationError:
     return CalibrationError(
-        what=f"{certificate} holds another calibration: it is of {there.describe()}; this would be of "
-        f"{here.describe()}.",
+        what=f"{certificate} holds another calibration: it is of {there.describe()}; "
+        f"this would be of {here.describe()}.",
         meaning="Nothing was measured, nothing was overwritten.",
         next_step="Name another file with --out, or add --force to begin it anew.",
     )

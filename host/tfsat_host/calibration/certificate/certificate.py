@@ -126,7 +126,7 @@ class Quantity:
     """One thing that a drop needs to be calibrated.
 
     Attributes:
-        name: For people, such as `bias of body 1`.
+        name: For people, such as `bias of body 1`; an axis in it is one of the body, not of the sensor.
         taken: When; None: not yet.
         ends_at_landing: A landing may change it.
         command: What measures it.
@@ -161,13 +161,20 @@ def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
     A landing ends what it may change: biases, zero points, mountings, and how a servo's horn sits. A gyro's scale
     factor is a property of its silicon, which survives 10,000 g (PS-MPU-6000A rev. 3.4, section 6.9).
     """
+    last = calibration.last_landing
+    wanted = [
+        one.zero_taken is None or (last is not None and one.zero_taken <= last) for one in calibration.joints
+    ]
+    zero = "zero --all" if all(wanted) else ""
     taken = {
         one.joint: when for one, when in zip(calibration.servo_maps, calibration.servo_taken, strict=True)
     }
     return (
         *(Quantity(f"bias of body {gyro.body}", gyro.bias_taken, True, "bias") for gyro in calibration.gyros),
         *(
-            Quantity(f"zero point of joint {one.joint}", one.zero_taken, True, f"zero --joint {one.joint}")
+            Quantity(
+                f"zero point of joint {one.joint}", one.zero_taken, True, zero or f"zero --joint {one.joint}"
+            )
             for one in calibration.joints
         ),
         *(_misalignment(gyro, axis) for gyro in calibration.gyros for axis in AXES_OF_BODIES[gyro.body]),
@@ -182,7 +189,7 @@ def quantities(calibration: Calibration) -> tuple[Quantity, ...]:
 def _misalignment(gyro: GyroCalibration, axis: str) -> Quantity:
     return Quantity(
         f"misalignment of body {gyro.body} about {axis}",
-        gyro.axes_taken if axis in gyro.axes else None,
+        gyro.axes.get(axis),
         True,
         f"misalignment --joint {_joint_about(gyro.body, axis)}",
     )
@@ -190,7 +197,7 @@ def _misalignment(gyro: GyroCalibration, axis: str) -> Quantity:
 
 def _scale(gyro: GyroCalibration, axis: str) -> Quantity:
     command = "scale --turn z 360" if axis == "z" else f"scale --joint {_joint_about(gyro.body, axis)}"
-    taken = gyro.scale_taken if axis in gyro.scaled else None
+    taken = gyro.scaled.get(axis)
     return Quantity(f"scale factor {axis} of body {gyro.body}", taken, False, command)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NoReturn
 
@@ -104,13 +104,6 @@ class Entry:
             self.fail(key, f"{self._of(key)} is {shown(value)}, not a text in quotes")
         return value
 
-    def letters(self, key: str, alphabet: str) -> str:
-        """Some letters of `alphabet`, each at most once and in its order."""
-        value = self.text(key)
-        if value != "".join(letter for letter in alphabet if letter in value):
-            self.fail(key, f'{self._of(key)} is {shown(value)}, not letters of "{alphabet}" in this order')
-        return value
-
     def flag(self, key: str) -> bool:
         """True or false."""
         value = self.require(key)
@@ -148,6 +141,19 @@ class Entry:
     def time_or_none(self, key: str) -> datetime | None:
         """Likewise; None if it was left out: never measured."""
         return self.time(key) if self.has(key) else None
+
+    def times(self, key: str, names: Sequence[str]) -> dict[str, datetime]:
+        """A time for some of `names`, in their order; none if it was left out: never measured."""
+        if not self.has(key):
+            return {}
+        inner = self.table(key, self._of(key))
+        for name in inner._values:
+            if name not in names:
+                cure = f"Remove {shown(name)}."
+                self.fail(
+                    key, f"{self._of(key)} names {shown(name)}, which is none of {', '.join(names)}", cure
+                )
+        return {name: inner.time(name) for name in names if inner.has(name)}
 
     def array(self, key: str, shape: tuple[int, ...]) -> FloatArray:
         """Finite numbers in rows, as many as `shape` says."""

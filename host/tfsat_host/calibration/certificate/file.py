@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable
+from os import PathLike
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.certificate import Calibration, Subject
@@ -15,7 +16,7 @@ from tfsat_host.calibration.certificate.tables import (
     read_paper,
     read_servo,
 )
-from tfsat_host.calibration.certificate.text import FORMAT, MARK, format_calibration
+from tfsat_host.calibration.certificate.text import FORMAT, MARK, format_calibration, seal_in, seal_of
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 
@@ -36,12 +37,13 @@ _TOP = (
 _TABLES = ("gyro", "joint", "servo", "recording", "landing")
 
 
-def read_calibration(path: Path) -> Calibration:
+def read_calibration(path: str | PathLike[str]) -> Calibration:
     """The calibration in a file.
 
     Raises:
         CalibrationError: the file cannot be read or understood; names file, line and cure.
     """
+    path = Path(path)
     try:
         if path.stat().st_size > _FILE_BYTES_MAX:
             raise CalibrationError(
@@ -86,7 +88,7 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
     _check_each_once(top, "joint", joint_entries, [one.joint for one in joints], range(1, JOINT_COUNT + 1))
     _check_each_once(top, "joint", servo_entries, [one.joint for one, _ in servos], ())
     servos.sort(key=lambda one: one[0].joint)
-    return Calibration(
+    calibration = Calibration(
         subject=Subject(
             top.text("robot"), top.text("logger_serial"), top.text("who_am_i"), top.flag("emulated")
         ),
@@ -102,6 +104,18 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
         tool_version=top.text("tool_version"),
         protocol_hash=top.text("protocol_hash"),
     )
+    _check_seal(text, source)
+    return calibration
+
+
+def _check_seal(text: str, source: str) -> None:
+    """Last: what is wrong with a unit or a number is worth more than that it was typed."""
+    if seal_in(text) != seal_of(text):
+        raise CalibrationError(
+            what=f"{source} was changed since tfsat-host wrote it: the SHA-256 in its last line does not match.",
+            meaning="Its values are not those that its recordings tell; a drop must not be evaluated with them.",
+            next_step="Copy the newest certificate-….toml from its recordings' folder over it.",
+        )
 
 
 def _check_format(top: Entry) -> None:

@@ -20,12 +20,13 @@ from tfsat_host.calibration.certificate.text import (
 from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.joints.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.calibration.steps.step import AXES
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.protocol.messages import ServoSetting
 
 FloatArray = NDArray[np.float64]
 
-_AXES = "xyz"
+_MEASURED = ("measured", "measured_frame")
 _LARGEST = 65_535
 
 
@@ -38,10 +39,10 @@ def read_gyro(entry: Entry) -> GyroCalibration:
     bias.allow("value", "std", "unit", "frame", "temperature_c", "taken")
     bias.expect(unit="deg/s", frame="sensor")
     mounting = entry.table("mounting", f"the mounting of body {body}")
-    mounting.allow("rotation", "unit", "frame", "std", "std_unit", "std_frame", "axes_measured", "taken")
+    mounting.allow("rotation", "unit", "frame", "std", "std_unit", "std_frame", *_MEASURED)
     mounting.expect(unit="1", frame="sensor to body", std_unit="deg", std_frame="sensor")
     scale = entry.table("scale", f"the scale of body {body}")
-    scale.allow("value", "std", "unit", "frame", "axes_measured", "taken")
+    scale.allow("value", "std", "unit", "frame", *_MEASURED)
     scale.expect(unit="1", frame="sensor")
     factors = scale.array("value", (3,))
     if (factors <= 0.0).any():
@@ -61,11 +62,9 @@ def read_gyro(entry: Entry) -> GyroCalibration:
         covariance=errors,
         noise_rad_s=_noise(entry, "deg/s", 3),
         temperature_c=bias.number("temperature_c") if bias.has("temperature_c") else float("nan"),
-        axes=mounting.letters("axes_measured", _AXES),
-        scaled=scale.letters("axes_measured", _AXES),
+        axes=_measured(mounting),
+        scaled=_measured(scale),
         bias_taken=bias.time_or_none("taken"),
-        axes_taken=mounting.time_or_none("taken"),
-        scale_taken=scale.time_or_none("taken"),
     )
 
 
@@ -148,6 +147,12 @@ def read_landing(entry: Entry) -> Landing:
     """Of one `[[landing]]`. Raises CalibrationError likewise."""
     entry.allow("at", "told_by")
     return Landing(entry.time("at"), entry.text("told_by"))
+
+
+def _measured(entry: Entry) -> dict[str, datetime]:
+    """Body axis to when it was measured."""
+    entry.expect(measured_frame="body")
+    return entry.times("measured", AXES)
 
 
 def _noise(entry: Entry, unit: str, count: int) -> FloatArray:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Final
 
@@ -21,6 +22,7 @@ FloatArray = NDArray[np.float64]
 
 MARK = "# tfsat calibration"
 """In the first line: by it the commands know their own file."""
+_SEAL = "# sha256 of all that stands above: "
 FORMAT: Final = 1
 DIGITS: Final = 12
 """Of every number: far below every uncertainty, and 0.02 stays 0.02."""
@@ -44,6 +46,7 @@ def format_calibration(calibration: Calibration) -> str:
         [
             f"{MARK}: values with their uncertainty, in the unit and frame that stand beside them.",
             "# A key that is not there was never measured. std: one standard deviation, by the covariance.",
+            "# measured: body axis, and when the direction of it, or the scale factor about it, was measured.",
             *_pairs(
                 format=FORMAT,
                 written=calibration.written,
@@ -68,7 +71,24 @@ def format_calibration(calibration: Calibration) -> str:
         )
     for landing in calibration.landings:
         blocks.append(_table("[[landing]]", at=landing.at, told_by=landing.told_by))
-    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
+    return sealed("\n\n".join("\n".join(block) for block in blocks) + "\n")
+
+
+def sealed(text: str) -> str:
+    """With a line that tells whether the rest was changed since: values are computed, not edited."""
+    return f'{text}\n{_SEAL}"{seal_of(text)}"\n'
+
+
+def seal_of(text: str) -> str:
+    """SHA-256 of a certificate's text, hexadecimal; its seal and the kind of its line ends do not count."""
+    lines = [line for line in text.splitlines() if not line.startswith(_SEAL)]
+    return hashlib.sha256("\n".join(lines).rstrip().encode()).hexdigest()
+
+
+def seal_in(text: str) -> str | None:
+    """What the text says of itself."""
+    found = [line for line in text.splitlines() if line.startswith(_SEAL)]
+    return found[0].removeprefix(_SEAL).strip().strip('"') if len(found) == 1 else None
 
 
 def _gyro(gyro: GyroCalibration) -> Iterator[list[str]]:
@@ -94,8 +114,8 @@ def _gyro(gyro: GyroCalibration) -> Iterator[list[str]]:
         std=std[3:6],
         std_unit="deg",
         std_frame="sensor",
-        axes_measured=gyro.axes,
-        taken=gyro.axes_taken,
+        measured=gyro.axes,
+        measured_frame="body",
     )
     yield _table(
         "[gyro.scale]",
@@ -103,8 +123,8 @@ def _gyro(gyro: GyroCalibration) -> Iterator[list[str]]:
         std=std[6:9],
         unit="1",
         frame="sensor",
-        axes_measured=gyro.scaled,
-        taken=gyro.scale_taken,
+        measured=gyro.scaled,
+        measured_frame="body",
     )
     yield _table("[gyro.covariance]", value=written, **GYRO_ORDER)
 
@@ -186,12 +206,14 @@ def _table(header: str, **values: object) -> list[str]:
 
 
 def _pairs(**values: object) -> list[str]:
-    """One line a key; what is not known, None or NaN, has none."""
+    """One line a key; what is not known, None, NaN or no time at all, has none."""
     known = {key: value for key, value in values.items() if not _is_unknown(value)}
     return [f"{key} = {_value(value)}" for key, value in known.items()]
 
 
 def _is_unknown(value: object) -> bool:
+    if isinstance(value, Mapping):
+        return not value
     return value is None or (isinstance(value, float) and math.isnan(value))
 
 
@@ -202,6 +224,8 @@ def _value(value: object) -> str:
         return str(value).lower()
     if isinstance(value, datetime):
         return value.astimezone(UTC).isoformat().replace("+00:00", "Z")
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_value(item)}' for key, item in value.items())} }}"
     if isinstance(value, list | tuple):
         return _rows(list(value))
     if isinstance(value, str):

@@ -25,6 +25,8 @@ GRAVITY_G = (0.85, 1.15)
 section 6.2)."""
 TILT_RAD = np.deg2rad(0.2)
 """Gravity may turn in a body's axes by so much from the first third to the last: more, and the body turns slowly."""
+_MORE_THAN_NOISE = 3.0
+"""Standard deviations. The difference of two halves has twice that of the whole's mean."""
 _AGAIN = "Let the robot rest on the bench without touching it, and run this command again."
 
 
@@ -64,6 +66,7 @@ def _estimate(still: Recording, body: int) -> BiasEstimate:
     _check_rates(rates, body)
     _check_forces(still.accel_m_s2[:, body - 1] / STANDARD_GRAVITY_M_S2, body)
     bias, covariance = mean_and_covariance(rates)
+    covariance = covariance + np.diag(_wandered(rates, covariance) ** 2)
     return BiasEstimate(
         body,
         bias,
@@ -72,6 +75,15 @@ def _estimate(still: Recording, body: int) -> BiasEstimate:
         float(still.temperature_c[:, body - 1].mean()),
         float(still.t_s[-1] - still.t_s[0]),
     )
+
+
+def _wandered(rates: FloatArray, covariance: FloatArray) -> FloatArray:
+    """(3,) how far the bias has gone from its mean by the end of the rest, where that is more than noise."""
+    first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
+    apart = np.abs(
+        second - first
+    )  # from one half's middle to the other's: as far as from the mean to the end
+    return np.where(apart > _MORE_THAN_NOISE * 2.0 * np.sqrt(np.diag(covariance)), apart, 0.0)
 
 
 def _check_rates(rates: FloatArray, body: int) -> None:

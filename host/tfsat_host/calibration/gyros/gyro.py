@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -28,9 +29,9 @@ class GyroCalibration:
         covariance: (9, 9) of bias (rad/s), of a rotation vector in sensor axes (rad) and of the scale.
         noise_rad_s: (3,) standard deviation of one sample about its mean; NaN where none rested.
         temperature_c: Of the die when the bias was taken; NaN where it was not.
-        axes: Body axes about which the direction was measured, such as "xy": since the last landing, if any was.
-        scaled: Sensor axes whose scale factor is known better than 0.5 %, such as "xyz".
-        bias_taken, axes_taken, scale_taken: When the oldest of what each names was recorded; None: by design.
+        axes: Body axis to when its direction was measured last, such as {"x": ..., "y": ...}.
+        scaled: Body axis to when the length about it was measured, where the scale factor is known to 0.5 %.
+        bias_taken: None where none rested: it is by design.
     """
 
     body: int
@@ -40,11 +41,9 @@ class GyroCalibration:
     covariance: FloatArray
     noise_rad_s: FloatArray
     temperature_c: float
-    axes: str
-    scaled: str
+    axes: Mapping[str, datetime]
+    scaled: Mapping[str, datetime]
     bias_taken: datetime | None
-    axes_taken: datetime | None
-    scale_taken: datetime | None
 
     def body_rates(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3) rates in body axes of readings (n, 3) in sensor axes."""
@@ -53,6 +52,11 @@ class GyroCalibration:
     def readings(self, rates_rad_s: FloatArray) -> FloatArray:
         """(n, 3) in sensor axes, without bias, of rates (n, 3) in body axes."""
         return np.asarray(self.scale * (rates_rad_s @ self.rotation))
+
+    def scale_about(self, axis: int) -> tuple[float, float]:
+        """Reading over truth for a rotation about a body axis (0 to 2), and its standard deviation."""
+        shares = self.rotation[axis] ** 2
+        return float(shares @ self.scale), float(np.sqrt(shares @ self.covariance[6:, 6:] @ shares))
 
     def jacobian(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3, 9) of the body rates by the parameters, in the order of `covariance`."""
@@ -78,9 +82,7 @@ def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
         np.diag(deviations**2),
         np.full(3, np.nan),
         float("nan"),
-        "",
-        "",
-        None,
-        None,
+        {},
+        {},
         None,
     )

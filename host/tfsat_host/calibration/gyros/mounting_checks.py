@@ -21,6 +21,9 @@ MOST_OFF_RAD = np.deg2rad(15.0)
 """Three standard deviations of a mounting by hand: beyond it, another one was meant."""
 MOST_SKEW_RAD = np.deg2rad(2.0)
 """Between two axes: scale factors make 0.2 deg of it, brackets 0.5."""
+_PARALLEL = 0.99
+MOST_APART_RAD = np.deg2rad(0.5)
+"""Between two measurements of the same axis."""
 _OR_DIRECTION = (
     " If it sits as designed, the joint's angle sensors count the other way: correct their direction."
 )
@@ -124,7 +127,8 @@ def _check_angles_between(body: int, responses: Sequence[Response]) -> None:
             doubt = 3.0 * np.sqrt(
                 sum(float(np.trace(r.covariance) / (r.reading @ r.reading)) for r in (first, second))
             )
-            if skew > MOST_SKEW_RAD + doubt:
+            parallel = abs(first.axis_body @ second.axis_body) > _PARALLEL
+            if skew > (MOST_APART_RAD if parallel else MOST_SKEW_RAD) + doubt:
                 raise CalibrationError(
                     what=f"The gyro on body {body} saw two axes "
                     f"{np.rad2deg(angle_between(first.reading, second.reading)):.1f} deg "

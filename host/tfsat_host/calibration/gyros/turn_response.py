@@ -12,7 +12,7 @@ from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.gyros.mounting_checks import angle_between, mounted_otherwise
 from tfsat_host.calibration.gyros.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.rests import find_rests
+from tfsat_host.calibration.steps.rests import TURN_SHARE, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step
 
 FloatArray = NDArray[np.float64]
@@ -21,8 +21,8 @@ TILT_STD_RAD = np.deg2rad(0.2)
 """How far a body's axis may be from the one about which it is turned on a table, about each of two axes."""
 MOST_OFF_RAD = np.deg2rad(20.0)
 """A sensor that is mounted by hand, on a robot that is laid by hand."""
-PLACING_STD_RAD = np.deg2rad(0.15)
-"""How straight a person lays an edge on, by experience."""
+PLACING_STD_RAD = np.deg2rad(0.1)
+"""How straight a person lays an edge of 100 mm on: to 0.2 mm."""
 ANGLE_TOLERANCE = 0.1
 """A turn that is off by more than this share (gyros are wrong by 0.03) was another one than the screen says."""
 _LEAST_SWEEPS = 5
@@ -41,7 +41,7 @@ def turn_response(recording: Recording, step: Step, gyro: GyroCalibration) -> Re
     expected = gyro.readings(axis)
     seen = direction(readings, axis, readings @ expected)
     along = readings @ seen.reading
-    rests = find_rests(recording.t_s, along)
+    rests = find_rests(recording.t_s, along, TURN_SHARE)
     if len(rests) <= _LEAST_SWEEPS:
         raise CalibrationError(
             what=f"The robot was turned {max(0, len(rests) - 1)} times; at least {_LEAST_SWEEPS} turns "

@@ -167,10 +167,13 @@ def _fitted(
         # Each equation takes its leverage off its own class's degrees of freedom.
         leverage = np.einsum("ni,ij,nj->n", scaled, covariance, scaled)
         classes = (rows_of_mean, ~rows_of_mean)
-        freedom = np.array([max(3.0, float((1.0 - leverage[rows]).sum())) for rows in classes])
+        freedom = np.array([max(3.0, float((weights * (1.0 - leverage))[rows].sum())) for rows in classes])
         squares = np.array([float((weights * left**2)[rows].sum()) for rows in classes])
         deviations = np.sqrt(squares / freedom)
-    return solution, covariance * few(max(3, round(float(freedom[0])))), deviations
+    # Only what was estimated from few numbers is widened, not the prior.
+    std = np.where(rows_of_mean, *(deviations * np.sqrt([few(max(3, round(count))) for count in freedom])))
+    scaled = design * np.sqrt(weights)[:, None] / std[:, None]
+    return solution, np.asarray(np.linalg.inv(scaled.T @ scaled + prior)), deviations
 
 
 def _equations(

@@ -11,6 +11,8 @@ from tfsat_host.calibration.steps.recording import Recording
 
 MOST_LOST_FRACTION = 0.01
 """More lost samples than this, and the rest may not stand for the motion."""
+LONGEST_GAP_S = 0.05
+"""A straight line over more would cut a corner of a motion."""
 
 
 def check_complete(recording: Recording, bodies: Iterable[int]) -> None:
@@ -30,6 +32,13 @@ def check_complete(recording: Recording, bodies: Iterable[int]) -> None:
             what=f"{recording.samples_lost} of {len(recording.t_s) + recording.samples_lost} samples "
             "never reached this computer.",
             meaning=f"More than {100 * MOST_LOST_FRACTION:g} % is missing: bias and axis would be doubtful.",
+            next_step="Plug the logger in without a hub, close other programs, and run this command again.",
+        )
+    gap_s = float(np.diff(recording.t_s).max()) if len(recording.t_s) > 1 else 0.0
+    if gap_s > LONGEST_GAP_S:
+        raise CalibrationError(
+            what=f"{1e3 * gap_s:.0f} ms of the measurement are missing in one piece.",
+            meaning="What the gyros turned meanwhile is not known, and scale factors rest on it.",
             next_step="Plug the logger in without a hub, close other programs, and run this command again.",
         )
     for body in bodies:

@@ -8,7 +8,7 @@ import json
 import zipfile
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,7 @@ class Evidence:
 
 def file_name(evidence: Evidence) -> str:
     """Sorts by purpose, then by time."""
-    return f"{evidence.step.key}-{evidence.taken:%Y%m%dT%H%M%S}.npz"
+    return f"{evidence.step.key}-{evidence.taken.astimezone(UTC):%Y%m%dT%H%M%S.%f}.npz"
 
 
 def to_bytes(evidence: Evidence) -> bytes:

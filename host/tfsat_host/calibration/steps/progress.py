@@ -17,7 +17,7 @@ from tfsat_host.calibration.steps.motion_checks import LEAST_RMS_RAD_S, MOST_HEL
 from tfsat_host.calibration.steps.patterns import MotionPattern
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.relative import body_to_base
-from tfsat_host.calibration.steps.rests import SHORTEST_S, find_rests
+from tfsat_host.calibration.steps.rests import SHORTEST_S, TURN_SHARE, find_rests
 from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, TURN_ROUNDS, Step, StepKind
 from tfsat_host.calibration.steps.view import MotionView
 from tfsat_host.robot import RobotModel
@@ -182,7 +182,7 @@ def _rests(step: Step, recording: Recording, angles: FloatArray, known: Known) -
 def _rests_of_turn(step: Step, recording: Recording, gyro: GyroCalibration) -> int:
     along = _along(recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s)
     turned = np.concatenate([[0.0], np.cumsum(along[1:] * np.diff(recording.t_s))])
-    return _places(find_rests(recording.t_s, along), turned, abs(np.deg2rad(step.angle_deg)) / 2)
+    return _places(find_rests(recording.t_s, along, TURN_SHARE), turned, abs(np.deg2rad(step.angle_deg)) / 2)
 
 
 def _along(readings: FloatArray) -> FloatArray:

@@ -56,6 +56,12 @@ def _on_outer_side(model: RobotModel, joint: int, body: int) -> bool:
         side |= more
 
 
+def sense_of(model: RobotModel, joint: int, body: int) -> float:
+    """+1 where a body (from 0) turns about a joint's axis (from 0) as it opens, -1 where it turns against it."""
+    across = joints_between(model, int(model.joint_outer[joint]), body)
+    return -1.0 if joint in across else 1.0
+
+
 def reference_of(pattern: MotionPattern, model: RobotModel) -> int:
     """The held body (1 to 4) that the joint joins to the moved ones."""
     joint = pattern.joint - 1
@@ -63,10 +69,13 @@ def reference_of(pattern: MotionPattern, model: RobotModel) -> int:
     return next(body for body in ends if body in pattern.held)
 
 
-def axis_in_body(model: RobotModel, joint: int, body: int, to_base: Sequence[FloatArray]) -> FloatArray:
-    """(3,) a joint's axis (joint from 0) in a body's axes (body from 0), mean over the recording."""
+def axis_in_body(
+    model: RobotModel, joint: int, body: int, to_base: Sequence[FloatArray], weight: FloatArray
+) -> FloatArray:
+    """(3,) a joint's axis (joint from 0) in a body's axes (body from 0), mean over the recording by weights (n,)."""
     inner = int(model.joint_inner[joint])
-    mean = _in_axes_of(to_base[body], to_base[inner] @ model.joint_axis[joint]).mean(axis=0)
+    seen = _in_axes_of(to_base[body], to_base[inner] @ model.joint_axis[joint])
+    mean = weight @ seen
     return np.asarray(mean / np.linalg.norm(mean))
 
 

@@ -18,6 +18,7 @@ from tfsat_host.calibration.steps.relative import (
     body_to_base,
     joints_between,
     reference_of,
+    sense_of,
     without_held_motion,
 )
 from tfsat_host.robot import RobotModel
@@ -79,24 +80,40 @@ class MotionView:
 
     def sense(self, body: int) -> float:
         """+1 where the body turns about the joint's axis as the joint opens, -1 where it turns against it."""
-        outer = int(self.model.joint_outer[self.pattern.joint - 1])
-        across = joints_between(self.model, outer, body - 1)
-        return -1.0 if self.pattern.joint - 1 in across else 1.0
+        return sense_of(self.model, self.pattern.joint - 1, body - 1)
 
     def axis(self, body: int) -> FloatArray:
-        """(3,) the joint's axis in the body's axes."""
-        return axis_in_body(self.model, self.pattern.joint - 1, body - 1, self.to_base)
+        """(3,) the axis in the body's axes about which it turns, unit vector.
+
+        The joint's, and a little of those between, where a joint that should stay closed follows the motion.
+        """
+        axis = self._seen(self.pattern.joint - 1, body)
+        main = self.angle_rad[:, self.pattern.joint - 1]
+        for between in self._between(body):
+            follows = np.polyfit(main, self.angle_rad[:, between], 1)[0]
+            side = self.sense(body) * sense_of(self.model, between, body - 1)
+            axis = axis + side * follows * self._seen(between, body)
+        return np.asarray(axis / np.linalg.norm(axis))
+
+    def _seen(self, joint: int, body: int) -> FloatArray:
+        """(3,) a joint's axis in the body's axes, as they are while it moves: so does a fitted line weigh it."""
+        rate = np.gradient(self.angle_rad[:, self.pattern.joint - 1], self.recording.t_s)
+        return axis_in_body(self.model, joint, body - 1, self.to_base, rate**2)
+
+    def _between(self, body: int) -> list[int]:
+        """Joints (from 0) between the body and the joint that is moved."""
+        inner = int(self.model.joint_inner[self.pattern.joint - 1])
+        return [
+            joint for joint in joints_between(self.model, inner, body - 1) if joint != self.pattern.joint - 1
+        ]
 
     def axis_covariance(self, body: int) -> FloatArray:
         """(3, 3) of that in body axes: the angles of joints between the body and the axis are not exact."""
-        inner = int(self.model.joint_inner[self.pattern.joint - 1])
         covariance = np.zeros((3, 3))
-        for between in joints_between(self.model, inner, body - 1):
-            if between == self.pattern.joint - 1:
-                continue
+        for between in self._between(body):
             known = self.joints[between].zero_taken is not None
             std = _ANGLE_STD_RAD if known else UNKNOWN_ZERO_STD_RAD
-            turn = np.cross(axis_in_body(self.model, between, body - 1, self.to_base), self.axis(body))
+            turn = np.cross(self._seen(between, body), self.axis(body))
             covariance += std**2 * np.outer(turn, turn)
         return covariance
 

@@ -6,8 +6,9 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.calibrate.options import certificate_path
+from tfsat_host.cli.calibrate.options import as_typed_here, certificate_path, resuming
 from tfsat_host.cli.output import Output
+from tfsat_host.errors import TfsatError
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.campaign import Campaign
@@ -16,8 +17,12 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 
-def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel) -> Campaign:
-    """The certificate that the steps go into; something may be written there.
+class NotKept(TfsatError):
+    """A step was measured and accepted, and cannot be written (exit code 1)."""
+
+
+def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, out: Output) -> Campaign:
+    """The certificate that the steps go into; something may be written there. Warns of recordings that are lost.
 
     Raises:
         CalibrationError: it is of other sensors, damaged, or its recordings are.
@@ -29,7 +34,46 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel) -
 
     path = certificate_path(args, emulated=origin.emulated)
     check_may_write(path, marker=b"", force=True)  # whether what is there may be replaced, the campaign knows
-    return Campaign(path, model, subject_of(origin, model), force=args.force)
+    campaign = Campaign(path, model, subject_of(origin, model), force=args.force)
+    for sentence in campaign.left_out:
+        out.warn(f"{sentence} Its step does not count any more.")
+    return campaign
+
+
+def keep(campaign: Campaign, step: Evidence, args: argparse.Namespace, *, anew: bool = False) -> Calibration:
+    """Has the campaign judge a step and keep it.
+
+    Raises:
+        CalibrationError: it was refused; nothing was changed.
+        NotKept: the disk is full, or something else stands against writing; nothing was changed.
+    """
+    from tfsat_host.calibration.steps.evidence import file_name
+
+    try:
+        return campaign.accept(step, anew=anew)
+    except OSError as error:
+        recording = campaign.folder / file_name(step)
+        file = campaign.certificate if recording.exists() else recording
+        raise NotKept(
+            what=f"{file} could not be written: {error.strerror or error}.",
+            meaning=f"This step was not kept; {campaign.certificate} is as before.",
+            next_step=f"Make room, or see that it may be written; then: {resuming(args)}",
+        ) from error
+
+
+def note_without_zero(campaign: Campaign, args: argparse.Namespace, out: Output) -> None:
+    """Says before a motion that the angles of closed joints are only known by design."""
+    unknown = [sensors.joint for sensors in campaign.solution().joints if sensors.zero_taken is None]
+    if not unknown or out.json_mode:
+        return
+    joints = f"joint{'s' if len(unknown) > 1 else ''} {', '.join(map(str, unknown))}"
+    every = len(unknown) == len(campaign.solution().joints)
+    which = "--all" if every else f"--joint {unknown[0]}"
+    out.note(
+        f"Zero points of {joints} are not calibrated: what follows will be less sure for bodies beyond a closed "
+        "joint.\n"
+        f"  To measure them first: {as_typed_here(f'tfsat-host calibrate zero {which}', args)}"
+    )
 
 
 def tell(

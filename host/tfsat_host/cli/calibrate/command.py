@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tfsat_host.cli.calibrate.flow import Reader
     from tfsat_host.robot import RobotModel
 
-LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 1080.0
+LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 720.0
 _AXES: dict[str, Axis] = {"x": "x", "y": "y", "z": "z"}
 
 
@@ -141,19 +141,20 @@ def run(args: argparse.Namespace, out: Output) -> int:
         from tfsat_host.cli.calibrate import log
 
         return log.run(args, out)
-    from tfsat_host.cli.calibrate.campaign import open_campaign, tell
+    from tfsat_host.cli.calibrate.campaign import note_without_zero, open_campaign, tell
     from tfsat_host.cli.calibrate.flow import Flow, with_rest
     from tfsat_host.robot import load_robot
 
     steps = _steps(args)
     model = load_robot(args.robot)
     with _opened(args, model, out) as (origin, read):
-        campaign = open_campaign(args, origin, model)
+        campaign = open_campaign(args, origin, model, out)
         before = campaign.calibration
         if args.quantity == "misalignment" and args.anew:
             campaign.sensors_moved(datetime.now(UTC))
         if args.quantity in ("misalignment", "scale"):
             steps = with_rest(steps, campaign)
+            note_without_zero(campaign, args, out)
         flow = Flow(steps, campaign, read, model, args, out)
         flow.run()
     tell(args, campaign, flow.kept, before, model, out)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.step import Step, StepKind, rest
 from tfsat_host.cli.advice import Interrupted
+from tfsat_host.cli.calibrate.campaign import NotKept, keep
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
 from tfsat_host.cli.calibrate.prompts import title
 from tfsat_host.cli.output import NotConfirmed, Output
@@ -73,6 +74,7 @@ class Flow:
             CalibrationError: a step was refused, and nobody is there to repeat it.
             Ended: the person did not want to go on.
             Interrupted: by Ctrl-C.
+            NotKept: a step could not be written.
             TfsatError: the logger or the operator failed.
         """
         with self._saying_what_is_kept():
@@ -94,7 +96,7 @@ class Flow:
             evidence = self._read(step, self._known())
             anew = step.kind == StepKind.ZERO and self._args.anew
             try:
-                calibration = self._campaign.accept(evidence, anew=anew)
+                calibration = keep(self._campaign, evidence, self._args, anew=anew)
             except CalibrationError as error:
                 if not self._out.can_ask:
                     raise
@@ -127,9 +129,15 @@ class Flow:
         try:
             yield
         except KeyboardInterrupt:
+            if not self._out.json_mode:
+                self._out.note("")  # behind the prompt, and the terminal's ^C
             raise self._of_what_is_kept(Interrupted, "Interrupted.") from None
         except NotConfirmed:
             raise self._of_what_is_kept(Ended, "Ended before all steps were done.") from None
+        except NotKept as error:
+            if self.kept:
+                error.meaning = f"{error.meaning}\n{self._kept_words()}"
+            raise
         except TfsatError as error:
             error.next_step = as_typed_here(error.next_step, self._args)
             if self.kept:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.calibrate.prompts import bodies, title
-from tfsat_host.cli.output import Output
+from tfsat_host.cli.output import NotConfirmed, Output
 from tfsat_host.cli.stopping import stop_wish, suspend_now
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.units import CDEG_PER_DEG
 
@@ -113,8 +113,12 @@ def ask_to_move(step: Step, tour: JogTour, bench: JogBench, out: Output) -> None
     bench.sequencer.check_tour(tour)
     if not (out.json_mode and out.yes):
         out.note(_explanation(step, tour))
-    if not out.yes:
+    if out.yes:
+        return
+    try:
         out.ask("Type JOG to move it: ", meaning="Nothing was moved.", accept=("jog",))
+    except NotConfirmed as error:  # an interlock, not the end of a series of steps
+        raise RefusedError(what=error.what, meaning=error.meaning, next_step=error.next_step) from None
 
 
 def drive(

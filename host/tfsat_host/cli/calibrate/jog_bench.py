@@ -59,12 +59,13 @@ class EmulatedBeside:
         self._operator = operator
 
     def begin(self, step: Step) -> None:
-        """At once."""
+        """As soon as the servo of the sweep before has let go."""
         from tfsat_host.calibration.steps.step import Step, StepKind, zero
 
         if step.joint is None:
             self._operator.begin(step)
             return
+        self._operator.wait_until_limp()
         self._operator.begin(zero(step.joint))
         self._operator.begin(Step(StepKind.SERVO, step.joint, step.moved, step.held))
 

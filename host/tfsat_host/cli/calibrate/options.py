@@ -14,8 +14,9 @@ from tfsat_host.devices.discovery import BoardName
 from tfsat_host.protocol.limits import JOINT_COUNT
 
 CERTIFICATE, EMULATED_CERTIFICATE = "calibration.toml", "calibration-emulated.toml"
-_TOLD_AGAIN = ("joint", "turn", "all", "anew", "jog", "out", "robot")
-_COMMAND = re.compile(r"tfsat-host calibrate [a-z]+(?: --[a-z]+| [0-9xyz]+)*")
+_TOLD_AGAIN = ("joint", "turn", "all", "anew", "jog", "no_upload", "out", "robot")
+_COMMAND = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+| [0-9xyz]+)*")
+_OF_BOTH_BOARDS = ("scale", "servo")
 
 
 def add_campaign_options(parser: argparse.ArgumentParser, board: BoardName = "logger") -> None:
@@ -60,15 +61,14 @@ def resuming(args: argparse.Namespace) -> str:
     """The command that goes on behind the steps that are kept."""
     # That sensors were moved is in the certificate with the first step: said again, it would end what followed.
     told = [name for name in _TOLD_AGAIN if name != "anew" or args.quantity == "zero"]
-    return " ".join(["tfsat-host calibrate", args.quantity, *_options(args, told), "--resume"]) + _devices(
-        args
-    )
+    words = ["tfsat-host calibrate", args.quantity, *_options(args, told), "--resume"]
+    return " ".join(words) + _devices(args, args.quantity)
 
 
 def as_typed_here(text: str, args: argparse.Namespace) -> str:
     """Gives the `calibrate` commands in an error's words this command's certificate, robot and device."""
-    here = "".join(f" {word}" for word in _options(args, ("out", "robot"))) + _devices(args)
-    return _COMMAND.sub(lambda found: found[0] + here, text)
+    here = "".join(f" {word}" for word in _options(args, ("out", "robot")))
+    return _COMMAND.sub(lambda found: found[0] + here + _devices(args, found["quantity"]), text)
 
 
 def _options(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
@@ -78,10 +78,13 @@ def _options(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
         if value is None or value is False:
             continue
         values = () if value is True else value if isinstance(value, list) else (value,)
-        words += [f"--{name}", *(shlex.quote(str(one)) for one in values)]
+        words += [f"--{name.replace('_', '-')}", *(shlex.quote(str(one)) for one in values)]
     return words
 
 
-def _devices(args: argparse.Namespace) -> str:
-    port = getattr(args, "sequencer_port", None)
+def _devices(args: argparse.Namespace, quantity: str) -> str:
+    """As far as the command of that quantity takes them: `show` asks no board."""
+    if quantity == "show":
+        return " --emulated" if args.emulated else ""
+    port = getattr(args, "sequencer_port", None) if quantity in _OF_BOTH_BOARDS else None
     return device_option(args) + ("" if port is None else f" --sequencer-port {shlex.quote(port)}")

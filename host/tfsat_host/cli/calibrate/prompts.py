@@ -11,6 +11,8 @@ from tfsat_host.cli.output import Output
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+TURN_RATE_DEG_S, SHORTEST_TURN_S = 90.0, 2.0
+"""On average over a turn by hand: its fastest moment is about twice that, far inside the gyros' range."""
 LEAD_S = 3.0
 """With `--yes` nobody says that the robot is held and moves: so long after the task the sensors are read."""
 
@@ -101,11 +103,13 @@ def _sweep(step: Step) -> tuple[str, ...]:
 
 def _turn(step: Step) -> tuple[str, ...]:
     way = "counter-clockwise" if step.angle_deg > 0 else "clockwise"
+    duration_s = max(SHORTEST_TURN_S, abs(step.angle_deg) / TURN_RATE_DEG_S)
     return (
         "Close all joints with the holding attachment on.",
         f"Stand the robot so that its {step.axis} axis is upright, one edge against something straight.",
-        f"Turn it {abs(step.angle_deg):g} deg {way}, as seen against the {step.axis} axis, in about 4 s, and lay the "
-        "same edge on; then turn it back. Three times there and back; rest a second at each end.",
+        f"Turn it {abs(step.angle_deg):g} deg {way}, as seen against the {step.axis} axis, in about "
+        f"{duration_s:.0f} s ({abs(step.angle_deg) / duration_s:.0f} deg/s on average), and lay the same "
+        "edge on; then turn it back. Three times there and back; rest a second at each end.",
     )
 
 

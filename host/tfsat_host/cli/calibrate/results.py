@@ -178,7 +178,7 @@ def scale_numbers(measured: Measured) -> dict[str, Any]:
     """For `scale --json`."""
     return {
         "scales": [
-            {"body": one.body, "axis": one.axis, "scale": one.scale, "std": one.std}
+            {"body": one.body, "axis": one.axis, "frame": "body", "scale": one.scale, "std": one.std}
             for one in _scales(measured)
         ],
         "sensors": [
@@ -195,7 +195,7 @@ def show_scale(measured: Measured, out: Output) -> None:
         (f"body {one.body}", one.axis, f"{one.scale:.4f} ± {one.std:.4f}", f"{100 * (one.scale - 1):+.2f}")
         for one in _scales(measured)
     ]
-    out.table(("gyro", "sensor axis", "reading over truth", "off / %"), rows, title="Scale factors")
+    out.table(("gyro", "about body axis", "reading over truth", "off / %"), rows, title="Scale factors")
     for bend in _bends(measured):
         first, second = bend.largest_deg()
         out.line(

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.calibrate.jog import ask_to_move, drive
 from tfsat_host.cli.calibrate.jog_bench import JogBench, add_sequencer_port, open_jog_bench
-from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option
-from tfsat_host.cli.output import Output
+from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option, as_typed_here, resuming
+from tfsat_host.cli.output import NotConfirmed, Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.joints.joint_sensors import JointSensors
@@ -20,8 +18,6 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.robot import RobotModel
     from tfsat_host.servo_settings import ServoSettings
-
-_AGAIN = re.compile(r"tfsat-host calibrate (?P<quantity>servo|zero) --joint \d")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -39,21 +35,21 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.calibration.servos.reached import at_stops, require_zero, servo_points
     from tfsat_host.calibration.servos.servo_map import settings_from_map
     from tfsat_host.calibration.steps.step import servo as servo_step
-    from tfsat_host.cli.calibrate.campaign import open_campaign
+    from tfsat_host.cli.calibrate.campaign import keep, open_campaign
     from tfsat_host.cli.calibrate.flow import RESUME_WITHIN, recent
     from tfsat_host.cli.calibrate.servo_words import map_as_dict, points_as_dicts, show_map
     from tfsat_host.robot import load_robot
 
     model = load_robot(args.robot)
-    with _typed_as_here(args), open_jog_bench(args, model, out) as bench:
-        campaign = open_campaign(args, bench.origin, model)
+    with _typed_as_here(args, out), open_jog_bench(args, model, out) as bench:
+        campaign = open_campaign(args, bench.origin, model, out)
         before = bench.sequencer.settings().settings
         evidence = recent(campaign, servo_step(args.joint), RESUME_WITHIN) if args.resume else None
         if evidence is None:
             sensors = campaign.solution().joints[args.joint - 1]
             require_zero(sensors)
             evidence = measure(args.joint, before, sensors, bench, model, out)
-            campaign.accept(evidence)
+            keep(campaign, evidence, args)
         calibration = campaign.calibration
         if calibration is None:
             raise ValueError("nothing was accepted")
@@ -150,11 +146,15 @@ def _upload(
         out.line(f"The sequencer keeps its settings. With the new ones {words}")
         return result
     if after != before:
-        out.confirm(
-            "Store the new settings on the sequencer?",
-            meaning="The measurement is kept, and the same command with --resume goes on from it; the sequencer keeps "
-            f"its servo settings. By the calibration, joint {joint} needs {servo_words(after.of(joint))}.",
-        )
+        try:
+            out.confirm(
+                "Store the new settings on the sequencer?",
+                meaning="The measurement is kept; the sequencer keeps its servo settings. "
+                f"By the calibration, joint {joint} needs {servo_words(after.of(joint))}.",
+            )
+        except NotConfirmed as error:
+            error.next_step = f"To go on from the measurement: {resuming(args)}"
+            raise
     done = bench.sequencer.write_settings(after)
     misfit = find_misfit(bench.sequencer.read_back().moves, after)
     if misfit is not None:
@@ -169,20 +169,19 @@ def _upload(
 
 
 @contextmanager
-def _typed_as_here(args: argparse.Namespace) -> Iterator[None]:
+def _typed_as_here(args: argparse.Namespace, out: Output) -> Iterator[None]:
     """Gives the commands that an error names this command's certificate and devices."""
-    import shlex
-
+    from tfsat_host.cli.calibrate.campaign import NotKept
     from tfsat_host.errors import TfsatError
-
-    def typed(found: re.Match[str]) -> str:
-        out = "" if args.out is None else f" --out {shlex.quote(str(args.out))}"
-        beside = found["quantity"] == "servo" and args.sequencer_port is not None
-        sequencer = f" --sequencer-port {shlex.quote(args.sequencer_port)}" if beside else ""
-        return f"{found[0]}{out}{device_option(args)}{sequencer}"
 
     try:
         yield
+    except KeyboardInterrupt:
+        if not out.json_mode:
+            out.note("")  # behind the prompt, and the terminal's ^C
+        raise
+    except (NotConfirmed, NotKept):  # what they name is complete
+        raise
     except TfsatError as error:
-        error.next_step = _AGAIN.sub(typed, error.next_step)
+        error.next_step = as_typed_here(error.next_step, args)
         raise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,8 @@ _MATCHES = {
     "gone": "NOT THERE",
     "unreadable": "UNREADABLE",
 }
+
+_CLOCKS_DIFFER = timedelta(minutes=2)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -106,7 +108,7 @@ def _as_json(
         "tool_version": calibration.tool_version,
         "protocol_hash": calibration.protocol_hash,
         "same_protocol": _same_protocol(calibration),
-        "ready": not lacking,
+        "ready": not (lacking or _unproven(papers) or _future(rows, now)),
         "quantities": [_row_as_json(row, now) for row in rows],
         "commands": list(dict.fromkeys(row.command for row in lacking)),
         "recordings": [
@@ -116,6 +118,14 @@ def _as_json(
             {"at": landing.at.isoformat(), "told_by": landing.told_by} for landing in calibration.landings
         ],
     }
+
+
+def _unproven(papers: list[tuple[Paper, str]]) -> list[Paper]:
+    return [paper for paper, state in papers if state != "matches"]
+
+
+def _future(rows: list[Row], now: datetime) -> list[Row]:
+    return [row for row in rows if row.taken is not None and row.taken > now + _CLOCKS_DIFFER]
 
 
 def _row_as_json(row: Row, now: datetime) -> dict[str, Any]:
@@ -159,21 +169,30 @@ def _show(
         for row in rows
     ]
     out.table(("quantity", "value ± 1 std", "measured", "for the next drop"), table, title=str(file))
+    out.line(
+        "Biases are along the sensors' own axes; misalignments and scale factors, about the bodies' axes."
+    )
     out.line(f"Of {calibration.subject.describe()}, written {calibration.written:%Y-%m-%d %H:%M} UTC.")
     if calibration.subject.emulated:
         out.line("These are the errors of an emulated robot: of no use for a real one.")
     if not _same_protocol(calibration):
         out.line("It was written by a tfsat of another protocol; its values hold all the same.")
     out.line()
-    _show_lacking(rows, out)
+    _show_lacking(rows, out, doubtful=bool(_unproven(papers) or _future(rows, now)))
+    for row in _future(rows, now):
+        out.line(
+            f"The {row.name} was measured in the future: the clock was wrong then, or is now. No landing can end it."
+        )
     _show_papers(papers, now, out)
     _show_landings(calibration, now, out)
 
 
-def _show_lacking(rows: list[Row], out: Output) -> None:
+def _show_lacking(rows: list[Row], out: Output, *, doubtful: bool) -> None:
     lacking = [row for row in rows if row.state != "valid"]
     if not lacking:
-        out.line("Nothing is missing for the next drop.")
+        out.line(
+            "Every quantity is there, but see below." if doubtful else "Nothing is missing for the next drop."
+        )
         return
     out.line(f"{len(lacking)} of {len(rows)} quantities are missing for the next drop. Type:")
     for command in dict.fromkeys(row.command for row in lacking):
@@ -192,9 +211,10 @@ def _show_papers(papers: list[tuple[Paper, str]], now: datetime, out: Output) ->
                 for paper, state in papers
             ],
         )
-    if any(state != "matches" for _, state in papers):
+    for paper in _unproven(papers):
         out.line(
-            "What rests on a recording that is not as it was cannot be proven: take it from a copy, or repeat the step."
+            f"NOT PROVEN: the recording of {paper.step} is not as it was. Take it from a copy, or repeat the step; "
+            "it counts no more when another step is accepted."
         )
 
 

@@ -128,11 +128,9 @@ def _misalignment(gyro: GyroCalibration, axis: str, model: RobotModel) -> Value:
 
 
 def _scale(gyro: GyroCalibration, axis: str) -> Value:
-    import numpy as np
-
-    number = "xyz".index(axis)
-    value, std = float(gyro.scale[number]), float(np.sqrt(gyro.covariance[6 + number, 6 + number]))
-    return Value(value, std, "1", f"{value:.4f} ± {std:.4f}", {"frame": "sensor"})
+    """For rotations about a body axis, however the sensor is mounted."""
+    value, std = gyro.scale_about("xyz".index(axis))
+    return Value(value, std, "1", f"{value:.4f} ± {std:.4f}", {"frame": "body"})
 
 
 def _zero(sensors: JointSensors) -> Value:

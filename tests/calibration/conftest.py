@@ -1,0 +1,39 @@
+"""Benches that several files of tests share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.calibration.scripted_person import Doing, Run, Scripted, Terminal
+from tfsat_host.calibration.steps.step import Step
+from tfsat_host.cli.calibrate.bench import Bench, origin_of
+from tfsat_host.cli.main import main
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+
+
+@pytest.fixture
+def calibrate(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Run]:
+    """Runs a command with a scripted person; gives its exit code and the steps that were asked for."""
+    monkeypatch.chdir(tmp_path)
+    with EmulatedRobot(seed=5) as robot:
+        robot.advance(SETTLE_US)
+
+        def run(*arguments: str, typed: str = "", **doing: Doing) -> tuple[int, list[Step]]:
+            person = Scripted(robot, {int(name[1:]): what for name, what in doing.items()})
+
+            @contextmanager
+            def open_bench(*_: object) -> Iterator[Bench]:
+                logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+                yield Bench(logger, person, origin_of(logger))
+
+            monkeypatch.setattr("tfsat_host.cli.calibrate.bench.open_bench", open_bench)
+            monkeypatch.setattr("sys.stdin", Terminal(typed))
+            return main(arguments), person.asked
+
+        yield run

@@ -1,0 +1,182 @@
+"""What `calibrate` says and keeps when something comes between: a full disk, moved sensors, a lost recording."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run, Terminal, interrupted
+from tests.cli.process import RunCli
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.steps.step import Step, rest, swings, turn
+from tfsat_host.cli.calibrate.options import as_typed_here, resuming
+from tfsat_host.cli.calibrate.prompts import task
+from tfsat_host.cli.main import main
+from tfsat_host.emulated.imperfections import draw, draw_as_built
+from tfsat_host.emulated.robot import DEFAULT_SEED
+
+LONGEST_FILE_BYTES = 8192
+RECORDINGS = Path("calibration-emulated-recordings")
+
+
+@pytest.fixture
+def full_disk() -> Iterator[Callable[..., None]]:
+    """As good as a full disk from the step on at which this is done: no file grows beyond 8 KiB."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill(step: Step, do: Callable[[Step], None]) -> None:
+        do(step)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (LONGEST_FILE_BYTES, before[1]))
+
+    yield fill
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_step_that_cannot_be_written_is_named_and_the_certificate_is_as_before(
+    calibrate: Run, capsys: pytest.CaptureFixture[str], full_disk: Callable[..., None]
+) -> None:
+    code, asked = calibrate(*COMMAND, "--yes", _3=full_disk)
+    assert (code, asked) == (1, [rest(), FIRST, SECOND])
+    said = capsys.readouterr().err
+    assert f"Error: {RECORDINGS / SECOND.key}-" in said and "could not be written: File too large." in said
+    assert f"This step was not kept; {FILE} is as before." in said
+    assert f"2 of 3 steps are kept in {FILE}." in said
+    assert said.count("tfsat-host calibrate misalignment --joint 2 --resume --port x") == 1
+    assert [paper.step for paper in read_calibration(FILE).papers] == ["rest", FIRST.key]
+    assert len(list(RECORDINGS.glob("*.npz"))) == 2 and not list(RECORDINGS.glob(".*"))
+
+
+def test_a_full_disk_in_json(
+    calibrate: Run, capsys: pytest.CaptureFixture[str], full_disk: Callable[..., None]
+) -> None:
+    assert calibrate(*COMMAND, "--yes", "--json", _1=full_disk)[0] == 1
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert error["what"].startswith(f"{RECORDINGS / 'rest'}-")
+    assert error["next_step"].endswith("tfsat-host calibrate misalignment --joint 2 --resume --port x")
+    assert not FILE.exists()
+
+
+def test_sensors_that_were_moved_are_measured_anew_behind_a_landing(calibrate: Run) -> None:
+    command = ("calibrate", "misalignment", "--joint", "3", "--port", "x", "--yes")
+    todo = [rest(), *swings(3)]
+    assert calibrate(*command) == (0, todo)
+    before = read_calibration(FILE)
+    assert before.landings == () and before.gyros[3].axes
+    assert calibrate(*command, "--anew") == (0, todo), "biases too, however fresh they are"
+    after = read_calibration(FILE)
+    (landing,) = after.landings
+    assert landing.told_by == "a person: sensors were moved"
+    assert "[[landing]]" in FILE.read_text() and "a person: sensors were moved" in FILE.read_text()
+    assert all(landing.at < paper.taken for paper in after.papers), "nothing rests on what was before"
+    assert before.papers and not {paper.sha256 for paper in before.papers} & {
+        paper.sha256 for paper in after.papers
+    }
+
+
+def test_a_lost_recording_is_told_before_anything_is_measured(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert calibrate("calibrate", "bias", "--port", "x", "--yes")[0] == 0
+    (recording,) = RECORDINGS.glob("rest-*.npz")
+    recording.unlink()
+    capsys.readouterr()
+    assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
+    said = capsys.readouterr().err
+    assert f"Warning: The recording {recording}" in said and "does not count any more" in said
+
+
+def test_what_the_missing_zero_points_mean_is_said_before_a_motion(
+    calibrate: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
+    said = capsys.readouterr().err
+    assert "Zero points of joints 1, 2, 3 are not calibrated: what follows will be less sure" in said
+    assert "tfsat-host calibrate zero --all --port x\n" in said
+    assert calibrate("calibrate", "zero", "--all", "--port", "x", "--yes")[0] == 0
+    capsys.readouterr()
+    assert calibrate(*COMMAND, "--yes", _1=interrupted)[0] == 130
+    assert "Zero points" not in capsys.readouterr().err
+
+
+def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    def at_the_prompt(_step: Step, _do: Callable[[Step], None]) -> None:
+        sys.stderr.write("Enter when you are ready, q ends: ^C")
+        raise KeyboardInterrupt
+
+    assert calibrate(*COMMAND, _1=at_the_prompt)[0] == 130
+    assert "q ends: ^C\nError: Interrupted." in capsys.readouterr().err
+
+
+def test_a_servo_sweeps_a_joint_whose_bodies_take_two_sweeps(tfsat_host: RunCli) -> None:
+    result = tfsat_host.json("calibrate", "scale", "--joint", 2, "--jog", "--emulated", "--yes")
+    assert [one["body"] for one in result["scales"]] == [1, 2, 3, 4]
+    assert [paper["key"] for paper in result["steps"]] == [
+        "rest",
+        "sweep-joint-2-body-1-2",
+        "sweep-joint-2-body-3-4",
+    ]
+
+
+def test_a_jog_that_is_not_confirmed_is_refused_by_an_interlock(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
+    command = ["calibrate", "scale", "--joint", "1", "--jog", "--emulated"]
+    assert main(command) == 4
+    said = capsys.readouterr().err
+    assert "Nothing was moved." in said and f"1 of 3 steps is kept in {FILE}." in said
+    assert "tfsat-host calibrate scale --joint 1 --jog --resume --emulated" in said
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "words"),
+    [
+        (90.0, "in about 2 s (45 deg/s on average)"),
+        (-360.0, "in about 4 s (90 deg/s on average)"),
+        (720.0, "in about 8 s (90 deg/s on average)"),
+    ],
+)
+def test_a_longer_turn_is_given_more_time(angle_deg: float, words: str) -> None:
+    assert words in " ".join(task(turn("z", angle_deg)))
+
+
+def test_the_longest_turn_that_is_taken_ends_in_time(tfsat_host: RunCli) -> None:
+    result = tfsat_host.json("calibrate", "scale", "--turn", "z", "720", "--emulated")
+    assert [one["body"] for one in result["scales"]] == [1, 2, 3, 4]
+
+
+def test_commands_in_errors_have_the_options_that_they_take() -> None:
+    args = argparse.Namespace(
+        quantity="servo",
+        joint=2,
+        no_upload=True,
+        out=None,
+        robot=None,
+        emulated=False,
+        port="a",
+        sequencer_port="b",
+    )
+    said = (
+        "tfsat-host calibrate zero --joint 2, tfsat-host calibrate servo --joint 2, tfsat-host calibrate show"
+    )
+    assert as_typed_here(said, args).split(", ") == [
+        "tfsat-host calibrate zero --joint 2 --port a",
+        "tfsat-host calibrate servo --joint 2 --port a --sequencer-port b",
+        "tfsat-host calibrate show",
+    ]
+    goes_on = "tfsat-host calibrate servo --joint 2 --no-upload --resume --port a --sequencer-port b"
+    assert resuming(args) == goes_on
+
+
+def test_an_emulated_robots_certificate_is_of_the_robot_that_was_calibrated(tfsat_host: RunCli) -> None:
+    tfsat_host("calibrate", "bias", "--emulated")
+    subject = read_calibration(tfsat_host.folder / FILE).subject
+    assert subject.logger_serial == draw_as_built(DEFAULT_SEED).logger_serial.hex()
+    assert subject.logger_serial != draw(DEFAULT_SEED).logger_serial.hex()

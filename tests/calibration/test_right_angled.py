@@ -1,0 +1,77 @@
+"""Sensors that are mounted along other axes of the body than their own: all words are about the body's axes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.calibration.bench_day import MODEL, TRUTH, changed, day, true_rotation, turn_sensor
+from tests.calibration.some_calibration import whole_calibration
+from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
+from tfsat_host.calibration.findings import scales_found
+from tfsat_host.calibration.gyros.mounting import SCALE_STD
+from tfsat_host.calibration.solution import Solution, solve
+from tfsat_host.calibration.steps.step import StepKind
+from tfsat_host.cli.calibrate.show_rows import rows_of
+
+TURNED = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""Sensor to body: the body's x lies along the sensor's z, its y along x, its z along y."""
+TURNED_MODEL = replace(MODEL, imus=tuple(replace(imu, sensor_to_body=TURNED) for imu in MODEL.imus))
+
+
+@cache
+def found(*left_out: StepKind) -> Solution:
+    """What a day says of four such sensors."""
+    turns = [turn_sensor(body, TURNED) for body in (1, 2, 3, 4)]
+    return solve([changed(one, *turns) for one in day(StepKind.SERVO, *left_out)], TURNED_MODEL)
+
+
+def certificate(solution: Solution) -> Calibration:
+    return replace(whole_calibration(), gyros=solution.gyros, joints=solution.joints)
+
+
+def true_scale(body: int, axis: int) -> float:
+    """For a rotation about a body axis; the sensor that was turned has the same."""
+    return float(true_rotation(body)[axis] ** 2 @ TRUTH.gyro_scale[body - 1])
+
+
+def test_without_a_turn_the_scale_factors_about_the_bodies_z_are_missing() -> None:
+    missing = certificate(found(StepKind.TURN)).shortcomings()
+    assert [one.name for one in missing] == [f"scale factor z of body {body}" for body in (1, 2, 3, 4)]
+    assert {one.reason for one in missing} == {"missing"}
+    assert commands_of(missing) == ("tfsat-host calibrate scale --turn z 360",)
+
+
+def test_a_turn_makes_it_whole() -> None:
+    assert certificate(found()).shortcomings() == ()
+
+
+def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
+    rows = {row.name: row for row in rows_of(certificate(found()), TURNED_MODEL)}
+    for body in (1, 2, 3, 4):
+        for axis, letter in enumerate("xyz"):
+            value = rows[f"scale factor {letter} of body {body}"].value
+            assert value is not None and value.more == {"frame": "body"}
+            assert isinstance(value.std, float) and value.std < 0.005
+            assert value.value == pytest.approx(true_scale(body, axis), abs=4.0 * value.std)
+
+
+def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
+    moved = [one for one in found().used if one.step.kind in (StepKind.SWEEP, StepKind.TURN)]
+    for one in moved:
+        axis = one.step.axis or "xyx"[(one.step.joint or 0) - 1]
+        for scale in scales_found(certificate(found()), [one], TURNED_MODEL):
+            assert scale.axis == axis
+            assert scale.scale == pytest.approx(
+                true_scale(scale.body, "xyz".index(axis)), abs=4.0 * scale.std
+            )
+
+
+def test_what_no_sweep_was_about_stays_doubtful() -> None:
+    for gyro in found(StepKind.TURN).gyros:
+        # A sensor that sits askew by some degrees sees a little of it.
+        assert gyro.scale_about(2)[1] > 0.7 * SCALE_STD
+        assert max(gyro.scale_about(axis)[1] for axis in (0, 1)) < 0.005

@@ -1,0 +1,182 @@
+"""Which certificate a recording is held against, and what its landing does to the one that lies there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from tests.calibration.some_calibration import SUBJECT
+from tests.cli.certified import DROPPED, HOUR, MEASURED, certificate, recorded, said, whole_calibration
+from tests.cli.process import RunCli
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.of_drop import certificate_for, measured_after
+from tfsat_host.cli.calibration_notice import notices
+
+FILE = Path("calibration.toml")
+COPIED = DROPPED + 2 * HOUR
+
+
+def timeless(folder: Path, copied: datetime = COPIED) -> Path:
+    """A drop whose recording has no time of day, in a file of that date."""
+    log = recorded(folder, at=None)
+    os.utime(log, (copied.timestamp(),) * 2)
+    return log
+
+
+def kept(folder: Path, calibration: Calibration, written: datetime) -> Path:
+    """A certificate that was written once, among the recordings."""
+    archive = folder / "calibration-recordings"
+    archive.mkdir(exist_ok=True)
+    return certificate(
+        archive, replace(calibration, written=written), f"certificate-{written:%Y%m%dT%H%M%S.%f}.toml"
+    )
+
+
+def test_without_a_time_of_day_nobody_knows_whether_the_calibration_is_older(tfsat_host: RunCli) -> None:
+    file = certificate(tfsat_host.folder, whole_calibration())
+    log = timeless(tfsat_host.folder)
+    done = tfsat_host("decode", log)
+    assert "holds for this recording" not in done.stderr
+    assert "not known whether the calibration is older or newer than this fall" in done.stderr
+    assert "record start" in done.stderr
+    assert "knows of the landing at 2024-07-01 12:30:00 UTC (by its file, at the latest" in done.stderr
+    (landing,) = read_calibration(file).landings
+    assert landing == Landing(COPIED, "recording 1234abcd, which has no time of day: by its file")
+    assert tfsat_host.json("calibrate", "show")["ready"] is False
+    os.utime(log, (COPIED.timestamp() + 86400,) * 2)
+    again = tfsat_host.json("decode", log)
+    assert read_calibration(file).landings == (landing,), "it landed once, however often it is decoded"
+    assert again["calibration"]["usable"] is False
+    (sentence,) = again["calibration"]["sentences"]
+    assert sentence.startswith("The recording has no time of day"), (
+        "its own landing does not stand against it"
+    )
+
+
+def test_without_a_time_of_day_every_other_landing_counts(tfsat_host: RunCli) -> None:
+    file = certificate(tfsat_host.folder, with_landing(whole_calibration(), Landing(DROPPED, "a test")))
+    result = tfsat_host.json("decode", timeless(tfsat_host.folder))
+    assert said(result).startswith("Measured before the last landing")
+    assert "The recording has no time of day" in said(result)
+    assert len(read_calibration(file).landings) == 2
+
+
+@pytest.mark.parametrize("copied", [datetime(1980, 1, 1, tzinfo=UTC), datetime(2099, 1, 1, tzinfo=UTC)])
+def test_a_file_whose_date_says_nothing_landed_by_now(tfsat_host: RunCli, copied: datetime) -> None:
+    began = datetime.now(UTC)
+    file = certificate(tfsat_host.folder, whole_calibration())
+    tfsat_host("decode", timeless(tfsat_host.folder, copied))
+    (landing,) = read_calibration(file).landings
+    assert began - timedelta(seconds=1) <= landing.at <= datetime.now(UTC)
+    assert landing.told_by.endswith("by the clock")
+
+
+def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: RunCli) -> None:
+    """Dropped, measured anew, decoded again: by what held when it fell."""
+    here = tfsat_host.folder
+    kept(here, whole_calibration(), MEASURED)
+    mine = kept(here, whole_calibration(), MEASURED + HOUR / 2)
+    kept(here, whole_calibration(subject=replace(SUBJECT, logger_serial="00c0ffee")), DROPPED - HOUR / 4)
+    kept(here, whole_calibration(taken=DROPPED + HOUR), DROPPED + HOUR)
+    (here / "calibration-recordings" / "certificate-of-mine.toml").write_text("")
+    present = certificate(here, whole_calibration(taken=DROPPED + HOUR))
+    result = tfsat_host.json("decode", recorded(here))
+    assert result["calibration"] == {"file": str(mine), "usable": True, "shortcomings": [], "sentences": []}
+    done = tfsat_host("decode", recorded(here))
+    assert f"{present} was measured anew after this fall: {mine} is the certificate" in done.stderr
+    assert f"{mine} holds for this recording." in done.stderr
+    assert len(read_calibration(present).landings) == 1
+    assert read_calibration(mine).landings == (), "what was written once stays as it was"
+
+
+def test_a_kept_certificate_knows_of_the_landings_since(tfsat_host: RunCli) -> None:
+    """A landing between its last step and this fall is noted in the present one only."""
+    here = tfsat_host.folder
+    mine = kept(here, whole_calibration(), MEASURED)
+    anew = with_landing(whole_calibration(taken=DROPPED + HOUR), Landing(MEASURED + HOUR / 2, "a test"))
+    certificate(here, anew)
+    result = tfsat_host.json("decode", recorded(here))
+    assert result["calibration"]["file"] == str(mine)
+    assert said(result).startswith("Measured before the last landing")
+    assert result["calibration"]["shortcomings"][0]["command"] == "tfsat-host calibrate bias"
+
+
+def test_a_kept_certificate_that_is_damaged_is_passed_over_with_a_warning(tfsat_host: RunCli) -> None:
+    here = tfsat_host.folder
+    mine = kept(here, whole_calibration(), MEASURED)
+    newer = kept(here, whole_calibration(), MEASURED + HOUR / 2)
+    newer.write_text("nonsense")
+    certificate(here, whole_calibration(taken=DROPPED + HOUR))
+    done = tfsat_host("decode", recorded(here))
+    assert f"Warning: {newer}: this is no TOML" in done.stderr
+    assert f"{mine} holds for this recording." in done.stderr
+
+
+def test_certificate_for_takes_the_present_one_unless_something_in_it_is_too_young(tmp_path: Path) -> None:
+    landed = DROPPED + timedelta(seconds=3)
+    kept(tmp_path, whole_calibration(), MEASURED)
+    present = certificate(tmp_path, whole_calibration())
+    assert certificate_for(present, DROPPED, landed).path == present
+    young = whole_calibration()
+    young = replace(young, joints=(replace(young.joints[0], zero_taken=landed + HOUR), *young.joints[1:]))
+    certificate(tmp_path, young)
+    assert certificate_for(present, DROPPED, landed).path.parent.name == "calibration-recordings"
+    scaled = whole_calibration()
+    scaled = replace(scaled, gyros=tuple(replace(one, scaled={"x": landed + HOUR}) for one in scaled.gyros))
+    certificate(tmp_path, scaled)
+    assert certificate_for(present, DROPPED, landed).path == present, "no landing changes a scale factor"
+    certificate(tmp_path, young)
+    first = certificate_for(present, MEASURED - HOUR, MEASURED - HOUR)
+    assert first.path == present, "nothing was written before"
+    assert "zero point of joint 1" in measured_after(first.calibration, landed)
+
+
+def test_what_was_measured_in_the_future_is_not_usable(tfsat_host: RunCli) -> None:
+    certificate(tfsat_host.folder, whole_calibration(taken=datetime(2199, 1, 1, tzinfo=UTC)))
+    result = tfsat_host.json("decode", timeless(tfsat_host.folder))
+    assert result["calibration"]["usable"] is False
+    assert "were measured in the future (2199-01-01 00:00 UTC)" in said(result)
+    assert "the clock was wrong then or is now; landings cannot end it" in said(result)
+    assert "tfsat-host calibrate bias --out" in said(result) and "calibration-anew.toml" in said(result)
+
+
+def test_one_quantity_of_the_future() -> None:
+    whole = whole_calibration()
+    early = replace(whole, joints=(replace(whole.joints[0], zero_taken=DROPPED), *whole.joints[1:]))
+    (sentence,) = notices(early, None, FILE, now=MEASURED + HOUR / 2)
+    assert sentence.startswith("zero point of joint 1 was measured in the future (2024-07-01 10:30 UTC): ")
+    assert sentence.endswith(": tfsat-host calibrate zero --joint 1 --out calibration-anew.toml")
+    assert notices(early, None, FILE, now=DROPPED - timedelta(seconds=30)) == [], "clocks differ by seconds"
+
+
+@contextmanager
+def inside(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    with monkeypatch.context() as patched:
+        patched.chdir(folder)
+        yield
+
+
+@pytest.mark.parametrize(
+    ("emulated", "name", "options"),
+    [
+        (False, "calibration.toml", ""),
+        (True, "calibration-emulated.toml", " --emulated"),
+        (False, "my own.toml", " --out 'my own.toml'"),
+        (True, "calibration.toml", " --out calibration.toml --emulated"),
+    ],
+)
+def test_commands_can_be_typed_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, emulated: bool, name: str, options: str
+) -> None:
+    whole = whole_calibration(subject=replace(SUBJECT, emulated=emulated))
+    with inside(tmp_path, monkeypatch):
+        (sentence,) = notices(with_landing(whole, Landing(DROPPED, "a test")), None, Path(name))
+    first, second = (f"tfsat-host calibrate {step}{options}" for step in ("bias", "zero --joint 1"))
+    assert f"To measure: {first}, {second}, " in sentence
