@@ -178,5 +178,5 @@ def test_commands_can_be_typed_as_they_are(
     whole = whole_calibration(subject=replace(SUBJECT, emulated=emulated))
     with inside(tmp_path, monkeypatch):
         (sentence,) = notices(with_landing(whole, Landing(DROPPED, "a test")), None, Path(name))
-    first, second = (f"tfsat-host calibrate {step}{options}" for step in ("bias", "zero --joint 1"))
+    first, second = (f"tfsat-host calibrate {step}{options}" for step in ("bias", "zero --all"))
     assert f"To measure: {first}, {second}, " in sentence

@@ -226,19 +226,19 @@ def test_a_sweep_rests_at_its_stops_and_ends_where_it_began(person: Person) -> N
 
 def test_a_turn_takes_all_bodies_there_and_back(server: RobotServer, person: Person) -> None:
     server.robot.record_truth(10_000)
-    assert person("turn z -90 1") == "ok for 12.4 s"
+    assert person("turn z -90 1") == "ok for 8.4 s"
     assert person("wait 5.5") == "ok"
     assert person.values("time")[1] == "swinging"
     body_1_to_4 = server.robot.truth()[-1, 4:20].reshape(4, 4)
     for attitude in body_1_to_4:
         assert attitude == pytest.approx([0, 0, -(0.5**0.5), 0.5**0.5], abs=1e-9)
     assert person("wait still") == "ok"
-    assert float(person.values("time")[0]) == pytest.approx(12.4, abs=0.01)
+    assert float(person.values("time")[0]) == pytest.approx(8.4, abs=0.01)
     assert abs(server.robot.truth()[-1, 7]) == pytest.approx(1.0)
 
 
 def test_a_hold_ends_a_turn(person: Person) -> None:
-    assert person("turn y 90") == "ok for 33.2 s"
+    assert person("turn y 90") == "ok for 21.2 s"
     assert person("wait 2") == "ok"
     assert person("hold 1 2 3 4") == "ok"
     assert person.values("time")[1] == "still"
