@@ -238,6 +238,7 @@ class _Motion:
             if arrived_s is not None and now_s() - arrived_s >= hold_s:
                 return True
             if arrived_s is None and now_s() - started_s > longest_s:
+                self._look()  # a program that was frozen for so long must not blame the board
                 raise stalled(self.jog.joint, self.angle_cdeg, self.jog.to_cdeg, longest_s, self._again)
             self._pause(max(0.0, min(POLL_S, self._ordered_s + ORDER_S - now_s())))
             self._look()
