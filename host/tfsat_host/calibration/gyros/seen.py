@@ -86,11 +86,16 @@ def _directions(seen: Sequence[Seen]) -> dict[str, datetime]:
 
 
 def _lengths(gyro: GyroCalibration, seen: Sequence[Seen]) -> dict[str, datetime]:
-    """Axes whose scale factor is known; another axis's response may tell it, too, where sensors sit askew."""
-    with_length = [one for one in seen if one.response.has_length]
+    """Axes whose scale factor is known, by a length that was measured about them.
+
+    Directions alone may seem to tell it where a sensor sits askew, but only if the joints' axes are as square as the
+    robot file has them.
+    """
     found: dict[str, datetime] = {}
     for i, axis in enumerate(AXES):
-        along = [one.taken for one in with_length if abs(one.response.axis_body[i]) > _ALONG]
-        if with_length and gyro.scale_about(i)[1] < SCALE_KNOWN:
-            found[axis] = max(along or [one.taken for one in with_length])
+        along = [
+            one.taken for one in seen if one.response.has_length and abs(one.response.axis_body[i]) > _ALONG
+        ]
+        if along and gyro.scale_about(i)[1] < SCALE_KNOWN:
+            found[axis] = max(along)
     return found
