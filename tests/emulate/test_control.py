@@ -227,7 +227,7 @@ def test_a_sweep_rests_at_its_stops_and_ends_where_it_began(person: Person) -> N
 def test_a_turn_takes_all_bodies_there_and_back(server: RobotServer, person: Person) -> None:
     server.robot.record_truth(10_000)
     assert person("turn z -90 1") == "ok for 8.4 s"
-    assert person("wait 5.5") == "ok"
+    assert person("wait 3.5") == "ok"
     assert person.values("time")[1] == "swinging"
     body_1_to_4 = server.robot.truth()[-1, 4:20].reshape(4, 4)
     for attitude in body_1_to_4:
