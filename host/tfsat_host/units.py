@@ -13,6 +13,8 @@ from fractions import Fraction
 
 US_PER_S = 1_000_000
 CDEG_PER_DEG = 100
+STANDARD_GRAVITY_M_S2 = 9.80665
+"""One g of an accelerometer's scale (CGPM 1901)."""
 
 
 def exact(value: float) -> Fraction:

@@ -166,7 +166,7 @@ FIRST_OF_COVARIANCE = r"value = \[\n    \[([^,]*), "
     [
         ("[[gyro]]", "body = 1", "body = 2", "body 2 is described twice"),
         ("[[gyro]]", "body = 1", "body = 5", "body of gyro 1 is 5, not a whole number from 1 to 4"),
-        ("[[gyro]]", "body = 1", "body = true", "body of gyro 1 is True, not a whole number"),
+        ("[[gyro]]", "body = 1", "body = true", "body of gyro 1 is true, not a whole number"),
         ("[[joint]]", "joint = 1", "joint = 3", "joint 3 is described twice"),
         ("[[servo]]", "joint = 1", "joint = 3", "the servo of joint 3 is described twice"),
         ("[[joint]]", r"direction = .*", "direction = [1.0, 2.0]", "must be 1 or -1"),
@@ -203,7 +203,7 @@ FIRST_OF_COVARIANCE = r"value = \[\n    \[([^,]*), "
             "[gyro.scale]",
             "measured = .*",
             "measured = { x = true }",
-            "x of measured of .* is True, not a time",
+            "x of measured of .* is true, not a time",
         ),
         ("[gyro.scale]", r"value = \[[^,]*", "value = [0.0", "a factor that is not above zero"),
         ("[gyro.covariance]", FIRST_OF_COVARIANCE, r"value = [\n    [-\1, ", "has a negative variance"),

@@ -195,3 +195,7 @@ def test_every_certificate_that_was_written_stays(certificate: Path) -> None:
     assert last.read_bytes() == certificate.read_bytes()
     Campaign(certificate, MODEL, SUBJECT).accept(later(done(ZERO), 60))
     assert last.read_bytes() != certificate.read_bytes()
+    assert note_landing(certificate, Landing(done(ZERO).taken + timedelta(minutes=90), "recording 1"))
+    noted = max(folder.glob("certificate-*.toml"))
+    assert noted.read_bytes() == certificate.read_bytes()
+    assert b"recording 1" in noted.read_bytes()

@@ -28,6 +28,7 @@ from tests.calibration.bench_day import (
 )
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.acceptance import check_step
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.robot import RobotModel
 
@@ -167,3 +168,11 @@ def test_a_slip_that_swings_cannot_tell_shows_in_the_turn() -> None:
     assert re.match(
         r"The gyro on body 1 saw two axes (8[56]|9[345])\.\d deg apart that are (90\.0|89\.9) deg", error.what
     )
+
+
+def test_a_step_is_judged_whatever_earlier_motions_say() -> None:
+    """Two of them may contradict each other: the step that replaces the wrong one must not be refused for that."""
+    earlier = known(done(SWINGS[1]), changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
+    with pytest.raises(CalibrationError, match="saw two axes"):
+        solve(earlier, MODEL)
+    check_step(done(SWINGS[2]), earlier, MODEL)

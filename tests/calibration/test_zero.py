@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from tests.calibration.bench_day import (
     TRUTH,
     ZERO,
     Change,
+    FloatArray,
     accept,
     add_angle,
     changed,
@@ -27,13 +29,17 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.step import zero
 
 
+def swinging(most_deg: float, share: FloatArray) -> FloatArray:
+    return np.asarray(most_deg * np.sin(30.0 * share))
+
+
 def loose(joint: int, most_deg: float) -> Change:
     """The joint swings to and fro within the attachment: both sensors see it, each in its direction."""
 
     def change(counts: Counts) -> Counts:
         for sensor in (2 * joint - 1, 2 * joint):
-            sign = MODEL.angle_sensors[sensor - 1].direction
-            counts = add_angle(sensor, lambda share, s=sign: s * most_deg * np.sin(30.0 * share))(counts)  # type: ignore[misc]
+            most = MODEL.angle_sensors[sensor - 1].direction * most_deg
+            counts = add_angle(sensor, partial(swinging, most))(counts)
         return counts
 
     return change

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.calibration import some_calibration
-from tests.sdlog.encoder import HEADER, Recorder, drop_with_release
+from tests.sdlog.encoder import HEADER, drop_with_release
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import format_calibration
 
@@ -30,7 +30,7 @@ def recorded(folder: Path, at: datetime | None = DROPPED, image_crc: int = 0xC0F
     """A drop whose recording began at that time of day, or does not tell."""
     wall_clock_us = 0 if at is None else round(at.timestamp() * 1e6)
     header = replace(HEADER, wall_clock_us=wall_clock_us, image_crc=image_crc)
-    recorder: Recorder = drop_with_release(header=header)[0]  # type: ignore[arg-type]
+    recorder, _ = drop_with_release(header=header)
     file = folder / "SD.bin"
     file.write_bytes(recorder.image())
     return file

@@ -97,7 +97,7 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
 
 
 def test_a_kept_certificate_knows_of_the_landings_since(tfsat_host: RunCli) -> None:
-    """A landing between its last step and this fall is noted in the present one only."""
+    """A landing between its last step and this fall may be told later than that was kept."""
     here = tfsat_host.folder
     mine = kept(here, whole_calibration(), MEASURED)
     anew = with_landing(whole_calibration(taken=DROPPED + HOUR), Landing(MEASURED + HOUR / 2, "a test"))

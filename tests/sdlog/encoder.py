@@ -147,9 +147,9 @@ class Recorder:
         self.blocks.append(sealed(head, body))
 
 
-def recording(data_blocks: int = 6, *, closed: bool = True, **settings: int) -> Recorder:
+def recording(data_blocks: int = 6, *, closed: bool = True, **settings: Any) -> Recorder:
     """A clean recording of `data_blocks` full blocks."""
-    recorder = Recorder(**settings)  # type: ignore[arg-type]
+    recorder = Recorder(**settings)
     for _ in range(data_blocks):
         recorder.data()
     if closed:
@@ -162,9 +162,9 @@ def event(time_us: int, code: EventCode, index: int = 0, arg: int = 0, value: in
     return Event(time_us, code, index, arg, value)
 
 
-def drop_with_release(closed: bool = True, **settings: int) -> tuple[Recorder, int]:
+def drop_with_release(closed: bool = True, **settings: Any) -> tuple[Recorder, int]:
     """A recording with a release and four strokes at the paper's times; and the time of the release."""
-    recorder = Recorder(**settings)  # type: ignore[arg-type]
+    recorder = Recorder(**settings)
     recorder.data()
     recorder.data()
     release_us = recorder.time_us(recorder.samples) + 1234

@@ -1,5 +1,4 @@
-"""From raw counts to body frames and SI units, with what the calibration's uncertainty makes of every
-number."""
+"""From raw counts to body frames and SI units, with what the calibration's uncertainty makes of every number."""
 
 from __future__ import annotations
 
@@ -12,8 +11,9 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import STANDARD_GRAVITY_M_S2, Recording
+from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.robot import RobotModel
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]
 
@@ -21,6 +21,8 @@ NOISE_STD_RAD_S = np.deg2rad(0.05)
 """Of a sample of a gyro that never rested (PS-MPU-6000A rev. 3.4, section 6.1, total RMS noise)."""
 BIAS_DRIFT_STD_RAD_S_C = np.deg2rad(20.0 / 62.5) / 3.0**0.5
 """For each degree: within 20 deg/s from 25 to -40 or +85 deg C (the same table), evenly spread."""
+TEMPERATURE_SAMPLES = 256
+"""The die's temperature is the mean over so many."""
 ACCEL_SCALE_STD = 0.03 / 3.0**0.5
 """Of an accelerometer that nobody calibrates: within 3 % (PS-MPU-6000A rev. 3.4, section 6.2)."""
 ACCEL_OFFSET_STD_M_S2 = np.array([0.05, 0.05, 0.08]) / 3.0**0.5 * STANDARD_GRAVITY_M_S2
@@ -67,7 +69,7 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
 
     Args:
         counts: Of the sensors that the calibration is of; see `Calibration.subject`.
-        calibration: Read by `certificate_file.read_calibration`.
+        calibration: Read by `certificate.file.read_calibration`.
         model: For the sensors' places in the log.
     """
     samples = Recording.from_counts(counts)
@@ -109,7 +111,9 @@ def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:
     """(9, 9) covariance of the parameters where the die is warmer or colder than when its bias was taken."""
     covariance = gyro.covariance.copy()
     if np.isfinite(gyro.temperature_c):
-        warmer_c = float(np.abs(temperature_c - gyro.temperature_c).max())
+        # Over seconds, for one reading's noise is not the die's temperature.
+        parts = np.array_split(temperature_c, max(1, len(temperature_c) // TEMPERATURE_SAMPLES))
+        warmer_c = max(abs(float(np.mean(part)) - gyro.temperature_c) for part in parts)
         covariance[:3, :3] += (BIAS_DRIFT_STD_RAD_S_C * warmer_c) ** 2 * np.eye(3)
     return covariance
 

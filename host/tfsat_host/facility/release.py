@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-STANDARD_GRAVITY_M_S2 = 9.80665
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import NoReturn
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.facility.release import STANDARD_GRAVITY_M_S2, LeverSwitch
+from tfsat_host.facility.release import LeverSwitch
 from tfsat_host.robot import RobotFileError, default_robot_path
 from tfsat_host.robot.entries import Entry
 from tfsat_host.toml_reading import TomlError, read_toml
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 KIND = "drop tower"
 _FILE_NAME = "cosmotorre.toml"

@@ -12,8 +12,7 @@ import numpy as np
 from tfsat_host.robot.errors import RobotFileError
 from tfsat_host.robot.model import FloatArray
 from tfsat_host.toml_lines import has_header, line_of
-
-_SHOWN_CHARACTERS = 60
+from tfsat_host.toml_values import finite, shown
 
 
 class Entry:
@@ -62,10 +61,10 @@ class Entry:
     def number(self, key: str) -> float:
         """A finite number."""
         value = self.value(key, "a number")
-        finite = _finite(value)
-        if finite is None:
-            self.fail(key, f"{_shown(value)} is not a finite number", f"Give `{key}` a number.")
-        return finite
+        number = finite(value)
+        if number is None:
+            self.fail(key, f"{shown(value)} is not a finite number", f"Give `{key}` a number.")
+        return number
 
     def positive(self, key: str) -> float:
         """A number above zero."""
@@ -88,23 +87,23 @@ class Entry:
         choices = tuple(allowed)
         value = self.value(key, "an integer")
         if isinstance(value, bool) or not isinstance(value, int) or value not in choices:
-            shown = ", ".join(map(str, choices)) if len(choices) <= 8 else f"{choices[0]} to {choices[-1]}"
-            self.fail(key, f"{_shown(value)} is not allowed", f"Give `{key}` one of: {shown}.")
+            listed = ", ".join(map(str, choices)) if len(choices) <= 8 else f"{choices[0]} to {choices[-1]}"
+            self.fail(key, f"{shown(value)} is not allowed", f"Give `{key}` one of: {listed}.")
         return value
 
     def text(self, key: str) -> str:
         """A non-empty string."""
         value = self.value(key, "a text in quotes")
         if not isinstance(value, str) or not value:
-            self.fail(key, f"{_shown(value)} is not a text", f'Write `{key} = "..."`.')
+            self.fail(key, f"{shown(value)} is not a text", f'Write `{key} = "..."`.')
         return value
 
     def vector(self, key: str, length: int = 3) -> FloatArray:
         """(length,) finite numbers."""
         value = self.value(key, f"{length} numbers in brackets")
-        numbers = [_finite(x) for x in value] if isinstance(value, list) else []
+        numbers = [finite(x) for x in value] if isinstance(value, list) else []
         if len(numbers) != length or None in numbers:
-            problem = f"{_shown(value)} is not a list of {length} numbers"
+            problem = f"{shown(value)} is not a list of {length} numbers"
             self.fail(key, problem, f"Give `{key}` {length} numbers.")
         return np.array(numbers, dtype=np.float64)
 
@@ -126,10 +125,10 @@ class Entry:
         pairs: list[tuple[FloatArray, FloatArray]] = []
         for box in boxes:
             if not isinstance(box, list) or len(box) != 2:
-                self.fail(key, f"{_shown(box)} is not a pair of corners", cure)
+                self.fail(key, f"{shown(box)} is not a pair of corners", cure)
             low, high = (self._holding(key, corner).vector(key) for corner in box)
             if not (low < high).all():
-                self.fail(key, f"{_shown(box)} has no volume", "Write each box's lowest corner first.")
+                self.fail(key, f"{shown(box)} has no volume", "Write each box's lowest corner first.")
             pairs.append((low, high))
         return pairs
 
@@ -137,7 +136,7 @@ class Entry:
         """A table inside this one."""
         value = self.value(key, "a table")
         if not isinstance(value, dict):
-            self.fail(key, f"{_shown(value)} is not a table", f"Write `{key}` as a table of named values.")
+            self.fail(key, f"{shown(value)} is not a table", f"Write `{key}` as a table of named values.")
         header = f"{self._table}.{key}" if self._table else key
         if not has_header(self._text, header, self._index):
             return InlineEntry(self, key, value)
@@ -174,23 +173,3 @@ class InlineEntry(Entry):
     def fail(self, key: str, problem: str, cure: str) -> NoReturn:
         """Raise the error for `key` of this table, at its owner's line."""
         self._owner.fail(f"{self._key}.{key}", problem, cure)
-
-
-def _finite(value: object) -> float | None:
-    """The value as a number; None if it is none, or not finite, or too large for one."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None
-
-
-def _shown(value: object) -> str:
-    """A value for a message: its beginning, if it is long."""
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):  # an integer of thousands of digits; tables hundreds deep
-        return "what stands there"
-    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"

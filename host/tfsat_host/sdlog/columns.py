@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
-from .droplog import STANDARD_GRAVITY_M_S2, DropLog
+from .droplog import DropLog
 
 _AXES = "xyz"
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.messages import LogFooter, LogHeader
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 from .assembly import SetAside
 from .events import DropEvent
@@ -19,9 +20,6 @@ from .recordings import ChosenBy, Recording
 from .release import Release
 
 Verdict = Literal["complete", "truncated", "damaged"]
-
-STANDARD_GRAVITY_M_S2 = 9.80665
-"""One g of the accelerometer's scale (CGPM 1901)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.servo_settings.errors import SettingsDefect, SettingsError
 from tfsat_host.toml_lines import line_of
+from tfsat_host.toml_values import shortened, shown
 from tfsat_host.units import exact
 
-_SHOWN_CHARACTERS = 40
 _LARGEST = 1e9
 """Beyond every unit's range, and far from where a float's steps are larger than what the board resolves."""
 _WANTED = {
@@ -55,7 +55,7 @@ class Entries:
             if key not in keys:
                 raise self.error(
                     SettingsDefect.FILE_UNKNOWN_KEY,
-                    _shortened(key),
+                    shortened(key),
                     "is not known here",
                     f"Remove it or correct its name; known are: {', '.join(keys)}.",
                 )
@@ -115,12 +115,4 @@ class Entries:
         return whole
 
     def _wrong_type(self, key: str, value: object) -> SettingsError:
-        try:
-            shown = str(value).lower() if isinstance(value, bool) else _shortened(repr(value))
-        except ValueError:  # Python writes no integer of thousands of digits
-            shown = "a number that large"
-        return self.error(SettingsDefect.FILE_WRONG_TYPE, key, f"{shown} cannot be", _WANTED[key])
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"
+        return self.error(SettingsDefect.FILE_WRONG_TYPE, key, f"{shown(value)} cannot be", _WANTED[key])

@@ -7,8 +7,9 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from tfsat_host.calibration.certificate.archive import recordings_folder, write_certificate
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject, with_landing
-from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.kept import one_writer, write_whole
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.reached import servo_map_of
@@ -58,7 +59,7 @@ class Campaign:
     @property
     def folder(self) -> Path:
         """Where the recordings lie, and each certificate that was ever written."""
-        return self.certificate.with_name(f"{self.certificate.stem}-recordings")
+        return recordings_folder(self.certificate)
 
     def solution(self) -> Solution:
         """What the evidence tells."""
@@ -80,8 +81,7 @@ class Campaign:
         with one_writer(self.certificate):
             self._catch_up()
             self._check_time(step)
-            before = solve((), self._model) if anew else self.solution()
-            check_step(step, before, self._model)
+            check_step(step, () if anew else self.evidence, self._model)
             return self._keep(step)
 
     def sensors_moved(self, at: datetime) -> None:
@@ -145,10 +145,8 @@ class Campaign:
         data, file = to_bytes(step), file_name(step)
         paper = Paper(step.step.key, step.taken, file, sha256(data))
         calibration = self._certified(solution, {**self._papers, **_by_step([paper])})
-        text = format_calibration(calibration).encode()
         write_whole(self.folder / file, data)
-        write_whole(self.folder / f"certificate-{calibration.written:%Y%m%dT%H%M%S.%f}.toml", text)
-        write_whole(self.certificate, text)
+        write_certificate(self.certificate, calibration)
         self.evidence, self.calibration = list(solution.used), calibration
         self._papers = _by_step(calibration.papers)
         self._replaces = False
@@ -183,7 +181,7 @@ def note_landing(certificate: Path, landing: Landing) -> bool:
         changed = with_landing(found, landing)
         if changed is found:
             return False
-        write_whole(certificate, format_calibration(replace(changed, written=datetime.now(UTC))).encode())
+        write_certificate(certificate, replace(changed, written=datetime.now(UTC)))
         return True
 
 

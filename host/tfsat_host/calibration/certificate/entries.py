@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NoReturn
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.toml_lines import line_of
+from tfsat_host.toml_values import SHOWN_CHARACTERS, finite, shown
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +19,6 @@ UNREADABLE = "Without a certificate that can be read, nothing is known of the se
 REWRITE = (
     "A step of tfsat-host calibrate writes the file anew from its recordings, if you move this one away."
 )
-_SHOWN_CHARACTERS = 40
 
 
 class Entry:
@@ -171,12 +170,8 @@ class Entry:
 def _numbers(value: object, shape: tuple[int, ...]) -> list[float] | None:
     """Row by row; None if one is none, or they are too few or too many."""
     if not shape:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return None
-        try:
-            return [float(value)] if math.isfinite(value) else None
-        except OverflowError:  # an integer beyond all floats
-            return None
+        number = finite(value)
+        return None if number is None else [number]
     if not isinstance(value, list) or len(value) != shape[0]:
         return None
     found: list[float] = []
@@ -192,13 +187,4 @@ def _plain(value: object) -> str:
     """As a person says it: `deg/s`, not `'deg/s'`."""
     if isinstance(value, list):
         return ", ".join(_plain(item) for item in value)
-    return value if isinstance(value, str) and 0 < len(value) <= _SHOWN_CHARACTERS else shown(value)
-
-
-def shown(value: object) -> str:
-    """A value for a message: its beginning, if it is long."""
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):  # an integer of thousands of digits; lists hundreds deep
-        return "what stands there"
-    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"
+    return value if isinstance(value, str) and 0 < len(value) <= SHOWN_CHARACTERS else shown(value)

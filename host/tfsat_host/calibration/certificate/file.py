@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.certificate import Calibration, Subject
-from tfsat_host.calibration.certificate.entries import REWRITE, UNREADABLE, Entry, shown
+from tfsat_host.calibration.certificate.entries import REWRITE, UNREADABLE, Entry
 from tfsat_host.calibration.certificate.tables import (
     read_gyro,
     read_joint,
@@ -19,6 +19,7 @@ from tfsat_host.calibration.certificate.tables import (
 from tfsat_host.calibration.certificate.text import FORMAT, MARK, format_calibration, seal_in, seal_of
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.toml_values import shown
 
 __all__ = ["MARK", "format_calibration", "parse_calibration", "read_calibration"]
 

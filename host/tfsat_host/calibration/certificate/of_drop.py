@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
+from tfsat_host.calibration.certificate.archive import kept_before
 from tfsat_host.calibration.certificate.certificate import Calibration, quantities, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.errors import CalibrationError
-
-_KEPT = "certificate-%Y%m%dT%H%M%S.%f.toml"
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +46,7 @@ def certificate_for(path: Path, release_time: datetime, landing_time: datetime) 
     if not measured_after(present, landing_time):
         return CertificateOfDrop(path, present)
     unreadable: list[str] = []
-    for kept in _kept_before(path, release_time):
+    for kept in kept_before(path, release_time):
         try:
             found = read_calibration(kept)
         except CalibrationError as error:
@@ -67,23 +66,8 @@ def measured_after(calibration: Calibration, landing_time: datetime) -> list[str
     ]
 
 
-def _kept_before(path: Path, moment: datetime) -> list[Path]:
-    """The newest first."""
-    folder = path.with_name(f"{path.stem}-recordings")
-    written = ((_written(kept), kept) for kept in folder.glob("certificate-*.toml"))
-    return [kept for when, kept in sorted(written, reverse=True) if when < moment]
-
-
-def _written(kept: Path) -> datetime:
-    """As the name tells; never, for files of a person's own making."""
-    try:
-        return datetime.strptime(kept.name, _KEPT).replace(tzinfo=UTC)
-    except ValueError:
-        return datetime.max.replace(tzinfo=UTC)
-
-
 def _with_landings_of(present: Calibration, kept: Calibration) -> Calibration:
-    """A landing is noted in the present certificate only; a kept one does not know of those since."""
+    """A landing is noted in the present certificate; one that was kept before does not know of it."""
     for landing in present.landings:
         kept = with_landing(kept, landing)
     return kept

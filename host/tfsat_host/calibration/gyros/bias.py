@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.statistics import mean_and_covariance
 from tfsat_host.calibration.steps.completeness import check_complete
-from tfsat_host.calibration.steps.recording import STANDARD_GRAVITY_M_S2, Recording
+from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]
 
@@ -80,9 +81,8 @@ def _estimate(still: Recording, body: int) -> BiasEstimate:
 def _wandered(rates: FloatArray, covariance: FloatArray) -> FloatArray:
     """(3,) how far the bias has gone from its mean by the end of the rest, where that is more than noise."""
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
-    apart = np.abs(
-        second - first
-    )  # from one half's middle to the other's: as far as from the mean to the end
+    # From one half's middle to the other's it goes as far as from the mean to the end.
+    apart = np.abs(second - first)
     return np.where(apart > _MORE_THAN_NOISE * 2.0 * np.sqrt(np.diag(covariance)), apart, 0.0)
 
 

@@ -9,6 +9,8 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.calibration.gyros.mounting import SCALE_STD
+
 FloatArray = NDArray[np.float64]
 
 BIAS_STD_RAD_S = np.deg2rad(20.0) / 3.0**0.5
@@ -71,8 +73,6 @@ class GyroCalibration:
 
 def by_design(body: int, nominal: FloatArray) -> GyroCalibration:
     """What is known of a gyro before anything is measured; `nominal` (3, 3) is how it is mounted by design."""
-    from tfsat_host.calibration.gyros.mounting import SCALE_STD
-
     deviations = np.repeat([BIAS_STD_RAD_S, MOUNTING_STD_RAD, SCALE_STD], 3)
     return GyroCalibration(
         body,

@@ -43,7 +43,7 @@ class JointSensors:
         """(n, 2) joint angle by each sensor, of what both show (n, 2); within half a turn of zero."""
         columns = [
             self.direction[k]
-            * wrapped(shown_rad[:, k] - self.zero_rad[k] - self._curve(k, shown_rad[:, k]) @ self.bend[k])
+            * wrapped(shown_rad[:, k] - self.zero_rad[k] - self.bend_curve(k, shown_rad[:, k]) @ self.bend[k])
             for k in range(2)
         ]
         return np.column_stack(columns)
@@ -55,7 +55,7 @@ class JointSensors:
     def angle_variance(self, shown_rad: FloatArray) -> FloatArray:
         """(n,) variance of that from zero points, bend and one sample's noise, rad^2."""
         curves = np.concatenate(
-            [-0.5 * self.direction[k] * self._curve(k, shown_rad[:, k]) for k in range(2)], axis=1
+            [-0.5 * self.direction[k] * self.bend_curve(k, shown_rad[:, k]) for k in range(2)], axis=1
         )
         half = -0.5 * self.direction
         systematic = float(half @ self.zero_covariance @ half)
@@ -63,7 +63,8 @@ class JointSensors:
         noise = 0.25 * float(np.nansum(self.noise_rad**2))
         return np.asarray(systematic + bend + noise)
 
-    def _curve(self, sensor: int, shown_rad: FloatArray) -> FloatArray:
+    def bend_curve(self, sensor: int, shown_rad: FloatArray) -> FloatArray:
+        """(n, 4) what each coefficient of the bend of sensor 0 or 1 adds to what it shows."""
         return harmonics(shown_rad) - harmonics(self.zero_rad[sensor : sensor + 1])
 
 

@@ -65,14 +65,12 @@ class SweepFit:
         lengths: Body to (length of its response, standard deviation), reading per rate.
         bend: (2, 4) amplitudes, rad.
         bend_covariance: (8, 8).
-        residual_rad: (2,) rms of mean and half difference.
     """
 
     joint: int
     lengths: dict[int, tuple[float, float]]
     bend: FloatArray
     bend_covariance: FloatArray
-    residual_rad: FloatArray
 
 
 def rests_of_sweep(view: MotionView, body: int, response: Response) -> Rests:
@@ -143,8 +141,8 @@ def fit_sweeps(
     """
     design, target, rows_of_mean, weights = _equations(sweeps)
     prior, prior_target = _priors(len(sweeps), nonlinearity_rad, known, design.shape[1])
-    solution, covariance, deviations = _fitted(design, target, rows_of_mean, weights, prior, prior_target)
-    return _unpacked(joint, sweeps, solution, covariance, nonlinearity_rad, deviations)
+    solution, covariance = _fitted(design, target, rows_of_mean, weights, prior, prior_target)
+    return _unpacked(joint, sweeps, solution, covariance, nonlinearity_rad)
 
 
 def _fitted(
@@ -154,8 +152,8 @@ def _fitted(
     weights: FloatArray,
     prior: FloatArray,
     prior_target: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Solution, its covariance, and the deviation of each class of equations, estimated along with it."""
+) -> tuple[FloatArray, FloatArray]:
+    """Solution and its covariance; the deviation of each class of equations is estimated along with it."""
     solution, covariance, freedom = np.zeros(len(prior)), prior, np.zeros(2)
     deviations = np.full(2, np.deg2rad(0.05))
     for _ in range(_ROUNDS):
@@ -173,7 +171,7 @@ def _fitted(
     # Only what was estimated from few numbers is widened, not the prior.
     std = np.where(rows_of_mean, *(deviations * np.sqrt([few(max(3, round(count))) for count in freedom])))
     scaled = design * np.sqrt(weights)[:, None] / std[:, None]
-    return solution, np.asarray(np.linalg.inv(scaled.T @ scaled + prior)), deviations
+    return solution, np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
 
 
 def _equations(
@@ -222,7 +220,6 @@ def _unpacked(
     solution: FloatArray,
     covariance: FloatArray,
     nonlinearity_rad: FloatArray,
-    deviations: FloatArray,
 ) -> SweepFit:
     amplitudes = solution[-8:]
     # All four of a sensor together: over a joint's range they are seldom told from each other.
@@ -241,4 +238,4 @@ def _unpacked(
     for index, sweep in enumerate(sweeps):
         g, std = solution[4 * index], np.sqrt(covariance[4 * index, 4 * index])
         lengths[sweep.body] = (float(1.0 / g), float(std / g**2))
-    return SweepFit(joint, lengths, amplitudes.reshape(2, 4), covariance[-8:, -8:], deviations)
+    return SweepFit(joint, lengths, amplitudes.reshape(2, 4), covariance[-8:, -8:])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.gyros.bias import estimate_biases
 from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensor_columns, wrapped
 from tfsat_host.calibration.joints.zero import estimate_zero
-from tfsat_host.calibration.solution import Solution
+from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.angle_checks import check_answers
 from tfsat_host.calibration.steps.completeness import check_complete
 from tfsat_host.calibration.steps.evidence import Evidence
@@ -22,20 +24,23 @@ FloatArray = NDArray[np.float64]
 
 MOST_OPEN_RAD = np.deg2rad(3.0)
 """A joint may be so far from closed while the robot is turned: it tilts the outer bodies' axis by as much."""
+_COMPARED_WITH = (StepKind.REST, StepKind.ZERO)
+"""A step is judged by biases and zero points alone: what motions told before need not be solved for it."""
 
 
-def check_step(evidence: Evidence, before: Solution, model: RobotModel) -> None:
+def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotModel) -> None:
     """Refuses a step that does not show what it should; whether it fits the other steps, `solution.solve` says.
 
     Args:
         evidence: The step, just recorded.
-        before: What was known: biases, and zero points that a new one is compared with.
+        earlier: What was accepted before it, in any order: rests tell biases, zeros what a new one is compared with.
         model: The robot.
 
     Raises:
         CalibrationError: why not, what it means, and what to do.
     """
     step = evidence.step
+    before = solve((one for one in earlier if one.step.kind in _COMPARED_WITH), model)
     recording = Recording.from_counts(evidence.counts)
     if step.kind == StepKind.REST:
         estimate_biases(recording)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]
 
-STANDARD_GRAVITY_M_S2 = 9.80665
 _TEMPERATURE_LSB_PER_C = 340.0  # MPU-6050: RM-MPU-6000A rev. 4.2, register 65
 _TEMPERATURE_OFFSET_C = 36.53
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)

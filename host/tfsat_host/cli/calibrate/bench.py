@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from tfsat_host.cli.calibrate.prompts import PersonAtPrompt, announce
+from tfsat_host.cli.calibration_notice import origin_of_logger
 from tfsat_host.cli.output import Output
 
 if TYPE_CHECKING:
@@ -89,16 +90,7 @@ def open_bench(args: argparse.Namespace, model: RobotModel, out: Output) -> Iter
 
 def origin_of(logger: LoggerClient) -> Origin:
     """Whose sensors hang on the logger; a core that runs natively is an emulated robot's."""
-    from tfsat_host.calibration.steps.evidence import Origin
-
-    identity = logger.identity
-    return Origin(
-        logger_serial=identity.serial,
-        who_am_i=logger.status().who_am_i.hex(),
-        emulated=identity.runs_natively,
-        firmware=identity.firmware,
-        image_crc=identity.image_crc,
-    )
+    return origin_of_logger(logger.identity, logger.status().who_am_i)
 
 
 def subject_of(origin: Origin, model: RobotModel) -> Subject:
