@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.attitude import integrate_rates, reorientation_deg
+from tfsat_host.evaluation.errors import EvaluationError
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
@@ -22,10 +22,6 @@ BIAS_GUARD_S = 0.2
 LEAST_BIAS_S = 1.0
 SMOOTHING = 9
 """Samples averaged before the largest excursion is looked for, so that noise is not taken for motion."""
-
-
-class EvaluationError(TfsatError):
-    """The log does not hold what an evaluation needs."""
 
 
 @dataclass(frozen=True, eq=False)

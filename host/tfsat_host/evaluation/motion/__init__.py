@@ -1,0 +1,1 @@
+"""What the robot did, by its sensors alone: no masses, no momentum."""

@@ -1,0 +1,101 @@
+"""How late the gyros are, measured against the angle sensors, which have no low-pass; and taken off.
+
+A gyro shows a rate through its low-pass. For motions slower than that, all a filter does is in the first moments of its
+response: with the delay d and the second moment m of the impulse response, what was turned until now is
+
+    q(t) = y(t) + d y'(t) + e y''(t),    e = d^2 - m / 2
+
+where y is the integral of what the gyro shows. A pure delay has e = d^2 / 2, two equal poles d^2 / 4, a single pole 0.
+The chip's sheet gives the delay only (RM-MPU-6000A rev. 4.2, register 26); the strokes give both to some 10 us, because
+two sensors tell each joint's angle at once and two gyros tell it late. What is so measured holds for all gyros: they
+are of one kind and have one setting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SHEET_DELAY_S = (0.98e-3, 1.9e-3, 2.8e-3, 4.8e-3, 8.3e-3, 13.4e-3, 18.6e-3)
+"""Of the gyros by DLPF_CFG (RM-MPU-6000A rev. 4.2, register 26)."""
+OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
+"""The chip renews its registers so often: what is read is on average half of it old."""
+DELAY_STD_S = 1e-3
+"""How far a chip may be from its sheet, and a reading from its time stamp: before anything is measured."""
+LEAST_STROKE_RAD = np.deg2rad(10.0)
+"""A joint that moved less tells nothing of the delay."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """The first moments of the gyros' response.
+
+    Attributes:
+        delay_s: d, from the motion to the time stamp of the reading.
+        delay_std_s: Its standard deviation.
+        second_s2: e, see the module.
+        expected_s: d by the data sheet.
+        measured: Strokes have told it; else it is the data sheet's.
+    """
+
+    delay_s: float
+    delay_std_s: float
+    second_s2: float
+    expected_s: float
+    measured: bool
+
+    def removed(self, t_s: FloatArray, shown: FloatArray) -> FloatArray:
+        """(n, ...) what was to be shown at each time, of what was shown."""
+        first = derivative(t_s, shown)
+        return np.asarray(shown + self.delay_s * first + self.second_s2 * derivative(t_s, first))
+
+
+def sheet_lag(dlpf_cfg: int) -> Lag:
+    """By the data sheet, for a setting of the low-pass; e that of two equal poles."""
+    delay_s = SHEET_DELAY_S[dlpf_cfg] + 0.5 * OUTPUT_PERIOD_S[dlpf_cfg]
+    return Lag(delay_s, DELAY_STD_S, 0.25 * delay_s**2, delay_s, measured=False)
+
+
+def measured_lag(
+    sheet: Lag,
+    t_s: FloatArray,
+    turned_rad: Sequence[FloatArray],
+    sensed_rad: Sequence[FloatArray],
+    noise_rad: Sequence[float],
+) -> Lag:
+    """By the joints that moved, on top of what the data sheet says.
+
+    Args:
+        sheet: What is expected.
+        t_s: (n,).
+        turned_rad: Of each joint (n,): the integral of the relative rate that its gyros show.
+        sensed_rad: Of each joint (n,): its angle by the angle sensors; NaN where none answered.
+        noise_rad: Of each joint: standard deviation of one sample of that.
+    """
+    information = np.diag([sheet.delay_std_s**-2, (0.25 * sheet.delay_s**2) ** -2])
+    right = information @ np.array([sheet.delay_s, sheet.second_s2])
+    measured = False
+    for turned, sensed, noise in zip(turned_rad, sensed_rad, noise_rad, strict=True):
+        known = np.isfinite(sensed)
+        if known.sum() < 10 or np.ptp(turned[known]) < LEAST_STROKE_RAD:
+            continue
+        first = derivative(t_s, turned)
+        columns = np.column_stack([first, derivative(t_s, first)])[known]
+        late = (sensed - turned)[known]
+        columns, late = columns - columns.mean(axis=0), late - late.mean()
+        information += columns.T @ columns / noise**2
+        right += columns.T @ late / noise**2
+        measured = True
+    delay_s, second_s2 = np.linalg.solve(information, right)
+    std_s = float(np.sqrt(np.linalg.inv(information)[0, 0]))
+    return Lag(float(delay_s), std_s, float(second_s2), sheet.expected_s, measured)
+
+
+def derivative(t_s: FloatArray, values: FloatArray) -> FloatArray:
+    """(n, ...) by the parabola through each three neighbours."""
+    return np.asarray(np.gradient(values, t_s, axis=0))

@@ -1,0 +1,170 @@
+"""Emulated drops with a hidden truth, for everything that is evaluated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.calibration.certificate.certificate import Calibration, Subject
+from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.logger_settings import FACTORY
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.emulated.imperfections import Imperfections
+from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.robot import RobotModel
+from tfsat_host.sdlog import DropLog, load
+
+FloatArray = NDArray[np.float64]
+
+WAIT_US = 6 * US_PER_S
+TRUTH_PERIOD_US = 1000
+DLPF_42_HZ, DLPF_5_HZ = 3, 6
+MORNING = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
+
+
+@dataclass(frozen=True, eq=False)
+class Drop:
+    """One drop.
+
+    Attributes:
+        log: As decoded.
+        schedule: What was commanded.
+        model: What the robot is thought to be.
+        flown: What it is.
+        truth: See `EmulatedRobot.truth`, its times after the release.
+        landed_s: After the release.
+    """
+
+    log: DropLog
+    schedule: Schedule
+    model: RobotModel
+    flown: RobotModel
+    imperfections: Imperfections
+    truth: FloatArray
+    landed_s: float
+
+    def true_turn(self, body: int, from_s: float, until_s: float) -> Rotation:
+        """Of body 1 to 4, in its own axes at `from_s`."""
+        attitudes = Rotation.from_quat(self.truth[:, 4 * body : 4 * body + 4])
+        first, last = (int(np.abs(self.truth[:, 0] - t_s).argmin()) for t_s in (from_s, until_s))
+        return attitudes[first].inv() * attitudes[last]
+
+    def true_angles_rad(self, t_s: FloatArray) -> FloatArray:
+        """(n, 3) of the joints."""
+        return np.column_stack([np.interp(t_s, self.truth[:, 0], self.truth[:, 1 + j]) for j in range(3)])
+
+    @property
+    def true_com_offsets_mm(self) -> FloatArray:
+        """(9,) of bodies 1 to 3."""
+        return np.asarray(1e3 * (self.flown.com_m - self.model.com_m)[:3].ravel())
+
+
+def drop(
+    folder: Path,
+    model: RobotModel,
+    flown: RobotModel,
+    imperfections: Imperfections,
+    *,
+    seed: int,
+    dlpf_cfg: int = DLPF_42_HZ,
+    rate_rad_s: tuple[float, ...] = (0.0, 0.0, 0.0),
+    angles_deg: tuple[float, float] = (59.0, 70.0),
+    before_drop: Callable[[EmulatedRobot], None] = lambda _: None,
+) -> Drop:
+    """Uploads, records, arms, drops; the log lies in `folder` as SD.bin."""
+    schedule = schedule_maneuver(four_stroke(*angles_deg))
+    with EmulatedRobot(flown, imperfections=imperfections, seed=seed, session_seed=seed) as robot:
+        robot.advance(SETTLE_US)
+        sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        logger.write_settings(replace(FACTORY, dlpf_cfg=dlpf_cfg))
+        sequencer.upload(schedule)
+        robot.record_truth(TRUTH_PERIOD_US)
+        logger.start_recording()
+        robot.advance(WAIT_US)
+        sequencer.arm()
+        for board in BoardIndex:
+            robot.set_cable(board, False)
+        robot.advance(US_PER_S)
+        before_drop(robot)
+        robot.drop(rate_rad_s)
+        while robot.falling:
+            robot.advance(TRUTH_PERIOD_US)
+        robot.advance(US_PER_S)
+        for board in BoardIndex:
+            robot.set_cable(board, True)
+        robot.advance(SETTLE_US)
+        logger.stop_recording()
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "SD.bin").write_bytes(robot.card())
+        truth = robot.truth()
+        truth[:, 0] -= robot.released_us / US_PER_S
+    return Drop(load(folder / "SD.bin"), schedule, model, flown, imperfections, truth, FALL_S)
+
+
+def with_com_offsets(model: RobotModel, offsets_m: FloatArray) -> RobotModel:
+    """The robot with the centers of mass of bodies 1 to 3 moved by (3, 3)."""
+    com = model.com_m.copy()
+    com[:3] += offsets_m
+    return replace(model, com_m=com)
+
+
+def calibrated_from_truth(
+    model: RobotModel, truth: Imperfections, seed: int, *, logger_serial: str | None = None
+) -> Calibration:
+    """A certificate as a careful day on the bench would have it: the truth, off by what it states."""
+    random = np.random.default_rng([seed, 5])
+    gyros = tuple(_gyro(model, truth, body, random) for body in range(4))
+    joints = tuple(_sensors(model, truth, joint, random) for joint in range(3))
+    serial = truth.logger_serial.hex() if logger_serial is None else logger_serial
+    subject = Subject(model.name, serial, "68686868", True)
+    return Calibration(subject, gyros, joints, (), (), (), (), MORNING)
+
+
+def _gyro(model: RobotModel, truth: Imperfections, body: int, random: np.random.Generator) -> GyroCalibration:
+    std = np.repeat([np.deg2rad(0.001), np.deg2rad(0.01), 4e-4], 3)
+    off = std * random.standard_normal(9)
+    mounted = truth.mounting[body] @ model.imus[body].sensor_to_body
+    return GyroCalibration(
+        body + 1,
+        truth.gyro_bias_rad_s[body] + off[:3],
+        mounted @ Rotation.from_rotvec(off[3:6]).as_matrix(),
+        truth.gyro_scale[body] + off[6:],
+        np.diag(std**2),
+        np.full(3, np.deg2rad(0.04)),
+        25.0,
+        {"x": MORNING, "y": MORNING},
+        {"x": MORNING, "y": MORNING, "z": MORNING},
+        MORNING,
+    )
+
+
+def _sensors(
+    model: RobotModel, truth: Imperfections, joint: int, random: np.random.Generator
+) -> JointSensors:
+    zero_std, bend_std = np.deg2rad(0.002), np.deg2rad(0.01)
+    columns = (2 * joint, 2 * joint + 1)
+    zeros = np.array([model.angle_sensors[c].zero_offset_rad + truth.angle_zero_rad[c] for c in columns])
+    bend = truth.angle_nonlinearity_rad[list(columns)]
+    shown = zeros + np.array([harmonics(zeros[k : k + 1])[0] @ bend[k] for k in range(2)])
+    return JointSensors(
+        joint + 1,
+        np.array([float(model.angle_sensors[c].direction) for c in columns]),
+        shown + zero_std * random.standard_normal(2),
+        zero_std**2 * np.eye(2),
+        bend + bend_std * random.standard_normal((2, 4)),
+        bend_std**2 * np.eye(8),
+        np.full(2, np.deg2rad(0.053)),
+        MORNING,
+        MORNING,
+    )
