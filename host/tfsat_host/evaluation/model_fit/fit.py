@@ -2,7 +2,8 @@
 
 Unknown are the offsets, the momentum, and every error of the sensors that is the same at many samples (the gyros'
 bias, mounting and scale; the joints' start, scale and wander), each with the uncertainty that its calibration states.
-What a sensor's error can explain is so not taken for an offset, and the offsets' covariance says what trades against what.
+What a sensor's error can explain is so not taken for an offset, and the offsets' covariance says what trades against
+what.
 """
 
 from __future__ import annotations
@@ -71,7 +72,9 @@ def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
     values = np.zeros(len(offsets))
     momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
     errors = np.zeros(0)
-    for step in range(1, _STEPS + 1):
+    steps = 0
+    while steps < _STEPS:
+        steps += 1
         system = _System.of(offsets, values, momentum, flown)
         moved = system.solved(offsets, values)
         values = values + moved[: len(offsets)]
@@ -96,7 +99,7 @@ def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
         own[:p, :p] - own[:p, p:] @ np.linalg.solve(own[p:, p:], own[p:, :p]),
         momentum,
         excess,
-        step,
+        steps,
         np.abs(values) >= offsets.bounds * (1.0 - 1e-9),
         system.found,
         explained,

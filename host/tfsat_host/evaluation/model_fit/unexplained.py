@@ -12,7 +12,7 @@ model and the uncertainty of the comparison.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,7 @@ class Flown:
         by_angles: (m, 6, 3) base and joint rates by the joint angles that they were fused with.
         gyro_root: (36, r) of the parameters' covariance.
         angle_errors: (m, 3, k) joint angles by independent errors of variance one.
+        own: What each body's own gyro says beside them.
     """
 
     t_s: FloatArray
@@ -60,6 +61,31 @@ class Flown:
     by_angles: FloatArray
     gyro_root: FloatArray
     angle_errors: FloatArray
+    own: OwnGyros
+
+    @property
+    def errors_in_angles(self) -> int:
+        """k, how many of the sensors' errors are of the joints' angles; they come after the gyros'."""
+        return int(self.angle_errors.shape[2])
+
+
+@dataclass(frozen=True, eq=False)
+class OwnGyros:
+    """What each body's own gyro shows, and what in it the rates from all gyros leave over.
+
+    Attributes:
+        rate_rad_s: (m, 4, 3) as the gyros show it, late by their low-pass; bridged where one did not answer.
+        seen: (m, 4, 3, 6) each body's rate by base and joint rates.
+        by_gyros: (m, 4, 3, 36) what is left over, by the gyros' parameters.
+        by_angles: (m, 4, 3, 3) the same by the joint angles.
+        variance: (m, 4) of a sample.
+    """
+
+    rate_rad_s: FloatArray
+    seen: FloatArray
+    by_gyros: FloatArray
+    by_angles: FloatArray
+    variance: FloatArray
 
 
 def flown_of(motion: Motion, body: Multibody) -> Flown:
@@ -73,6 +99,9 @@ def flown_of(motion: Motion, body: Multibody) -> Flown:
             samples.answered[:, b, None, None], samples.rate_jacobian[:, b], 0.0
         )
     by_gyros = fused.gains @ own.reshape(n, 3 * bodies, -1)
+    by_angles, left_by_angles = _by_angles(motion, body)
+    left_by_gyros = own - fused.seen @ by_gyros[:, None]
+    shown = np.where(samples.answered[..., None], samples.rate_rad_s, fused.body_rates())
     return Flown(
         motion.t_s[fall],
         motion.angles_rad[fall],
@@ -81,31 +110,34 @@ def flown_of(motion: Motion, body: Multibody) -> Flown:
         fused.covariance[fall],
         integrate_rates(motion.t_s[fall], fused.base_rate_rad_s[fall]).as_matrix(),
         by_gyros[fall],
-        _by_angles(motion, body)[fall],
-        block_diag(*[_root(c) for c in samples.parameter_covariance]),
+        by_angles[fall],
+        np.asarray(block_diag(*[_root(c) for c in samples.parameter_covariance])),
         _angle_errors(motion)[fall],
+        OwnGyros(
+            shown[fall], fused.seen[fall], left_by_gyros[fall], left_by_angles[fall], motion.variance[fall]
+        ),
     )
 
 
-def _by_angles(motion: Motion, body: Multibody) -> FloatArray:
-    """(n, 6, 3): what a wrong joint angle makes of the rates that are carried over that joint."""
-    rates = motion.fused.left_over_rad_s + np.einsum(
-        "nbij,nj->nbi",
-        motion.fused.seen,
-        np.concatenate([motion.fused.base_rate_rad_s, motion.fused.joint_rate_rad_s], axis=1),
-    )
-    columns = []
+def _by_angles(motion: Motion, body: Multibody) -> tuple[FloatArray, FloatArray]:
+    """(n, 6, 3) and (n, 4, 3, 3): what a wrong joint angle makes of rates that are carried over it, and of the rest."""
+    rates = motion.fused.left_over_rad_s + motion.fused.body_rates()
+    fused, left = [], []
     for joint in range(body.n_joints):
         ends = []
         for sign in (1.0, -1.0):
             angles = motion.angles_rad.copy()
             angles[:, joint] += sign * _ANGLE_STEP_RAD
-            again = fuse(
-                body, angles, rates, motion.variance, motion.sensed_rate_rad_s, motion.sensed_variance
+            ends.append(
+                fuse(body, angles, rates, motion.variance, motion.sensed_rate_rad_s, motion.sensed_variance)
             )
-            ends.append(np.concatenate([again.base_rate_rad_s, again.joint_rate_rad_s], axis=1))
-        columns.append((ends[0] - ends[1]) / (2.0 * _ANGLE_STEP_RAD))
-    return np.stack(columns, axis=-1)
+        high, low = ends
+        base = high.base_rate_rad_s - low.base_rate_rad_s
+        joints = high.joint_rate_rad_s - low.joint_rate_rad_s
+        fused.append(np.concatenate([base, joints], axis=1))
+        left.append(np.nan_to_num(high.left_over_rad_s - low.left_over_rad_s))
+    scale = 2.0 * _ANGLE_STEP_RAD
+    return np.stack(fused, axis=-1) / scale, np.stack(left, axis=-1) / scale
 
 
 def _angle_errors(motion: Motion) -> FloatArray:
@@ -186,8 +218,6 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown) -> Derivativ
 
 def _momentum_by_angles(body: Multibody, flown: Flown) -> FloatArray:
     """(m, 3, 3): momentum, base axes, by each joint angle at the same rates."""
-    from dataclasses import replace
-
     columns = []
     for joint in range(body.n_joints):
         ends = []

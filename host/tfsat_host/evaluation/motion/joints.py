@@ -25,8 +25,8 @@ KNOT_S = 0.2
 UNSENSED_STD_RAD = np.deg2rad(6.0)
 """Of a start that no sensor tells: the paper's joint 1 hung 6 deg from where its servo should have held it."""
 SHARED_CAUSE = 2.0
-"""Scale factors were calibrated against these very sensors, so that a bend that was missed is in both: their variances are
-taken so many times, as two numbers with one error have no better mean than either."""
+"""Scale factors were calibrated against these very sensors, so that a bend that was missed is in both: their variances
+are taken so many times, as two numbers with one error have no better mean than either."""
 SENSOR_FLOOR_RAD = np.deg2rad(0.01)
 """No angle sensor is better than that, however quiet its samples look."""
 
@@ -91,7 +91,7 @@ class JointMotion:
 
     def std_rad(self) -> FloatArray:
         """(n,) standard deviation of the angle."""
-        return np.sqrt(np.einsum("ni,ij,nj->n", self.basis, self.covariance, self.basis))
+        return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", self.basis, self.covariance, self.basis)))
 
     def difference_std_rad(self, first: int, second: int) -> float:
         """Standard deviation of the angle's change between two samples."""
@@ -130,7 +130,7 @@ def joint_motion(
     design, values = np.concatenate(rows), np.concatenate(late)
     sensed = len(values) > 0
     prior = block_diag(
-        [[(np.pi if sensed else UNSENSED_STD_RAD) ** 2]],
+        np.array([[(np.pi if sensed else UNSENSED_STD_RAD) ** 2]]),
         _error_covariance(basis.shape[1], gyros),
         sensors.zero_covariance,
         SHARED_CAUSE * sensors.bend_covariance + 1e-16 * np.eye(8),
@@ -175,7 +175,7 @@ def sample_noise_rad(angle_rad: FloatArray) -> float:
     if len(second) < 10:
         return float(np.deg2rad(0.1))
     spread = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
-    return max(spread, SENSOR_FLOOR_RAD)
+    return float(max(spread, SENSOR_FLOOR_RAD))
 
 
 def _disagreement(

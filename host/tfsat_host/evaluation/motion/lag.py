@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 
 FloatArray = NDArray[np.float64]
 
@@ -27,6 +29,8 @@ OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 """The chip renews its registers so often: what is read is on average half of it old."""
 DELAY_STD_S = 1e-3
 """How far a chip may be from its sheet, and a reading from its time stamp: before anything is measured."""
+FINE_S = 0.5e-3
+"""Steps in which rates are passed through the low-pass: finer than any of its settings but the widest."""
 LEAST_STROKE_RAD = np.deg2rad(10.0)
 """A joint that moved less tells nothing of the delay."""
 
@@ -53,6 +57,22 @@ class Lag:
         """(n, ...) what was to be shown at each time, of what was shown."""
         first = derivative(t_s, shown)
         return np.asarray(shown + self.delay_s * first + self.second_s2 * derivative(t_s, first))
+
+    def applied(self, t_s: FloatArray, exact: FloatArray) -> FloatArray:
+        """(n, k) what the gyros show of rates (n, k): one pole and a pure delay with these moments.
+
+        With the time constant T and the delay D, d = T + D and e = (d^2 - T^2) / 2.
+        """
+        constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 1e-12))), self.delay_s)
+        fine_s = np.arange(t_s[0], t_s[-1] + FINE_S, FINE_S)
+        fine = CubicSpline(t_s, exact)(np.minimum(fine_s, t_s[-1]))
+        pole = np.exp(-FINE_S / constant_s)
+        # Exact for an input that is linear between two steps.
+        mean = (1.0 - pole) * constant_s / FINE_S
+        start = fine[:1] * (mean - pole) + pole * fine[:1]
+        filtered, _ = lfilter([1.0 - mean, mean - pole], [1.0, -pole], fine, axis=0, zi=start)
+        late_s = t_s - (self.delay_s - constant_s)
+        return np.column_stack([np.interp(late_s, fine_s, column) for column in filtered.T])
 
 
 def sheet_lag(dlpf_cfg: int) -> Lag:

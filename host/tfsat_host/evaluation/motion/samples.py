@@ -120,6 +120,6 @@ def _require_no_hole(t_s: FloatArray, until_s: float) -> None:
         worst = int(holes.argmax())
         raise EvaluationError(
             what=f"No gyro has a sample between {edges[worst]:.3f} s and {edges[worst + 1]:.3f} s after the release.",
-            meaning=f"Over more than {GREATEST_GAP_S:g} s no attitude can be carried: the maneuver cannot be evaluated.",
+            meaning=f"Over more than {GREATEST_GAP_S:g} s no attitude can be carried: nothing can be evaluated.",
             next_step="Look at the gaps: tfsat-host decode; fetch the recording's second copy: tfsat-host log fetch",
         )

@@ -1,0 +1,210 @@
+"""The model driven by the measured joint history, beside the measured attitude: did the model know?
+
+Nothing but the joints' motion and the momentum before the first stroke goes into the prediction. It is then passed
+through the gyros' low-pass and integrated as the gyros' readings are, so that both sides have the same lag.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.attitude import integrate_rates
+from tfsat_host.evaluation.model_fit.unexplained import Derivatives, Flown, inertial_momentum
+from tfsat_host.evaluation.motion.lag import Lag
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a model says that the base did, at the m samples that it was driven with.
+
+    Attributes:
+        momentum_kg_m2_s: (3,) that it was given, inertial axes.
+        rate_rad_s: (m, 3) of the base, base axes.
+        attitude: (m, 3, 3) from base axes to those of the first sample.
+    """
+
+    momentum_kg_m2_s: FloatArray
+    rate_rad_s: FloatArray
+    attitude: FloatArray
+
+
+def initial_momentum(body: Multibody, flown: Flown, quiet: NDArray[np.bool_]) -> FloatArray:
+    """(3,) mean over the quiet samples before the first stroke, inertial axes."""
+    return np.asarray(inertial_momentum(body, flown)[quiet].mean(axis=0))
+
+
+def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction:
+    """Integrates w = I^-1 (R^T H - A q') along the measured joint history, by the trapezoid with one correction.
+
+    Args:
+        body: The model, one robot.
+        flown: Joint angles and rates that drive it.
+        momentum: (3,) H, inertial axes.
+    """
+    inverse = np.linalg.inv(conserved.locked_inertia(body, flown.angles_rad))
+    joints = conserved.joint_momentum(body, flown.angles_rad) @ flown.joint_rate_rad_s[..., None]
+    driven = -(inverse @ joints)[..., 0]
+    rates, attitudes = np.empty_like(driven), np.empty((len(driven), 3, 3))
+    attitude = np.eye(3)
+    for k in range(len(driven)):
+        if k:
+            step_s = flown.t_s[k] - flown.t_s[k - 1]
+            # H is small: where it is seen from the last sample's attitude, it is off by a hundredth of itself.
+            ahead = inverse[k] @ (attitude.T @ momentum) + driven[k]
+            attitude = attitude @ _turn(0.5 * step_s * (rates[k - 1] + ahead))
+        rates[k] = inverse[k] @ (attitude.T @ momentum) + driven[k]
+        attitudes[k] = attitude
+    return Prediction(momentum, rates, integrate_rates(flown.t_s, rates).as_matrix())
+
+
+def _turn(rotation: FloatArray) -> FloatArray:
+    """(3, 3) of a rotation vector."""
+    angle = float(np.sqrt(rotation @ rotation))
+    x, y, z = rotation
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    square = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + square * (cross @ cross))
+
+
+@dataclass(frozen=True, eq=False)
+class AttitudeError:
+    """Measured less predicted attitude of one body, as the gyros see both.
+
+    Attributes:
+        t_s: (m,) after the release.
+        euler_zyx_rad: (m, 3) Euler angles measured less predicted.
+        rate_rad_s: (m, 3) rate measured less predicted, body axes.
+        std_rad: (m, 3) of the Euler angles' difference, from everything that the sensors may be off.
+        covariance: (3, 3) of the last one, rad^2.
+    """
+
+    t_s: FloatArray
+    euler_zyx_rad: FloatArray
+    rate_rad_s: FloatArray
+    std_rad: FloatArray
+    covariance: FloatArray
+
+    @property
+    def final_rad(self) -> FloatArray:
+        """(3,) at the end."""
+        return np.asarray(self.euler_zyx_rad[-1])
+
+    @property
+    def final_norm_rad(self) -> float:
+        """The paper's figure: the norm of the three."""
+        return float(np.linalg.norm(self.final_rad))
+
+    @property
+    def rms_rad(self) -> float:
+        """Root mean square over time of that norm."""
+        return float(np.sqrt((self.euler_zyx_rad**2).sum(axis=1).mean()))
+
+    @property
+    def z_scores(self) -> FloatArray:
+        """(3,) the final error in units of its standard deviation."""
+        return np.asarray(self.final_rad / self.std_rad[-1])
+
+    @property
+    def mahalanobis(self) -> float:
+        """The final error's distance from zero in its own uncertainty: for three angles 2.8 holds 95 % of cases."""
+        return float(np.sqrt(self.final_rad @ np.linalg.solve(self.covariance, self.final_rad)))
+
+
+def attitude_error(
+    prediction: Prediction, flown: Flown, rotation: FloatArray, body: int, lag: Lag, covariance: FloatArray
+) -> AttitudeError:
+    """Compares one body.
+
+    Args:
+        prediction: Of the base.
+        flown: What drove it.
+        rotation: (m, 3, 3) from the body's axes to the base's.
+        body: Index of the body.
+        lag: Of the gyros.
+        covariance: (m, 3, 3) by `difference_covariance`, of the same body.
+    """
+    shown = flown.own.rate_rad_s[:, body]
+    joint_part = np.einsum("nij,nj->ni", flown.own.seen[:, body, :, 3:], flown.joint_rate_rad_s)
+    exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
+    seen = lag.applied(flown.t_s, exact)
+    ours, theirs = integrate_rates(flown.t_s, shown), integrate_rates(flown.t_s, seen)
+    by_turn = _euler_by_turn(theirs)
+    spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
+    difference = euler_zyx_rad(ours.as_matrix()) - euler_zyx_rad(theirs.as_matrix())
+    wrapped = np.mod(difference + np.pi, 2.0 * np.pi) - np.pi
+    std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
+    return AttitudeError(flown.t_s, wrapped, shown - seen, std, spread[-1])
+
+
+def _euler_by_turn(attitude: Rotation) -> FloatArray:
+    """(m, 3, 3) Euler angles by a small rotation vector in inertial axes."""
+    step = 1e-6
+    columns = []
+    for axis in np.eye(3):
+        ends = [
+            euler_zyx_rad((Rotation.from_rotvec(s * step * axis) * attitude).as_matrix()) for s in (1.0, -1.0)
+        ]
+        turned = np.mod(ends[0] - ends[1] + np.pi, 2.0 * np.pi) - np.pi
+        columns.append(turned / (2.0 * step))
+    return np.stack(columns, axis=-1)
+
+
+def difference_covariance(
+    flown: Flown,
+    rotation: FloatArray,
+    body: int,
+    found: Derivatives,
+    errors: FloatArray,
+    quiet: NDArray[np.bool_],
+    *,
+    fitted: bool,
+) -> FloatArray:
+    """(m, 3, 3) of a body's measured less predicted attitude, its own axes at the first sample.
+
+    To first order that difference is the integral of the base's unexplained rate and of what the body's own gyro says
+    beside all gyros together. The momentum was taken from the quiet samples: an error that was there already is not
+    counted twice.
+
+    Args:
+        flown: What drove the prediction.
+        rotation: (m, 3, 3) from the body's axes to the base's.
+        body: Index of the body.
+        found: Derivatives of the unexplained rate.
+        errors: Covariance of the sensors' errors (r, r), or of offsets and those (p + r, p + r) if `fitted`.
+        quiet: Samples before the first stroke.
+        fitted: The offsets were fitted to this drop; else the model is as it is.
+    """
+    own = flown.own
+    left = np.concatenate(
+        [own.by_gyros[:, body] @ flown.gyro_root, own.by_angles[:, body] @ flown.angle_errors], axis=2
+    )
+    columns = found.by_errors
+    if fitted:
+        columns = np.concatenate([found.by_offsets, columns], axis=2)
+        left = np.concatenate([np.zeros_like(found.by_offsets), left], axis=2)
+    # by_momentum = -I^-1 R^T, so its inverse turns a rate back into a momentum.
+    to_momentum = np.linalg.inv(found.by_momentum[quiet])
+    taken = -np.einsum("nij,njk->ik", to_momentum, columns[quiet]) / quiet.sum()
+    explained = columns + found.by_momentum @ taken
+    steps = np.gradient(flown.t_s)[:, None, None]
+    turned = np.cumsum((flown.attitude @ (explained + rotation @ left)) * steps, axis=0)
+    beside = own.seen[:, body] @ flown.rate_covariance @ own.seen[:, body].swapaxes(1, 2)
+    alone = own.variance[:, body, None, None] * np.eye(3) - beside
+    noise = (
+        flown.attitude
+        @ (found.noise + rotation @ alone @ rotation.swapaxes(1, 2))
+        @ flown.attitude.swapaxes(1, 2)
+    )
+    start = (found.noise[quiet].mean(axis=0)) / quiet.sum()
+    since = (flown.t_s - flown.t_s[0])[:, None, None]
+    total = turned @ errors @ turned.swapaxes(1, 2) + np.cumsum(noise * steps**2, axis=0) + start * since**2
+    return np.asarray(rotation[0].T @ total @ rotation[0])
