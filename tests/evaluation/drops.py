@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.calibration.certificate.certificate import Calibration, Subject
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics
+from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.logger_settings import FACTORY
 from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.imperfections import Imperfections
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
@@ -119,52 +118,6 @@ def with_com_offsets(model: RobotModel, offsets_m: FloatArray) -> RobotModel:
     return replace(model, com_m=com)
 
 
-def calibrated_from_truth(
-    model: RobotModel, truth: Imperfections, seed: int, *, logger_serial: str | None = None
-) -> Calibration:
-    """A certificate as a careful day on the bench would have it: the truth, off by what it states."""
-    random = np.random.default_rng([seed, 5])
-    gyros = tuple(_gyro(model, truth, body, random) for body in range(4))
-    joints = tuple(_sensors(model, truth, joint, random) for joint in range(3))
-    serial = truth.logger_serial.hex() if logger_serial is None else logger_serial
-    subject = Subject(model.name, serial, "68686868", True)
-    return Calibration(subject, gyros, joints, (), (), (), (), MORNING)
-
-
-def _gyro(model: RobotModel, truth: Imperfections, body: int, random: np.random.Generator) -> GyroCalibration:
-    std = np.repeat([np.deg2rad(0.001), np.deg2rad(0.01), 4e-4], 3)
-    off = std * random.standard_normal(9)
-    mounted = truth.mounting[body] @ model.imus[body].sensor_to_body
-    return GyroCalibration(
-        body + 1,
-        truth.gyro_bias_rad_s[body] + off[:3],
-        mounted @ Rotation.from_rotvec(off[3:6]).as_matrix(),
-        truth.gyro_scale[body] + off[6:],
-        np.diag(std**2),
-        np.full(3, np.deg2rad(0.04)),
-        25.0,
-        {"x": MORNING, "y": MORNING},
-        {"x": MORNING, "y": MORNING, "z": MORNING},
-        MORNING,
-    )
-
-
-def _sensors(
-    model: RobotModel, truth: Imperfections, joint: int, random: np.random.Generator
-) -> JointSensors:
-    zero_std, bend_std = np.deg2rad(0.002), np.deg2rad(0.01)
-    columns = (2 * joint, 2 * joint + 1)
-    zeros = np.array([model.angle_sensors[c].zero_offset_rad + truth.angle_zero_rad[c] for c in columns])
-    bend = truth.angle_nonlinearity_rad[list(columns)]
-    shown = zeros + np.array([harmonics(zeros[k : k + 1])[0] @ bend[k] for k in range(2)])
-    return JointSensors(
-        joint + 1,
-        np.array([float(model.angle_sensors[c].direction) for c in columns]),
-        shown + zero_std * random.standard_normal(2),
-        zero_std**2 * np.eye(2),
-        bend + bend_std * random.standard_normal((2, 4)),
-        bend_std**2 * np.eye(8),
-        np.full(2, np.deg2rad(0.053)),
-        MORNING,
-        MORNING,
-    )
+def calibrated_from_truth(model: RobotModel, truth: Imperfections, seed: int) -> Calibration:
+    """A certificate as a careful day on the bench would have it."""
+    return careful_certificate(model, truth, seed, MORNING)

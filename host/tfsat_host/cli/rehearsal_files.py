@@ -1,4 +1,4 @@
-"""The folder that a rehearsal leaves: the maneuver, the card, its decoded columns, the truth, a summary."""
+"""The folder that a rehearsal leaves: maneuver, calibration, card, decoded columns, truth, a summary."""
 
 from __future__ import annotations
 
@@ -43,6 +43,8 @@ class RunFolder:
 
     def write(self, maneuver: Maneuver, flight: Rehearsal) -> DropLog:
         """Writes what the drop left, decodes the card from its file and exports it; gives the log."""
+        from tfsat_host.calibration.certificate.text import format_calibration
+        from tfsat_host.cli.calibrate.options import EMULATED_CERTIFICATE
         from tfsat_host.cli.decoded_files import write_decoded
         from tfsat_host.emulated.truth import format_truth
         from tfsat_host.maneuver import format_maneuver
@@ -54,6 +56,7 @@ class RunFolder:
         card.write_bytes(flight.card)
         self.files.append(self.maneuver)
         self.maneuver.write_text(format_maneuver(maneuver), encoding="utf-8")
+        self._file(EMULATED_CERTIFICATE).write_text(format_calibration(flight.calibration), encoding="utf-8")
         self._file("truth.csv").write_text(format_truth(flight.truth, flight.released_s), encoding="utf-8")
         log = load(card)
         written = write_decoded(log, self.path / "SD", ("csv",), force=True)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient, UploadResult
+from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import Schedule
@@ -27,6 +30,9 @@ AFTER_LANDING_US = US_PER_S
 TRUTH_PERIOD_US = 1000
 RESIDUAL_RATE_DEG_S = (-0.73, -0.48, -0.77)
 """Of body 3 about its axes after the paper's release (sec. Result): the robot does not leave the releaser at rest."""
+CALIBRATED = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
+"""When the emulated robot was calibrated; it is dropped an hour later."""
+DROPPED = CALIBRATED + timedelta(hours=1)
 RESIDUAL_RATE_RAD_S = tuple(np.deg2rad(RESIDUAL_RATE_DEG_S))
 
 
@@ -39,6 +45,7 @@ class Rehearsal:
         upload: Of the maneuver that flew.
         sequencer: The sequencer's status after landing.
         recording: The logger's account of the recording.
+        calibration: What a day on the bench would have told of this robot.
         truth: See `EmulatedRobot.truth`; from the start of the recording.
         released_s: Virtual time at which both switches first were open.
         landed_s: Virtual time of the landing.
@@ -48,6 +55,7 @@ class Rehearsal:
     upload: UploadResult
     sequencer: SequencerStatusReply
     recording: RecordStopReply
+    calibration: Calibration
     truth: FloatArray
     released_s: float
     landed_s: float
@@ -82,7 +90,7 @@ def rehearse(
         upload = sequencer.upload(schedule)
         progress("recording in the releaser")
         robot.record_truth(TRUTH_PERIOD_US)
-        logger.start_recording()
+        logger.start_recording(unix_us=round(DROPPED.timestamp() * US_PER_S))
         robot.advance(WAIT_US)
         sequencer.arm()
         progress("armed; cables pulled; the crane lifts, one switch is knocked")
@@ -106,6 +114,7 @@ def rehearse(
             upload=upload,
             sequencer=sequencer.status(),
             recording=recording,
+            calibration=careful_certificate(robot.model, robot.imperfections, seed, CALIBRATED),
             truth=robot.truth(),
             released_s=robot.released_us / US_PER_S,
             landed_s=landed_us / US_PER_S,

@@ -110,8 +110,8 @@ def _with_bias(gyro: GyroCalibration, rest: Rest, index: int) -> GyroCalibration
 def _require_some_bias(gyro: GyroCalibration, why: Shortcoming) -> str:
     if why.reason == "stale":
         return (
-            f"The bias of body {gyro.body} was measured before a landing that may have changed it, and the robot did not "
-            "hang still before this release: the old one is used."
+            f"The bias of body {gyro.body} was measured before a landing that may have changed it, and the robot did "
+            "not hang still before this release: the old one is used."
         )
     raise EvaluationError(
         what=f"The bias of body {gyro.body} was never measured, and the robot did not hang still before the release.",

@@ -67,7 +67,7 @@ def fuse(
         sensed_variance: (3,) of those.
     """
     n, bodies = rates_rad_s.shape[:2]
-    answered: BoolArray = np.isfinite(rates_rad_s).all(axis=2)
+    answered = np.logical_and.reduce(np.isfinite(rates_rad_s), axis=2)
     seen = gyro_map(body, angles_rad)
     design = seen.reshape(n, 3 * bodies, -1)
     weights = np.repeat(np.where(answered, 1.0 / variance, 0.0), 3, axis=1)

@@ -1,0 +1,90 @@
+"""The certificate that a careful day on the bench would have left of an emulated robot, without the day.
+
+Every number is the truth, off by a draw from the uncertainty that the certificate states; and that is what a hundred
+emulated robots were calibrated to (docs/calibration-proof.md). So a rehearsal of a drop takes seconds; a rehearsal of
+the calibration itself is `tfsat-host calibrate --emulated`.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.calibration.certificate.certificate import Calibration, Subject
+from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics
+from tfsat_host.emulated.imperfections import Imperfections
+from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.robot import RobotModel
+
+WHO_AM_I = "68" * IMU_COUNT
+"""Of the emulated MPU-6050s."""
+TEMPERATURE_C = 25.0
+
+_BIAS_STD_RAD_S = np.deg2rad(0.001)
+_MOUNTING_STD_RAD = np.deg2rad(0.005)
+_SCALE_STD = 4e-4
+_ZERO_STD_RAD = np.deg2rad(0.002)
+_BEND_STD_RAD = np.deg2rad(0.02)
+_GYRO_NOISE_RAD_S = np.deg2rad(0.04)
+_ANGLE_NOISE_RAD = np.deg2rad(0.053)
+
+
+def careful_certificate(
+    model: RobotModel, truth: Imperfections, seed: int, measured: datetime
+) -> Calibration:
+    """Gyros and angle sensors; servos are not in it.
+
+    Args:
+        model: The robot by design.
+        truth: Its hidden errors.
+        seed: For what the certificate is off by.
+        measured: When the day would have been.
+    """
+    random = np.random.default_rng([seed, 5])
+    gyros = tuple(_gyro(model, truth, body, random, measured) for body in range(IMU_COUNT))
+    joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
+    subject = Subject(model.name, truth.logger_serial.hex(), WHO_AM_I, True)
+    return Calibration(subject, gyros, joints, (), (), (), (), measured)
+
+
+def _gyro(
+    model: RobotModel, truth: Imperfections, body: int, random: np.random.Generator, measured: datetime
+) -> GyroCalibration:
+    std = np.repeat([_BIAS_STD_RAD_S, _MOUNTING_STD_RAD, _SCALE_STD], 3)
+    off = std * random.standard_normal(9)
+    mounted = truth.mounting[body] @ model.imus[body].sensor_to_body
+    return GyroCalibration(
+        body=body + 1,
+        bias_rad_s=truth.gyro_bias_rad_s[body] + off[:3],
+        rotation=mounted @ Rotation.from_rotvec(off[3:6]).as_matrix(),
+        scale=truth.gyro_scale[body] + off[6:],
+        covariance=np.diag(std**2),
+        noise_rad_s=np.full(3, _GYRO_NOISE_RAD_S),
+        temperature_c=TEMPERATURE_C,
+        axes={"x": measured, "y": measured},
+        scaled={"x": measured, "y": measured, "z": measured},
+        bias_taken=measured,
+    )
+
+
+def _sensors(
+    model: RobotModel, truth: Imperfections, joint: int, random: np.random.Generator, measured: datetime
+) -> JointSensors:
+    columns = [i for i, sensor in enumerate(model.angle_sensors) if sensor.joint == joint]
+    straight = np.array([model.angle_sensors[c].zero_offset_rad + truth.angle_zero_rad[c] for c in columns])
+    bend = truth.angle_nonlinearity_rad[columns]
+    shown = straight + np.einsum("ij,ij->i", harmonics(straight), bend)
+    return JointSensors(
+        joint=joint + 1,
+        direction=np.array([float(model.angle_sensors[c].direction) for c in columns]),
+        zero_rad=np.mod(shown + _ZERO_STD_RAD * random.standard_normal(2), 2.0 * np.pi),
+        zero_covariance=_ZERO_STD_RAD**2 * np.eye(2),
+        bend=bend + _BEND_STD_RAD * random.standard_normal((2, 4)),
+        bend_covariance=_BEND_STD_RAD**2 * np.eye(8),
+        noise_rad=np.full(2, _ANGLE_NOISE_RAD),
+        zero_taken=measured,
+        bend_taken=measured,
+    )

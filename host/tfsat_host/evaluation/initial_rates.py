@@ -1,0 +1,55 @@
+"""How the bodies turned between the release and the first stroke."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.evaluation.model_fit.unexplained import SETTLED_S
+from tfsat_host.evaluation.motion.motion import Motion
+
+FloatArray = NDArray[np.float64]
+
+BEFORE_STROKE_S = 0.02
+LEAST_SAMPLES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class InitialRate:
+    """Mean rate of one body over the quiet samples, body axes.
+
+    Attributes:
+        rate_rad_s: (3,).
+        std_rad_s: (3,) from noise and the gyro's parameters.
+    """
+
+    rate_rad_s: FloatArray
+    std_rad_s: FloatArray
+
+
+def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> NDArray[np.bool_]:
+    """(n,) after the release has settled and before the first stroke; at least a few."""
+    quiet = (t_s >= SETTLED_S) & (t_s < first_stroke_s - BEFORE_STROKE_S)
+    if quiet.sum() < LEAST_SAMPLES:
+        first = int(np.searchsorted(t_s, SETTLED_S))
+        quiet = np.zeros(len(t_s), bool)
+        quiet[first : first + LEAST_SAMPLES] = True
+    return quiet
+
+
+def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, ...]:
+    """Of each body."""
+    found = []
+    for body, moved in enumerate(motion.bodies):
+        quiet = quiet_samples(moved.t_s, first_stroke_s)
+        count = int(quiet.sum())
+        rate = moved.rate_rad_s[quiet].mean(axis=0)
+        fall = np.flatnonzero(motion.samples.fall)
+        rows = fall[quiet]
+        jacobian = np.nan_to_num(motion.samples.rate_jacobian[rows, body]).mean(axis=0)
+        spread = jacobian @ motion.samples.parameter_covariance[body] @ jacobian.T
+        noise = motion.variance[rows, body].mean() / count
+        found.append(InitialRate(rate, np.sqrt(np.diag(spread) + noise)))
+    return tuple(found)
