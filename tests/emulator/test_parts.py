@@ -1,4 +1,4 @@
-"""The emulated robot's parts, by their C++ tests: servo, hands, MPU-6050, I2C bus, angle sensor, card."""
+"""The emulated robot's parts, by their C++ tests: servo, hands, MPU-6050, I2C bus, angle sensor, card, clock."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ PARTS = {
     "mpu6050": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp"],
     "bus_and_angle": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp", "sensors/angle_sensor.cpp"],
     "block_device": ["card/block_device.cpp"],
+    "board_clock": [],
 }
 
 

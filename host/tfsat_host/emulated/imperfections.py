@@ -9,16 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
 FloatArray = NDArray[np.float64]
 
 _GYRO_NOISE_DEG_S_RTHZ = 0.005  # PS-MPU-6000A rev. 3.4, section 6.1
 _ACCEL_NOISE_G_RTHZ = 400e-6  # PS-MPU-6000A rev. 3.4, section 6.2
-_STANDARD_GRAVITY_M_S2 = 9.80665
+_CRYSTAL_STD_PPM = 20.0
+_CRYSTAL_MOST_PPM = 50.0
 
 
 @dataclass(frozen=True, eq=False)
 class Imperfections:
-    """The hidden truth of one robot's sensors and servos.
+    """The hidden truth of one robot's sensors, servos and clocks.
 
     Attributes:
         mounting: (4, 3, 3) rotation of each IMU from where the design puts it, in body axes.
@@ -37,6 +40,9 @@ class Imperfections:
         servo_repeat_rad: (3,) standard deviation of where a motion ends, drawn anew when the command changes
             after 0.3 s of standing, when it turns back, and after the servo was limp. It takes effect over
             the first 5 deg of the way, so that small steps of a jog have no jumps.
+        sequencer_clock_ppm: By how much the sequencer's time runs faster than true time, up to 20,000 either way.
+            Its strokes come as much earlier, and its servo pulses are as much shorter.
+        logger_clock_ppm: The same of the logger: its samples, and the times that it notes.
         logger_serial: 8 bytes that the logger gives as its serial number: robots of other errors are other robots.
     """
 
@@ -52,11 +58,13 @@ class Imperfections:
     servo_offset_rad: FloatArray
     servo_backlash_rad: FloatArray
     servo_repeat_rad: FloatArray
+    sequencer_clock_ppm: float = 0.0
+    logger_clock_ppm: float = 0.0
     logger_serial: bytes = b"emuLATED"
 
 
 def ideal() -> Imperfections:
-    """Sensors without any error but their resolution, and exact servos."""
+    """Sensors without any error but their resolution, exact servos and exact clocks."""
     return Imperfections(
         mounting=np.tile(np.eye(3), (4, 1, 1)),
         gyro_bias_rad_s=np.zeros((4, 3)),
@@ -84,7 +92,7 @@ def draw(seed: int) -> Imperfections:
         mounting=Rotation.from_rotvec(np.deg2rad(1.5) * random.standard_normal((4, 3))).as_matrix(),
         gyro_bias_rad_s=np.deg2rad(1.0) * random.standard_normal((4, 3)),
         gyro_noise_rad_s_rthz=np.deg2rad(_GYRO_NOISE_DEG_S_RTHZ),
-        accel_noise_m_s2_rthz=_ACCEL_NOISE_G_RTHZ * _STANDARD_GRAVITY_M_S2,
+        accel_noise_m_s2_rthz=_ACCEL_NOISE_G_RTHZ * STANDARD_GRAVITY_M_S2,
         angle_zero_rad=np.deg2rad(5.0) * random.standard_normal(6),
         angle_noise_rad=np.deg2rad(0.05),
     )
@@ -94,7 +102,8 @@ def draw_as_built(seed: int) -> Imperfections:
     """A robot that was put together and that nobody has calibrated: every figure that calibration looks for is off.
 
     The gyros' biases lie within a quarter of what their data sheet allows and their scale factors within all of it
-    (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle.
+    (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle; the boards
+    have crystals, not ceramic resonators.
     """
     random = np.random.default_rng(seed)
     towards = random.standard_normal((4, 3))
@@ -104,7 +113,7 @@ def draw_as_built(seed: int) -> Imperfections:
         gyro_bias_rad_s=np.deg2rad(random.uniform(-5.0, 5.0, (4, 3))),
         gyro_scale=random.uniform(0.97, 1.03, (4, 3)),
         gyro_noise_rad_s_rthz=np.deg2rad(_GYRO_NOISE_DEG_S_RTHZ),
-        accel_noise_m_s2_rthz=_ACCEL_NOISE_G_RTHZ * _STANDARD_GRAVITY_M_S2,
+        accel_noise_m_s2_rthz=_ACCEL_NOISE_G_RTHZ * STANDARD_GRAVITY_M_S2,
         angle_zero_rad=random.uniform(0.0, 2 * np.pi, 6),
         angle_nonlinearity_rad=np.deg2rad(0.05) * random.standard_normal((6, 4)),
         angle_noise_rad=np.deg2rad(0.05),
@@ -112,8 +121,15 @@ def draw_as_built(seed: int) -> Imperfections:
         servo_offset_rad=np.deg2rad(1.0) * random.standard_normal(3),
         servo_backlash_rad=np.deg2rad(random.uniform(0.0, 1.0, 3)),
         servo_repeat_rad=np.deg2rad(random.uniform(0.1, 0.3, 3)),
+        sequencer_clock_ppm=_crystal_ppm(random),
+        logger_clock_ppm=_crystal_ppm(random),
         logger_serial=_serial_as_built(seed),
     )
+
+
+def _crystal_ppm(random: np.random.Generator) -> float:
+    """Drawn after everything else, so that a seed's other errors are those it always had."""
+    return float(np.clip(_CRYSTAL_STD_PPM * random.standard_normal(), -_CRYSTAL_MOST_PPM, _CRYSTAL_MOST_PPM))
 
 
 def _serial_as_built(seed: int) -> bytes:

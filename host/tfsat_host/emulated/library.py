@@ -60,6 +60,8 @@ class RobotConfig(ctypes.Structure):
         ("angle_nonlinearity_rad", c_double * 24),
         ("angle_noise_rad", c_double),
         ("temperature_c", c_double),
+        ("sequencer_clock_ppm", c_double),
+        ("logger_clock_ppm", c_double),
         ("logger_serial", c_uint8 * 8),
     ]
 
@@ -125,10 +127,11 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
     "tfsat_swinging": (c_int, [c_void_p]),
     "tfsat_set_switch": (None, [c_void_p, c_int, c_int]),
     "tfsat_knock": (None, [c_void_p, c_int, c_uint64]),
-    "tfsat_drop": (None, [c_void_p, POINTER(c_double), c_uint64]),
+    "tfsat_drop": (None, [c_void_p, POINTER(c_double), POINTER(c_double), c_uint64]),
     "tfsat_falling": (c_int, [c_void_p]),
     "tfsat_released_us": (c_uint64, [c_void_p]),
     "tfsat_joint_angle_rad": (c_double, [c_void_p, c_int]),
+    "tfsat_com_position": (None, [c_void_p, POINTER(c_double)]),
     "tfsat_record_truth": (None, [c_void_p, c_uint64]),
     "tfsat_truth_rows": (c_size_t, [c_void_p]),
     "tfsat_truth_read": (None, [c_void_p, POINTER(c_double), c_size_t]),

@@ -32,6 +32,8 @@ SETTLE_US = 300_000
 """After power-up: both boards have started, the gyros are awake, USB is enumerated."""
 FALL_S = 2.5
 """Free fall of the drop tower (paper, tab. cosmotorre)."""
+PUSH_OFF_M_S = (0.0, 0.0, -0.04)
+"""The switches push the robot off (paper, sec. release): its center of mass, in the world."""
 
 
 class BoardIndex(IntEnum):
@@ -71,7 +73,7 @@ class EmulatedRobot:
 
     Raises:
         BuildError: the library cannot be built.
-        EmulationError: the image or the model is refused.
+        EmulationError: the image, the model or the imperfections are refused.
     """
 
     def __init__(
@@ -102,7 +104,7 @@ class EmulatedRobot:
             raise EmulationError(
                 what=f"The emulated robot cannot start: {error.value.decode()}.",
                 meaning="Nothing was run.",
-                next_step="Check the image (make firmware) or the robot file.",
+                next_step="Check the image (make firmware), the robot file or the imperfections.",
             )
         if eeprom is not None:
             self._library.tfsat_eeprom_set(self._robot, eeprom, len(eeprom))
@@ -240,10 +242,19 @@ class EmulatedRobot:
         """Opens a release switch (1 or 2) for a while, as a blow would."""
         self._library.tfsat_knock(self._robot, _switch(index), open_us)
 
-    def drop(self, residual_rate_rad_s: Sequence[float] = (0.0, 0.0, 0.0), fall_s: float = FALL_S) -> None:
-        """Lets go now: both switches open with bounce, free fall, landing after `fall_s`."""
+    def drop(
+        self,
+        residual_rate_rad_s: Sequence[float] = (0.0, 0.0, 0.0),
+        fall_s: float = FALL_S,
+        com_velocity_m_s: Sequence[float] = PUSH_OFF_M_S,
+    ) -> None:
+        """Lets go now: both switches open with bounce, free fall, landing after `fall_s`.
+
+        The rate is the base body's in its frame, the velocity the center of mass's in the world, both at release.
+        """
         rate = (ctypes.c_double * 3)(*residual_rate_rad_s)
-        self._library.tfsat_drop(self._robot, rate, round(fall_s * US_PER_S))
+        velocity = (ctypes.c_double * 3)(*com_velocity_m_s)
+        self._library.tfsat_drop(self._robot, rate, velocity, round(fall_s * US_PER_S))
 
     @property
     def falling(self) -> bool:
@@ -260,13 +271,18 @@ class EmulatedRobot:
         angles = [self._library.tfsat_joint_angle_rad(self._robot, joint) for joint in range(JOINT_COUNT)]
         return tuple(float(np.rad2deg(angle)) for angle in angles)
 
+    def com_position_m(self) -> FloatArray:
+        """(3,) true center of mass in the world: z up, the global frame of the robot as it first hung."""
+        position = (ctypes.c_double * 3)()
+        self._library.tfsat_com_position(self._robot, position)
+        return np.array(position)
+
     def record_truth(self, period_us: int) -> None:
         """Keeps the truth each `period_us` from now on."""
         self._library.tfsat_record_truth(self._robot, period_us)
 
     def truth(self) -> FloatArray:
-        """(n, 32): t_s, joint angles (3) rad, attitudes (4 x xyzw, body to world), rates (4 x 3) rad/s in
-        body frames."""
+        """(n, 32): t_s, joint angles (3) rad, attitudes (4 x xyzw, to world), rates (4 x 3) rad/s in body frames."""
         n_rows = self._library.tfsat_truth_rows(self._robot)
         rows = np.empty((n_rows, TRUTH_COLUMNS))
         self._library.tfsat_truth_read(

@@ -60,6 +60,8 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
     config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
     config.angle_noise_rad = wrong.angle_noise_rad
+    config.sequencer_clock_ppm = wrong.sequencer_clock_ppm
+    config.logger_clock_ppm = wrong.logger_clock_ppm
     config.logger_serial[:] = wrong.logger_serial
     return config
 

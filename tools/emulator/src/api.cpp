@@ -64,6 +64,19 @@ void copy_out(const std::vector<uint8_t>& bytes, uint8_t* data, size_t n) {
   std::copy_n(bytes.begin(), std::min(n, bytes.size()), data);
 }
 
+// The reason why it cannot be emulated; empty when it can.
+std::string defect_of(const RobotParameters& robot) {
+  if (const char* defect = BodyTree::check(robot.tree)) return defect;
+  for (const double ppm : {robot.sequencer_clock_ppm, robot.logger_clock_ppm}) {
+    if (BoardClock::takes(ppm)) continue;
+    char reason[96];
+    std::snprintf(reason, sizeof reason, "a board's clock cannot be off by %g ppm, only by %g either way", ppm,
+                  BoardClock::kMostPpm);
+    return reason;
+  }
+  return "";
+}
+
 ResetCause reset_cause(int cause) {
   switch (cause) {
     case TFSAT_RESET_WATCHDOG:
@@ -83,8 +96,7 @@ size_t tfsat_truth_row_bytes(void) { return sizeof(TruthRow); }
 TfsatRobot* tfsat_robot_new(const TfsatRobotConfig* config, const char* hex_path, char* error,
                             size_t error_bytes) {
   const RobotParameters built = robot_parameters(*config);
-  std::string reason;
-  if (const char* defect = BodyTree::check(built.tree)) reason = defect;
+  std::string reason = defect_of(built);
   std::unique_ptr<SequencerBoard> sequencer;
   if (reason.empty()) sequencer = make_sequencer(hex_path, reason);
   if (!sequencer) {
@@ -228,9 +240,11 @@ void tfsat_set_switch(TfsatRobot* robot, int index, int closed) {
 
 void tfsat_knock(TfsatRobot* robot, int index, uint64_t open_us) { robot->robot.knock(index, open_us); }
 
-void tfsat_drop(TfsatRobot* robot, const double residual_rate_rad_s[3], uint64_t fall_us) {
+void tfsat_drop(TfsatRobot* robot, const double residual_rate_rad_s[3], const double com_velocity_m_s[3],
+                uint64_t fall_us) {
   DropParameters drop;
   drop.residual_rate_rad_s = vector(residual_rate_rad_s);
+  drop.com_velocity_m_s = vector(com_velocity_m_s);
   drop.fall_us = fall_us;
   robot->robot.drop(drop);
 }
@@ -240,6 +254,13 @@ uint64_t tfsat_released_us(const TfsatRobot* robot) { return robot->robot.releas
 
 double tfsat_joint_angle_rad(const TfsatRobot* robot, int joint) {
   return robot->robot.joint_angle_rad(joint);
+}
+
+void tfsat_com_position(const TfsatRobot* robot, double position_m[3]) {
+  const Vec3 at = robot->robot.com_position_m();
+  position_m[0] = at.x;
+  position_m[1] = at.y;
+  position_m[2] = at.z;
 }
 
 void tfsat_record_truth(TfsatRobot* robot, uint64_t period_us) { robot->robot.record_truth(period_us); }

@@ -45,6 +45,8 @@ typedef struct {
   double angle_nonlinearity_rad[6][4];  // bend_rad of sensors/angle_sensor.h
   double angle_noise_rad;
   double temperature_c;
+  double sequencer_clock_ppm;  // BoardClock of boards/board_clock.h; positive: fast
+  double logger_clock_ppm;
   uint8_t logger_serial[8];  // what tells this robot's logger from another's
 } TfsatRobotConfig;
 
@@ -134,10 +136,13 @@ int tfsat_set_joint(TfsatRobot* robot, int joint, double angle_rad);
 int tfsat_swinging(TfsatRobot* robot);
 void tfsat_set_switch(TfsatRobot* robot, int index, int closed);
 void tfsat_knock(TfsatRobot* robot, int index, uint64_t open_us);
-void tfsat_drop(TfsatRobot* robot, const double residual_rate_rad_s[3], uint64_t fall_us);
+// Rates of the base body in its frame, the center of mass's velocity in the world, both at release.
+void tfsat_drop(TfsatRobot* robot, const double residual_rate_rad_s[3], const double com_velocity_m_s[3],
+                uint64_t fall_us);
 int tfsat_falling(const TfsatRobot* robot);
 uint64_t tfsat_released_us(const TfsatRobot* robot);
 double tfsat_joint_angle_rad(const TfsatRobot* robot, int joint);
+void tfsat_com_position(const TfsatRobot* robot, double position_m[3]);  // world
 
 // Truth: rows of 32 doubles: t_s, joint angles (3), attitudes of the bodies (4 x xyzw), rates (4 x 3).
 void tfsat_record_truth(TfsatRobot* robot, uint64_t period_us);

@@ -36,6 +36,8 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
   out.tree = tree(c);
   out.seed = c.seed;
   out.session_seed = c.session_seed;
+  out.sequencer_clock_ppm = c.sequencer_clock_ppm;
+  out.logger_clock_ppm = c.logger_clock_ppm;
   out.temperature_c = c.temperature_c;
   std::copy_n(c.logger_serial, out.logger_serial.size(), out.logger_serial.begin());
   for (size_t i = 0; i < kServoJoints; ++i) {

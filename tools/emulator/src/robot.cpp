@@ -28,6 +28,8 @@ LoggerBoardParameters logger_parameters(const RobotParameters& robot) {
 Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> sequencer)
     : parameters_(parameters),
       sequencer_(std::move(sequencer)),
+      sequencer_clock_(parameters.sequencer_clock_ppm),
+      logger_clock_(parameters.logger_clock_ppm),
       card_(parameters.card),
       chain_(parameters.tree),
       logger_(parameters.session_seed, logger_parameters(parameters)),
@@ -43,7 +45,8 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
 
 void Robot::advance_to(uint64_t t_us) {
   while (now_us_ < t_us) {
-    uint64_t next = std::min({t_us, (now_us_ / kStepUs + 1) * kStepUs, std::max(logger_.next_sample_us(), now_us_ + 1)});
+    const uint64_t next_sample_us = logger_clock_.virtual_us(logger_.next_sample_us());
+    uint64_t next = std::min({t_us, (now_us_ / kStepUs + 1) * kStepUs, std::max(next_sample_us, now_us_ + 1)});
     if (!switch_changes_.empty()) next = std::min(next, std::max(switch_changes_.front().t_us, now_us_ + 1));
     step_to(next);
   }
@@ -52,12 +55,12 @@ void Robot::advance_to(uint64_t t_us) {
 // The sensors are brought to the step's end before the logger, whose samples lie there, reads them.
 void Robot::step_to(uint64_t t_us) {
   apply_due_switch_changes();
-  sequencer_->advance_to(t_us);
+  sequencer_->advance_to(sequencer_clock_.board_us(t_us));
   take_sequencer_outputs();
   move_bodies(t_us);
   now_us_ = t_us;
   feed_sensors();
-  logger_.advance_to(t_us);
+  logger_.advance_to(logger_clock_.board_us(t_us));
   keep_truth();
 }
 
@@ -72,8 +75,9 @@ void Robot::apply_due_switch_changes() {
 void Robot::take_sequencer_outputs() {
   PinEdge edge;
   while (sequencer_->take_edge(edge)) {
+    edge.t_ns = sequencer_clock_.virtual_ns(edge.t_ns);
     if (edge.pin == kStrokeLinePin) {
-      if (edge.high) logger_.stroke_edge(edge.t_ns / 1000);
+      if (edge.high) logger_.stroke_edge(logger_clock_.board_ns(edge.t_ns) / 1000);
     } else if (edge.high) {
       pulse_rise_ns_[edge.pin] = edge.t_ns;
     } else if (pulse_rise_ns_[edge.pin] != 0) {

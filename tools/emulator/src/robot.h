@@ -1,5 +1,5 @@
 // The emulated robot: both boards, servos, bodies, sensors and card, in lock-step virtual time, and
-// what a person can do to it.
+// what a person can do to it. Each board counts time with a clock of its own.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "boards/board_clock.h"
 #include "boards/logger_board.h"
 #include "boards/sequencer_board.h"
 #include "card/block_device.h"
@@ -38,13 +39,15 @@ struct RobotParameters {
   double temperature_c = 25.0;
   uint64_t seed = 1;          // of noise and contact bounce
   uint64_t session_seed = 1;  // of the logger's session ids
+  double sequencer_clock_ppm = 0.0;  // within BoardClock::takes
+  double logger_clock_ppm = 0.0;
   std::array<uint8_t, 8> logger_serial{{'e', 'm', 'u', 'L', 'A', 'T', 'E', 'D'}};
 };
 
 // How one drop goes.
 struct DropParameters {
   Vec3 residual_rate_rad_s;           // base body, its frame, at release
-  Vec3 com_velocity_m_s{0, 0, -0.04};  // world; the switches push the robot off (paper, sec. release)
+  Vec3 com_velocity_m_s;     // world, at release
   uint64_t fall_us = 2500000;         // until the capsule decelerates
   LandingPulse landing;
 };
@@ -101,6 +104,7 @@ class Robot {
   const std::vector<TruthRow>& truth() const { return truth_; }
   uint64_t released_us() const { return released_us_; }
   double joint_angle_rad(int joint) const { return chain_.joints().angle_rad[joint]; }
+  Vec3 com_position_m() const { return chain_.com_position_m(); }
 
  private:
   // A change of a switch that lies ahead.
@@ -121,6 +125,8 @@ class Robot {
 
   RobotParameters parameters_;
   std::unique_ptr<SequencerBoard> sequencer_;
+  BoardClock sequencer_clock_;
+  BoardClock logger_clock_;
   BlockDevice card_;
   std::array<I2cBus, 2> buses_;
   std::vector<Mpu6050> imus_;

@@ -3,7 +3,7 @@
 // switches and output pins. Output edges are exact to the CPU cycle (62.5 ns).
 //
 // Not modelled: the bootloader (after a brown-out the real one waits 8 s for an upload before it
-// starts the sketch), supply voltage, the crystal's error, sleep modes' currents.
+// starts the sketch), supply voltage, sleep modes' currents.
 #pragma once
 
 #include <array>

@@ -1,7 +1,8 @@
 // The logger as the emulated robot sees it: the firmware's core behind emulated ports.
 //
-// The board samples at its timer's instants in virtual time. Sensors show what their model was last
-// given, so the world steps to next_sample_us(), brings the sensors there, then advances the board.
+// Its times are what the board's own clock has counted since power-up of the world: see
+// board_clock.h. It samples at its timer's instants. Sensors show what their model was last given, so
+// the world steps to next_sample_us(), brings the sensors there, then advances the board.
 #pragma once
 
 #include <array>
@@ -39,12 +40,12 @@ class LoggerBoard {
 
   // Off: RAM and the link are gone at once. What the card loses is the card's power_cut().
   void set_power(bool on);
-  // Runs the board to this virtual time; never runs it backwards.
+  // Runs the board to this time; never runs it backwards.
   void advance_to(uint64_t t_us);
-  // Virtual time of the next sample; UINT64_MAX without power.
+  // Time of the next sample; UINT64_MAX without power.
   uint64_t next_sample_us() const;
 
-  // Release switch 0 or 1 changes at the present virtual time; closed pulls the pin low.
+  // Release switch 0 or 1 changes at the present time; closed pulls the pin low.
   void set_switch(int index, bool closed) { set_switch(index, closed, now_us_); }
   // The same with its exact time, not before the last sample.
   void set_switch(int index, bool closed, uint64_t t_us);

@@ -1,6 +1,7 @@
 // The sequencer as the emulated robot sees it: a board with power, two release switches, a USB
 // cable and four output pins. native_sequencer.* runs the firmware's core on the PC;
-// avr_sequencer.* runs the HEX that would be flashed.
+// avr_sequencer.* runs the HEX that would be flashed. Its times are what the board's own clock has
+// counted since power-up of the world: see board_clock.h.
 #pragma once
 
 #include <cstddef>
@@ -28,10 +29,10 @@ class SequencerBoard {
   virtual void set_power(bool on) = 0;
   virtual void reset(ResetCause cause) = 0;
 
-  // Runs the board to this virtual time (since power-up of the world); never runs it backwards.
+  // Runs the board to this time; never runs it backwards.
   virtual void advance_to(uint64_t t_us) = 0;
 
-  // Release switch 0 (D4) or 1 (D13), from the present virtual time on; closed pulls the pin low.
+  // Release switch 0 (D4) or 1 (D13), from the present time on; closed pulls the pin low.
   virtual void set_switch(int index, bool closed) = 0;
 
   // USB cable to the host. Pulling it drops what is under way in both directions.
