@@ -198,7 +198,8 @@ def difference_covariance(
     steps = np.gradient(flown.t_s)[:, None, None]
     turned = np.cumsum((flown.attitude @ (explained + rotation @ left)) * steps, axis=0)
     beside = own.seen[:, body] @ flown.rate_covariance @ own.seen[:, body].swapaxes(1, 2)
-    alone = own.variance[:, body, None, None] * np.eye(3) - beside
+    apart = own.bridged[:, body, None, None]
+    alone = np.where(apart, 0.0, own.variance[:, body, None, None] * np.eye(3) - beside)
     noise = (
         flown.attitude
         @ (found.noise + rotation @ alone @ rotation.swapaxes(1, 2))

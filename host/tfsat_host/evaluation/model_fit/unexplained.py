@@ -26,6 +26,7 @@ from tfsat_host.evaluation.motion.fusion import fuse
 from tfsat_host.evaluation.motion.motion import Motion
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 SETTLED_S = 0.03
 """After the release: before, the springs still push and the low-pass remembers the hold."""
@@ -79,6 +80,7 @@ class OwnGyros:
         by_gyros: (m, 4, 3, 36) what is left over, by the gyros' parameters.
         by_angles: (m, 4, 3, 3) the same by the joint angles.
         variance: (m, 4) of a sample.
+        bridged: (m, 4) the gyro did not answer: nothing is left over.
     """
 
     rate_rad_s: FloatArray
@@ -86,6 +88,7 @@ class OwnGyros:
     by_gyros: FloatArray
     by_angles: FloatArray
     variance: FloatArray
+    bridged: BoolArray
 
 
 def flown_of(motion: Motion, body: Multibody) -> Flown:
@@ -96,12 +99,15 @@ def flown_of(motion: Motion, body: Multibody) -> Flown:
     own = np.zeros((n, bodies, 3, 9 * bodies))
     for b in range(bodies):
         own[:, b, :, 9 * b : 9 * b + 9] = np.where(
-            samples.answered[:, b, None, None], samples.rate_jacobian[:, b], 0.0
+            ~fused.bridged[:, b, None, None], samples.rate_jacobian[:, b], 0.0
         )
     by_gyros = fused.gains @ own.reshape(n, 3 * bodies, -1)
     by_angles, left_by_angles = _by_angles(motion, body)
-    left_by_gyros = own - fused.seen @ by_gyros[:, None]
-    shown = np.where(samples.answered[..., None], samples.rate_rad_s, fused.body_rates())
+    bridged = fused.bridged[..., None, None]
+    left_by_gyros = np.where(bridged, 0.0, own - fused.seen @ by_gyros[:, None])
+    together = fused.body_rates()
+    late = np.stack([motion.lag.applied(motion.t_s, together[:, b]) for b in range(bodies)], axis=1)
+    shown = np.where(samples.answered[..., None], samples.rate_rad_s, late)
     return Flown(
         motion.t_s[fall],
         motion.angles_rad[fall],
@@ -114,7 +120,12 @@ def flown_of(motion: Motion, body: Multibody) -> Flown:
         np.asarray(block_diag(*[_root(c) for c in samples.parameter_covariance])),
         _angle_errors(motion)[fall],
         OwnGyros(
-            shown[fall], fused.seen[fall], left_by_gyros[fall], left_by_angles[fall], motion.variance[fall]
+            shown[fall],
+            fused.seen[fall],
+            left_by_gyros[fall],
+            np.where(bridged, 0.0, left_by_angles)[fall],
+            motion.variance[fall],
+            fused.bridged[fall],
         ),
     )
 

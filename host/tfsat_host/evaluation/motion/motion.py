@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.signal import savgol_filter
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
@@ -26,9 +27,12 @@ from tfsat_host.evaluation.motion.samples import Samples
 from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
+_NEIGHBOURS = 2
+_SMOOTHING_ORDER = 3
 _SMOOTHED = 9
-"""Samples over which a joint's rate is read from its angle sensors."""
+"""Over so many samples a cubic is laid through a joint's sensed angles: a servo's ramp takes a dozen."""
 _UNSENSED_VARIANCE = np.deg2rad(200.0) ** 2
 """Of the rate of a joint that nothing tells: servos turn no faster."""
 
@@ -94,14 +98,16 @@ def motion_of(
         return fuse(body, angles, rates, variance, slopes, slope_variance)
 
     late = fused(_geometry(t, sensed, model, sheet.delay_s), samples.rate_rad_s)
+    turned = turned_from(t, late.joint_rate_rad_s)
+    told = [joint for joint in range(model.n_joints) if _pair_answered(samples, model, joint)]
     lag = measured_lag(
         sheet,
         t,
-        list(turned_from(t, late.joint_rate_rad_s).T),
-        list(sensed.T),
-        [sample_noise_rad(angle) for angle in sensed.T],
+        [turned[:, joint] for joint in told],
+        [sensed[:, joint] for joint in told],
+        [sample_noise_rad(sensed[:, joint]) for joint in told],
     )
-    rates = np.where(samples.answered[..., None], lag.removed(t, shown), np.nan)
+    rates = np.where(_away_from_holes(samples)[..., None], lag.removed(t, shown), np.nan)
     joints = _joints(samples, calibration, model, fused(_geometry(t, sensed, model, 0.0), rates), densities)
     final = fused(np.column_stack([joint.angle_rad for joint in joints]), rates)
     bodies = _bodies(samples, final, rates, variance)
@@ -116,6 +122,22 @@ def _bridged_over(t_s: FloatArray, rates: FloatArray) -> FloatArray:
         known = np.isfinite(column)
         filled[(slice(None), *index)] = np.interp(t_s, t_s[known], column[known]) if known.any() else 0.0
     return filled
+
+
+def _pair_answered(samples: Samples, model: RobotModel, joint: int) -> bool:
+    """Whether both gyros beside a joint answered all the time, so that its rate is theirs."""
+    pair = [int(model.joint_outer[joint]), int(model.joint_inner[joint])]
+    return bool(samples.answered[:, pair].all())
+
+
+def _away_from_holes(samples: Samples) -> BoolArray:
+    """(n, 4) where a gyro's rate has both neighbours, which taking off the lag needs; at least one gyro everywhere."""
+    near = ~samples.answered
+    for shift in range(1, _NEIGHBOURS + 1):
+        near[shift:] |= ~samples.answered[:-shift]
+        near[:-shift] |= ~samples.answered[shift:]
+    nobody = np.logical_and.reduce(near, axis=1)
+    return np.where(nobody[:, None], samples.answered, ~near)
 
 
 def _sensed_angles(samples: Samples, calibration: Calibration, model: RobotModel) -> FloatArray:
@@ -146,9 +168,9 @@ def _slopes(t_s: FloatArray, sensed: FloatArray, rate_hz: float) -> tuple[FloatA
     slopes, variances = np.zeros_like(sensed), np.full(sensed.shape[1], _UNSENSED_VARIANCE)
     for joint, angle in enumerate(sensed.T):
         known = np.isfinite(angle)
-        if known.any():
-            slope = derivative(t_s, np.interp(t_s, t_s[known], angle[known]))
-            slopes[:, joint] = np.convolve(slope, np.full(_SMOOTHED, 1 / _SMOOTHED), mode="same")
+        if known.sum() > _SMOOTHED:
+            smooth = savgol_filter(np.interp(t_s, t_s[known], angle[known]), _SMOOTHED, _SMOOTHING_ORDER)
+            slopes[:, joint] = derivative(t_s, smooth)
             # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.
             variances[joint] = 2.0 * (sample_noise_rad(angle) * rate_hz / _SMOOTHED) ** 2
     return slopes, variances
@@ -165,7 +187,7 @@ def _joints(
         axis = int(np.abs(model.joint_axis[j]).argmax())
         scale = max(calibration.gyros[b].scale_about(axis)[1] for b in pair)
         density = float(np.sqrt((densities[pair] ** 2).sum()))
-        if not samples.answered[samples.fall][:, pair].all():
+        if not _pair_answered(samples, model, j):
             # The rate has holes that the angle sensors filled: nothing binds its integral but they.
             bias, scale = max(bias, np.deg2rad(1.0)), max(scale, 0.02)
             density = max(density, np.deg2rad(0.05))
@@ -189,7 +211,7 @@ def _bodies(
     bridge = fused.body_rates()
     found = []
     for b in range(bodies):
-        bridged = ~samples.answered[:, b]
+        bridged = fused.bridged[:, b]
         apart = bridged[:, None, None]
         jacobian = np.where(apart, fused.seen[:, b] @ together, own[:, b])
         spread = fused.seen[:, b] @ fused.covariance @ fused.seen[:, b].swapaxes(1, 2)

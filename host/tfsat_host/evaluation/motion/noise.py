@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 
 BLOCK_S = 0.1
 """Longer than any low-pass remembers: means over blocks are as independent as those of white noise."""
-LEAST_BLOCKS = 20
+LEAST_BLOCKS = 10
 AGE_SHARE = 0.4
 """Ages of successive readings run evenly through the chip's output period, so in an integral they nearly cancel: over a
 servo's ramp of a dozen samples this share of what independent ages would do is left."""
@@ -39,11 +39,16 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
     counts = np.diff(edges, append=len(t_s))
     means = np.add.reduceat(rate_rad_s, edges, axis=0) / counts[:, None, None]
     squares = (np.diff(means, axis=0) / np.sqrt(2.0)) ** 2
+    return np.array([_density(squares[:, gyro]) for gyro in range(rate_rad_s.shape[1])])
+
+
+def _density(squares: FloatArray) -> float:
+    """From (blocks, 3) variances of a block's mean, one each; NaN where the gyro did not answer."""
+    known = squares[np.isfinite(squares)]
+    if len(known) < 3 * LEAST_BLOCKS or not known.any():
+        return float(SHEET_DENSITY_RAD_S_RTHZ)
     # The median of a squared normal deviate is 0.4549 of its variance.
-    with np.errstate(invalid="ignore"):
-        variance = np.nanmedian(squares.reshape(len(squares), -1, 3), axis=(0, 2)) / 0.4549
-    density = np.sqrt(2.0 * BLOCK_S * variance)
-    return np.asarray(np.where(np.isfinite(density) & (density > 0.0), density, SHEET_DENSITY_RAD_S_RTHZ))
+    return float(np.sqrt(2.0 * BLOCK_S * np.median(known) / 0.4549))
 
 
 def sample_variance(

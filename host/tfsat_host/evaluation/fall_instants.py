@@ -1,0 +1,187 @@
+"""When the fall began and ended, as the accelerometers show it.
+
+They feel the capsule let go, where the switches feel the robot leave the magnet: the paper's electromagnet controller
+waits for micro-gravity in between. At the end they feel the shock, long before anyone reads the logger's note of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.apply import Calibrated
+from tfsat_host.protocol.limits import FALL_US, LANDING_EARLIEST_US
+from tfsat_host.sdlog import DropLog
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+ACCEL_DELAY_S = (0.0, 2.0e-3, 3.0e-3, 4.9e-3, 8.5e-3, 13.8e-3, 19.0e-3)
+"""Of the accelerometer's low-pass by DLPF_CFG (RM-MPU-6000A rev. 4.2, register 26)."""
+SHOCK_G = 3.0
+"""No stroke of the robot is felt so strongly (170 deg/s, 0.2 m: 0.2 g, its start 1.5 g), and every landing is."""
+AROUND_RELEASE_S = 0.5
+"""The fall begins this near to the switches' release, or it is another event."""
+HELD_S = 0.05
+"""The magnet may hold the robot so long after the fall began; and the logger's landing may lie so far from the felt."""
+_AT_REST_S = (-1.5, -0.6)
+_IN_FALL_S = (0.1, 0.6)
+_LEAST_DROP = 0.5
+"""Of the force before the release, at least this part must be gone in the fall."""
+_UNKNOWN_SHAPE = 0.3
+"""Part of the low-pass's delay by which a step's middle may lie elsewhere: 1 - ln 2 for a single pole."""
+_LATEST_S = FALL_US / 1e6 + 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """A moment that several accelerometers felt, less the delay of their low-pass.
+
+    Attributes:
+        t_s: Median of the bodies, after the release by the switches.
+        std_s: Sampling, and the low-pass whose form is not known.
+        by_body_s: (4,) NaN where a body did not feel it.
+    """
+
+    t_s: float
+    std_s: float
+    by_body_s: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FallInstants:
+    """Beginning and end of the fall, as felt and as noted, after the release by the switches.
+
+    Attributes:
+        release: Felt by the accelerometers; None if they felt no fall begin.
+        release_std_s: Of zero, the switches' release: 0 if its edges tell it.
+        landing: Felt; None if they felt none.
+        landing_logged_s: As the logger noted it, by a shock; None without.
+        findings: What does not agree, one sentence each.
+    """
+
+    release: Instant | None
+    release_std_s: float
+    landing: Instant | None
+    landing_logged_s: float | None
+    findings: tuple[str, ...]
+
+
+def fall_instants(log: DropLog, samples: Calibrated) -> FallInstants:
+    """Both instants, compared with the switches and with the logger's note.
+
+    Args:
+        log: With a release.
+        samples: Of the same log, through any calibration.
+    """
+    force, dlpf_cfg = samples.specific_force_m_s2, log.header.dlpf_cfg
+    release = release_felt(log.t_s, force, dlpf_cfg)
+    landing = landing_felt(log.t_s, force, samples.clipped, dlpf_cfg)
+    noted = [log.seconds(event.t_us) for event in log.events if event.name == "landing" and event.arg == 1]
+    logged_s = next((t_s for t_s in noted if t_s > 0.0), None)
+    release_std_s = (log.release_uncertainty_us or 0) / 1e6 / 3**0.5
+    found = []
+    if release is None:
+        found.append(
+            "The accelerometers felt no fall begin near the release: the robot was not let go into one."
+        )
+    elif abs(release.t_s) > HELD_S + 3.0 * float(np.hypot(release.std_s, release_std_s)):
+        found.append(
+            f"The accelerometers felt the fall begin {1e3 * abs(release.t_s):.0f} ms "
+            f"{'before' if release.t_s < 0.0 else 'after'} the switches opened: "
+            + ("the magnet held the robot so long." if release.t_s < 0.0 else "the robot hung on after that.")
+        )
+    if landing is None:
+        found.append(f"The accelerometers felt no landing, no force above {SHOCK_G:g} g.")
+    elif logged_s is not None and abs(logged_s - landing.t_s) > HELD_S:
+        found.append(
+            f"The landing was felt at {landing.t_s:.3f} s, but the logger noted it at {logged_s:.3f} s."
+        )
+    return FallInstants(release, release_std_s, landing, logged_s, tuple(found))
+
+
+def release_felt(t_s: FloatArray, force_m_s2: FloatArray, dlpf_cfg: int) -> Instant | None:
+    """When the force fell to the middle between what it was before and what it is in the fall; None if it did not.
+
+    Args:
+        t_s: (n,) ascending, after the release.
+        force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
+        dlpf_cfg: Of the IMUs, 0 to 6.
+    """
+    magnitude = np.linalg.norm(force_m_s2, axis=2)
+    return _median([_fell(t_s, body) for body in magnitude.T], t_s, dlpf_cfg)
+
+
+def landing_felt(
+    t_s: FloatArray, force_m_s2: FloatArray, clipped: BoolArray, dlpf_cfg: int
+) -> Instant | None:
+    """When the force first exceeded `SHOCK_G`, after the time at which a landing is possible; None if it never did.
+
+    A soft cushion takes some milliseconds to push so hard.
+
+    Args:
+        t_s: (n,) ascending, after the release.
+        force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
+        clipped: (n, 4) the force may be larger than that; it counts as a shock.
+        dlpf_cfg: Of the IMUs, 0 to 6.
+    """
+    magnitude = np.linalg.norm(force_m_s2, axis=2)
+    felt = [_shocked(t_s, body, full) for body, full in zip(magnitude.T, clipped.T, strict=True)]
+    return _median(felt, t_s, dlpf_cfg)
+
+
+def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
+    """The last time that the force came down through the middle near the release; NaN if it did not."""
+    known = np.isfinite(magnitude)
+    t_s, magnitude = t_s[known], magnitude[known]
+    before, after = (magnitude[(t_s >= a) & (t_s < b)] for a, b in (_AT_REST_S, _IN_FALL_S))
+    if not len(before) or not len(after):
+        return float("nan")
+    high, low = float(np.median(before)), float(np.median(after))
+    if low > (1.0 - _LEAST_DROP) * high:
+        return float("nan")
+    middle = (high + low) / 2.0
+    near = np.abs(t_s) <= AROUND_RELEASE_S
+    down = np.flatnonzero((magnitude[:-1] >= middle) & (magnitude[1:] < middle) & near[1:])
+    return _crossing(t_s, magnitude, int(down[-1]), middle) if len(down) else float("nan")
+
+
+def _shocked(t_s: FloatArray, magnitude: FloatArray, clipped: BoolArray) -> float:
+    known = np.isfinite(magnitude)
+    t_s, magnitude, clipped = t_s[known], magnitude[known], clipped[known]
+    level = SHOCK_G * STANDARD_GRAVITY_M_S2
+    hard = clipped | (magnitude >= level)
+    first = np.flatnonzero(hard & (t_s >= LANDING_EARLIEST_US / 1e6) & (t_s <= _LATEST_S))
+    if not len(first):
+        return float("nan")
+    row = int(first[0])
+    if row == 0 or not magnitude[row - 1] < level <= magnitude[row]:
+        return float(t_s[row])
+    return _crossing(t_s, magnitude, row - 1, level)
+
+
+def _crossing(t_s: FloatArray, magnitude: FloatArray, row: int, level: float) -> float:
+    """Where the line from a row to the next meets the level."""
+    share = (magnitude[row] - level) / (magnitude[row] - magnitude[row + 1])
+    return float(t_s[row] + share * (t_s[row + 1] - t_s[row]))
+
+
+def _median(felt_s: list[float], t_s: FloatArray, dlpf_cfg: int) -> Instant | None:
+    delay_s = ACCEL_DELAY_S[dlpf_cfg]
+    by_body_s = np.array(felt_s) - delay_s
+    if np.isnan(by_body_s).all():
+        return None
+    middle_s = float(np.nanmedian(by_body_s))
+    nearby = np.abs(t_s - middle_s) <= AROUND_RELEASE_S
+    step_s = float(np.max(np.diff(t_s[nearby]), initial=0.0, where=_around(t_s[nearby], middle_s + delay_s)))
+    std_s = float(np.hypot(step_s / 12**0.5, _UNKNOWN_SHAPE * delay_s))
+    return Instant(middle_s, std_s, tuple(by_body_s.tolist()))
+
+
+def _around(t_s: FloatArray, moment_s: float) -> BoolArray:
+    """(n - 1,) the step between two samples that holds a moment, and its neighbours."""
+    after = int(np.searchsorted(t_s, moment_s))
+    return np.abs(np.arange(len(t_s) - 1) - (after - 1)) <= 1

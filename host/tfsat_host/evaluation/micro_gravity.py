@@ -1,0 +1,270 @@
+"""How well the robot floated: what the accelerometers show while nothing moves.
+
+An accelerometer that nobody calibrated shows anything within 50 mg (80 mg along z) in free fall
+(PS-MPU-6000A rev. 3.4, section 6.2): the mean of a quiet window says no more than that about gravity. But what it shows
+*is* its zero-g output, so two things can be told far better: how much the force changes from one window to the other,
+and whether gravity before the release, less that output, is 1 g as the scale has it (3 %).
+
+Off the center of mass a turning body feels f = α × r + ω × (ω × r); that is taken off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.apply import Calibrated
+from tfsat_host.evaluation.gravity_check import (
+    ALARM_STDS,
+    LEAST_SAMPLES,
+    AtRest,
+    GravityCheck,
+    check_gravity,
+    forces_g,
+    rms_g,
+)
+from tfsat_host.evaluation.laser import PUSHED_OFF_S
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+FloatArray = NDArray[np.float64]
+
+SETTLE_S = 0.1
+"""After the last stroke servos still swing and the low-pass still remembers."""
+BEFORE_LANDING_S = 0.02
+AT_REST_S = (-0.95, -0.1)
+"""Before the release: the crane has stopped, and the lift's end is long past."""
+TOUCHED_G = 0.02
+"""Root mean square beyond the sensor's own: the robot touched something, or something loose swings."""
+
+
+@dataclass(frozen=True, eq=False)
+class QuietWindow:
+    """Part of the fall in which no joint moves.
+
+    Attributes:
+        name: For people.
+        from_s, until_s: After the release.
+        arms_m: (4, 3) from the robot's CoM to each IMU, axes of its body, see `arms.sensor_arms_m`.
+    """
+
+    name: str
+    from_s: float
+    until_s: float
+    arms_m: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class BodyQuiet:
+    """What one body's accelerometer shows in a quiet window, g, body axes.
+
+    Attributes:
+        body: 1 to 4.
+        samples: That were valid.
+        mean_g: (3,) as shown, zero-g output and all.
+        rotation_g: (3,) the share of it that the turning makes.
+        residual_g: (3,) `mean_g` less `rotation_g`.
+        residual_std_g: (3,) mostly the zero-g output's.
+        noise_std_g: (3,) of the mean, without what is the same in all windows.
+        rms_g: Root mean square of the force about its mean, all axes.
+        rest_rms_g: The same before the release: what is the sensor's own. NaN if it gave nothing then.
+    """
+
+    body: int
+    samples: int
+    mean_g: FloatArray
+    rotation_g: FloatArray
+    residual_g: FloatArray
+    residual_std_g: FloatArray
+    noise_std_g: FloatArray
+    rms_g: float
+    rest_rms_g: float
+
+    @property
+    def motion_rms_g(self) -> float:
+        """Root mean square beyond the sensor's own; 0 if it is not above that."""
+        return float(np.sqrt(max(self.rms_g**2 - np.nan_to_num(self.rest_rms_g) ** 2, 0.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class WindowQuality:
+    """One window; bodies without enough valid samples are left out."""
+
+    window: QuietWindow
+    bodies: tuple[BodyQuiet, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MicroGravity:
+    """Quality of the fall.
+
+    Attributes:
+        windows: Those that hold enough samples.
+        changes_g: (4, 3) `residual_g` of the last window less that of the first; NaN where one is missing.
+        changes_std_g: (4, 3) of it: only noise, for the zero-g output is in both.
+        gravity: One for each body that was valid before the release.
+        findings: What is not as it should be, one sentence each.
+        notes: What could not be used.
+    """
+
+    windows: tuple[WindowQuality, ...]
+    changes_g: FloatArray
+    changes_std_g: FloatArray
+    gravity: tuple[GravityCheck, ...]
+    findings: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def expected_specific_force(
+    rate_rad_s: FloatArray, acceleration_rad_s2: FloatArray, arm_m: FloatArray
+) -> FloatArray:
+    """(..., 3) m/s² at a point that keeps its place in a body which falls freely: α × r + ω × (ω × r).
+
+    Args:
+        rate_rad_s: (..., 3) body axes.
+        acceleration_rad_s2: (..., 3) of it.
+        arm_m: (..., 3) from the center of mass of all that falls to the point, body axes.
+    """
+    centripetal = np.cross(rate_rad_s, np.cross(rate_rad_s, arm_m))
+    force: FloatArray = np.cross(acceleration_rad_s2, arm_m) + centripetal
+    return force
+
+
+def quiet_windows(
+    first_stroke_s: float,
+    last_end_s: float,
+    landing_s: float,
+    arms_before_m: FloatArray,
+    arms_after_m: FloatArray,
+) -> tuple[QuietWindow, QuietWindow]:
+    """From the end of the push to the first stroke, and from the last stroke's end to the landing; times after the
+    release. Arms: (4, 3) with the joints as they then stand."""
+    return (
+        QuietWindow("before the first stroke", PUSHED_OFF_S, first_stroke_s, arms_before_m),
+        QuietWindow(
+            "after the last stroke", last_end_s + SETTLE_S, landing_s - BEFORE_LANDING_S, arms_after_m
+        ),
+    )
+
+
+def micro_gravity(samples: Calibrated, t_s: FloatArray, windows: Sequence[QuietWindow]) -> MicroGravity:
+    """Forces in the quiet windows, and gravity before the release.
+
+    Args:
+        samples: n samples in body axes.
+        t_s: (n,) their times after the release, as `DropLog.t_s`.
+        windows: By time, one at least.
+    """
+    rest = (t_s >= AT_REST_S[0]) & (t_s < AT_REST_S[1])
+    at_rest = [AtRest.of(samples, rest, index) for index in range(samples.clipped.shape[1])]
+    notes: list[str] = []
+    qualities = tuple(_quality(samples, t_s, window, at_rest, notes) for window in windows)
+    changes, changes_std = _changes(qualities, len(at_rest))
+    gravity = tuple(
+        _gravity(body, before, qualities) for body, before in enumerate(at_rest, 1) if before is not None
+    )
+    notes += [
+        f"Body {body}'s accelerometer gave too little before the release: gravity there is unchecked."
+        for body, before in enumerate(at_rest, 1)
+        if before is None
+    ]
+    return MicroGravity(qualities, changes, changes_std, gravity, _findings(qualities, gravity), tuple(notes))
+
+
+def _quality(
+    samples: Calibrated,
+    t_s: FloatArray,
+    window: QuietWindow,
+    at_rest: Sequence[AtRest | None],
+    notes: list[str],
+) -> WindowQuality:
+    rows = (t_s >= window.from_s) & (t_s < window.until_s)
+    bodies = []
+    for index, before in enumerate(at_rest):
+        force, std = forces_g(samples, rows, index)
+        if len(force) < LEAST_SAMPLES:
+            notes.append(f"Body {index + 1} has {len(force)} valid forces {window.name}: too few to judge.")
+            continue
+        turning = _turning_g(samples.rate_rad_s[rows, index], t_s[rows], window.arms_m[index])
+        if np.isnan(turning).any():
+            notes.append(
+                f"Body {index + 1}'s gyro gave nothing {window.name}: its turning was not taken off."
+            )
+            turning = np.zeros(3)
+        noise = force.std(axis=0, ddof=1) / _independent(force) ** 0.5
+        mean = force.mean(axis=0)
+        bodies.append(
+            BodyQuiet(
+                body=index + 1,
+                samples=len(force),
+                mean_g=mean,
+                rotation_g=turning,
+                residual_g=mean - turning,
+                residual_std_g=np.hypot(std.mean(axis=0), noise),
+                noise_std_g=noise,
+                rms_g=rms_g(force),
+                rest_rms_g=before.rms_g if before else float("nan"),
+            )
+        )
+    return WindowQuality(window, tuple(bodies))
+
+
+def _turning_g(rate_rad_s: FloatArray, t_s: FloatArray, arm_m: FloatArray) -> FloatArray:
+    """(3,) mean of what the turning makes: rates on a straight line, whose slope is the acceleration."""
+    known = np.isfinite(rate_rad_s).all(axis=1)
+    if known.sum() < LEAST_SAMPLES:
+        return np.full(3, np.nan)
+    since = t_s[known] - t_s[known].mean()
+    slope, mean = np.polynomial.polynomial.polyfit(since, rate_rad_s[known], 1)[::-1]
+    force = expected_specific_force(mean + np.outer(since, slope), slope, arm_m)
+    shown: FloatArray = force.mean(axis=0) / STANDARD_GRAVITY_M_S2
+    return shown
+
+
+def _independent(force: FloatArray) -> float:
+    """How many independent samples are worth as much: a low-pass makes neighbours alike (first-order, lag 1)."""
+    away = force - force.mean(axis=0)
+    power = float((away**2).sum())
+    alike = float((away[1:] * away[:-1]).sum()) / power if power > 0.0 else 0.0
+    alike = min(max(alike, 0.0), 0.98)
+    return max(len(force) * (1.0 - alike) / (1.0 + alike), 1.0)
+
+
+def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArray, FloatArray]:
+    changes, stds = np.full((bodies, 3), np.nan), np.full((bodies, 3), np.nan)
+    first, last = ({one.body: one for one in quality.bodies} for quality in (qualities[0], qualities[-1]))
+    for body in first.keys() & last.keys() if len(qualities) > 1 else ():
+        changes[body - 1] = last[body].residual_g - first[body].residual_g
+        stds[body - 1] = np.hypot(last[body].noise_std_g, first[body].noise_std_g)
+    return changes, stds
+
+
+def _gravity(body: int, before: AtRest, qualities: Sequence[WindowQuality]) -> GravityCheck:
+    shown = next((one for quality in qualities for one in quality.bodies if one.body == body), None)
+    return check_gravity(
+        body, before, shown.residual_g if shown else None, shown.noise_std_g if shown else None
+    )
+
+
+def _findings(qualities: Sequence[WindowQuality], gravity: Sequence[GravityCheck]) -> tuple[str, ...]:
+    found = []
+    for quality in qualities:
+        for one in quality.bodies:
+            name = f"Body {one.body} {quality.window.name}"
+            if (np.abs(one.residual_g) > ALARM_STDS * one.residual_std_g).any():
+                found.append(
+                    f"{name} feels {np.linalg.norm(one.residual_g):.3f} g, more than its accelerometer's zero-g "
+                    "output explains: the robot did not float, or the sensor is damaged."
+                )
+            if one.motion_rms_g > TOUCHED_G:
+                found.append(
+                    f"{name} is shaken by {one.motion_rms_g:.3f} g rms: it touched something, or something is loose."
+                )
+    found += [
+        f"Body {one.body} {one.felt()}: it did not hang still, or its accelerometer's scale is wrong."
+        for one in gravity
+        if not one.passes
+    ]
+    return tuple(found)

@@ -1,0 +1,310 @@
+"""Clocks on the logger's scale: strokes that came, came late, never came, or came too often; and a video's events."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.evaluation.clock_log import log_with
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.emulated.imperfections import Imperfections, draw
+from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.evaluation.clock_fit import Pair, fit_clock
+from tfsat_host.evaluation.clocks import Clocks, align_clocks
+from tfsat_host.evaluation.stroke_matching import match_strokes
+from tfsat_host.evaluation.video import Mark, VideoFileError, read_video_marks
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.sdlog import DropLog, load
+from tfsat_host.sdlog.release import Release
+
+SCHEDULE = schedule_maneuver(four_stroke(59, 70))
+PLANNED_S = np.array([stroke.t_s for stroke in SCHEDULE.strokes])
+
+
+def aligned(folder: Path, strokes_s: list[float], **more: float) -> Clocks:
+    return align_clocks(log_with(folder / "SD.bin", strokes_s, **more), SCHEDULE)
+
+
+def test_equal_clocks(tmp_path: Path) -> None:
+    clocks = aligned(tmp_path, PLANNED_S.tolist())
+    fit = clocks.sequencer
+    assert fit is not None and fit.fits
+    assert [one.pair.event for one in fit.residuals] == ["release", *(f"stroke {n}" for n in range(1, 5))]
+    assert abs(fit.rate_ppm) < 2 * fit.rate_ppm_std < 20
+    assert fit.to_logger_s(PLANNED_S) == pytest.approx(PLANNED_S, abs=2e-6)
+    assert clocks.stroke_s == pytest.approx(PLANNED_S)
+    assert clocks.notes == () and clocks.video is None
+
+
+@pytest.mark.parametrize("rate", [0.01, -0.01, 0.001])
+def test_a_board_whose_clock_is_no_crystal_s_is_measured_and_flagged(tmp_path: Path, rate: float) -> None:
+    fit = aligned(tmp_path, (PLANNED_S / (1 + rate)).tolist()).sequencer
+    assert fit is not None
+    assert fit.rate_ppm == pytest.approx(1e6 * rate, abs=3 * fit.rate_ppm_std)
+    assert all(one.used for one in fit.residuals)
+    (finding,) = fit.findings
+    assert f"{abs(rate) * 100:.3f} % {'fast' if rate > 0 else 'slow'}" in finding
+    assert "than two crystals differ" in finding
+
+
+def test_another_schedule_than_the_one_flown_is_no_clock(tmp_path: Path) -> None:
+    fit = aligned(tmp_path, (1.025 * PLANNED_S).tolist()).sequencer
+    assert fit is not None
+    assert "the schedule is not the one that was flown" in fit.findings[-1]
+
+
+@pytest.mark.parametrize("stroke", [1, 2, 3, 4])
+@pytest.mark.parametrize("late_ms", [-40, -3, 0.3, 3, 12])
+def test_a_stroke_that_is_not_on_time_is_named_and_left_out(
+    tmp_path: Path, stroke: int, late_ms: float
+) -> None:
+    flown = PLANNED_S.copy()
+    flown[stroke - 1] += 1e-3 * late_ms
+    clocks = aligned(tmp_path, flown.tolist())
+    fit = clocks.sequencer
+    assert fit is not None
+    (finding,) = fit.findings
+    assert finding.startswith(
+        f"Stroke {stroke} is {abs(late_ms)} ms too {'late' if late_ms > 0 else 'early'}"
+    )
+    assert [one.pair.event for one in fit.residuals if not one.used] == [f"stroke {stroke}"]
+    assert abs(fit.rate_ppm) < 3 * fit.rate_ppm_std
+    assert clocks.stroke_s == pytest.approx(flown)
+
+
+def test_strokes_that_all_came_late_contradict_the_release(tmp_path: Path) -> None:
+    fit = aligned(tmp_path, (PLANNED_S + 0.05).tolist()).sequencer
+    assert fit is not None
+    assert fit.findings[0].startswith("Release is 50 ms too early")
+    assert fit.offset_s == pytest.approx(0.05, abs=1e-4)
+
+
+def test_a_stroke_that_was_not_seen_and_an_edge_too_many(tmp_path: Path) -> None:
+    clocks = aligned(tmp_path, [0.70, 0.9, 1.47, 1.82])
+    fit = clocks.sequencer
+    assert fit is not None
+    # The edge at 0.9 s is 150 ms from stroke 2's time: too far to be it.
+    assert fit.findings == (
+        "Stroke 2 was not seen by the logger.",
+        "The stroke line rose at 0.9000 s, where no stroke was scheduled.",
+    )
+    assert clocks.stroke_s == pytest.approx([0.70, np.nan, 1.47, 1.82], nan_ok=True)
+    assert abs(fit.rate_ppm) < 10
+
+
+@pytest.mark.parametrize(("strokes_s", "std_ppm"), [([0.70], 25), ([], 5000)])
+def test_one_stroke_or_none_still_gives_an_answer(
+    tmp_path: Path, strokes_s: list[float], std_ppm: float
+) -> None:
+    fit = aligned(tmp_path, strokes_s).sequencer
+    assert fit is not None
+    assert fit.rate_ppm_std == pytest.approx(std_ppm, rel=0.2)
+    assert abs(fit.rate_ppm) < 1
+    assert sum("was not seen" in finding for finding in fit.findings) == 4 - len(strokes_s)
+
+
+def test_a_line_that_chatters_is_not_believed(tmp_path: Path) -> None:
+    clocks = aligned(tmp_path, np.linspace(0.1, 2.4, 300).tolist())
+    assert "rose 300 times" in clocks.notes[0]
+    assert np.isnan(clocks.stroke_s).all()
+
+
+def test_a_release_that_is_lost_is_told_by_the_strokes(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist())
+    blind = replace(log, release=None, events=tuple(e for e in log.events if e.name == "stroke"))
+    fit = align_clocks(blind, SCHEDULE).sequencer
+    assert fit is not None
+    assert fit.offset_s == pytest.approx(log.origin_us / 1e6 - log.t_us[0] / 1e6, abs=2e-5)
+
+
+def test_a_release_that_is_only_known_to_some_ms_weighs_as_much(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", (PLANNED_S + 0.003).tolist())
+    at_us = log.origin_us
+    release = Release(at_us, at_us - 5_000, at_us + 25_000, touches_gap=True)
+    fit = align_clocks(replace(log, release=release), SCHEDULE).sequencer
+    assert fit is not None and fit.fits
+    assert fit.offset_s == pytest.approx(0.003, abs=1e-4)
+
+
+def test_edges_from_before_the_drop_are_none_of_its_strokes(tmp_path: Path) -> None:
+    fit = aligned(tmp_path, [-2.5, -1.0, *PLANNED_S]).sequencer
+    assert fit is not None and fit.fits
+
+
+def test_nothing_known_is_said(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", [])
+    clocks = align_clocks(replace(log, release=None), SCHEDULE)
+    assert clocks.sequencer is None
+    assert "neither a release nor strokes" in clocks.notes[0]
+
+
+@given(
+    st.floats(-0.012, 0.012),
+    st.sets(st.integers(0, 3), max_size=2),
+    st.lists(st.floats(-0.05, 2.45), max_size=2),
+    st.integers(0, 2**32),
+)
+def test_strokes_are_found_whatever_is_missing_or_too_many(
+    rate: float, missing: set[int], extra_s: list[float], seed: int
+) -> None:
+    """Extra edges stay a stroke's width away, or nobody could tell which edge is the stroke."""
+    true_s = PLANNED_S / (1 + rate) + np.random.default_rng(seed).normal(0, 5e-6, 4)
+    extra_s = [t_s for t_s in extra_s if np.abs(PLANNED_S - t_s).min() > 0.16 + 0.03 * t_s]
+    edges_s = np.sort([*np.delete(true_s, list(missing)), *extra_s])
+    matched = match_strokes(PLANNED_S, edges_s, 0.0)
+    found = {stroke: edges_s[edge] for stroke, edge in matched.edge_of_stroke.items()}
+    assert found == {stroke: true_s[stroke] for stroke in range(4) if stroke not in missing}
+    assert set(matched.unseen) == missing
+    assert len(matched.extra) == len(extra_s)
+
+
+def test_stated_deviations_are_those_of_the_errors() -> None:
+    rng = np.random.default_rng(3)
+    clock_s, std_s = np.array([0.0, 0.7, 1.05, 1.47, 1.82]), np.array([1e-3, 2e-3, 2e-3, 1e-3, 2e-3])
+    z: list[list[float]] = []
+    for _ in range(400):
+        rate = rng.normal(0, 5e-3)
+        logger_s = 3.0 + clock_s / (1 + rate) + std_s * rng.normal(size=5)
+        fit = fit_clock("any", [Pair("x", *row) for row in zip(clock_s, logger_s, std_s, strict=True)])
+        at_landing = float((3.0 + 2.5 / (1 + rate) - fit.to_logger_s(2.5)) / fit.to_logger_std_s(2.5))
+        z.append(
+            [
+                (fit.offset_s - 3.0) / fit.offset_std_s,
+                (fit.rate_ppm - 1e6 * rate) / fit.rate_ppm_std,
+                at_landing,
+            ]
+        )
+    assert np.std(z, axis=0) == pytest.approx(1.0, abs=0.12)
+    assert np.mean(z, axis=0) == pytest.approx(0.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("sequencer_ppm", "logger_ppm"), [(40.0, -30.0), (-8000.0, 20.0)])
+def test_the_emulated_boards_clocks(tmp_path: Path, sequencer_ppm: float, logger_ppm: float) -> None:
+    """The real firmware of both boards, each on a clock of its own."""
+    wrong = replace(draw(5), sequencer_clock_ppm=sequencer_ppm, logger_clock_ppm=logger_ppm)
+    fit = align_clocks(flown(tmp_path, wrong_by=wrong), SCHEDULE).sequencer
+    assert fit is not None
+    expected_ppm = 1e6 * ((1 + 1e-6 * sequencer_ppm) / (1 + 1e-6 * logger_ppm) - 1)
+    assert fit.rate_ppm == pytest.approx(expected_ppm, abs=3)
+    assert all(one.used and abs(one.residual_s) < 5e-6 for one in fit.residuals)
+    assert fit.fits == (abs(expected_ppm) < 300)
+
+
+def flown(folder: Path, wrong_by: Imperfections) -> DropLog:
+    with EmulatedRobot(seed=5, imperfections=wrong_by) as robot:
+        robot.advance(SETTLE_US)
+        sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        sequencer.upload(SCHEDULE)
+        logger.start_recording()
+        sequencer.arm()
+        robot.advance(US_PER_S)
+        robot.drop()
+        while robot.falling:
+            robot.advance(1000)
+        robot.advance(SETTLE_US)
+        logger.stop_recording()
+        (folder / "SD.bin").write_bytes(robot.card())
+    return load(folder / "SD.bin")
+
+
+# ---- the video
+
+
+def video(offset_s: float, rate: float, *, landing_s: float = 2.5) -> list[Mark]:
+    events = [
+        ("release", 0.0),
+        *((f"stroke {n}", t) for n, t in enumerate(PLANNED_S, 1)),
+        ("landing", landing_s),
+    ]
+    return [Mark(name, (t - offset_s) * (1 + rate), 0.005) for name, t in events]
+
+
+def test_a_video_of_another_frame_rate(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
+    fit = align_clocks(log, SCHEDULE, video(-12.4, 0.001)).video
+    assert fit is not None and fit.fits
+    assert fit.to_logger_s(12.4 * 1.001) == pytest.approx(0.0, abs=1e-3)
+    # Half a frame in 2.5 s tells a rate no better than its prior does, and is pulled towards that.
+    assert 500 < fit.rate_ppm < 1000 < fit.rate_ppm + fit.rate_ppm_std
+    wrong = align_clocks(log, SCHEDULE, video(-12.4, 0.02)).video
+    assert wrong is not None and "another frame rate" in wrong.findings[-1]
+
+
+def test_two_strokes_that_were_taken_for_each_other(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=2.5)
+    marks = video(-3.0, 0.0)
+    marks[2], marks[3] = replace(marks[2], t_s=marks[3].t_s), replace(marks[3], t_s=marks[2].t_s)
+    fit = align_clocks(log, SCHEDULE, marks).video
+    assert fit is not None
+    assert fit.findings == ("Stroke 2 and stroke 3 seem to be swapped: exchanged, both fit.",)
+
+
+def test_an_event_that_the_log_lacks_is_noted(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist())
+    clocks = align_clocks(log, SCHEDULE, [Mark("landing", 9.0, 0.01)])
+    assert clocks.video is None
+    assert "landing could not be used" in clocks.notes[0]
+    one = align_clocks(log, SCHEDULE, [Mark("release", 9.0, 0.01)]).video
+    assert one is not None
+    assert one.offset_s == pytest.approx(-9.0, abs=1e-6) and one.offset_std_s == pytest.approx(
+        0.046, abs=0.001
+    )
+    assert one.to_logger_std_s(9.0) == pytest.approx(0.01, rel=1e-3)
+
+
+def test_a_landing_that_the_logger_only_counted_off_is_none(tmp_path: Path) -> None:
+    log = log_with(tmp_path / "SD.bin", PLANNED_S.tolist(), landing_s=5.0)
+    counted = [replace(event, arg=0) if event.name == "landing" else event for event in log.events]
+    clocks = align_clocks(replace(log, events=tuple(counted)), SCHEDULE, video(-3.0, 0.0))
+    assert clocks.video is not None and clocks.video.fits
+    assert "landing could not be used" in clocks.notes[0]
+
+
+def test_the_file_of_a_video(tmp_path: Path) -> None:
+    file = tmp_path / "video.csv"
+    file.write_text(
+        "\ufeffevent, t_s ,std_s,remark\nLanding,14.9,,thud\n stroke  1 ,13.1,0.004\n\nrelease,12.4,\n"
+    )
+    marks = read_video_marks(file)
+    assert [(mark.event, mark.t_s) for mark in marks] == [
+        ("release", 12.4),
+        ("stroke 1", 13.1),
+        ("landing", 14.9),
+    ]
+    assert [mark.std_s for mark in marks] == pytest.approx([1 / 60 / 12**0.5, 0.004, 1 / 60 / 12**0.5])
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("event\nrelease\n", 1, "no column t_s"),
+        ("event,t_s,t_s\nrelease,1,1\n", 1, "there 2 times"),
+        ("event,t_s\nrelease,1\nstroke 1,\n", 3, "t_s is missing"),
+        ("event,t_s\nrelease,1;5\n", 2, "'1;5'"),
+        ("event,t_s\nrelease,1e99\n", 2, "beyond 1e+06"),
+        ("event,t_s\nstroke 17,1\n", 2, "the event is 'stroke 17'"),
+        ("event,t_s\nrelease,1\nrelease,2\n", 3, "a second time"),
+        ("event,t_s,std_s\nrelease,1,0\n", 2, "must be above 0"),
+        ("event,t_s\n", None, "no event"),
+        ('event,t_s\n"release,1\n', None, "no CSV file"),
+        (None, None, "No such file"),
+        ("\udcff", None, "no text in UTF-8"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, text: str | None, line: int | None, words: str) -> None:
+    file = tmp_path / "video.csv"
+    if text is not None:
+        file.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(VideoFileError) as refused:
+        read_video_marks(file)
+    assert words in refused.value.what
+    assert refused.value.what.startswith(f"{file}:{line}: " if line else f"{file}: ")
+    assert refused.value.next_step and "clock" in refused.value.meaning

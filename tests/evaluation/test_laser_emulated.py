@@ -1,0 +1,94 @@
+"""The release velocity of an emulated drop: true motion cast on the walls, the turning from the card's gyro."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.evaluation.arms import com_in_bodies_m
+from tfsat_host.evaluation.attitude import integrate_rates
+from tfsat_host.evaluation.laser import release_velocity, windows_of
+from tfsat_host.evaluation.laser_file import LaserTracks, read_tracks
+from tfsat_host.evaluation.laser_geometry import UP, BodyTurning, LaserGeometry
+from tfsat_host.facility.tower import load_tower
+from tfsat_host.robot import load_robot
+from tfsat_host.sdlog import DropLog, load
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+MODEL = load_robot()
+COM_M = com_in_bodies_m(MODEL, np.zeros(3))[1]
+PUSH_M_S = (0.006, -0.004, -0.045)
+RATE_RAD_S = tuple(np.deg2rad([-0.73, -0.48, -0.77]))
+FRAME_US = 16_667
+BODY_2_ATTITUDE = slice(8, 12)
+
+
+def cast(com_m: np.ndarray, attitude: Rotation, number: int) -> tuple[float, float]:
+    """Where a laser's ray meets its wall, along and up, mm: from places in the world, less the capsule's fall."""
+    laser = LaserGeometry().lasers[number - 1]
+    start = com_m + attitude.apply(laser.exit_m - COM_M)
+    ray = attitude.apply(laser.ray)
+    wall = laser.ray @ (laser.exit_m + MODEL.origin_m[1]) + laser.wall_m
+    spot = start + ray * (wall - laser.ray @ start) / (laser.ray @ ray)
+    return 1e3 * float(laser.along @ spot), 1e3 * float(spot[2])
+
+
+@pytest.fixture(scope="module")
+def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[DropLog, LaserTracks]:
+    """The card, and the tracks as somebody would type them: to half a millimetre."""
+    folder = tmp_path_factory.mktemp("drop")
+    frames = []
+    with EmulatedRobot(seed=6) as robot:
+        robot.advance(SETTLE_US)
+        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+        logger.start_recording()
+        robot.advance(3 * US_PER_S)
+        robot.record_truth(1000)
+        let_go_s = robot.now_us / US_PER_S
+        robot.drop(RATE_RAD_S, com_velocity_m_s=PUSH_M_S)
+        while robot.falling:
+            robot.advance(FRAME_US)
+            now_s = robot.now_us / US_PER_S
+            fallen_m = STANDARD_GRAVITY_M_S2 * (now_s - let_go_s) ** 2 / 2  # the capsule, and its walls
+            frames.append((now_s, robot.com_position_m() + fallen_m * UP))
+        released_s = robot.released_us / US_PER_S
+        robot.advance(SETTLE_US)
+        logger.stop_recording()
+        (folder / "SD.bin").write_bytes(robot.card())
+        truth = robot.truth()
+    lines = ["t_s,spot,along_mm,up_mm"]
+    for now_s, com_m in frames:
+        row = truth[np.argmin(np.abs(truth[:, 0] - now_s))]
+        for number in (1, 2):
+            along, up = cast(com_m, Rotation.from_quat(row[BODY_2_ATTITUDE]), number)
+            lines.append(f"{now_s - released_s:.4f},{number},{round(2 * along) / 2},{round(2 * up) / 2}")
+    (folder / "tracks.csv").write_text("\n".join(lines))
+    return load(folder / "SD.bin"), read_tracks(folder / "tracks.csv")
+
+
+def turning_by_gyro(log: DropLog) -> BodyTurning:
+    """Body 2's, less its rest before; mounted as designed."""
+    rate, fall = log.rate_rad_s[:, 1], (log.t_s >= 0) & (log.t_s < 2.0)
+    attitudes = integrate_rates(log.t_s[fall], rate[fall] - rate[log.t_s < -0.2].mean(axis=0))
+    return BodyTurning(log.t_s[fall], attitudes.as_matrix(), np.full(3, np.deg2rad(0.05)))
+
+
+def test_the_push_comes_back(drop: tuple[DropLog, LaserTracks], tmp_path: Path) -> None:
+    log, tracks = drop
+    windows = windows_of(load_tower())
+    found = release_velocity(tracks, COM_M, windows, first_stroke_s=0.7, turning=turning_by_gyro(log))
+    parts = (found.transversal_x, found.transversal_y, found.downward)
+    for part, true_m_s in zip(parts, (0.006, -0.004, 0.045), strict=True):
+        assert part is not None
+        assert part.low_mm_s < 1e3 * true_m_s < part.high_mm_s
+        assert part.std_mm_s < 2.0
+    assert found.transversal_speed is not None
+    assert found.transversal_speed.value_mm_s == pytest.approx(7.2, abs=1.0)
+    assert found.downward_judged == found.transversal_judged == "within"
+    assert found.notes == ()
