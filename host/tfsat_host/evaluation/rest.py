@@ -17,12 +17,13 @@ LONGEST_S = 30.0
 LEAST_S = 1.0
 GUARD_S = 0.3
 """So long before the release the burning wire and the hook may already move the robot."""
-STILL_RAD_S = np.deg2rad(0.5)
-"""Means over a block that scatter by more are a robot that swings."""
+STILL_RAD_S = np.deg2rad(0.3)
+"""A block whose mean is farther from the median of all saw something move: a servo that was armed, a knock."""
 HANGING_STD_RAD_S = np.deg2rad(0.02)
 """A robot on a magnet is not bolted to the ground: slow swings leave so much in any mean."""
 _BLOCK_S = 0.25
-_LEAST_BLOCKS = 3
+_LEAST_SHARE = 0.5
+"""If more of the blocks moved, the robot swung, and its median is no bias."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +50,16 @@ def rest_before_release(log: DropLog) -> Rest:
         rows = np.zeros(0, np.int64)
     t_s, rates = log.t_s[rows], log.rate_rad_s[rows]
     means = _block_means(t_s, rates)
-    blocks = np.isfinite(means).all(axis=2).sum(axis=0)
     still = np.full(rates.shape[1:], np.nan)
     spread = still.copy()
-    for gyro in np.flatnonzero(blocks >= max(_LEAST_BLOCKS, LEAST_S / _BLOCK_S)):
+    for gyro in range(means.shape[1]):
         known = means[np.isfinite(means[:, gyro]).all(axis=1), gyro]
-        scatter = known.std(axis=0, ddof=1)
-        if (scatter < STILL_RAD_S).all():
-            still[gyro] = known.mean(axis=0)
-            spread[gyro] = np.hypot(scatter / np.sqrt(len(known)), HANGING_STD_RAD_S)
+        if len(known) * _BLOCK_S < LEAST_S:
+            continue
+        kept = known[(np.abs(known - np.median(known, axis=0)) < STILL_RAD_S).all(axis=1)]
+        if len(kept) >= _LEAST_SHARE * len(known):
+            still[gyro] = kept.mean(axis=0)
+            spread[gyro] = np.hypot(kept.std(axis=0, ddof=1) / np.sqrt(len(kept)), HANGING_STD_RAD_S)
     duration_s = float(t_s[-1] - t_s[0]) if len(t_s) else 0.0
     return Rest(duration_s, still, spread, noise_densities(t_s, rates))
 

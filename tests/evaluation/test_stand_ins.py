@@ -1,0 +1,113 @@
+"""A drop without a calibration, or with one that a landing has ended: what is used instead, and what that costs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import numpy as np
+import pytest
+
+from tests.evaluation.drops import MORNING, Drop
+from tests.evaluation.some_drops import certificate, flown
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing
+from tfsat_host.evaluation.errors import EvaluationError
+from tfsat_host.evaluation.motion.motion import motion_of
+from tfsat_host.evaluation.motion.samples import samples_of
+from tfsat_host.evaluation.rest import rest_before_release
+from tfsat_host.evaluation.stand_ins import StandIns, with_stand_ins
+
+DROPPED = MORNING + timedelta(hours=1)
+
+
+def filled(one: Drop, calibration: Calibration | None) -> StandIns:
+    return with_stand_ins(calibration, one.log, one.model, rest_before_release(one.log), DROPPED)
+
+
+def reorientation_error_deg(one: Drop, used: Calibration) -> tuple[float, float]:
+    rest = rest_before_release(one.log)
+    motion = motion_of(
+        samples_of(one.log, used, one.model),
+        used,
+        one.model,
+        rest.densities_rad_s_rthz,
+        one.log.header.dlpf_cfg,
+    )
+    track = motion.bodies[0]
+    angle, std = track.reorientation_rad()
+    true = one.true_turn(1, track.t_s[0], track.t_s[-1]).magnitude()
+    return float(np.rad2deg(angle - true)), float(np.rad2deg(std))
+
+
+def test_a_whole_calibration_is_used_as_it_is() -> None:
+    one = flown(1)
+    given = certificate(one, 1)
+    found = filled(one, given)
+    assert found.notes == ()
+    assert not found.rest_biases.any()
+    assert [gyro.bias_rad_s.tolist() for gyro in found.calibration.gyros] == [
+        gyro.bias_rad_s.tolist() for gyro in given.gyros
+    ]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_without_a_calibration_the_rest_before_the_release_tells_the_biases(seed: int) -> None:
+    """The angle of a rotation needs no mounting; what scale factors and biases may be is counted in."""
+    one = flown(seed)
+    found = filled(one, None)
+    assert found.rest_biases.all()
+    assert "There is no calibration" in found.notes[0]
+    assert sum("zero point of joint" in note for note in found.notes) == 3
+    for gyro, true in zip(found.calibration.gyros, one.imperfections.gyro_bias_rad_s, strict=True):
+        off = np.abs(gyro.bias_rad_s - true)
+        assert (off < 3.0 * np.sqrt(np.diag(gyro.covariance)[:3])).all()
+    error, std = reorientation_error_deg(one, found.calibration)
+    assert abs(error) < 3.0 * std
+    assert 0.05 < std < 5.0
+
+
+def test_a_bias_from_before_a_landing_gives_way_to_the_rest_before_the_release() -> None:
+    one = flown(1)
+    given = certificate(one, 1)
+    landed = replace(given, landings=(Landing(MORNING + timedelta(minutes=30), "a drop before this one"),))
+    found = filled(one, landed)
+    assert found.rest_biases.all()
+    assert "when the robot is taken to have hung still" in found.notes[0]
+    assert any(note.startswith("Not measured since the last landing") for note in found.notes)
+
+
+def test_a_landing_after_this_drop_ends_nothing() -> None:
+    one = flown(1)
+    later = replace(certificate(one, 1), landings=(Landing(DROPPED + timedelta(seconds=9), "this drop"),))
+    assert filled(one, later).notes == ()
+
+
+def test_a_bias_that_can_be_had_from_nowhere_is_refused_with_the_command_that_measures_it() -> None:
+    one = flown(1)
+    swung = one.log.imu_counts.copy()
+    before = one.log.t_s < 0.0
+    swing = (65.5 * 20.0 * np.sin(2.0 * np.pi * one.log.t_s[before])).astype(np.int16)
+    swung[before, 2, 4] += swing
+    log = replace(one.log, imu_counts=swung)
+    with pytest.raises(EvaluationError, match="bias of body 3 was never measured") as refused:
+        with_stand_ins(None, log, one.model, rest_before_release(log), DROPPED)
+    assert "tfsat-host calibrate bias" in refused.value.next_step
+
+
+def test_a_dead_gyro_needs_no_bias() -> None:
+    one = flown(1)
+    valid = one.log.imu_valid.copy()
+    valid[:, 2] = False
+    log = replace(one.log, imu_valid=valid)
+    found = with_stand_ins(None, log, one.model, rest_before_release(log), DROPPED)
+    assert found.rest_biases.tolist() == [True, True, False, True]
+
+
+def test_without_a_rest_the_noise_is_the_data_sheets() -> None:
+    one = flown(1)
+    rest = rest_before_release(replace(one.log, release=None))
+    assert np.isnan(rest.rate_rad_s).all()
+    assert np.rad2deg(rest.densities_rad_s_rthz) == pytest.approx([0.005] * 4)
+    assert np.rad2deg(rest_before_release(one.log).densities_rad_s_rthz) == pytest.approx(
+        [0.005] * 4, rel=0.5
+    )
