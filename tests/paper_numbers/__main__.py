@@ -9,6 +9,7 @@ from tests.paper_numbers.facility_rows import facility_rows
 from tests.paper_numbers.maneuver_rows import SEEDS, maneuver_rows, schedule_rows
 from tests.paper_numbers.orbit_rows import orbit_rows
 from tests.paper_numbers.page import HEAD, section
+from tests.paper_numbers.result_rows import result_rows
 from tfsat_host.facility import load_tower
 from tfsat_host.robot import load_robot
 
@@ -37,6 +38,12 @@ def page() -> str:
                 "Drop tower and release",
                 "COSMOTORRE, the electromagnet, its spring and two OMRON SS-5GL switches.",
                 facility_rows(robot, tower),
+            ),
+            section(
+                "Result",
+                "The drop, and how well the model explained it. `tfsat-host evaluate` does the same with the "
+                "uncertainty that the paper does not give.",
+                result_rows(robot),
             ),
             section(
                 "On orbit",
