@@ -1,0 +1,173 @@
+"""The paper's search for the centers of mass, for comparison: a particle swarm on its objective.
+
+The paper minimizes J (`momentum_average`) over nine offsets within 10 mm either way (section Result). It leaves the
+swarm open; here it is the one with which it designs its maneuver. With masses and rates given, the momentum is a
+quadratic polynomial in the offsets, exactly: the center of mass is linear in them, and moments of inertia are sums
+of products of two distances. Averages and rotations into inertial axes keep that, so that the momenta of 55 robots
+give J of any other without going through the samples' dynamics again.
+
+J has no weights: it takes what a wrong scale factor of a gyro does for a wrong offset, states no uncertainty, and is
+flat where the offsets are hard to tell. How far searches from other random starts lie apart says how flat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.design.swarm import SwarmSettings, minimize
+from tfsat_host.evaluation.model_fit.fit import ModelFit
+from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.model_fit.unexplained import Flown
+
+FloatArray = NDArray[np.float64]
+
+SEEDS = tuple(range(10))
+
+
+@dataclass(frozen=True, eq=False)
+class MomentumPolynomial:
+    """What the averaged momentum strays by, as a polynomial in p offsets.
+
+    Attributes:
+        coefficients: (1 + p + p (p + 1) / 2, 3, k) of `powers`, kg m^2/s.
+    """
+
+    coefficients: FloatArray
+
+    def strayed(self, vectors: FloatArray) -> FloatArray:
+        """(N, 3, k) hbar(t_j) - hbar(t_0) with offsets (N, p), in their units."""
+        flat = self.coefficients.reshape(len(self.coefficients), -1)
+        return np.asarray((powers(vectors) @ flat).reshape(len(vectors), *self.coefficients.shape[1:]))
+
+    def objective(self, vectors: FloatArray) -> FloatArray:
+        """(N,) J with offsets (N, p), kg m^2/s."""
+        x, y, z = np.moveaxis(self.strayed(vectors), 1, 0)
+        return np.asarray(np.sqrt(x**2 + y**2 + z**2).sum(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class SwarmFit:
+    """What swarms found, beside Gauss and Newton's offsets.
+
+    Attributes:
+        values: (p,) the best of all, in the offsets' units.
+        objective: J there, kg m^2/s.
+        objective_before: J of the model without offsets.
+        objective_gauss_newton: J of Gauss and Newton's offsets, which do not minimize it.
+        each: (s, p) what each swarm found.
+        each_objective: (s,) J there.
+        at_bound: (p,) the best lies at its bound.
+        gauss_newton: (p,) the other's offsets.
+    """
+
+    values: FloatArray
+    objective: float
+    objective_before: float
+    objective_gauss_newton: float
+    each: FloatArray
+    each_objective: FloatArray
+    at_bound: NDArray[np.bool_]
+    gauss_newton: FloatArray
+
+    @property
+    def spread(self) -> FloatArray:
+        """(p,) standard deviation over the swarms."""
+        return (
+            np.asarray(self.each.std(axis=0, ddof=1))
+            if len(self.each) > 1
+            else np.full(len(self.values), np.nan)
+        )
+
+    @property
+    def from_gauss_newton(self) -> FloatArray:
+        """(p,) the best less Gauss and Newton's."""
+        return self.values - self.gauss_newton
+
+    @property
+    def distance(self) -> float:
+        """Length of that."""
+        return float(np.linalg.norm(self.from_gauss_newton))
+
+
+def powers(vectors: FloatArray) -> FloatArray:
+    """(N, 1 + p + p (p + 1) / 2): one, each of p numbers, and each product of two."""
+    rows, columns = np.triu_indices(vectors.shape[1])
+    return np.concatenate(
+        [np.ones((len(vectors), 1)), vectors, vectors[:, rows] * vectors[:, columns]], axis=1
+    )
+
+
+def momentum_polynomial(offsets: Offsets, flown: Flown, size: int = PAPER_SIZE) -> MomentumPolynomial:
+    """From as many robots as the polynomial has coefficients.
+
+    Args:
+        offsets: Of centers of mass alone.
+        flown: One drop.
+        size: N of the moving average.
+
+    Raises:
+        ValueError: an offset is of a mass or an inertia: the momentum is no quadratic polynomial in masses.
+    """
+    other = [name for name, kind in zip(offsets.names, offsets.kinds, strict=True) if kind != "com"]
+    if other:
+        raise ValueError(f"the momentum is quadratic in centers of mass only, not in {', '.join(other)}")
+    p = len(offsets)
+    # As far out as the bounds, where rounding matters least.
+    unit = offsets.bounds * np.eye(p)
+    rows, columns = np.triu_indices(p, 1)
+    places = np.concatenate([np.zeros((1, p)), unit, -unit, unit[rows] + unit[columns]])
+    averages = averaged_momentum(offsets.applied(places), flown, size).values
+    strayed = (averages - averages[:, :1]).swapaxes(1, 2)
+    found = np.linalg.solve(powers(places), strayed.reshape(len(places), -1))
+    return MomentumPolynomial(np.asarray(found, dtype=np.float64).reshape(strayed.shape))
+
+
+def swarm_fit(
+    fit: ModelFit,
+    flown: Flown,
+    *,
+    size: int = PAPER_SIZE,
+    settings: SwarmSettings | None = None,
+    seeds: Sequence[int] = SEEDS,
+) -> SwarmFit:
+    """The paper's search over the offsets that Gauss and Newton found.
+
+    Args:
+        fit: Of centers of mass alone.
+        flown: The same drop.
+        size: N of the moving average.
+        settings: Of the swarm; the paper's by default.
+        seeds: One or more, a swarm each.
+
+    Raises:
+        ValueError: see `momentum_polynomial`.
+    """
+    offsets = fit.offsets
+    polynomial = momentum_polynomial(offsets, flown, size)
+    found = [
+        minimize(
+            lambda columns: polynomial.objective(columns.T),
+            -offsets.bounds,
+            offsets.bounds,
+            settings or SwarmSettings(),
+            np.random.default_rng(seed),
+        )
+        for seed in seeds
+    ]
+    best = min(found, key=lambda one: one.value)
+    before, gauss_newton = polynomial.objective(np.stack([np.zeros(len(offsets)), fit.values]))
+    return SwarmFit(
+        best.position,
+        best.value,
+        float(before),
+        float(gauss_newton),
+        np.stack([one.position for one in found]),
+        np.array([one.value for one in found]),
+        np.abs(best.position) >= offsets.bounds * (1.0 - 1e-9),
+        fit.values,
+    )

@@ -1,0 +1,66 @@
+"""The paper's swarm on the paper's objective, beside Gauss and Newton's fit and the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.evaluation.fitted_drops import MODEL, fitted
+from tfsat_host.design.swarm import SwarmSettings
+from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial, powers, swarm_fit
+from tfsat_host.evaluation.model_fit.momentum_average import averaged_momentum
+from tfsat_host.evaluation.model_fit.offsets import com_offsets
+
+SEEDS = (1, 2, 3)
+
+
+def test_powers_are_those_of_a_quadratic_polynomial() -> None:
+    assert powers(np.array([[2.0, 3.0]])).tolist() == [[1.0, 2.0, 3.0, 4.0, 6.0, 9.0]]
+    assert powers(np.zeros((4, 9))).shape == (4, 55)
+
+
+def test_55_robots_give_the_momentum_of_every_other_exactly() -> None:
+    one = fitted(1)
+    polynomial = momentum_polynomial(one.fit.offsets, one.flown)
+    assert len(polynomial.coefficients) == 55
+    # Inside the bounds, where the swarm goes, and far outside, where an approximation would fail.
+    for reach_mm in (1.0, 10.0, 100.0):
+        vectors = np.random.default_rng(0).uniform(-reach_mm, reach_mm, (20, 9))
+        direct = averaged_momentum(one.fit.offsets.applied(vectors), one.flown)
+        strayed = (direct.values - direct.values[:, :1]).swapaxes(1, 2)
+        np.testing.assert_allclose(polynomial.strayed(vectors), strayed, atol=1e-13 * reach_mm)
+        np.testing.assert_allclose(polynomial.objective(vectors), direct.objective, rtol=1e-9)
+
+
+def test_masses_are_no_polynomial() -> None:
+    with pytest.raises(ValueError, match="body 1 mass"):
+        momentum_polynomial(com_offsets(MODEL, masses=True), fitted(1).flown)
+
+
+def test_the_swarm_lowers_the_objective_but_gauss_newton_comes_nearer_to_truth() -> None:
+    for seed in SEEDS:
+        one = fitted(seed)
+        found = swarm_fit(one.fit, one.flown)
+        truth = one.drop.true_com_offsets_mm
+        assert found.objective < 0.4 * found.objective_before
+        assert found.objective == found.each_objective.min()
+        assert (np.abs(found.values) <= 10.0).all()
+        # The paper's swarm stops far from its own objective's valley floor.
+        assert found.objective_gauss_newton < 0.5 * found.objective
+        assert np.linalg.norm(found.gauss_newton - truth) < 1.0
+        assert np.median(np.linalg.norm(found.each - truth, axis=1)) > 2.0
+        assert int(found.spread.argmax()) == 5, "body 2 z is what it can tell least"
+        np.testing.assert_allclose(found.distance, np.linalg.norm(found.values - one.fit.values))
+        np.testing.assert_allclose(found.spread, np.std(found.each, axis=0, ddof=1))
+
+
+def test_what_it_reports_is_the_objective_of_what_it_found() -> None:
+    one = fitted(1)
+    found = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5))
+    vectors = np.stack([found.values, np.zeros(9), one.fit.values])
+    direct = averaged_momentum(one.fit.offsets.applied(vectors), one.flown).objective
+    stated = [found.objective, found.objective_before, found.objective_gauss_newton]
+    np.testing.assert_allclose(stated, direct, rtol=1e-9)
+    assert np.isnan(found.spread).all(), "one swarm has no spread"
+    again = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=20, iterations=5))
+    assert (found.values == again.values).all()

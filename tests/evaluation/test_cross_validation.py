@@ -1,0 +1,97 @@
+"""Offsets of some drops, judged by another one: three emulated drops of one robot, and one of another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.evaluation.fitted_drops import MODEL, Fitted, fitted
+from tfsat_host.evaluation.model_fit.cross_validation import FittedDrop, combine, cross_validate
+from tfsat_host.evaluation.model_fit.fit import fit_model
+from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum, unexplained
+
+FloatArray = NDArray[np.float64]
+
+ROBOT, OTHER_ROBOT = 7, 3
+SEEDS = (11, 12, 13)
+FIRST_STROKE_S = 0.69
+
+
+def final_error_deg(one: Fitted, values: FloatArray) -> float:
+    """Of the attitude that the model predicts, to first order: what is unexplained, integrated."""
+    body = one.fit.offsets.corrected(values)
+    calm = one.flown.t_s < FIRST_STROKE_S
+    momentum = inertial_momentum(body, one.flown)[calm].mean(axis=0)
+    rate = np.einsum("nij,nj->ni", one.flown.attitude, unexplained(body, one.flown, momentum))
+    return float(np.rad2deg(np.linalg.norm(np.trapezoid(rate, one.flown.t_s, axis=0))))
+
+
+def judged(name: str, one: Fitted) -> FittedDrop:
+    return FittedDrop(name, one.flown, one.fit, lambda values: final_error_deg(one, values))
+
+
+def test_offsets_of_two_drops_correct_the_third() -> None:
+    drops = [fitted(seed, robot=ROBOT) for seed in SEEDS]
+    found = cross_validate([judged(f"drop {seed}", one) for seed, one in zip(SEEDS, drops, strict=True)])
+    assert [left.name for left in found] == ["drop 11", "drop 12", "drop 13"]
+    truth = drops[0].drop.true_com_offsets_mm
+    for left, one in zip(found, drops, strict=True):
+        assert left.improved
+        assert left.error_before == final_error_deg(one, np.zeros(9)) > 1.0
+        assert left.error_after == final_error_deg(one, left.others.values) < 0.05
+        assert left.error_own == final_error_deg(one, one.fit.values) < 0.05
+        assert left.objective_after < 0.05 * left.objective_before
+        assert left.own_off_std < 2.0
+        assert (np.abs(left.others.values - truth) < 4.0 * left.others.std + 0.02).all()
+        others = combine([other.fit for other in drops if other is not one])
+        np.testing.assert_array_equal(left.others.values, others.values)
+        np.testing.assert_array_equal(left.others.covariance, others.covariance)
+
+
+def test_a_drop_of_another_robot_is_found_out() -> None:
+    drops = [fitted(11, robot=ROBOT), fitted(12, robot=ROBOT), fitted(OTHER_ROBOT)]
+    found = cross_validate([judged(name, one) for name, one in zip("abc", drops, strict=True)])
+    assert found[2].own_off_std > 20.0
+    assert found[2].error_after > 10.0 * found[2].error_own
+    assert found[2].objective_after > 5.0 * found[0].objective_before / 100.0
+
+
+def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None:
+    fit = fitted(11, robot=ROBOT).fit
+    alone = combine([fit])
+    np.testing.assert_allclose(alone.values, fit.values, atol=1e-9)
+    np.testing.assert_allclose(alone.std, fit.std, rtol=1e-6)
+    twice = combine([fit, fit])
+    # The prior counts once, so that two equal drops move a little farther from it.
+    assert np.abs(twice.values - fit.values).max() < 0.02
+    np.testing.assert_allclose(twice.std, fit.std / np.sqrt(2.0), rtol=0.01)
+
+
+def test_a_drop_weighs_by_what_it_tells() -> None:
+    fit = fitted(11, robot=ROBOT).fit
+    vague = replace(fit, values=fit.values + 5.0 * np.eye(9)[0], information=fit.information / 10_000.0)
+    together = combine([fit, vague])
+    assert abs(together.values - fit.values).max() < 0.02
+
+
+def test_the_prior_counts_once_however_many_drops_say_nothing() -> None:
+    fit = fitted(11, robot=ROBOT).fit
+    nothing = replace(fit, values=np.zeros(9), information=np.zeros((9, 9)))
+    together = combine([nothing, nothing, fit])
+    np.testing.assert_allclose(together.values, fit.values, atol=1e-9)
+    np.testing.assert_allclose(combine([nothing, nothing]).std, fit.offsets.prior_std)
+
+
+def test_what_cannot_be_combined_is_refused() -> None:
+    one = fitted(11, robot=ROBOT)
+    with pytest.raises(ValueError, match="two drops or more"):
+        cross_validate([judged("a", one)])
+    with pytest.raises(ValueError, match="no fit"):
+        combine([])
+    other = replace(one, fit=fit_model(com_offsets(MODEL, masses=True), one.flown))
+    with pytest.raises(ValueError, match="not of the same offsets"):
+        cross_validate([judged("a", one), judged("b", other), judged("c", one)])

@@ -1,0 +1,130 @@
+"""What the data tell of the offsets: of informations made by hand, and of emulated drops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.evaluation.fitted_drops import MODEL, fitted
+from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
+from tfsat_host.evaluation.model_fit.identifiability import identifiability
+from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.model_fit.unexplained import Flown
+
+FloatArray = NDArray[np.float64]
+
+SEEDS = (1, 2, 3, 4)
+PRIOR_MM = 10.0 / 3.0**0.5
+BODY_2_Z = 5
+
+
+def with_information(information: FloatArray) -> ModelFit:
+    """A fit whose data say this of nine offsets, with the covariance that follows from it and the prior."""
+    fit = fitted(1).fit
+    covariance = fit.covariance.copy()
+    covariance[:9, :9] = np.linalg.inv(information + np.eye(9) / PRIOR_MM**2)
+    return replace(fit, information=information, covariance=covariance)
+
+
+def cut(flown: Flown, until_s: float) -> Flown:
+    """The drop as if it had ended earlier."""
+    keep = flown.t_s < until_s
+    series = (
+        "t_s",
+        "angles_rad",
+        "joint_rate_rad_s",
+        "base_rate_rad_s",
+        "rate_covariance",
+        "attitude",
+        "by_gyros",
+        "by_angles",
+        "angle_errors",
+    )
+    return replace(flown, **{name: getattr(flown, name)[keep] for name in series})
+
+
+def test_directions_of_an_information_are_its_own() -> None:
+    turn = np.eye(9)
+    turn[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
+    stds = np.array([0.5, 0.1, 0.2, 0.2, 0.2, 2.0, 0.2, 0.2, 0.2])
+    found = identifiability(with_information(turn @ np.diag(stds**-2.0) @ turn.T))
+    assert (found.unit, found.rank) == ("mm", 9)
+    assert found.condition == pytest.approx(20.0)
+    np.testing.assert_allclose(found.singular_values, np.sort(1.0 / stds)[::-1])
+    weakest, second = found.directions[:2]
+    assert weakest.composition == "100 % body 2 CoM z"
+    assert weakest.std_by_data == pytest.approx(2.0)
+    assert weakest.std == pytest.approx((2.0**-2 + PRIOR_MM**-2) ** -0.5)
+    assert weakest.prior_std == pytest.approx(PRIOR_MM)
+    assert weakest.told
+    assert second.composition == "64 % body 1 CoM y, 36 % body 1 CoM x"
+    assert found.sentences()[0] == ("The data tell 9 of 9 directions of the offsets; condition number 20.")
+
+
+def test_a_direction_that_the_prior_decides_is_not_told() -> None:
+    stds = np.full(9, 0.1)
+    stds[7] = 6.0
+    information = np.diag(stds**-2.0)
+    information[2, 2] = 0.0
+    found = identifiability(with_information(information))
+    assert found.rank == 8
+    assert found.condition == np.inf
+    assert [direction.composition for direction in found.untold] == [
+        "100 % body 1 CoM z",
+        "100 % body 3 CoM y",
+    ]
+    nothing = found.directions[0]
+    assert nothing.std_by_data == np.inf
+    assert nothing.std == pytest.approx(PRIOR_MM)
+    said = found.sentences()
+    assert said[0].startswith("The data tell 7 of 9 directions")
+    assert [sentence.startswith("Not told: 100 % body") for sentence in said] == [False, False, True, True]
+
+
+def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
+    for seed in SEEDS:
+        one = fitted(seed)
+        found = identifiability(one.fit)
+        assert found.rank == 9
+        assert not found.untold
+        assert 15.0 < found.condition < 80.0
+        weakest = found.directions[0]
+        assert weakest.components[BODY_2_Z] ** 2 > 0.75
+        # What it states of each direction holds for the truth.
+        off = one.fit.values - one.drop.true_com_offsets_mm
+        for direction in found.directions:
+            assert abs(direction.components @ off) < 4.0 * direction.std
+            assert direction.std <= direction.std_by_data
+
+
+def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
+    one = fitted(1)
+    fit = fit_model(com_offsets(MODEL), cut(one.flown, 0.69))
+    found = identifiability(fit)
+    assert len(found.untold) >= 6
+    assert found.directions[-1].std > 1.0, "a robot that coasts tells a little by its wobble"
+    assert "more directions are not told either" in found.sentences()[-1]
+
+
+def test_after_one_stroke_of_joint_1_less_is_told_than_after_all() -> None:
+    one = fitted(1)
+    whole = identifiability(one.fit)
+    part = identifiability(fit_model(com_offsets(MODEL), cut(one.flown, 1.04)))
+    assert 1 <= len(part.untold) < 9
+    assert part.condition > 3.0 * whole.condition
+
+
+def test_offsets_of_several_units_are_taken_in_their_priors() -> None:
+    one = fitted(1)
+    offsets = com_offsets(MODEL, masses=True)
+    fit = fit_model(offsets, one.flown)
+    found = identifiability(fit)
+    assert found.unit == "prior std"
+    assert [direction.prior_std for direction in found.directions] == pytest.approx([1.0] * len(offsets))
+    assert found.directions[-1].std < 0.01
+    # Masses are told better than their prior allows, and the offsets worse than without them.
+    assert (fit.std[9:] < offsets.prior_std[9:]).all()
+    assert (fit.std[:9] > one.fit.std).all()

@@ -1,0 +1,121 @@
+"""The paper's moving average and its objective: by hand, at uneven times, and on emulated drops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ
+from tests.evaluation.fitted_drops import fitted
+from tfsat_host.evaluation.model_fit.momentum_average import (
+    PAPER_SIZE,
+    averaged_momentum,
+    cutoff_hz,
+    moving_average,
+    passed,
+    window_size,
+)
+
+RATE_HZ = 280.0
+
+
+def test_the_papers_window_has_the_papers_cutoff() -> None:
+    assert window_size(5.0, RATE_HZ) == PAPER_SIZE == 25
+    assert cutoff_hz(25, RATE_HZ) == pytest.approx(5.0, abs=0.05)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 25, 100])
+def test_size_and_cutoff_follow_from_each_other(size: int) -> None:
+    assert window_size(min(cutoff_hz(size, RATE_HZ), 1e9), RATE_HZ) == size
+
+
+@pytest.mark.parametrize("size", [5, 25, 99])
+def test_the_cutoff_is_where_half_the_power_passes(size: int) -> None:
+    assert passed(np.array([cutoff_hz(size, RATE_HZ)]), size, RATE_HZ)[0] == pytest.approx(
+        0.5**0.5, abs=0.005
+    )
+
+
+def test_what_passes_is_what_a_mean_of_samples_lets_pass() -> None:
+    frequency = np.array([0.0, 3.0, 11.2, 17.0, 140.0, 280.0, 300.0])
+    phases = 2.0 * np.pi * np.outer(frequency / RATE_HZ, np.arange(25) - 12)
+    np.testing.assert_allclose(passed(frequency, 25, RATE_HZ), np.cos(phases).mean(axis=1), atol=1e-12)
+
+
+def test_on_an_even_grid_it_is_the_mean_of_so_many_samples() -> None:
+    random = np.random.default_rng(0)
+    t = 0.03 + np.arange(200) / RATE_HZ
+    values = random.standard_normal((2, 200, 3))
+    found = moving_average(t, values, 25)
+    windows = np.lib.stride_tricks.sliding_window_view(values, 25, axis=1)
+    assert (found.size, len(found.t_s)) == (25, 176)
+    np.testing.assert_allclose(found.t_s, t[12:-12])
+    np.testing.assert_allclose(found.values, windows.mean(axis=-1), atol=1e-12)
+    assert found.cutoff_hz == pytest.approx(cutoff_hz(25, RATE_HZ))
+
+
+def test_at_uneven_times_it_averages_over_time_not_over_samples() -> None:
+    random = np.random.default_rng(1)
+    t = (np.arange(700) + random.uniform(-0.4, 0.4, 700)) / RATE_HZ
+    t = np.delete(t, np.arange(300, 308))  # and a hole
+    wave = np.sin(2.0 * np.pi * 4.0 * t)[:, None]
+    found = moving_average(t, wave, 25)
+    damped = np.sinc(4.0 * found.width_s) * np.sin(2.0 * np.pi * 4.0 * found.t_s)
+    off = np.abs(found.values[:, 0] - damped)
+    by_count = np.convolve(wave[:, 0], np.full(25, 1 / 25), mode="valid")
+    by_count_off = np.abs(by_count - np.sinc(4.0 * found.width_s) * wave[12:-12, 0])
+    assert off.max() < 0.03
+    assert off.max() < 0.3 * by_count_off.max()
+
+
+def test_only_whole_windows_count() -> None:
+    random = np.random.default_rng(2)
+    t = np.sort(random.uniform(0.0, 1.0, 280))
+    found = moving_average(t, np.ones((280, 1)), 25)
+    period = float(np.median(np.diff(t)))
+    assert found.width_s == 25 * period
+    assert found.t_s[0] >= t[0] + 12 * period - 1e-9
+    assert found.t_s[-1] <= t[-1] - 12 * period + 1e-9
+    np.testing.assert_allclose(found.values, 1.0, atol=1e-12)
+
+
+def test_a_window_that_lacks_many_of_its_samples_has_no_average() -> None:
+    t = np.delete(np.arange(300) / RATE_HZ, np.arange(140, 160))
+    found = moving_average(t, np.ones((280, 1)), 25)
+    near = found.t_s * RATE_HZ
+    # Of 25 samples around number 133 six are lost, around number 134 seven.
+    assert near[near < 150].max() == pytest.approx(133)
+    assert near[near > 150].min() == pytest.approx(166)
+
+
+@pytest.mark.parametrize(("samples", "size"), [(10, 11), (10, 0), (1, 1)])
+def test_too_few_samples_are_refused(samples: int, size: int) -> None:
+    with pytest.raises(ValueError, match="samples"):
+        moving_average(np.arange(samples) / RATE_HZ, np.ones((samples, 3)), size)
+
+
+def test_frequencies_and_sizes_without_sense_are_refused() -> None:
+    for cutoff, rate in ((0.0, 280.0), (5.0, -1.0)):
+        with pytest.raises(ValueError, match="above 0 Hz"):
+            window_size(cutoff, rate)
+    with pytest.raises(ValueError, match="one sample or more"):
+        cutoff_hz(0, RATE_HZ)
+
+
+def test_the_objective_is_the_papers_sum() -> None:
+    t = np.arange(4) / RATE_HZ
+    found = moving_average(
+        t, np.array([[1.0, 0.0, 0.0], [1.0, 3.0, 4.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), 1
+    )
+    np.testing.assert_allclose(found.strayed, [0.0, 5.0, 0.0, 1.0], atol=1e-12)
+    assert found.objective == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
+def test_the_true_robots_momentum_stays(dlpf_cfg: int) -> None:
+    for seed in (1, 2, 3):
+        one = fitted(seed, dlpf_cfg=dlpf_cfg)
+        vectors = np.stack([np.zeros(9), one.fit.values, one.drop.true_com_offsets_mm])
+        before, fit, truth = averaged_momentum(one.fit.offsets.applied(vectors), one.flown).objective
+        assert truth < 0.05 * before
+        assert fit < 0.05 * before

@@ -1,0 +1,245 @@
+"""Strokes as flown: against the truth of emulated drops, and motions that were bent on purpose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
+from tests.evaluation.fitted_drops import moved
+from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.motion_edge import falling_edge, rising_edge
+from tfsat_host.evaluation.standing_joints import Standing, standing_joints
+from tfsat_host.evaluation.strokes_flown import FlownStroke, strokes_flown
+from tfsat_host.maneuver import Schedule
+from tfsat_host.maneuver.schedule import TimedStroke
+
+FloatArray = NDArray[np.float64]
+
+SEEDS = (1, 2, 3)
+SETTINGS = (DLPF_42_HZ, DLPF_5_HZ)
+SERVO_DEG_S = 200.0
+"""The emulated servos' greatest rate."""
+
+
+def logged_s(drop: Drop) -> list[float]:
+    return [drop.log.seconds(event.t_us) for event in drop.log.events if event.name == "stroke"]
+
+
+def flown(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Motion, tuple[FlownStroke, ...]]:
+    drop, motion = moved(seed, dlpf_cfg=dlpf_cfg)
+    return drop, motion, strokes_flown(motion, drop.schedule, logged_s(drop))
+
+
+def with_strokes(schedule: Schedule, *strokes: TimedStroke) -> Schedule:
+    return replace(schedule, strokes=strokes)
+
+
+def bent(motion: Motion, joint: int, added_rad: Callable[[FloatArray], FloatArray]) -> Motion:
+    """The motion with something added to one joint's angle, and its derivative to the rate."""
+    extra = added_rad(motion.t_s)
+    joints = list(motion.joints)
+    joints[joint - 1] = replace(joints[joint - 1], angle_rad=joints[joint - 1].angle_rad + extra)
+    rate = motion.fused.joint_rate_rad_s.copy()
+    rate[:, joint - 1] += np.gradient(extra, motion.t_s)
+    return replace(motion, joints=tuple(joints), fused=replace(motion.fused, joint_rate_rad_s=rate))
+
+
+def true_span(drop: Drop, stroke: FlownStroke) -> tuple[FloatArray, FloatArray]:
+    """Time and angle of the stroke's joint, from its command to the same joint's next."""
+    next_s = {1: 1.469, 2: 1.819, 3: 2.4, 4: 2.44}[stroke.number]
+    t = drop.truth[:, 0]
+    own = (t > stroke.scheduled_s - 0.02) & (t < next_s)
+    return t[own], drop.truth[own, stroke.joint]
+
+
+@pytest.mark.parametrize("dlpf_cfg", SETTINGS)
+def test_size_is_the_joints_within_what_is_stated(dlpf_cfg: int) -> None:
+    off = []
+    for seed in SEEDS:
+        drop, _, strokes = flown(seed, dlpf_cfg)
+        assert [stroke.remark for stroke in strokes] == [""] * 4
+        for stroke in strokes:
+            _, angle = true_span(drop, stroke)
+            error = stroke.size_rad - (angle[-1] - angle[0])
+            assert abs(error) < np.deg2rad(0.06)
+            off.append(error / stroke.size_std_rad)
+    assert 0.2 < np.sqrt(np.mean(np.square(off))) < 1.5
+
+
+@pytest.mark.parametrize("dlpf_cfg", SETTINGS)
+def test_start_end_and_speeds_are_the_servos(dlpf_cfg: int) -> None:
+    for seed in SEEDS:
+        drop, _, strokes = flown(seed, dlpf_cfg)
+        for stroke, seen_s in zip(strokes, logged_s(drop), strict=True):
+            t, angle = true_span(drop, stroke)
+            moving = np.flatnonzero(np.abs(np.diff(angle)) > np.deg2rad(1.0) * np.diff(t))
+            start_s, end_s = t[moving[0]], t[moving[-1] + 1]
+            assert stroke.start_s == pytest.approx(start_s, abs=1.5e-3)
+            assert stroke.end_s == pytest.approx(end_s, abs=2e-3)
+            assert 0.0 < stroke.start_std_s < 1.5e-3
+            assert stroke.dead_time_s == stroke.start_s - seen_s
+            assert 0.0 < stroke.dead_time_s < 3e-3, "the pulse itself lasts 1 to 2 ms"
+            way = np.sign(stroke.commanded_rad)
+            assert np.rad2deg(way * stroke.peak_rate_rad_s) == pytest.approx(SERVO_DEG_S, abs=4.0)
+            mean = (angle[-1] - angle[0]) / (end_s - start_s)
+            assert stroke.mean_rate_rad_s == pytest.approx(mean, rel=0.01)
+
+
+def test_a_servo_that_stops_at_its_target_has_no_overshoot_and_settles_as_it_did() -> None:
+    drop, _, strokes = flown(1)
+    for stroke in strokes:
+        t, angle = true_span(drop, stroke)
+        assert 0.0 <= stroke.overshoot_rad < np.deg2rad(0.05)
+        inside = np.abs(angle - angle[-1]) <= 0.02 * abs(angle[-1] - angle[0])
+        settled_s = t[np.flatnonzero(~inside)[-1] + 1]
+        assert stroke.settling_s == pytest.approx(settled_s - stroke.start_s, abs=2.5e-3)
+
+
+def test_ringing_is_overshoot_and_longer_settling() -> None:
+    drop, motion, strokes = flown(1)
+    end_s = strokes[0].end_s
+
+    def ringing(t: FloatArray) -> FloatArray:
+        after = np.maximum(t - end_s, 0.0)
+        return np.asarray(np.deg2rad(4.0) * np.exp(-after / 0.03) * np.sin(np.pi * after / 0.08) ** 2)
+
+    fine = np.linspace(end_s, end_s + 0.1, 10_000)
+    stroke = strokes_flown(bent(motion, 1, ringing), drop.schedule, logged_s(drop))[0]
+    assert stroke.overshoot_rad == pytest.approx(ringing(fine).max(), abs=np.deg2rad(0.15))
+    band = 0.02 * abs(stroke.size_rad)
+    last_out_s = fine[np.abs(ringing(fine)) > band][-1]
+    assert stroke.settling_s == pytest.approx(last_out_s - strokes[0].start_s, abs=5e-3)
+    assert stroke.size_rad == pytest.approx(strokes[0].size_rad, abs=np.deg2rad(0.02))
+
+
+def test_a_stroke_that_was_not_flown_says_so() -> None:
+    drop, motion, _ = flown(1)
+    lost = TimedStroke(700_000, 3, 9000, 1_230_000)
+    schedule = with_strokes(drop.schedule, lost, *drop.schedule.strokes)
+    third = strokes_flown(motion, schedule, [logged_s(drop)[0], *logged_s(drop)])[0]
+    assert not third.moved
+    assert third.remark.startswith("Joint 3 did not move: ")
+    assert "instead of +90 deg" in third.remark
+    assert abs(third.size_rad) < np.deg2rad(0.05)
+    assert np.isnan([third.start_s, third.end_s, third.peak_rate_rad_s, third.overshoot_rad]).all()
+
+
+def test_a_joint_that_came_back_by_itself_says_so() -> None:
+    drop, motion, _ = flown(1)
+
+    def there_and_back(t: FloatArray) -> FloatArray:
+        return np.asarray(np.deg2rad(20.0) * np.exp(-(((t - 1.2) / 0.1) ** 2)))
+
+    pushed = bent(motion, 3, there_and_back)
+    asked = TimedStroke(1_000_000, 3, 2000, 1_120_000)
+    stroke = strokes_flown(pushed, with_strokes(drop.schedule, asked))[0]
+    assert not stroke.moved
+    assert "Joint 3 moved and came back" in stroke.remark
+
+
+def test_a_stroke_after_the_fall_is_not_judged() -> None:
+    drop, motion, _ = flown(1)
+    late = TimedStroke(2_480_000, 3, 1000, 2_600_000)
+    stroke = strokes_flown(motion, with_strokes(drop.schedule, late))[0]
+    assert not stroke.moved
+    assert np.isnan(stroke.size_rad)
+    assert "outside the time that can be evaluated" in stroke.remark
+
+
+def test_a_joint_that_went_the_wrong_way_or_was_cut_short_says_so() -> None:
+    drop, motion, _ = flown(1)
+    first, *others = drop.schedule.strokes
+    mirrored = with_strokes(drop.schedule, replace(first, angle_cdeg=-5900), *others)
+    stroke = strokes_flown(motion, mirrored, logged_s(drop))[0]
+    assert stroke.moved
+    assert "went the wrong way" in stroke.remark
+    assert stroke.short_rad > np.deg2rad(100.0)
+    # The same joint commanded again while it is on its way.
+    again = replace(first, t_us=850_000)
+    cut = strokes_flown(motion, with_strokes(drop.schedule, first, again))
+    assert "had not come to rest" in cut[0].remark
+    assert cut[0].size_std_rad > 10.0 * stroke.size_std_rad, "where it was then is not sharp"
+    assert "still moving when it was commanded" in cut[1].remark
+
+
+def test_without_a_logged_rise_the_schedule_gives_the_time() -> None:
+    drop, motion, known = flown(1)
+    seen = logged_s(drop)
+    seen[1] = float("nan")
+    strokes = strokes_flown(motion, drop.schedule, seen)
+    assert "stroke line did not rise" in strokes[1].remark
+    assert strokes[1].dead_time_s == strokes[1].start_s - 1.05
+    assert strokes[1].size_rad == pytest.approx(known[1].size_rad, abs=np.deg2rad(0.02))
+    assert strokes[0] == known[0]
+
+
+def test_logged_times_that_belong_to_no_stroke_in_particular_are_refused() -> None:
+    drop, motion, _ = flown(1)
+    with pytest.raises(ValueError, match="3 logged times for 4 strokes"):
+        strokes_flown(motion, drop.schedule, logged_s(drop)[:3])
+
+
+def test_joints_that_stand_are_quiet() -> None:
+    for seed in SEEDS:
+        _, motion, strokes = flown(seed)
+        standing = standing_joints(motion, strokes)
+        assert [s.joint for s in standing] == [1, 1, 1, 2, 2, 2, 3]
+        assert [s.remark for s in standing] == [""] * 7
+        for one, other in pairwise(standing):
+            assert one.joint < other.joint or one.until_s < other.from_s
+
+
+def test_creep_between_strokes_is_measured() -> None:
+    drop, motion, _ = flown(1)
+
+    def creep(t: FloatArray) -> FloatArray:
+        return np.asarray(np.deg2rad(0.4) * np.clip((t - 1.1) / 0.4, 0.0, 1.0))
+
+    crept = bent(motion, 1, creep)
+    standing = standing_joints(crept, strokes_flown(crept, drop.schedule, logged_s(drop)))
+    found = [s for s in standing if s.remark]
+    assert len(found) == 1
+    assert (found[0].joint, found[0].crept, found[0].unexpected) == (1, True, False)
+    whole = creep(np.array([found[0].until_s]))[0] - creep(np.array([found[0].from_s]))[0]
+    # Means over eight samples at either end.
+    assert found[0].drift_rad == pytest.approx(whole, abs=np.deg2rad(0.04))
+    assert "Joint 1 crept by +0.3" in found[0].remark
+
+
+def test_a_motion_that_nobody_commanded_is_found() -> None:
+    drop, motion, _ = flown(1)
+    joint_1 = [stroke for stroke in drop.schedule.strokes if stroke.joint == 1]
+    seen = [logged_s(drop)[0], logged_s(drop)[2]]
+    strokes = strokes_flown(motion, with_strokes(drop.schedule, *joint_1), seen)
+    assert all(stroke.moved for stroke in strokes)
+    unexpected = [s for s in standing_joints(motion, strokes) if s.unexpected]
+    assert [s.joint for s in unexpected] == [2]
+    assert np.rad2deg(unexpected[0].greatest_rad) == pytest.approx(68.1, abs=0.2)
+    assert 1.4 < unexpected[0].greatest_at_s < 1.83
+    assert "where nothing commanded it" in unexpected[0].remark
+
+
+def test_a_small_drift_is_no_creep_unless_it_is_certain() -> None:
+    certain = Standing(1, 0.0, 1.0, np.deg2rad(0.1), np.deg2rad(0.01), 0.0, 0.5)
+    assert certain.crept
+    assert not replace(certain, drift_std_rad=np.deg2rad(0.05)).crept
+    assert not replace(certain, drift_rad=np.deg2rad(0.04)).crept
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.9])
+def test_edges_of_a_trapezoid_are_where_they_are(phase: float) -> None:
+    t = np.asarray((np.arange(300) + phase) / 280.0, dtype=np.float64)
+    rate = np.asarray(200.0 * np.clip(np.minimum((t - 0.31) / 0.05, (0.77 - t) / 0.04), 0.0, 1.0))
+    first, last = rising_edge(t, rate), falling_edge(t, rate)
+    assert (first.t_s, last.t_s) == pytest.approx((0.31, 0.77), abs=2e-4)
+    assert first.whole
+    assert last.whole
+    moving = rising_edge(t[120:], rate[120:])
+    assert not moving.whole
+    assert moving.t_s == t[120]
