@@ -123,6 +123,11 @@ kaitai: venv  ## recompile the tests' independent decoder after the log's layout
 	$(call say,compiling protocol/tfsat_log.ksy)
 	@$(BIN)/python tools/compile_kaitai.py
 
+.PHONY: vendor
+vendor: venv  ## fetch anew what the report page is drawn with, as tools/report_vendor locks it (needs Node.js)
+	$(call say,uPlot and twgl.js for the report page)
+	@$(BIN)/python tools/vendor_report.py
+
 .PHONY: lint
 lint: venv  ## check style and types
 	$(call say,style and types)

@@ -22,6 +22,7 @@ libnewlib-arm-none-eabi                 C library for the Teensy 4.1
 libstdc++-arm-none-eabi-newlib          C++ library for the Teensy 4.1
 qemu-system-arm                         emulator that runs the logger'"'"'s core on a Cortex-M7
 clang                                   compiler with libFuzzer, for the fuzz tests
+chromium                                browser that opens the report page
 llvm                                    names functions and lines in what a sanitizer reports
 '
 
@@ -39,7 +40,7 @@ say_what_to_install() {
 
 if ! command -v dpkg-query >/dev/null 2>&1 || ! command -v apt-get >/dev/null 2>&1; then
     # No apt: believe what can be seen, by its commands.
-    for tool in g++ make avr-gcc simavr avrdude arm-none-eabi-g++ qemu-system-arm clang++; do
+    for tool in g++ make avr-gcc simavr avrdude arm-none-eabi-g++ qemu-system-arm clang++ chromium; do
         command -v "$tool" >/dev/null 2>&1 || say_what_to_install "$tool is missing, and this system has no apt."
     done
     echo "toolchain: no apt here; the commands are present, libraries are taken on trust" >&2

@@ -1,0 +1,75 @@
+"""One report in the browser: what a reader sees and does, and what the page says and asks for behind it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Dialog, Locator, Page
+
+from tests.report.pixels import Picture
+
+
+class Opened:
+    """A page that was loaded from a file.
+
+    Attributes:
+        complaints: Console messages, errors that nobody caught, dialogs.
+        requests: Every address that was asked for; the file itself is the first.
+    """
+
+    def __init__(self, page: Page, path: Path) -> None:
+        self.page = page
+        self.address = path.as_uri()
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        page.on("console", lambda message: self._complained(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: self.complaints.append(f"error: {error}"))
+        page.on("dialog", self._interrupted)
+        page.on("request", lambda request: self.requests.append(request.url))
+        page.goto(self.address)
+
+    def _complained(self, text: str) -> None:
+        # That WebGL had to wait is the tests' own doing: they read pixels.
+        if "GPU stall due to ReadPixels" not in text:
+            self.complaints.append(text)
+
+    def _interrupted(self, dialog: Dialog) -> None:
+        self.complaints.append(f"dialog: {dialog.message}")
+        dialog.dismiss()
+
+    @property
+    def time_s(self) -> float:
+        """The replay's time, as it stands above the bodies."""
+        return float(self.page.locator(".when").inner_text().removesuffix(" s").replace("−", "-"))
+
+    def plot(self, name: str) -> Locator:
+        """The figure of the plot with this id."""
+        return self.page.locator(f'figure[data-plot="{name}"]')
+
+    def picture(self, name: str) -> Picture:
+        """What the plot with this id shows once it has drawn what it was told."""
+        self.page.evaluate("() => new Promise(requestAnimationFrame)")
+        return Picture(self.plot(name).locator(".drawing canvas"))
+
+    def replayed(self) -> Picture:
+        """What the replay shows."""
+        return Picture(self.page.locator("canvas.bodies"))
+
+    def value(self, name: str, label: str) -> str:
+        """What a plot's legend says of the line with this label, at the cursor."""
+        row = self.plot(name).locator("li", has=self.page.get_by_text(label, exact=True))
+        return row.locator(".value").inner_text()
+
+    def hairlines(self) -> dict[str, float]:
+        """Of each plot: how far right its cursor stands, in px."""
+        return {
+            str(figure.get_attribute("data-plot") or "timeline"): figure.locator(".hairline").evaluate(
+                "line => new DOMMatrix(getComputedStyle(line).transform).e"
+            )
+            for figure in self.page.locator("figure.plot").all()
+        }
+
+    def press(self, *keys: str) -> None:
+        """Types keys wherever the focus is."""
+        for key in keys:
+            self.page.keyboard.press(key)

@@ -1,0 +1,178 @@
+"""The file itself, before any browser: what it embeds, what it forbids, what it weighs and rounds."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html.parser
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.report.sample_document import sample_document
+from tfsat_host.report import assets, render
+from tfsat_host.report.embedding import embeddable
+from tfsat_host.report.shortening import shortened
+
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**53), 2**53)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    max_leaves=20,
+)
+
+
+class Elements(html.parser.HTMLParser):
+    """Scripts, styles and attributes of a page."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.contents: dict[str, list[str]] = {"script": [], "style": []}
+        self.attributes: list[tuple[str, str, str | None]] = []
+        self._open = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.attributes += [(tag, name, value) for name, value in attrs]
+        if tag in self.contents:
+            self._open = tag
+            self.contents[tag].append("")
+
+    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002
+        self._open = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._open:
+            self.contents[self._open][-1] += data
+
+
+@given(JSON)
+def test_embedded_json_is_the_same_and_ends_no_element(value: Any) -> None:
+    text = embeddable({"value": value})
+    assert json.loads(text) == {"value": value}
+    assert text.isascii() and not set("<>&") & set(text)
+
+
+def test_lone_surrogates_survive_into_a_file() -> None:
+    document = sample_document()
+    document["title"] = "broken \udc80 log"
+    assert render(document).encode("utf-8")
+
+
+def test_a_number_that_json_lacks_is_refused_by_the_embedding() -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        embeddable({"value": math.nan})
+
+
+def test_the_policy_names_exactly_this_script_and_style() -> None:
+    elements = Elements(render(sample_document()))
+    policy = next(
+        value
+        for tag, name, value in elements.attributes
+        if (tag, name) == ("meta", "content") and "src" in str(value)
+    )
+    assert policy is not None and policy.startswith("default-src 'none'; ")
+    [style], script = elements.contents["style"], elements.contents["script"][-1]
+    for kind, text in (("script", script), ("style", style)):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"{kind}-src 'sha256-{digest}'" in policy
+    assert "unsafe" not in policy and "http" not in policy
+
+
+def test_no_element_refers_to_anything() -> None:
+    elements = Elements(render(sample_document()))
+    assert not [
+        each
+        for each in elements.attributes
+        if each[1] in ("src", "href", "srcset", "action", "data", "style")
+    ]
+    assert "@import" not in elements.contents["style"][0] and "url(" not in elements.contents["style"][0]
+
+
+def test_every_asset_is_on_the_page() -> None:
+    folder = Path(assets.__file__).parent / "assets"
+    carried = assets.script() + assets.style()
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    assert files and all(path.read_text(encoding="utf-8") in carried for path in files)
+
+
+def test_libraries_are_the_ones_that_were_locked() -> None:
+    folder = Path(assets.__file__).parent / "vendor"
+    sources = json.loads((folder / "SOURCES.json").read_text())
+    lock = Path(__file__).parents[2] / "tools" / "report_vendor" / "package-lock.json"
+    packages = json.loads(lock.read_text())["packages"]
+    assert {path.name for path in folder.iterdir()} == {"SOURCES.json", *sources}
+    for name, source in sources.items():
+        locked = packages[f"node_modules/{source['package']}"]
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == source["sha256"]
+        assert (locked["version"], locked["integrity"]) == (source["version"], source["integrity"])
+        assert source["license"] == "MIT"
+    assert "resolved" not in lock.read_text(), "the lock names no host"
+
+
+def test_the_scripts_set_text_as_text_only() -> None:
+    for path in (Path(assets.__file__).parent / "assets" / "script").iterdir():
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(
+            r"innerHTML|outerHTML|insertAdjacent|document\.write|eval\(|new Function", text
+        ), path.name
+
+
+def test_rounding_is_finer_than_a_plot_can_show() -> None:
+    document = sample_document()
+    for before, after in zip(
+        document["drops"][0]["plots"], shortened(document)["drops"][0]["plots"], strict=True
+    ):
+        for exact, rounded in zip(before["series"], after["series"], strict=True):
+            span = max(exact["values"]) - min(exact["values"])
+            for a, b in zip(exact["values"], rounded["values"], strict=True):
+                assert abs(a - b) <= (5.1e-5 * abs(a) if before["log_y"] else 1e-5 * span)
+
+
+def test_small_uncertainties_of_large_values_keep_their_digits() -> None:
+    document = sample_document()
+    series = document["drops"][0]["plots"][0]["series"][0]
+    series["values"] = [1e3 + i for i in range(len(series["values"]))]
+    series["std"] = [1.234e-3] * len(series["values"])
+    assert shortened(document)["drops"][0]["plots"][0]["series"][0]["std"][0] == pytest.approx(
+        1.234e-3, rel=1e-2
+    )
+
+
+@pytest.mark.parametrize("rate_hz", [50, 320, 1000])
+def test_the_replay_is_thinned_but_keeps_ends_and_gaps(rate_hz: int) -> None:
+    document = sample_document()
+    replay = document["drops"][0]["replay"]
+    times = [i / rate_hz for i in range(2 * rate_hz) if not 0.5 < i / rate_hz < 0.8]
+    pose = replay["measured"][0]
+    replay.update(t_s=times, measured=[pose] * len(times), model=None)
+    kept = shortened(document)["drops"][0]["replay"]
+    steps = [b - a for a, b in zip(kept["t_s"], kept["t_s"][1:], strict=False)]
+    assert len(kept["measured"]) == len(kept["t_s"]) <= 201
+    assert (kept["t_s"][0], kept["t_s"][-1]) == pytest.approx((times[0], times[-1]), abs=1e-4)
+    assert sorted(steps)[-2] <= max(1 / rate_hz, 0.01) + 2e-4, "no gap but the one that was there"
+    assert {0.5, 0.8} <= {round(t, 2) for t in kept["t_s"]}
+
+
+def test_numpy_numbers_are_numbers() -> None:
+    document = sample_document()
+    document["drops"][0]["key_numbers"][0]["value"] = np.float32(1.5)
+    document["drops"][0]["window_s"] = list(np.array([0.0, 2.5]))
+    assert '"value":1.5' in render(document)
+
+
+def test_rendering_leaves_the_document_alone() -> None:
+    document = sample_document()
+    before = json.dumps(document)
+    render(document)
+    assert json.dumps(document) == before

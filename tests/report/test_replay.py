@@ -1,0 +1,126 @@
+"""The replay shows bodies where they were, moves in step with the plots, and can be turned."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import Browser
+
+from tests.report.conftest import OpenDocument
+from tests.report.opened import Opened
+from tests.report.sample_document import sample_document
+
+
+@pytest.fixture
+def report(open_document: OpenDocument) -> Opened:
+    return open_document(sample_document())
+
+
+def test_shows_bodies_that_move(report: Opened) -> None:
+    report.press("Home")
+    at_start = report.replayed()
+    assert at_start.colors() > 10 and at_start.drawn() > 5000
+    report.page.get_by_label("Time after release").fill("1.4")
+    assert report.replayed().unlike(at_start) > 3000
+    assert report.time_s == pytest.approx(1.4)
+    assert report.page.locator(".what").inner_text() == "joint 2, +70 deg"
+
+
+def test_space_plays_and_pauses(report: Opened) -> None:
+    report.press("Home", " ")
+    report.page.wait_for_function("() => parseFloat(document.querySelector('.when').textContent) > 0.2")
+    assert report.page.get_by_role("button", name="Pause").is_visible()
+    report.press(" ")
+    assert report.page.get_by_role("button", name="Play").is_visible()
+    stopped = report.time_s
+    report.page.wait_for_function(
+        "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    )
+    assert report.time_s == stopped
+    assert report.hairlines()["rates"] > 0
+
+
+def test_stops_at_the_end_and_starts_over(report: Opened) -> None:
+    report.page.get_by_label("Speed").select_option("1")
+    report.press("End", "ArrowLeft", " ")
+    report.page.get_by_role("button", name="Play").wait_for()
+    assert report.time_s == pytest.approx(2.8)
+    report.press(" ")
+    report.page.wait_for_function("() => !document.querySelector('.when').textContent.startsWith('2.8')")
+
+
+@pytest.mark.parametrize("key", ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "+", "-"])
+def test_keys_turn_it_and_zero_turns_it_back(report: Opened, key: str) -> None:
+    before = report.replayed()
+    report.page.locator("canvas.bodies").focus()
+    time_s = report.time_s
+    report.press(key)
+    assert report.replayed().unlike(before) > 1000
+    report.press("0")
+    assert report.replayed().unlike(before) == 0
+    assert report.time_s == time_s
+
+
+def test_the_mouse_turns_it(report: Opened) -> None:
+    before = report.replayed()
+    box = report.page.locator("canvas.bodies").bounding_box()
+    assert box is not None
+    report.page.mouse.move(box["x"] + 200, box["y"] + 200)
+    report.page.mouse.down()
+    report.page.mouse.move(box["x"] + 260, box["y"] + 210, steps=3)
+    report.page.mouse.up()
+    turned = report.replayed()
+    assert turned.unlike(before) > 1000
+    report.page.mouse.move(box["x"] + 100, box["y"] + 100)
+    assert report.replayed().unlike(turned) == 0, "it follows the mouse only while a button is down"
+
+
+def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
+    report.page.get_by_label("Time after release").fill("1.4")
+    over = report.replayed()
+    report.page.get_by_label("Model", exact=True).select_option("hidden")
+    hidden = report.replayed()
+    report.page.get_by_label("Model", exact=True).select_option("beside")
+    beside = report.replayed()
+    assert hidden.unlike(over) > 200
+    assert beside.drawn() > hidden.drawn() + 1000
+    assert beside.unlike(over) > 1000
+
+
+def test_without_a_model_there_is_no_ghost(open_document: OpenDocument) -> None:
+    document = sample_document()
+    document["drops"][0]["replay"]["model"] = None
+    report = open_document(document)
+    assert not report.page.get_by_label("Model", exact=True).is_visible()
+    assert report.page.locator(".bodies-key li").all_inner_texts() == ["body 1", "body 2", "body 3", "body 4"]
+
+
+def test_missing_poses_hide_their_bodies(open_document: OpenDocument) -> None:
+    document = sample_document()
+    replay = document["drops"][0]["replay"]
+    replay["model"] = None
+    whole = open_document(document)
+    for poses in replay["measured"][:50]:
+        poses[:] = [[None] * 7 for _ in poses]
+    partly = open_document(document)
+    assert partly.replayed().drawn() < whole.replayed().drawn() - 5000
+
+
+def test_without_webgl_it_says_so_and_draws_flat(
+    open_document: OpenDocument, browser_without_webgl: Browser
+) -> None:
+    report = open_document(sample_document(), into=browser_without_webgl)
+    assert "no WebGL" in report.page.locator(".replay .note").inner_text()
+    report.press("Home")
+    at_start = report.replayed()
+    assert at_start.drawn() > 5000
+    report.page.get_by_label("Time after release").fill("1.4")
+    assert report.replayed().unlike(at_start) > 3000
+
+
+def test_without_poses_it_says_so(open_document: OpenDocument) -> None:
+    document = sample_document()
+    document["drops"][0]["replay"] = None
+    report = open_document(document)
+    assert "no replay" in report.page.locator(".replay .note").inner_text()
+    report.press("ArrowRight")
+    assert report.hairlines()["rates"] > 0
