@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.laser_file import LaserTracks
@@ -151,7 +151,7 @@ def release_velocity(
             notes.append(
                 f"The velocity along {axis} is unknown: there is no place of spot {spot} in that time."
             )
-    student = float(stats.t.ppf(0.5 + CONFIDENCE / 2, path.degrees_of_freedom))
+    student = float(stdtrit(path.degrees_of_freedom, 0.5 + CONFIDENCE / 2))
     x, y, up = (_component(path, covariance, axis, student) for axis in range(3))
     speed = _speed(path.velocity_m_s[:2], covariance[:2, :2], student)
     down = Velocity(-up.value_mm_s, up.std_mm_s, -up.high_mm_s, -up.low_mm_s)

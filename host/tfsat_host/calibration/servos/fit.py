@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtri
 
 from tfsat_host.calibration.servos.checks import (
     check_fit,
@@ -61,7 +61,7 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
     middle_us = float((pulse_us.min() + pulse_us.max()) / 2)
     design = np.column_stack([np.ones(len(known)), pulse_us - middle_us, -direction / 2])
     line = _least_squares(design, reached_rad, variance + arrival, place, repeats)
-    by_chance = f_distribution.ppf(CHANCE, place.shape[0] - 2, repeats)
+    by_chance = float(fdtri(place.shape[0] - 2, repeats, CHANCE))
     check_fit(joint, np.sqrt(arrival), np.sqrt(line.bend), certain=line.excess > by_chance)
     return ServoMap(
         joint=joint,

@@ -97,10 +97,10 @@ def flown_of(motion: Motion, body: Multibody) -> Flown:
     samples, fused = motion.samples, motion.fused
     n, bodies = samples.answered.shape
     own = np.zeros((n, bodies, 3, 9 * bodies))
+    # What a wrong scale factor adds follows the rate at once: it is as late in the reading as the rate is.
+    by_own = motion.lag.removed(motion.t_s, np.nan_to_num(samples.rate_jacobian))
     for b in range(bodies):
-        own[:, b, :, 9 * b : 9 * b + 9] = np.where(
-            ~fused.bridged[:, b, None, None], samples.rate_jacobian[:, b], 0.0
-        )
+        own[:, b, :, 9 * b : 9 * b + 9] = np.where(~fused.bridged[:, b, None, None], by_own[:, b], 0.0)
     by_gyros = fused.gains @ own.reshape(n, 3 * bodies, -1)
     by_angles, left_by_angles = _by_angles(motion, body)
     bridged = fused.bridged[..., None, None]

@@ -33,6 +33,9 @@ _NEIGHBOURS = 2
 _SMOOTHING_ORDER = 3
 _SMOOTHED = 9
 """Over so many samples a cubic is laid through a joint's sensed angles: a servo's ramp takes a dozen."""
+_PASSES = 10
+_CLOSE_RAD = 1e-3
+"""Each pass leaves a seventh of the angles' error: the next one would be below what the sensors tell."""
 _UNSENSED_VARIANCE = np.deg2rad(200.0) ** 2
 """Of the rate of a joint that nothing tells: servos turn no faster."""
 
@@ -108,8 +111,15 @@ def motion_of(
         [sample_noise_rad(sensed[:, joint]) for joint in told],
     )
     rates = np.where(_away_from_holes(samples)[..., None], lag.removed(t, shown), np.nan)
-    joints = _joints(samples, calibration, model, fused(_geometry(t, sensed, model, 0.0), rates), densities)
-    final = fused(np.column_stack([joint.angle_rad for joint in joints]), rates)
+    angles = _geometry(t, sensed, model, 0.0)
+    joints: tuple[JointMotion, ...] = ()
+    # A joint whose angle sensors are silent stands still in the first pass; its gyros turn it in the next ones.
+    for _ in range(_PASSES):
+        joints = _joints(samples, calibration, model, fused(angles, rates), densities)
+        before, angles = angles, np.column_stack([joint.angle_rad for joint in joints])
+        if np.abs(angles - before).max() < _CLOSE_RAD:
+            break
+    final = fused(angles, rates)
     bodies = _bodies(samples, final, rates, variance)
     return Motion(samples, lag, densities, joints, final, variance, slopes, slope_variance, bodies)
 

@@ -1,0 +1,64 @@
+"""All integrity checks of one drop, with the likely cause of what failed."""
+
+from __future__ import annotations
+
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.evaluation.checks.at_rest import BIAS, DOWN, GRAVITY, NOISE, noise_check, rest_checks
+from tfsat_host.evaluation.checks.attitudes import attitude_check
+from tfsat_host.evaluation.checks.check import Check
+from tfsat_host.evaluation.checks.completeness import completeness_checks
+from tfsat_host.evaluation.checks.conserved import momentum_checks
+from tfsat_host.evaluation.checks.diagnosis import Diagnosis, diagnose
+from tfsat_host.evaluation.checks.drop_consistency import consistency_of
+from tfsat_host.evaluation.checks.neighbours import (
+    neighbour_checks,
+    pair_checks,
+    scale_checks,
+    sensed_checks,
+)
+from tfsat_host.evaluation.checks.rest import rest_of
+from tfsat_host.evaluation.checks.stated_errors import stated_errors
+from tfsat_host.evaluation.checks.timing import lag_check
+from tfsat_host.evaluation.model_fit.fit import ModelFit
+from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.robot import RobotModel
+from tfsat_host.sdlog import DropLog
+
+
+def checks_of(
+    motion: Motion, fit: ModelFit | None, log: DropLog, calibration: Calibration, model: RobotModel
+) -> tuple[Check, ...]:
+    """Checks one drop; the order is that of the causes: readings, rest, sensors among each other, momentum.
+
+    Args:
+        motion: Of the drop.
+        fit: Of the model to it; None if there is none: momentum is then not checked.
+        log: The recording, with the time before the release.
+        calibration: That `motion` was made with.
+        model: Joints and sensors.
+    """
+    complete = list(completeness_checks(log, motion.samples, model))
+    of = consistency_of(motion, rest_of(log, calibration, model), log.header.dlpf_cfg, calibration, model)
+    stated = stated_errors(of)
+    rest = [*rest_checks(of, stated), noise_check(motion.densities_rad_s_rthz)]
+    sensors = [
+        *neighbour_checks(of, stated),
+        *pair_checks(of, stated),
+        *sensed_checks(of, stated, motion.joints),
+        *scale_checks(of, stated),
+        lag_check(motion, calibration),
+        attitude_check(motion, calibration, model),
+    ]
+    momentum = list(momentum_checks(motion, fit, model.base))
+    contradictory = [check for check in (*rest, *sensors) if check.name not in (GRAVITY, DOWN, NOISE)]
+    if any(check.failed for check in contradictory):
+        found = diagnose(of, stated)
+        # Accelerometers and noise have causes of their own.
+        rest = [_explained(check, found) if check.name == BIAS else check for check in rest]
+        sensors = [_explained(check, found) for check in sensors]
+        momentum = [_explained(check, found) for check in momentum]
+    return (*complete, *rest, *sensors, *momentum)
+
+
+def _explained(check: Check, found: Diagnosis) -> Check:
+    return check.caused_by(found.cause, found.next_step)

@@ -1,0 +1,281 @@
+"""The whole evaluation of one drop: what the robot did, whether the model knew, and how sure both are.
+
+from tfsat_host.evaluation.evaluation import evaluate
+found = evaluate(load("SD.bin"), load_robot(), read_calibration("calibration.toml"), schedule)
+found.reorientation.angle_deg, found.reorientation.std_deg
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.calibration.apply import Calibrated, apply_calibration
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.evaluation.arms import com_in_bodies_m, sensor_arms_m
+from tfsat_host.evaluation.checks import Check, checks_of
+from tfsat_host.evaluation.clocks import Clocks, align_clocks
+from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.initial_rates import InitialRate, initial_rates
+from tfsat_host.evaluation.laser import ReleaseVelocity, VelocityWindows, release_velocity
+from tfsat_host.evaluation.laser_file import LaserTracks
+from tfsat_host.evaluation.laser_geometry import BodyTurning
+from tfsat_host.evaluation.micro_gravity import MicroGravity, micro_gravity, quiet_windows
+from tfsat_host.evaluation.model_fit.explained import Explained, explain
+from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
+from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
+from tfsat_host.evaluation.motion.body_motion import BodyMotion
+from tfsat_host.evaluation.motion.motion import Motion, motion_of
+from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
+from tfsat_host.evaluation.rest import Rest, rest_before_release
+from tfsat_host.evaluation.stand_ins import with_stand_ins
+from tfsat_host.evaluation.strokes_flown import FlownStroke, strokes_flown
+from tfsat_host.evaluation.video import Mark
+from tfsat_host.maneuver import Schedule
+from tfsat_host.robot import RobotModel
+from tfsat_host.sdlog import DropLog
+
+FloatArray = NDArray[np.float64]
+
+LEFT_TO_SETTLE_S = 0.3
+"""Without a schedule the last stroke is taken to have ended so long before the end of the fall."""
+BODY_2 = 1
+"""The lasers' (paper, section "Design of the transformable robot")."""
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """How a body has turned from the release to the end of the evaluation.
+
+    Attributes:
+        angle_rad: Of the whole rotation: the reorientation.
+        std_rad: Its standard deviation.
+        rotation_vector_rad: (3,) axes of the body at the release.
+        covariance: (3, 3) of the attitude, the same axes, rad^2.
+        euler_zyx_rad: (3,).
+        bridged: Some of its gyro's samples are missing and were bridged from other bodies.
+    """
+
+    angle_rad: float
+    std_rad: float
+    rotation_vector_rad: FloatArray
+    covariance: FloatArray
+    euler_zyx_rad: FloatArray
+    bridged: bool
+
+    @classmethod
+    def of(cls, body: BodyMotion) -> Turn:
+        """Of one body."""
+        angle, std = body.reorientation_rad()
+        last: Rotation = body.attitude[-1]
+        return cls(
+            angle,
+            std,
+            last.as_rotvec(),
+            body.covariance(),
+            euler_zyx_rad(last.as_matrix()),
+            bool(body.bridged.any()),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """One drop, evaluated; times after the release.
+
+    Attributes:
+        log: The recording.
+        model: The robot as its file has it.
+        calibration: What it was evaluated with; what stood in for something missing is in `notes`.
+        schedule: What was commanded; None: nobody said.
+        notes: What could not be used, and what stood in for it; a sentence each.
+        rest: Before the release.
+        instants: Release and landing as the accelerometers felt them.
+        micro_gravity: Its quality.
+        clocks: Of sequencer and video against the logger's; None without a schedule.
+        release_velocity: By the laser spots; None without them.
+        motion: Joint angles, rates, attitudes.
+        turns: Of bodies 1 to 4.
+        initial_rates: Of bodies 1 to 4, between release and first stroke.
+        strokes: Commanded and flown.
+        explained: The model beside the measurement, before and after its correction.
+        identifiability: What the data can tell of the correction, and what not.
+        checks: Of integrity, without any truth.
+    """
+
+    log: DropLog
+    model: RobotModel
+    calibration: Calibration
+    schedule: Schedule | None
+    notes: tuple[str, ...]
+    rest: Rest
+    instants: FallInstants
+    micro_gravity: MicroGravity
+    clocks: Clocks | None
+    release_velocity: ReleaseVelocity | None
+    motion: Motion
+    turns: tuple[Turn, ...]
+    initial_rates: tuple[InitialRate, ...]
+    strokes: tuple[FlownStroke, ...]
+    explained: Explained
+    identifiability: Identifiability
+    checks: tuple[Check, ...]
+
+    @property
+    def reorientation(self) -> Turn:
+        """Of body 1: the paper's."""
+        return self.turns[0]
+
+    @property
+    def failed_checks(self) -> tuple[Check, ...]:
+        """Those that say that something is wrong."""
+        return tuple(check for check in self.checks if check.verdict == "failed")
+
+
+@dataclass(frozen=True, slots=True)
+class Witnesses:
+    """What others than the logger saw of a drop.
+
+    Attributes:
+        video: Events by a video's clock.
+        laser: Places of the laser spots.
+        windows: What release velocities are permitted; needed with `laser`.
+    """
+
+    video: Sequence[Mark] = ()
+    laser: LaserTracks | None = None
+    windows: VelocityWindows | None = None
+
+
+def evaluate(
+    log: DropLog,
+    model: RobotModel,
+    calibration: Calibration | None,
+    schedule: Schedule | None = None,
+    *,
+    recorded: datetime | None = None,
+    witnesses: Witnesses | None = None,
+    offsets: Offsets | None = None,
+) -> Evaluation:
+    """Evaluates a drop.
+
+    Args:
+        log: Decoded, with a release.
+        model: The robot.
+        calibration: Of its sensors, the one that held at the drop; None: design values with their uncertainty, and the
+            biases of the rest before the release.
+        schedule: What was commanded; None: strokes are not looked for.
+        recorded: When the drop was: landings since do not matter. None: all known landings come before it.
+        witnesses: What else was filmed.
+        offsets: What of the model may be corrected; None: the centers of mass of bodies 1 to 3, as in the paper.
+
+    Raises:
+        EvaluationError: no release, a hole in all gyros, or a bias that cannot be had.
+        LaserError: the spots cannot tell a velocity.
+    """
+    rest = rest_before_release(log)
+    stand_ins = with_stand_ins(calibration, log, model, rest, recorded)
+    used = stand_ins.calibration
+    samples = samples_of(log, used, model)
+    motion = motion_of(samples, used, model, rest.densities_rad_s_rthz, log.header.dlpf_cfg)
+    seen = witnesses or Witnesses()
+    clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
+    strokes = () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
+    first_stroke_s = _first_stroke_s(log, schedule, samples.until_s)
+    explained = explain(motion, offsets or com_offsets(model), first_stroke_s)
+    whole = apply_calibration(Counts.from_log(log), used, model)
+    return Evaluation(
+        log=log,
+        model=model,
+        calibration=used,
+        schedule=schedule,
+        notes=(*stand_ins.notes, *_notes_of(motion), *(clocks.notes if clocks else ())),
+        rest=rest,
+        instants=fall_instants(log, whole),
+        micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),
+        clocks=clocks,
+        release_velocity=_release_velocity(seen, motion, model, first_stroke_s, clocks),
+        motion=motion,
+        turns=tuple(Turn.of(body) for body in motion.bodies),
+        initial_rates=initial_rates(motion, first_stroke_s),
+        strokes=strokes,
+        explained=explained,
+        identifiability=identifiability(explained.fit),
+        checks=checks_of(motion, explained.fit, log, used, model),
+    )
+
+
+def _first_stroke_s(log: DropLog, schedule: Schedule | None, until_s: float) -> float:
+    """As the logger saw it, else as commanded, else when the fall ends."""
+    seen = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
+    after = [t_s for t_s in seen if t_s > 0.0]
+    if after:
+        return min(after)
+    return schedule.strokes[0].t_s if schedule and schedule.strokes else until_s
+
+
+def _notes_of(motion: Motion) -> list[str]:
+    notes = []
+    fall = motion.samples.fall
+    for body, bridged in enumerate((~motion.samples.answered[fall]).sum(axis=0), 1):
+        if bridged:
+            share = 100.0 * bridged / fall.sum()
+            notes.append(
+                f"The gyro of body {body} lacks {bridged} of {int(fall.sum())} samples ({share:.0f} %): they are "
+                "bridged from its neighbours and the angle sensors, and its uncertainty is larger."
+            )
+    notes += [
+        f"No angle sensor of joint {joint.joint} answered: its angle is counted from where its servo starts."
+        for joint in motion.joints
+        if not joint.sensed
+    ]
+    if not motion.lag.measured:
+        notes.append("No joint moved far enough to measure the gyros' delay: the data sheet's is taken off.")
+    return notes
+
+
+def _micro_gravity(
+    log: DropLog,
+    samples: Calibrated,
+    motion: Motion,
+    model: RobotModel,
+    first_stroke_s: float,
+    strokes: Sequence[FlownStroke],
+) -> MicroGravity:
+    landing_s = end_of_fall_s(log)
+    ends = [stroke.end_s for stroke in strokes if np.isfinite(stroke.end_s)]
+    last_end_s = max(ends) if ends else landing_s - LEFT_TO_SETTLE_S
+    at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
+    windows = quiet_windows(
+        first_stroke_s,
+        last_end_s,
+        landing_s,
+        sensor_arms_m(model, at_release),
+        sensor_arms_m(model, motion.angles_rad[-1]),
+    )
+    return micro_gravity(samples, log.t_s, windows)
+
+
+def _release_velocity(
+    seen: Witnesses, motion: Motion, model: RobotModel, first_stroke_s: float, clocks: Clocks | None
+) -> ReleaseVelocity | None:
+    if seen.laser is None or seen.windows is None:
+        return None
+    body = motion.bodies[BODY_2]
+    rate_std = initial_rates(motion, first_stroke_s)[BODY_2].std_rad_s
+    turning = BodyTurning(body.t_s, body.attitude.as_matrix(), rate_std)
+    at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
+    video = clocks.video if clocks else None
+    return release_velocity(
+        seen.laser.after_release(video),
+        com_in_bodies_m(model, at_release)[BODY_2],
+        seen.windows,
+        first_stroke_s=first_stroke_s,
+        turning=turning,
+    )

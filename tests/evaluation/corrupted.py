@@ -1,0 +1,169 @@
+"""Healthy drops, and recordings with one thing wrong, made from those by changing their raw counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.evaluation.drops import Drop, calibrated_from_truth, drop, with_com_offsets
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.evaluation.checks import Check, checks_of
+from tfsat_host.evaluation.model_fit.fit import fit_model
+from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.model_fit.unexplained import flown_of
+from tfsat_host.evaluation.motion.motion import Motion, motion_of
+from tfsat_host.evaluation.motion.noise import noise_densities
+from tfsat_host.evaluation.motion.samples import samples_of
+from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.sdlog import DropLog
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+Wrong = Callable[[DropLog], DropLog]
+
+MODEL = load_robot()
+ACCEL, GYRO = slice(0, 3), slice(4, 7)
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """A healthy drop and what its sensors were calibrated to."""
+
+    drop: Drop
+    calibration: Calibration
+
+    def checked(
+        self, wrong: Wrong = lambda log: log, *, fitted: bool = False, model: RobotModel = MODEL
+    ) -> tuple[Check, ...]:
+        """By the checks, with one thing wrong; with the model fitted, which takes a second, only on demand."""
+        log = wrong(self.drop.log)
+        motion = motion_in(log, self.calibration, model)
+        fit = fit_model(com_offsets(model), flown_of(motion, Multibody.of(model))) if fitted else None
+        return checks_of(motion, fit, log, self.calibration, model)
+
+
+def flown(folder: Path, seed: int, dlpf_cfg: int = 3) -> Flown:
+    """One whose CoM offsets and initial rates follow from the seed."""
+    imperfections, random = draw_as_built(seed), np.random.default_rng(seed)
+    truth = with_com_offsets(MODEL, random.uniform(-0.01, 0.01, (3, 3)))
+    rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)))
+    one = drop(folder, MODEL, truth, imperfections, seed=seed, dlpf_cfg=dlpf_cfg, rate_rad_s=rates)
+    return Flown(one, calibrated_from_truth(MODEL, imperfections, seed))
+
+
+def failed(checks: tuple[Check, ...]) -> dict[str, Check]:
+    """By name."""
+    return {check.name: check for check in checks if check.failed}
+
+
+def motion_in(log: DropLog, calibration: Calibration, model: RobotModel) -> Motion:
+    """What the evaluation makes of a recording."""
+    rest = log.t_s < -1.5
+    densities = noise_densities(log.t_s[rest], log.rate_rad_s[rest])
+    return motion_of(samples_of(log, calibration, model), calibration, model, densities, log.header.dlpf_cfg)
+
+
+def with_imu(log: DropLog, body: int, part: slice, counts: FloatArray) -> DropLog:
+    """The accelerometer or the gyro of body 1 to 4 gives these counts (n, 3)."""
+    other = log.imu_counts.copy()
+    other[:, body - 1, part] = np.clip(np.round(counts), -32768, 32767)
+    return replace(log, imu_counts=other)
+
+
+def axes_exchanged(log: DropLog, body: int, exchange: Sequence[Sequence[int]], part: slice = GYRO) -> DropLog:
+    """`exchange` (3, 3) makes what is shown of what is true."""
+    return with_imu(log, body, part, log.imu_counts[:, body - 1, part] @ np.array(exchange).T.astype(float))
+
+
+def imus_in_order(log: DropLog, order: Sequence[int]) -> DropLog:
+    """Place i of the log shows the IMU of body `order[i]`."""
+    return replace(log, imu_counts=log.imu_counts[:, np.array(order) - 1])
+
+
+def gyro_plus(log: DropLog, body: int, rate_deg_s: Sequence[float] | FloatArray) -> DropLog:
+    """A gyro that shows so much more: (3,) or (n, 3)."""
+    added = np.asarray(rate_deg_s) * log.header.gyro_lsb_per_deg_s
+    return with_imu(log, body, GYRO, log.imu_counts[:, body - 1, GYRO] + added)
+
+
+def gyro_scaled(log: DropLog, body: int, factor: Sequence[float]) -> DropLog:
+    """Each of its axes by its own."""
+    return with_imu(log, body, GYRO, log.imu_counts[:, body - 1, GYRO] * np.array(factor))
+
+
+def gyros_late(log: DropLog, bodies: Sequence[int], samples: int) -> DropLog:
+    """They show what they should have shown some samples before."""
+    other = log.imu_counts.copy()
+    for body in bodies:
+        other[samples:, body - 1, GYRO] = log.imu_counts[:-samples, body - 1, GYRO]
+    return replace(log, imu_counts=other)
+
+
+def gyro_stuck(log: DropLog, body: int, from_s: float) -> DropLog:
+    """It repeats one reading, and its flag says that it is well."""
+    row = int(np.searchsorted(log.t_s, from_s))
+    counts = log.imu_counts[:, body - 1, GYRO].astype(float)
+    counts[row:] = counts[row]
+    return with_imu(log, body, GYRO, counts)
+
+
+def with_angles(log: DropLog, column: int, counts: NDArray[np.int64]) -> DropLog:
+    """Angle sensor 0 to 5 gives these counts (n,), modulo a turn."""
+    other = log.angle_counts.copy()
+    other[:, column] = np.mod(counts, log.header.angle_counts_per_turn)
+    return replace(log, angle_counts=other)
+
+
+def sensor_reversed(log: DropLog, column: int) -> DropLog:
+    """It counts the other way round."""
+    return with_angles(log, column, -log.angle_counts[:, column].astype(np.int64))
+
+
+def sensor_moved(log: DropLog, column: int, angle_deg: float) -> DropLog:
+    """It was turned on its shaft."""
+    counts = round(angle_deg / 360.0 * log.header.angle_counts_per_turn)
+    return with_angles(log, column, log.angle_counts[:, column].astype(np.int64) + counts)
+
+
+def sensor_late(log: DropLog, column: int, samples: int) -> DropLog:
+    """It shows what it should have shown some samples before."""
+    counts = log.angle_counts[:, column].astype(np.int64)
+    counts[samples:] = log.angle_counts[:-samples, column]
+    return with_angles(log, column, counts)
+
+
+def sensor_stuck(log: DropLog, column: int, from_s: float) -> DropLog:
+    """It repeats one reading."""
+    row = int(np.searchsorted(log.t_s, from_s))
+    counts = log.angle_counts[:, column].astype(np.int64)
+    counts[row:] = counts[row]
+    return with_angles(log, column, counts)
+
+
+def sensors_exchanged(log: DropLog, first: int, second: int) -> DropLog:
+    """Their cables are."""
+    other = log.angle_counts.copy()
+    other[:, [first, second]] = log.angle_counts[:, [second, first]]
+    return replace(log, angle_counts=other)
+
+
+def unanswered(log: DropLog, body: int, from_s: float, until_s: float) -> DropLog:
+    """An IMU that does not answer for a while."""
+    valid = log.imu_valid.copy()
+    valid[(log.t_s >= from_s) & (log.t_s < until_s), body - 1] = False
+    return replace(log, imu_valid=valid)
+
+
+def without_samples(log: DropLog, from_s: float, until_s: float) -> DropLog:
+    """The recording lacks them."""
+    kept = (log.t_s < from_s) | (log.t_s >= until_s)
+    columns = ["sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid"]
+    columns += ["switch_open", "clipped"]
+    return replace(log, **{name: getattr(log, name)[kept] for name in columns})
