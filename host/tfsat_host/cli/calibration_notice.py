@@ -64,6 +64,8 @@ def notices(
     file: Path,
     before: datetime | None = None,
     now: datetime | None = None,
+    *,
+    servos: bool = True,
 ) -> list[str]:
     """All that stands against using a calibration, a sentence or two each; nothing: it can be used.
 
@@ -74,12 +76,13 @@ def notices(
         before: When its samples were taken: later landings do not matter, but what was measured after one may
             have been otherwise. None: now.
         now: By the computer's clock, unless given.
+        servos: Whether theirs count; no sensor's reading rests on them.
     """
     if origin is not None and (other := _of_another_robot(calibration, origin)):
         return [other]
     said = [] if origin is None else _of_other_imus(calibration, origin)
     options = command_options(file, emulated=calibration.subject.emulated)
-    shortcomings = calibration.shortcomings(before)
+    shortcomings = _shortcomings(calibration, before, servos=servos)
     for reason, words in (
         ("missing", "The calibration lacks"),
         ("stale", "Measured before the last landing, which may have changed it:"),
@@ -103,13 +106,17 @@ def as_json(
     said: list[str],
     before: datetime | None = None,
     into: Path | None = None,
+    *,
+    servos: bool = True,
 ) -> dict[str, Any]:
     """For `--json`, under `calibration`; `into` is the certificate that further steps go into, if not `file`."""
     options = command_options(into or file, emulated=calibration.subject.emulated)
     return {
         "file": str(file),
         "usable": not said,
-        "shortcomings": [_shortcoming_as_json(one, options) for one in calibration.shortcomings(before)],
+        "shortcomings": [
+            _shortcoming_as_json(one, options) for one in _shortcomings(calibration, before, servos=servos)
+        ],
         "sentences": said,
     }
 
@@ -117,6 +124,10 @@ def as_json(
 def unreadable_as_json(file: Path, sentence: str) -> dict[str, Any]:
     """The same of a certificate that could not be read."""
     return {"file": str(file), "usable": False, "shortcomings": [], "sentences": [sentence]}
+
+
+def _shortcomings(calibration: Calibration, before: datetime | None, *, servos: bool) -> list[Shortcoming]:
+    return [one for one in calibration.shortcomings(before) if servos or not one.name.startswith("servo ")]
 
 
 def _shortcoming_as_json(shortcoming: Shortcoming, options: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from tfsat_host.cli.decode_calibration import tell_calibration
 from tfsat_host.cli.decode_words import aside_words, footer_rows, recordings_lines, utc, verdict_words
 from tfsat_host.cli.decoded_files import FORMATS
 from tfsat_host.cli.event_words import event_words
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.options import add_output_options, file_name, session_id
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError, TfsatError
 
@@ -52,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--session",
         metavar="ID",
-        type=_session,
+        type=session_id,
         help="which recording of the file, 8 hex digits (default: the newest by the time of day in the headers; "
         "where an unbroken one has none, the first in the file)",
     )
@@ -170,13 +170,3 @@ def _formats(text: str) -> tuple[str, ...]:
     if unknown:
         raise argparse.ArgumentTypeError(f"{unknown[0]!r} is no format; there are {', '.join(FORMATS)}")
     return names
-
-
-def _session(text: str) -> int:
-    try:
-        number = int(text, 16)
-    except ValueError:
-        number = -1
-    if not 0 <= number <= 0xFFFFFFFF:
-        raise argparse.ArgumentTypeError(f"{text!r} is no recording's id (8 hexadecimal digits)")
-    return number

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Calibration
     from tfsat_host.calibration.certificate.of_drop import CertificateOfDrop
     from tfsat_host.calibration.steps.counts import Counts
-    from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.sdlog import DropLog
 
 _NO_TIME = (
@@ -43,22 +42,45 @@ def tell_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
     """
     origin = origin_of_log(log.header)
     file = find_certificate(named, log.path.parent, Path(), emulated=origin.emulated)
-    return {"calibration": _tell_certificate(log, origin, file, out), "quiet_s": _tell_quiet(log, file, out)}
+    return {"calibration": _tell_certificate(log, file, out), "quiet_s": _tell_quiet(log, file, out)}
 
 
-def _tell_certificate(log: DropLog, origin: Origin, file: Path | None, out: Output) -> dict[str, Any] | None:
+@dataclass(frozen=True, eq=False)
+class HeldAgainst:
+    """A certificate beside a recording.
+
+    Attributes:
+        path: Of the certificate that held at the release.
+        calibration: What it says; where nobody knows when the recording was, without the landing that ended it.
+        said: What stands against using it for the recording, a sentence or two each.
+        facts: For `--json`.
+    """
+
+    path: Path
+    calibration: Calibration
+    said: list[str]
+    facts: dict[str, Any]
+
+
+def hold_against(log: DropLog, file: Path, out: Output, *, servos: bool = True) -> HeldAgainst:
+    """Holds a certificate against a recording; the recording's landing is written into it.
+
+    Args:
+        log: The recording.
+        file: The certificate that lies there now.
+        out: For what was done on the way.
+        servos: Whether it matters that they were measured.
+
+    Raises:
+        TfsatError: the certificate cannot be read or understood.
+    """
     from tfsat_host.calibration.certificate.file import read_calibration
 
-    if file is None:
-        return None
-    try:
-        present = read_calibration(file)
-        if is_of_robot(present, origin):
-            note_landing_of(log, file, present, out)
-        used = _certificate_of(log, file)
-    except TfsatError as error:
-        out.warn(f"{error.what} {error.meaning} {error.next_step}")
-        return unreadable_as_json(file, error.what)
+    origin = origin_of_log(log.header)
+    present = read_calibration(file)
+    if is_of_robot(present, origin):
+        note_landing_of(log, file, present, out)
+    used = _certificate_of(log, file)
     for sentence in used.unreadable:
         out.warn(f"{sentence} It was passed over.")
     if used.path != file:
@@ -67,12 +89,27 @@ def _tell_certificate(log: DropLog, origin: Origin, file: Path | None, out: Outp
             "release."
         )
     recorded = time_of_day(log, log.origin_us)
-    said = _against(log, used.calibration, origin, file)
-    if not said:
-        out.note(f"Calibration: {used.path} holds for this recording.")
-    for sentence in said:
-        out.note(f"Calibration {used.path}: {sentence}")
-    return as_json(used.calibration, used.path, said, recorded, into=file)
+    calibration = used.calibration if recorded else _without_landing_of(log, used.calibration)
+    said = notices(calibration, origin, file, recorded, servos=servos)
+    if recorded is None and is_of_robot(calibration, origin):
+        said.append(_NO_TIME)
+    facts = as_json(calibration, used.path, said, recorded, into=file, servos=servos)
+    return HeldAgainst(used.path, calibration, said, facts)
+
+
+def _tell_certificate(log: DropLog, file: Path | None, out: Output) -> dict[str, Any] | None:
+    if file is None:
+        return None
+    try:
+        held = hold_against(log, file, out)
+    except TfsatError as error:
+        out.warn(f"{error.what} {error.meaning} {error.next_step}")
+        return unreadable_as_json(file, error.what)
+    if not held.said:
+        out.note(f"Calibration: {held.path} holds for this recording.")
+    for sentence in held.said:
+        out.note(f"Calibration {held.path}: {sentence}")
+    return held.facts
 
 
 def _certificate_of(log: DropLog, file: Path) -> CertificateOfDrop:
@@ -86,15 +123,10 @@ def _certificate_of(log: DropLog, file: Path) -> CertificateOfDrop:
     return certificate_for(file, released, landed)
 
 
-def _against(log: DropLog, calibration: Calibration, origin: Origin, file: Path) -> list[str]:
-    """What stands against using it for the recording."""
-    recorded = time_of_day(log, log.origin_us)
-    if recorded is not None:
-        return notices(calibration, origin, file, recorded)
-    # Its own landing ended the recording; whatever else is known may have come before.
+def _without_landing_of(log: DropLog, calibration: Calibration) -> Calibration:
+    """Its own landing ended the recording; whatever else is known may have come before."""
     others = tuple(one for one in calibration.landings if not is_told_by(one, log))
-    said = notices(replace(calibration, landings=others), origin, file)
-    return [*said, _NO_TIME] if is_of_robot(calibration, origin) else said
+    return replace(calibration, landings=others)
 
 
 def _tell_quiet(log: DropLog, file: Path | None, out: Output) -> float | None:

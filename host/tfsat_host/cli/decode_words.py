@@ -61,13 +61,15 @@ def footer_rows(footer: Facts | None) -> Iterator[tuple[str, str]]:
     yield "Ended", _STOPPED[StopReason(footer["stop_reason"])]
 
 
-def recordings_lines(facts: Facts, file: object) -> Iterator[str]:
-    """That a file holds several recordings, which one was decoded and how to get another."""
+def recordings_lines(
+    facts: Facts, file: object, command: str = "decode", done: str = "Decoded"
+) -> Iterator[str]:
+    """That a file holds several recordings, which one the command took and how to get another."""
     recordings = facts["recordings"]
     others = len(facts["other_sessions"])
     if not others:
         return
-    yield f"{file} holds {others + 1} recordings. Decoded: {facts['session']}, {_CHOSEN[facts['chosen_by']]}."
+    yield f"{file} holds {others + 1} recordings. {done}: {facts['session']}, {_CHOSEN[facts['chosen_by']]}."
     for one in recordings[:_LISTED]:
         started = "-" if one["started_unix_us"] is None else utc(one["started_unix_us"])
         yield (
@@ -76,7 +78,7 @@ def recordings_lines(facts: Facts, file: object) -> Iterator[str]:
         )
     if others + 1 > min(len(recordings), _LISTED):
         yield f"  … and {others + 1 - min(len(recordings), _LISTED)} more (--json names them)."
-    yield f"Another one: tfsat-host decode {file} --session ID"
+    yield f"Another one: tfsat-host {command} {file} --session ID"
 
 
 def utc(unix_us: int) -> str:

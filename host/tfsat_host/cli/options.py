@@ -77,3 +77,14 @@ def seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 20 and int(text) < _SEED_LIMIT):
         raise argparse.ArgumentTypeError(f"{text!r} is no seed: write a whole number from 0")
     return int(text)
+
+
+def session_id(text: str) -> int:
+    """An argparse type: a recording's id. Raises ArgumentTypeError unless up to 8 hexadecimal digits."""
+    try:
+        number = int(text, 16)
+    except ValueError:
+        number = -1
+    if not 0 <= number <= 0xFFFFFFFF:
+        raise argparse.ArgumentTypeError(f"{text!r} is no recording's id (8 hexadecimal digits)")
+    return number

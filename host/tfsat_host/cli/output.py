@@ -68,7 +68,7 @@ class Output:
             raise RuntimeError("a command has one result")
         self._result_given = True
         if self.json_mode:
-            self._print_json(_jsonable(data))
+            self._print_json(jsonable(data))
         elif callable(text):
             text()
         elif text:
@@ -99,7 +99,7 @@ class Output:
     def stream(self, data: Mapping[str, Any]) -> None:
         """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
         if self.json_mode:
-            self._print_json(_jsonable(data))
+            self._print_json(jsonable(data))
             self._stdout.flush()
 
     @contextlib.contextmanager
@@ -179,7 +179,7 @@ class Output:
 
         columns: list[progress.ProgressColumn] = [
             progress.SpinnerColumn(),
-            progress.TextColumn("{task.description}"),
+            progress.TextColumn("{task.description}", markup=False),
             progress.BarColumn(),
         ]
         if total is None:
@@ -245,10 +245,10 @@ def _cell(value: object) -> tuple[str, bool]:
     return str(value), False
 
 
-def _jsonable(value: Any) -> Any:
+def jsonable(value: Any) -> Any:
     """Plain JSON: paths, enums and numpy values become text, numbers and lists; NaN becomes null."""
     if isinstance(value, Mapping):
-        return {str(key): _jsonable(item) for key, item in value.items()}
+        return {str(key): jsonable(item) for key, item in value.items()}
     if isinstance(value, str) or value is None or isinstance(value, bool):
         return str(value) if isinstance(value, str) else value
     if isinstance(value, int):
@@ -256,7 +256,7 @@ def _jsonable(value: Any) -> Any:
     if isinstance(value, float):
         return float(value) if value - value == 0 else None
     if hasattr(value, "tolist"):
-        return _jsonable(value.tolist())
+        return jsonable(value.tolist())
     if isinstance(value, Iterable):
-        return [_jsonable(item) for item in value]
+        return [jsonable(item) for item in value]
     return str(value)

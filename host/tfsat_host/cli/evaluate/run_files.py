@@ -1,0 +1,96 @@
+"""The files of one drop: a recording, and what lies beside it."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tfsat_host.errors import TfsatError
+
+if TYPE_CHECKING:
+    from tfsat_host.maneuver import Schedule
+
+RECORDING = "SD.bin"
+MANEUVER = "maneuver.toml"
+_LISTED = 8
+_NOTHING_DONE = "Nothing was evaluated."
+
+
+@dataclass(frozen=True, slots=True)
+class RunFiles:
+    """Where the parts of one drop are.
+
+    Attributes:
+        recording: The file off the card.
+        maneuver: What was commanded; None: no file tells.
+    """
+
+    recording: Path
+    maneuver: Path | None
+
+
+def run_files(place: Path, maneuver: Path | None) -> RunFiles:
+    """What a RUN is: a recording, or a folder with one.
+
+    Args:
+        place: As it was typed.
+        maneuver: As it was typed; None: the one beside the recording.
+
+    Raises:
+        TfsatError: there is nothing of that name, or the folder holds no recording, or several.
+    """
+    recording = _recording_in(place) if place.is_dir() else place
+    if not place.exists():
+        raise TfsatError(
+            what=f"There is no file or folder {place}.",
+            meaning=_NOTHING_DONE,
+            next_step="Name the recording off the card, or the folder with it: tfsat-host evaluate SD.bin",
+        )
+    beside = recording.parent / MANEUVER
+    return RunFiles(recording, maneuver or (beside if beside.is_file() else None))
+
+
+def schedule_in(file: Path) -> Schedule:
+    """What a maneuver file commands.
+
+    Raises:
+        ManeuverError: it cannot be read, understood or flown; names the file.
+    """
+    from tfsat_host.maneuver import Defect, ManeuverError, read_maneuver, schedule_maneuver
+
+    try:
+        maneuver = read_maneuver(file)
+        try:
+            return schedule_maneuver(maneuver)
+        except ManeuverError as error:
+            raise error.in_file(str(file)) from error
+    except ManeuverError as error:
+        error.meaning = f"{error.meaning} {_NOTHING_DONE}".strip()
+        if error.code == Defect.FILE_UNREADABLE:
+            error.next_step = (
+                "Give the path of the maneuver that was flown with --maneuver, or leave that out."
+            )
+        raise
+
+
+def _recording_in(folder: Path) -> Path:
+    """`SD.bin`, or else the only recording there."""
+    found = sorted(path for path in folder.glob("*.[bB][iI][nN]") if path.is_file())
+    usual = [path for path in found if path.name == RECORDING]
+    if usual or len(found) == 1:
+        return (usual or found)[0]
+    if not found:
+        raise TfsatError(
+            what=f"{folder} holds no recording: no {RECORDING}, no other file that ends in .bin.",
+            meaning=_NOTHING_DONE,
+            next_step="Copy the recording off the card into it (DROP0001.BIN and up), or fetch it: "
+            "tfsat-host log fetch 1",
+        )
+    names = ", ".join(path.name for path in found[:_LISTED]) + (", …" if len(found) > _LISTED else "")
+    raise TfsatError(
+        what=f"{folder} holds several recordings: {names}.",
+        meaning=f"Which of them is meant is not known. {_NOTHING_DONE}",
+        next_step=f"Name one: tfsat-host evaluate {shlex.quote(str(found[0]))}",
+    )

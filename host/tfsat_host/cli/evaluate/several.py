@@ -1,0 +1,132 @@
+"""Several drops of one robot beside each other, and each judged by the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.evaluate.phrases import number, plus_minus, printable, sentences
+from tfsat_host.cli.output import Output
+
+if TYPE_CHECKING:
+    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
+    from tfsat_host.evaluation.model_fit.cross_validation import Combined, LeftOut
+
+Json = dict[str, Any]
+
+
+class Comparison:
+    """Two or more evaluated drops.
+
+    Attributes:
+        runs: The drops.
+        combined: The offsets of all of them together.
+        left_out: For each drop, how the others' offsets do in it.
+    """
+
+    def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
+        from tfsat_host.evaluation.model_fit.cross_validation import combine, cross_validate
+
+        self.runs = tuple(runs)
+        drops = [_fitted(run) for run in runs]
+        self.combined: Combined = combine([drop.fit for drop in drops])
+        self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
+
+
+def _fitted(run: EvaluatedRun) -> Any:
+    import numpy as np
+
+    from tfsat_host.evaluation.model_fit.cross_validation import FittedDrop
+
+    explained = run.found.explained
+
+    def error_deg(values: Any) -> float:
+        return float(np.rad2deg(explained.driven.beside(values).error.final_norm_rad))
+
+    return FittedDrop(str(run.place), explained.driven.flown, explained.fit, error_deg)
+
+
+def comparison_as_dict(found: Comparison) -> Json:
+    """For `--json`, under `comparison`."""
+    offsets = found.runs[0].found.explained.fit.offsets
+    return {
+        "offsets": [
+            {"name": name, "unit": unit, "value": float(value), "std": float(std)}
+            for name, unit, value, std in zip(
+                offsets.names, offsets.units, found.combined.values, found.combined.std, strict=True
+            )
+        ],
+        "cross_validation": [
+            {
+                "drop": one.name,
+                "error_before_deg": one.error_before,
+                "error_after_deg": one.error_after,
+                "error_own_deg": one.error_own,
+                "improved": one.improved,
+                "objective_before_kg_m2_s": one.objective_before,
+                "objective_after_kg_m2_s": one.objective_after,
+                "own_off_stds": one.own_off_std,
+            }
+            for one in found.left_out
+        ],
+    }
+
+
+def show_table(rows: Sequence[tuple[object, ...]], out: Output) -> None:
+    """A line for each drop."""
+    columns = ("drop", "verdict", "reorientation / deg", "model off / deg", "corrected / deg")
+    out.table(columns, rows, title="All drops")
+
+
+def row_of(run: EvaluatedRun) -> tuple[object, ...]:
+    """The line of a drop that was evaluated."""
+    import numpy as np
+
+    turn, explained = run.found.reorientation, run.found.explained
+    return (
+        printable(run.place),
+        run.verdict.level,
+        plus_minus(*np.rad2deg([turn.angle_rad, turn.std_rad])),
+        number(np.rad2deg(explained.before.error.final_norm_rad), 3),
+        number(np.rad2deg(explained.after.error.final_norm_rad), 3),
+    )
+
+
+def show_comparison(found: Comparison, out: Output) -> None:
+    """What the drops say together, and of each other."""
+    offsets = found.runs[0].found.explained.fit.offsets
+    rows: list[tuple[object, ...]] = [
+        (name, unit, plus_minus(float(value), float(std), sign=True), *_each(found, index))
+        for index, (name, unit, value, std) in enumerate(
+            zip(offsets.names, offsets.units, found.combined.values, found.combined.std, strict=True)
+        )
+    ]
+    columns = ("offset", "unit", "all drops", *[f"drop {n}" for n in range(1, len(found.runs) + 1)])
+    out.table(columns, rows, title="Corrections of the model")
+    out.table(
+        ("left out", "model / deg", "with the others' / deg", "with its own / deg", "own off / stds"),
+        [
+            (
+                printable(one.name),
+                number(one.error_before, 3),
+                number(one.error_after, 3),
+                number(one.error_own, 3),
+                number(one.own_off_std, 1),
+            )
+            for one in found.left_out
+        ],
+        title="Attitude error at the end with the corrections of the other drops",
+    )
+    better = sum(one.improved for one in found.left_out)
+    sentences(
+        [
+            f"The other drops' corrections made the model better in {better} of {len(found.left_out)} drops.",
+            "Standard deviations of all drops together take the drops as independent: errors of a calibration that "
+            "they share are not made smaller.",
+        ],
+        out,
+    )
+
+
+def _each(found: Comparison, index: int) -> list[str]:
+    return [number(float(run.found.explained.fit.values[index]), 2, sign=True) for run in found.runs]

@@ -1,0 +1,157 @@
+"""What an evaluation is worth, in one word, one sentence and the reasons.
+
+`good`: nothing speaks against any number. `doubtful`: the numbers are there, but something failed a check, is missing
+or was stood in for. `failed`: there are no numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.laser import ReleaseVelocity
+from tfsat_host.evaluation.model_fit.explained import Explained
+from tfsat_host.evaluation.strokes_flown import FlownStroke
+from tfsat_host.protocol.limits import FALL_US
+from tfsat_host.sdlog.summary import warnings
+
+Level = Literal["good", "doubtful", "failed"]
+
+OFF_SHARE = 0.15
+"""Of a stroke: a servo as the paper's came 7 % short; what misses by more was not the stroke that was commanded."""
+CERTAIN_STDS = 3.0
+UNEXPLAINED = 4.6
+"""Three normal angles are so far from zero, in their own uncertainty, once in ten thousand drops."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What an evaluation is worth.
+
+    Attributes:
+        level: See the module.
+        sentence: Why, in short.
+        reasons: Why, at length; a sentence or more each. Empty if it is good.
+    """
+
+    level: Level
+    sentence: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Reasons of one kind, and what they come to."""
+
+    sentence: str
+    reasons: tuple[str, ...]
+
+
+def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Verdict:
+    """Of one drop.
+
+    Args:
+        found: The evaluation.
+        against_calibration: What stands against the certificate, which the evaluation itself cannot see: that it is of
+            other sensors, or how old it is. Sentences.
+    """
+    failed = tuple(check.sentence for check in found.failed_checks)
+    groups = (
+        _Group(f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
+        _Group("the recording is not whole", tuple(_of_recording(found))),
+        _Group("the calibration does not hold as it is", tuple(against_calibration)),
+        _Group("something stands in for data that is missing", found.notes),
+        _Group("not every stroke was flown as commanded", tuple(_of_strokes(found.strokes))),
+        _Group("the fall was not as it should be", tuple(_of_fall(found))),
+        _Group("the model does not explain the motion", tuple(_of_model(found.explained))),
+    )
+    present = [group for group in groups if group.reasons]
+    if not present:
+        return Verdict("good", _good(found), ())
+    sentence = "; ".join(group.sentence for group in present)
+    reasons = tuple(dict.fromkeys(reason for group in present for reason in group.reasons))
+    return Verdict("doubtful", f"{sentence[:1].upper()}{sentence[1:]}.", reasons)
+
+
+def refused(error: TfsatError) -> Verdict:
+    """Of a drop that cannot be evaluated."""
+    return Verdict("failed", error.what, tuple(text for text in (error.meaning, error.next_step) if text))
+
+
+def _good(found: Evaluation) -> str:
+    passed = sum(check.verdict == "passed" for check in found.checks)
+    checks = "the one check passed" if passed == 1 else f"all {passed} checks passed"
+    return f"Nothing speaks against it: {checks}, no sample is missing, the calibration holds."
+
+
+def _of_recording(found: Evaluation) -> Iterator[str]:
+    """Where it ends early, and the sentences by which `decode` calls it doubtful, without their details."""
+    last_s = float(found.log.t_s[-1])
+    if found.instants.landing is None and last_s < FALL_US / 1e6:
+        yield (
+            f"The recording ends {last_s:.2f} s after the release, in the fall: all numbers are of what came before."
+        )
+    yield from (line for line in warnings(found.log) if not line.startswith(" "))
+
+
+def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
+    for stroke in strokes:
+        name = f"Stroke {stroke.number} (joint {stroke.joint})"
+        if stroke.remark:
+            yield f"{name}: {stroke.remark}"
+        elif abs(stroke.short_rad) > max(
+            OFF_SHARE * abs(stroke.commanded_rad), CERTAIN_STDS * stroke.size_std_rad
+        ):
+            came, told = np.rad2deg([stroke.size_rad, stroke.commanded_rad])
+            yield (
+                f"{name} went {came:+.1f} deg instead of {told:+.1f} deg: if that is no fault of the servo, another "
+                "maneuver was flown than this one."
+            )
+
+
+def _of_fall(found: Evaluation) -> Iterator[str]:
+    yield from found.instants.findings
+    yield from found.micro_gravity.findings
+    if found.clocks is not None:
+        for clock in (found.clocks.sequencer, found.clocks.video):
+            yield from clock.findings if clock else ()
+    if found.release_velocity is not None:
+        yield from _of_release(found.release_velocity)
+
+
+def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
+    if velocity.samples_left_out > velocity.samples:
+        every = velocity.samples + velocity.samples_left_out
+        yield (
+            f"{velocity.samples_left_out} of {every} places of the laser spots lie off the others and were left out: "
+            "do not rely on the release velocity."
+        )
+    if velocity.downward_judged == "outside":
+        speed = velocity.downward
+        yield (
+            f"The robot left the release mechanism at {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s downwards: "
+            "outside what the facility permits."
+        )
+    if velocity.transversal_judged == "outside" and velocity.transversal_speed is not None:
+        speed = velocity.transversal_speed
+        yield (
+            f"The robot drifted sideways at {speed.value_mm_s:.0f} ± {speed.std_mm_s:.0f} mm/s: more than the "
+            "facility permits."
+        )
+
+
+def _of_model(explained: Explained) -> Iterator[str]:
+    fit, error = explained.fit, explained.after.error
+    stuck = [name for name, at in zip(fit.offsets.names, fit.at_bound, strict=True) if at]
+    if stuck:
+        yield f"The correction stopped at its bound: {', '.join(stuck)}. The true one lies beyond, or is another one."
+    if error.mahalanobis > UNEXPLAINED:
+        yield (
+            f"Even the corrected model misses the attitude by {np.rad2deg(error.final_norm_rad):.2f} deg, "
+            f"{error.mahalanobis:.1f} times what all stated uncertainties together explain."
+        )

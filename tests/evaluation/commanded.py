@@ -1,0 +1,47 @@
+"""`tfsat-host evaluate` in this process: arguments in, exit code and both streams out."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from tfsat_host.cli.main import main
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the command did."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def words(self) -> str:
+        """What it printed, without line breaks."""
+        return " ".join(self.out.split())
+
+    @property
+    def json(self) -> Any:
+        """The one object that it printed."""
+        return json.loads(self.out)
+
+
+def evaluate(*args: object) -> Said:
+    """Runs the command in the current folder."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(["evaluate", *map(str, args)])
+    said = Said(code, out.getvalue(), err.getvalue())
+    assert "Traceback" not in said.err and "a bug of its own" not in said.out + said.err, said
+    return said
+
+
+def evaluated(*args: object, expect: int = 0) -> Any:
+    """The object that it prints."""
+    said = evaluate(*args, "--json")
+    assert said.code == expect, (said.code, said.out[:3000], said.err)
+    return said.json

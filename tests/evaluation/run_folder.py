@@ -1,0 +1,104 @@
+"""Folders as a drop leaves them, made once a run of the tests and copied, and damage to what lies in them."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.evaluation.drops import MORNING, Drop, calibrated_from_truth, drop, with_com_offsets
+from tests.evaluation.fitted_drops import PAPER_RATE_RAD_S
+from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.maneuver import format_maneuver, four_stroke
+from tfsat_host.protocol.enums import BlockKind
+from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC
+from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, CRC_OFFSET, DATA_BLOCK_DTYPE, LOG_HEADER_DTYPE
+from tfsat_host.robot import load_robot
+
+ROBOT = 11
+"""The seed of the one robot that all these drops are of."""
+DROPPED = MORNING + timedelta(hours=1)
+CERTIFICATE = "calibration-emulated.toml"
+Blocks = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class _Made:
+    folder: Path
+    drop: Drop
+
+
+@cache
+def _made(seed: int) -> _Made:
+    folder = Path(tempfile.mkdtemp(prefix="tfsat-drop-"))
+    model, imperfections = load_robot(), draw_as_built(ROBOT)
+    off = with_com_offsets(model, np.random.default_rng(ROBOT).uniform(-0.008, 0.008, (3, 3)))
+    flown = drop(folder, model, off, imperfections, seed=seed, rate_rad_s=PAPER_RATE_RAD_S)
+    calibration = calibrated_from_truth(model, imperfections, ROBOT)
+    tell_time(folder / "SD.bin", DROPPED)
+    (folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")
+    (folder / "maneuver.toml").write_text(format_maneuver(four_stroke(59.0, 70.0)), encoding="utf-8")
+    return _Made(folder, flown)
+
+
+def made_drop(seed: int = 1) -> Drop:
+    """The drop of `run_folder`, with its truth."""
+    return _made(seed).drop
+
+
+def made_folder(seed: int = 1) -> Path:
+    """Where that drop's files are; not to be changed."""
+    return _made(seed).folder
+
+
+def run_folder(folder: Path, seed: int = 1) -> None:
+    """A folder with a drop of `ROBOT`, its calibration and its maneuver."""
+    shutil.copytree(_made(seed).folder, folder)
+
+
+def tell_time(card: Path, at: datetime | None) -> None:
+    """The recording began at that time of day, as `record start` would have it; None: nobody told the logger."""
+    fields = [*BLOCK_HEADER_DTYPE, *LOG_HEADER_DTYPE]
+    filled = np.dtype(fields).itemsize
+    dtype = np.dtype([*fields, ("rest", "u1", (CRC_OFFSET - filled,)), ("crc", "<u4")])
+    blocks = np.frombuffer(bytearray(card.read_bytes()), dtype).copy()
+    for row in np.flatnonzero((blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.HEADER)):
+        blocks[row]["wall_clock_us"] = 0 if at is None else round(at.timestamp() * 1e6)
+        blocks[row]["crc"] = zlib.crc32(blocks[row].tobytes()[:CRC_OFFSET])
+    card.write_bytes(blocks.tobytes())
+
+
+def change_samples(card: Path, change: Callable[[Blocks, NDArray[np.float64]], None]) -> None:
+    """Lets `change` edit the data blocks in place, and gives them right CRCs again.
+
+    It gets the k blocks (`DATA_BLOCK_DTYPE`) and the (k, 6) times of their samples by the logger's clock, s.
+    """
+    blocks = np.frombuffer(bytearray(card.read_bytes()), DATA_BLOCK_DTYPE).copy()
+    rows = np.flatnonzero((blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.DATA))
+    data = blocks[rows]
+    change(data, 1e-6 * (data["time_us"][:, None] + data["samples"]["time_offset_us"]))
+    for block in data:
+        block["crc"] = zlib.crc32(block.tobytes()[:CRC_OFFSET])
+    blocks[rows] = data
+    card.write_bytes(blocks.tobytes())
+
+
+def remove_blocks(card: Path, from_s: float, until_s: float) -> None:
+    """Zeroes the data blocks that began between two times by the logger's clock."""
+    image = bytearray(card.read_bytes())
+    blocks = np.frombuffer(bytes(image), DATA_BLOCK_DTYPE)
+    begins = 1e-6 * blocks["time_us"].astype(np.float64)
+    data = (blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.DATA)
+    for row in np.flatnonzero(data & (begins >= from_s) & (begins < until_s)):
+        image[row * BLOCK_BYTES : (row + 1) * BLOCK_BYTES] = bytes(BLOCK_BYTES)
+    card.write_bytes(bytes(image))

@@ -1,0 +1,131 @@
+"""`tfsat-host evaluate` as a user has it: what it says, prints as JSON and writes."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.cli.process import RunCli
+from tests.evaluation.commanded import Said, evaluate, evaluated
+from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
+from tfsat_host.maneuver import format_maneuver, four_stroke
+
+FALL_END_S = 2.45
+
+
+def test_a_good_drop_as_a_process(tfsat_host: RunCli) -> None:
+    run_folder(tfsat_host.folder / "run")
+    done = tfsat_host("evaluate", "run")
+    assert done.stdout.startswith("Verdict     GOOD. Nothing speaks against it: ")
+    words = " ".join(done.stdout.split())
+    assert "deg in the 2.45 s after the release" in words
+    assert "complete" in words and "0 lost" in words and "failed" not in words
+    assert f"{Path('run') / CERTIFICATE}, which holds" in words
+    for title in ("Strokes", "Joint angles", "Attitude of body 1", "Centers of mass", "Checks"):
+        assert f"\n{title}" in done.stdout
+    assert "Reading run/SD.bin …" in done.stderr and "Evaluating run …" in done.stderr
+    assert not (tfsat_host.folder / "run" / "evaluation.json").exists(), "nothing is written unless asked"
+
+
+def test_json_holds_the_truth(good: Said) -> None:
+    truth, found = made_drop(), good.json
+    assert good.code == 0
+    assert found["verdict"]["level"] == "good" and found["verdict"]["reasons"] == []
+    assert found["until_s"] == pytest.approx(FALL_END_S, abs=0.01)
+    true_deg = math.degrees(truth.true_turn(1, 0.0, found["until_s"]).magnitude())
+    assert abs(found["reorientation_deg"] - true_deg) < 4 * found["reorientation_deg_std"] < 0.1
+    off = np.array(found["com_offset_mm"]).ravel() - truth.true_com_offsets_mm
+    assert (np.abs(off) < 4.5 * np.array(found["com_offset_mm_std"]).ravel()).all()
+    errors = found["attitude_error_deg"]
+    assert errors.keys() == {"before", "after"} and errors["after"] < 0.1 < errors["before"]
+    assert [stroke["commanded_deg"] for stroke in found["strokes"]] == pytest.approx([59, 70, -59, -70])
+    assert all(stroke["moved"] and abs(stroke["short_deg"]) < 3.0 for stroke in found["strokes"])
+    assert np.linalg.norm(found["initial_rate_deg_s"]) == pytest.approx(1.17, abs=0.05)
+    assert {check["verdict"] for check in found["checks"]} <= {"passed", "not possible"}
+    assert found["recording"]["verdict"] == "complete"
+    assert found["calibration"] == {
+        "file": str(Path("run") / CERTIFICATE),
+        "usable": True,
+        "shortcomings": [],
+        "sentences": [],
+    }
+
+
+def test_nothing_in_the_json_is_nan(good: Said) -> None:
+    def constant(text: str) -> Any:
+        raise AssertionError(text)
+
+    json.loads(good.out, parse_constant=constant)
+
+
+def test_what_is_written_is_what_is_printed(run: Path) -> None:
+    mine = run.parent / "mine.json"
+    mine.write_text("{}")
+    refused = evaluate("run", "--out", "mine.json")
+    assert refused.code == 1 and refused.out == "" and mine.read_text() == "{}"
+    assert "mine.json exists and was not made by this command." in refused.err
+    printed = evaluated("run", "--out", "mine.json", "--force")
+    assert json.loads(mine.read_text(encoding="utf-8")) == printed
+    assert evaluate("run", "--out", "mine.json").code == 0, "its own file is written again"
+
+
+def test_a_folder_with_one_recording_of_another_name(run: Path, good: Said) -> None:
+    (run / "SD.bin").rename(run / "DROP0007.BIN")
+    found = evaluated("run")
+    assert found["recording"]["file"] == str(Path("run/DROP0007.BIN"))
+    assert found["reorientation_deg"] == good.json["reorientation_deg"]
+
+
+def test_a_file_instead_of_a_folder(run: Path, good: Said) -> None:
+    found = evaluated("run/SD.bin")
+    assert found["reorientation_deg"] == good.json["reorientation_deg"]
+    assert found["maneuver"] == str(Path("run/maneuver.toml"))
+
+
+def test_without_a_maneuver_it_says_what_is_not_known(run: Path) -> None:
+    (run / "maneuver.toml").unlink()
+    found = evaluated("run")
+    assert found["strokes"] == [] and found["clocks"] == {"sequencer": None, "video": None}
+    assert found["maneuver"] is None
+    assert any("No maneuver is known" in note and "--maneuver" in note for note in found["notes"])
+
+
+def test_a_maneuver_that_was_not_flown(run: Path) -> None:
+    (run.parent / "other.toml").write_text(format_maneuver(four_stroke(30.0, 40.0)))
+    said = evaluate("run", "--maneuver", "other.toml")
+    assert said.code == 3
+    assert said.out.startswith("Verdict     DOUBTFUL.")
+    assert "instead of +30.0 deg" in said.words and "another maneuver was flown" in said.words
+
+
+def test_masses_and_inertias_can_be_freed(run: Path, good: Said) -> None:
+    few, many = good.json, evaluated("run", "--masses", "--inertias")
+    assert len(few["offsets"]) == 9 and len(many["offsets"]) == 9 + 4 + 24
+    assert (np.array(many["com_offset_mm_std"]) > np.array(few["com_offset_mm_std"])).all()
+
+
+def test_masses_are_shown(run: Path) -> None:
+    said = evaluate("run", "--masses")
+    assert "body 4 mass" in said.out and "Masses and inertias" in said.out
+
+
+def test_video_and_lasers(run: Path) -> None:
+    write_witnesses(run.parent)
+    said = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
+    assert said.code == 0, said.out
+    assert "the video's runs fast by" in said.words
+    assert "mm/s downwards (as permitted)" in said.words
+
+
+def write_witnesses(folder: Path) -> None:
+    """What a camera would have seen of a robot that sinks at 50 mm/s and does not turn; places read to 0.3 mm."""
+    (folder / "video.csv").write_text("event,t_s\nrelease,12.4\nlanding,14.9\n")
+    read = np.random.default_rng(3).normal(0.0, 0.3, (54, 2))
+    times = np.repeat(np.arange(0.16, 0.69, 0.02), 2)
+    rows = [f"{t},{1 + i % 2},{5 * t + read[i, 0]},{-50 * t + read[i, 1]}" for i, t in enumerate(times)]
+    (folder / "laser.csv").write_text("\n".join(["t_s,spot,along_mm,up_mm", *rows]))

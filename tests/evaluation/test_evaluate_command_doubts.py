@@ -1,0 +1,218 @@
+"""Drops of which something is missing or wrong: what `evaluate` says, and that it never hides it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.evaluation.commanded import Said, evaluate, evaluated
+from tests.evaluation.run_folder import (
+    CERTIFICATE,
+    DROPPED,
+    change_samples,
+    remove_blocks,
+    run_folder,
+    tell_time,
+)
+from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE
+from tfsat_host.sdlog import load
+
+HOUR = timedelta(hours=1)
+
+
+def released_s(run: Path) -> float:
+    release_us = load(run / "SD.bin").release_us
+    assert release_us is not None
+    return release_us * 1e-6
+
+
+def certified(run: Path, change: Callable[[Calibration], Calibration]) -> None:
+    file = run / CERTIFICATE
+    file.write_text(format_calibration(change(read_calibration(file))), encoding="utf-8")
+
+
+def silence(run: Path, body: int, from_s: float, until_s: float) -> None:
+    """The IMU of a body does not answer between two times after the release."""
+    zero_s = released_s(run)
+
+    def change(blocks: Any, t_s: np.ndarray[Any, Any]) -> None:
+        silent = (t_s >= zero_s + from_s) & (t_s < zero_s + until_s)
+        blocks["samples"]["flags"][silent] &= ~np.uint16(1 << (body - 1))
+
+    change_samples(run / "SD.bin", change)
+
+
+def cut(run: Path, after_release_s: float) -> None:
+    """Power was cut, or the copy ends there."""
+    card = run / "SD.bin"
+    image = card.read_bytes()
+    begins = np.frombuffer(image, DATA_BLOCK_DTYPE)["time_us"] * 1e-6
+    card.write_bytes(image[: int((begins < released_s(run) + after_release_s).argmin()) * BLOCK_BYTES])
+
+
+def reasons(found: Any) -> str:
+    assert found["verdict"]["level"] == "doubtful"
+    return "\n".join(found["verdict"]["reasons"])
+
+
+def test_without_a_calibration(run: Path, good: Said) -> None:
+    (run / CERTIFICATE).unlink()
+    found = evaluated("run", expect=3)
+    assert found["calibration"] is None
+    assert "There is no calibration" in reasons(found)
+    assert any("tfsat-host calibrate" in note for note in found["notes"])
+    assert found["reorientation_deg_std"] > 5 * good.json["reorientation_deg_std"]
+
+
+def test_a_calibration_that_a_landing_has_ended(run: Path) -> None:
+    certified(run, lambda whole: with_landing(whole, Landing(DROPPED - HOUR / 2, "a test")))
+    said = evaluate("run")
+    assert said.code == 3
+    assert said.out.startswith("Verdict     DOUBTFUL. The calibration does not hold as it is")
+    assert "Measured before the last landing" in said.words
+    assert "To measure: tfsat-host calibrate bias" in said.words
+    assert "The bias of body 1, 2, 3, 4 is that of the" in said.words
+    assert "which does not hold as it is" in said.words
+
+
+def test_its_own_landing_does_not_stand_against_a_calibration(run: Path) -> None:
+    assert evaluate("run").code == 0
+    (landing,) = read_calibration(run / CERTIFICATE).landings
+    assert landing.at > DROPPED
+    assert evaluate("run").code == 0
+
+
+def test_without_a_time_of_day_nobody_knows_which_was_first(run: Path) -> None:
+    tell_time(run / "SD.bin", None)
+    found = evaluated("run", expect=3)
+    assert "The recording has no time of day" in reasons(found)
+    assert "Measured before the last landing" not in reasons(found)
+    assert found["recording"]["released"] is None
+
+
+def test_a_calibration_of_another_robot_is_not_used(run: Path) -> None:
+    certified(run, lambda whole: replace(whole, subject=replace(whole.subject, logger_serial="00c0ffee")))
+    found = evaluated("run", expect=3)
+    assert "None of its numbers hold" in reasons(found)
+    assert "There is no calibration" in reasons(found), "it was evaluated without"
+
+
+def test_the_numbers_of_an_imu_that_was_exchanged_are_not_used(run: Path) -> None:
+    certified(run, lambda whole: replace(whole, subject=replace(whole.subject, who_am_i="68687068")))
+    found = evaluated("run", expect=3)
+    assert "The IMU of body 3 is another than the one that was calibrated" in reasons(found)
+    assert "The bias of body 3 is that of the" in reasons(found)
+
+
+def test_a_calibration_that_cannot_be_read_is_refused(run: Path) -> None:
+    (run / CERTIFICATE).write_text("nonsense")
+    said = evaluate("run")
+    assert said.code == 1 and said.out == ""
+    assert f"{Path('run') / CERTIFICATE}: this is no TOML" in said.err
+
+
+def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:
+    silence(run, 1, 0.5, 9.0)
+    found = evaluated("run", expect=3)
+    assert "The gyro of body 1 lacks" in reasons(found)
+    assert "bridged from its neighbours" in reasons(found)
+    assert [body["bridged"] for body in found["bodies"]] == [True, False, False, False]
+    assert found["reorientation_deg_std"] > good.json["reorientation_deg_std"]
+    off = found["reorientation_deg"] - good.json["reorientation_deg"]
+    assert abs(off) < 4 * found["reorientation_deg_std"]
+
+
+def test_lost_samples(run: Path) -> None:
+    zero_s = released_s(run)
+    remove_blocks(run / "SD.bin", zero_s + 1.20, zero_s + 1.26)
+    found = evaluated("run", expect=3)
+    assert "samples are lost" in reasons(found)
+    assert found["recording"]["samples_lost"] > 5
+    assert "the recording is not whole" in found["verdict"]["sentence"].lower()
+
+
+def test_a_hole_that_nothing_can_be_carried_over(run: Path) -> None:
+    zero_s = released_s(run)
+    remove_blocks(run / "SD.bin", zero_s + 1.0, zero_s + 1.5)
+    said = evaluate("run")
+    assert said.code == 1 and said.out == ""
+    assert said.err.count("Error: ") == 1
+
+
+def test_a_log_that_ends_after_the_landing(run: Path) -> None:
+    cut(run, 2.8)
+    found = evaluated("run", expect=3)
+    assert "The recording has no end" in reasons(found)
+    assert found["recording"]["verdict"] == "truncated"
+
+
+def test_a_log_that_ends_in_the_fall_says_so(run: Path) -> None:
+    cut(run, 1.6)
+    found = evaluated("run", expect=3)
+    assert "The recording ends 1.60 s after the release, in the fall" in reasons(found)
+    assert found["until_s"] == pytest.approx(1.55, abs=0.02)
+    assert [stroke["moved"] for stroke in found["strokes"]] == [True, True, True, False]
+    assert "Stroke 4 (joint 2): " in reasons(found)
+
+
+def test_a_log_without_a_release_is_refused(run: Path) -> None:
+    cut(run, -0.5)
+    said = evaluate("run")
+    assert said.code == 1 and said.out == ""
+    assert "holds no release" in said.err
+    assert "tfsat-host decode" in said.err
+
+
+@pytest.mark.parametrize(
+    ("make", "args", "code", "words"),
+    [
+        (lambda _: None, ("nowhere",), 1, "There is no file or folder nowhere."),
+        (lambda here: (here / "empty").mkdir(), ("empty",), 1, "empty holds no recording"),
+        (lambda here: (here / "none.bin").write_text("no log"), ("none.bin",), 1, "none.bin"),
+        (lambda _: None, ("run", "--maneuver", "none.toml"), 1, "The maneuver file none.toml cannot be read"),
+        (lambda _: None, ("run", "--calibration", "none.toml"), 1, "none.toml"),
+        (lambda _: None, ("run", "--robot", "cubesat_3u"), 1, "the logger records 4 bodies"),
+        (lambda _: None, ("run", "--session", "xyz"), 2, "'xyz' is no recording's id"),
+        (lambda _: None, ("run", "--session", "0"), 2, "00000000"),
+        (lambda _: None, ("run", "--facility", "cosmotorre.toml"), 2, "--facility"),
+        (lambda _: None, ("run", "--laser", "none.csv"), 1, "none.csv"),
+        (lambda _: None, (), 2, "RUN"),
+    ],
+)
+def test_what_cannot_be_understood(
+    run: Path, make: Callable[[Path], Any], args: tuple[str, ...], code: int, words: str
+) -> None:
+    make(run.parent)
+    said = evaluate(*args)
+    assert said.code == code and said.out == ""
+    assert words in said.err
+
+
+def test_several_recordings_in_a_folder_are_named(run: Path) -> None:
+    (run / "SD.bin").rename(run / "DROP0001.BIN")
+    (run / "DROP0002.BIN").write_bytes((run / "DROP0001.BIN").read_bytes())
+    said = evaluate("run")
+    assert said.code == 1
+    assert "run holds several recordings: DROP0001.BIN, DROP0002.BIN." in said.err
+    assert f"tfsat-host evaluate {Path('run/DROP0001.BIN')}" in said.err
+
+
+def test_several_recordings_in_a_file_are_told_apart(run: Path) -> None:
+    run_folder(run.parent / "second", seed=2)
+    both = (run / "SD.bin").read_bytes() + (run.parent / "second" / "SD.bin").read_bytes()
+    sessions = [load(folder / "SD.bin").session for folder in (run, run.parent / "second")]
+    (run / "SD.bin").write_bytes(both)
+    for session in sessions:
+        said = evaluate("run", "--session", f"{session:08x}", "--json")
+        assert f'"session": "{session:08x}"' in said.out
+        assert "holds 2 recordings" in said.err and "tfsat-host evaluate" in said.err

@@ -1,0 +1,71 @@
+"""Several drops of one robot in one command: each evaluated, compared, and judged by the others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.commanded import Said, evaluate, evaluated
+from tests.evaluation.run_folder import made_drop, run_folder
+
+
+@pytest.fixture
+def drops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Folders 1 and 2, in the current one."""
+    monkeypatch.chdir(tmp_path)
+    for seed in (1, 2):
+        run_folder(tmp_path / str(seed), seed)
+    return tmp_path
+
+
+def test_two_drops_judge_each_other(drops: Path, good: Said) -> None:
+    found = evaluated("1", "2")
+    assert [drop["drop"] for drop in found["drops"]] == ["1", "2"]
+    assert found["drops"][0]["reorientation_deg"] == good.json["reorientation_deg"]
+    for judged in found["comparison"]["cross_validation"]:
+        assert judged["improved"] is True
+        assert judged["error_after_deg"] < 0.2 * judged["error_before_deg"]
+    together = found["comparison"]["offsets"]
+    assert [row["name"] for row in together] == [row["name"] for row in good.json["offsets"]]
+    off = np.array([row["value"] for row in together]) - made_drop().true_com_offsets_mm
+    assert (np.abs(off) < 4.5 * np.array([row["std"] for row in good.json["offsets"]])).all()
+
+
+def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
+    (drops / "empty").mkdir()
+    said = evaluate("1", "empty", "2")
+    assert said.code == 1
+    assert "Verdict FAILED. empty holds no recording" in said.words
+    assert "All drops" in said.out and "== 1" in said.out and "== 2" in said.out
+    assert "The other drops' corrections made the model better in 2 of 2 drops." in said.words
+
+
+def test_one_alone_is_compared_with_nothing(drops: Path) -> None:
+    found = evaluated("1", "nowhere", expect=1)
+    first, second = found["drops"]
+    assert first["verdict"]["level"] == "good"
+    assert second["verdict"]["level"] == "failed" and "nowhere" in second["error"]["what"]
+    assert found["comparison"] is None
+
+
+def test_a_copy_of_a_drop_is_no_other_drop(drops: Path) -> None:
+    run_folder(drops / "copy")
+    found = evaluated("1", "copy", expect=1)
+    assert "copy holds the same recording as 1" in found["drops"][1]["error"]["what"]
+    assert found["comparison"] is None
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("1", "1/../1"), "1/../1 was named twice"),
+        (("1", "2", "--video", "video.csv"), "--video belongs to one drop, and 2 were named."),
+        (("1", "2", "--session", "12345678"), "--session belongs to one drop"),
+    ],
+)
+def test_what_makes_no_sense_for_several(drops: Path, args: tuple[str, ...], words: str) -> None:
+    said = evaluate(*args)
+    assert said.code == 2 and said.out == ""
+    assert words in said.err
