@@ -114,6 +114,25 @@ def test_masses_are_shown(run: Path) -> None:
     assert "body 4 mass" in said.out and "Masses and inertias" in said.out
 
 
+def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
+    """It minimizes the paper's sum and finds less of it than Gauss and Newton do, who minimize something else."""
+    found = evaluate("run", "--swarm", "--json").json
+    assert good.json["swarm"] is None
+    assert found["swarm"]["searches"] == 10
+    assert np.shape(found["swarm"]["com_offset_mm"]) == np.shape(found["swarm"]["spread_mm"]) == (3, 3)
+    objective = found["swarm"]["objective_kg_m2_s"]
+    assert objective["gauss_newton"] < objective["swarm"]
+    shown = evaluate("run", "--swarm").words
+    assert "by the paper's swarm: the best of 10" in shown
+    assert "Its objective, the sum of |h - h0|" in shown
+
+
+def test_the_swarm_searches_for_centers_of_mass_alone(run: Path) -> None:
+    said = evaluate("run", "--swarm", "--masses")
+    assert said.code == 2
+    assert "--swarm searches for centers of mass alone" in said.err
+
+
 def test_video_and_lasers(run: Path) -> None:
     write_witnesses(run.parent)
     said = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")

@@ -53,7 +53,7 @@ def check(documented: list[str], printed: set[str]) -> None:
 
 def test_every_key_is_documented_and_every_documented_key_is_there(run: Path) -> None:
     write_witnesses(run.parent)
-    found = evaluate("run", "--video", "video.csv", "--laser", "laser.csv", "--json").json
+    found = evaluate("run", "--video", "video.csv", "--laser", "laser.csv", "--swarm", "--json").json
     check(tables("## The object of `--json`"), set(paths(found)))
 
 

@@ -143,6 +143,15 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert (share > 0.92).all() and (share[:3] < 0.99).all(), share
 
 
+def test_places_that_mostly_contradict_the_gyro_are_refused() -> None:
+    """A gyro that shows another rotation than the spots: no few wrong places, so no velocity."""
+    flown = Drop(np.array([3.0, -4.0, -40.0]), np.deg2rad([20.0, -30.0, 25.0]))
+    tracks = flown.tracks(np.random.default_rng(3), 1e-7)
+    still = BodyTurning.steady(np.zeros(3), np.full(3, 1e-4), PAUSE_S)
+    with pytest.raises(LaserError, match="places do not lie on one even motion"):
+        release_velocity(tracks, COM_M, WINDOWS, first_stroke_s=PAUSE_S, turning=still)
+
+
 def test_another_light_taken_for_the_spot_is_left_out() -> None:
     rng = np.random.default_rng(3)
     tracks = Drop(np.array([7.0, -3.0, -40.0]), np.zeros(3)).tracks(rng, 3e-4)

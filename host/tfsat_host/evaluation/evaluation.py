@@ -28,6 +28,7 @@ from tfsat_host.evaluation.laser import ReleaseVelocity, VelocityWindows, releas
 from tfsat_host.evaluation.laser_file import LaserTracks
 from tfsat_host.evaluation.laser_geometry import BodyTurning
 from tfsat_host.evaluation.micro_gravity import MicroGravity, micro_gravity, quiet_windows
+from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.model_fit.explained import Explained, explain
 from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
 from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
@@ -107,6 +108,7 @@ class Evaluation:
         explained: The model beside the measurement, before and after its correction.
         identifiability: What the data can tell of the correction, and what not.
         checks: Of integrity, without any truth.
+        swarm: The paper's search for the same correction; None: not asked for.
     """
 
     log: DropLog
@@ -126,6 +128,7 @@ class Evaluation:
     explained: Explained
     identifiability: Identifiability
     checks: tuple[Check, ...]
+    swarm: SwarmFit | None
 
     @property
     def reorientation(self) -> Turn:
@@ -162,6 +165,7 @@ def evaluate(
     recorded: datetime | None = None,
     witnesses: Witnesses | None = None,
     offsets: Offsets | None = None,
+    swarm: bool = False,
 ) -> Evaluation:
     """Evaluates a drop.
 
@@ -174,10 +178,12 @@ def evaluate(
         recorded: When the drop was: landings since do not matter. None: all known landings come before it.
         witnesses: What else was filmed.
         offsets: What of the model may be corrected; None: the centers of mass of bodies 1 to 3, as in the paper.
+        swarm: Search for them by the paper's particle swarm, too; for centers of mass alone.
 
     Raises:
         EvaluationError: no release, a hole in all gyros, or a bias that cannot be had.
         LaserError: the spots cannot tell a velocity.
+        ValueError: the swarm is to search for masses or inertias.
     """
     rest = rest_before_release(log)
     stand_ins = with_stand_ins(calibration, log, model, rest, recorded)
@@ -208,6 +214,7 @@ def evaluate(
         explained=explained,
         identifiability=identifiability(explained.fit),
         checks=checks_of(motion, explained.fit, log, used, model),
+        swarm=swarm_fit(explained.fit, explained.driven.flown) if swarm else None,
     )
 
 

@@ -42,6 +42,10 @@ _LEAST_SPAN_S = 0.1
 Judgement = Literal["within", "outside", "uncertain"]
 
 
+_MOST_LEFT_OUT = 0.25
+"""Of all places."""
+
+
 class LaserError(TfsatError):
     """The tracks do not hold what a velocity needs (exit code 1)."""
 
@@ -133,7 +137,7 @@ def release_velocity(
             fitted along.
 
     Raises:
-        LaserError: too few places in that time.
+        LaserError: too few places in that time, or too many that contradict the others.
     """
     notes = []
     if turning is None:
@@ -145,6 +149,7 @@ def release_velocity(
     geometry = geometry or LaserGeometry()
     acceleration_std = residual_acceleration_g * STANDARD_GRAVITY_M_S2 / 3**0.5
     path = _path(kept, turning.at(kept.t_s), geometry, com_m, acceleration_std)
+    _require_agreement(kept, path)
     covariance = path.covariance + _of_parameters(kept, turning, geometry, com_m, acceleration_std, path)
     for spot, axis in ((2, "x"), (1, "y")):
         if not (kept.spot == spot).any():
@@ -189,6 +194,17 @@ def _chosen(tracks: LaserTracks, from_s: float, until_s: float) -> LaserTracks:
         up_m=tracks.up_m[rows],
         std_m=tracks.std_m[rows],
     )
+
+
+def _require_agreement(tracks: LaserTracks, path: StraightPath) -> None:
+    """Wrong places are few; where many seem wrong, something else is."""
+    if path.left_out > _MOST_LEFT_OUT * len(tracks.t_s):
+        raise LaserError(
+            what=f"{tracks.path}: {path.left_out} of {len(tracks.t_s)} places do not lie on one even motion.",
+            meaning="The spots contradict each other or body 2's gyro: no velocity follows from them.",
+            next_step="See that spots 1 and 2 are not exchanged, that along and up are millimetres on the paper, and "
+            "that the times count from the release.",
+        )
 
 
 def _path(

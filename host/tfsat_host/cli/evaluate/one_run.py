@@ -111,6 +111,7 @@ def evaluate_run(place: Path, args: argparse.Namespace, robot: RobotModel, out: 
             recorded=time_of_day(log, log.origin_us),
             witnesses=witnesses,
             offsets=com_offsets(robot, masses=args.masses, inertias=args.inertias),
+            swarm=args.swarm,
         )
     remarks = (*_remarks(found, schedule), *([] if held else [_NO_CERTIFICATE]))
     recorded = time_of_day(log, log.release_us)

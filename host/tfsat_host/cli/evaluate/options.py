@@ -62,6 +62,11 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     model = parser.add_argument_group("what of the model may be corrected, besides centers of mass")
     model.add_argument("--masses", action="store_true", help="the bodies' masses too")
     model.add_argument("--inertias", action="store_true", help="the bodies' inertia tensors too")
+    model.add_argument(
+        "--swarm",
+        action="store_true",
+        help="find the centers of mass by the paper's particle swarm as well, for comparison",
+    )
 
 
 def check_run_arguments(args: argparse.Namespace) -> None:
@@ -74,6 +79,8 @@ def check_run_arguments(args: argparse.Namespace) -> None:
         raise _wrong(
             "--facility says what release velocity is permitted, and only --laser tells that velocity."
         )
+    if args.swarm and (args.masses or args.inertias):
+        raise _wrong("--swarm searches for centers of mass alone, as the paper's does.")
     if len(args.runs) == 1:
         return
     for name in ("session", "video", "laser"):

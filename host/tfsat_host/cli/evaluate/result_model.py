@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tfsat_host.evaluation.evaluation import Evaluation
+    from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit
     from tfsat_host.evaluation.model_fit.comparison import AttitudeError
     from tfsat_host.evaluation.model_fit.fit import ModelFit
     from tfsat_host.evaluation.model_fit.identifiability import Identifiability
@@ -38,6 +39,20 @@ def model_as_dict(found: Evaluation) -> Json:
         "excess_variance": fit.excess,
         "identifiability": _identifiability(found.identifiability),
         "trades": [_trade(trade) for trade in trades(fit, explained.driven.flown)],
+        "swarm": None if found.swarm is None else _swarm(found.swarm),
+    }
+
+
+def _swarm(swarm: SwarmFit) -> Json:
+    return {
+        "com_offset_mm": swarm.values.reshape(-1, 3).tolist(),
+        "spread_mm": swarm.spread.reshape(-1, 3).tolist(),
+        "searches": len(swarm.each),
+        "objective_kg_m2_s": {
+            "before": swarm.objective_before,
+            "swarm": swarm.objective,
+            "gauss_newton": swarm.objective_gauss_newton,
+        },
     }
 
 

@@ -9,9 +9,11 @@ from tfsat_host.cli.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.evaluation.evaluation import Evaluation
+    from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit
     from tfsat_host.evaluation.model_fit.fit import ModelFit
 
 _AXES = "xyz"
+_BODIES = (1, 2, 3)
 
 
 def show_model(found: Evaluation, out: Output) -> None:
@@ -22,6 +24,7 @@ def show_model(found: Evaluation, out: Output) -> None:
     fit = found.explained.fit
     _show_centers(fit, out)
     _show_others(fit, out)
+    _show_swarm(found.swarm, out)
     sentences(found.identifiability.sentences(), out)
     if set(fit.offsets.kinds) != {"com"}:
         sentences([trade.sentence() for trade in trades(fit, found.explained.driven.flown)], out)
@@ -58,6 +61,26 @@ def _show_centers(fit: ModelFit, out: Output) -> None:
         columns = ("body", *[f"{axis} / mm" for axis in _AXES])
         rows = [(str(body + 1), *cells) for body, cells in by_body.items()]
         out.table(columns, rows, title="Centers of mass, off where the robot file has them")
+
+
+def _show_swarm(swarm: SwarmFit | None, out: Output) -> None:
+    if swarm is None:
+        return
+    rows = [
+        (str(body), *[f"{value:+.2f} ± {std:.2f}" for value, std in zip(values, stds, strict=True)])
+        for body, values, stds in zip(
+            _BODIES, swarm.values.reshape(-1, 3), swarm.spread.reshape(-1, 3), strict=True
+        )
+    ]
+    out.table(
+        ("body", *[f"{axis} / mm" for axis in _AXES]),
+        rows,
+        title=f"The same by the paper's swarm: the best of {len(swarm.each)}, ± their spread",
+    )
+    out.line(
+        f"Its objective, the sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s as it is, {swarm.objective:.3g} by "
+        f"the swarm, {swarm.objective_gauss_newton:.3g} by Gauss and Newton's offsets above."
+    )
 
 
 def _show_others(fit: ModelFit, out: Output) -> None:
