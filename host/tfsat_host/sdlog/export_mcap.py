@@ -14,15 +14,18 @@ from __future__ import annotations
 
 import heapq
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .droplog import DropLog
 from .extras import check_extra
 from .frames import BodyFrames
 from .metadata import metadata
+
+if TYPE_CHECKING:
+    from .mcap_channels import Channel, Stamp
 
 MCAP_MARKER = b"made by tfsat-host decode"
 """The library's name in the file's first record: how the command knows a file of its own."""
@@ -30,13 +33,21 @@ METADATA_NAME = "tfsat"
 """The metadata record that describes the recording: values are text, or JSON."""
 
 
-def write_mcap(log: DropLog, path: Path, frames: BodyFrames) -> None:
+def write_mcap(
+    log: DropLog,
+    path: Path,
+    frames: BodyFrames,
+    also: Callable[[Stamp], Sequence[Channel]] | None = None,
+    marker: bytes = MCAP_MARKER,
+) -> None:
     """Write all messages by time, and the recording's metadata; invalid readings are left out.
 
     Args:
         log: What was recorded.
         path: Where to.
         frames: From `tfsat_host.evaluation.body_frames`.
+        also: More channels, such as those of an evaluation, given what stamps their messages.
+        marker: Of the command that makes the file.
 
     Raises:
         MissingExtraError: the extra `mcap` is not installed.
@@ -50,10 +61,11 @@ def write_mcap(log: DropLog, path: Path, frames: BodyFrames) -> None:
     offset_us = log.unix_offset_us or 0
     with path.open("wb") as file:
         writer = Writer(file)
-        writer.start(library=MCAP_MARKER.decode())
+        writer.start(library=marker.decode())
         schemas: dict[Any, int] = {}
         streams = []
-        for channel in channels(log, frames, partial(_stamp, offset_us=offset_us)):
+        stamp = partial(_stamp, offset_us=offset_us)
+        for channel in (*channels(log, frames, stamp), *(also(stamp) if also else ())):
             kind = channel.message_class
             if kind not in schemas:
                 schemas[kind] = register_schema(writer, kind)

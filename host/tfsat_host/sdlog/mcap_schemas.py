@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 _PACKAGE = "tfsat"
 _TIMESTAMP = ".google.protobuf.Timestamp"
 _VECTOR = ".foxglove.Vector3"
 
-_MESSAGES: dict[str, tuple[tuple[str, str], ...]] = {
+Fields = tuple[tuple[str, str], ...]
+"""Name and type of each field; a type with a leading dot is a message."""
+
+_MESSAGES: dict[str, Fields] = {
     "Imu": (
         ("timestamp", _TIMESTAMP),
         ("rate_deg_s", _VECTOR),
@@ -33,13 +37,25 @@ _MESSAGES: dict[str, tuple[tuple[str, str], ...]] = {
 
 
 def message_classes() -> dict[str, Any]:
-    """Name, such as `Imu`, to class. Built from descriptors, so that no generated code must be kept in step."""
+    """Name, such as `Imu`, to class."""
+    return classes_of("tfsat/drop_log.proto", _MESSAGES)
+
+
+def classes_of(file_name: str, messages: Mapping[str, Fields]) -> dict[str, Any]:
+    """Messages of the package `tfsat` as classes, by name.
+
+    Built from descriptors, so that no generated code must be kept in step.
+
+    Args:
+        file_name: The descriptors' own; each has its own set of messages.
+        messages: Fields of each by its name, in the order of their numbers.
+    """
     from foxglove_schemas_protobuf import Vector3_pb2
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
-    file = descriptor_pb2.FileDescriptorProto(name="tfsat/drop_log.proto", package=_PACKAGE, syntax="proto3")
+    file = descriptor_pb2.FileDescriptorProto(name=file_name, package=_PACKAGE, syntax="proto3")
     file.dependency.extend([timestamp_pb2.DESCRIPTOR.name, Vector3_pb2.DESCRIPTOR.name])
-    for name, fields in _MESSAGES.items():
+    for name, fields in messages.items():
         message = file.message_type.add(name=name)
         for number, (field, kind) in enumerate(fields, 1):
             added = message.field.add(
@@ -53,5 +69,5 @@ def message_classes() -> dict[str, Any]:
     pool.AddSerializedFile(file.SerializeToString())
     return {
         name: message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{_PACKAGE}.{name}"))
-        for name in _MESSAGES
+        for name in messages
     }

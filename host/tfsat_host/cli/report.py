@@ -1,0 +1,147 @@
+"""`tfsat-host report`: an evaluated drop, or several, as one page; on demand as figures and as an MCAP file."""
+
+from __future__ import annotations
+
+import argparse
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.evaluate.options import add_run_arguments, check_run_arguments
+from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.output import Output
+from tfsat_host.cli.report_files import BESIDE, ReportFiles
+from tfsat_host.errors import DataLossError, TfsatError, UsageError
+
+if TYPE_CHECKING:
+    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
+    from tfsat_host.report.contents.reported import Reported
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """What `evaluate` takes, and what to write."""
+    parser.description = (
+        "Evaluate a drop as `evaluate` does and write one HTML page that needs no network: verdict, numbers with "
+        "standard deviations, linked plots, a replay of the robot beside the model's prediction, tables. Several drops "
+        "lie over each other in one page. Ends with 3 if anything is doubtful."
+    )
+    add_run_arguments(parser)
+    files = parser.add_argument_group("files")
+    files.add_argument(
+        "--out",
+        metavar="FILE",
+        type=file_name,
+        help="the page (default: report.html in the folder of the recording; of several drops, here)",
+    )
+    files.add_argument(
+        "--figures",
+        metavar="DIR",
+        type=file_name,
+        help="also write the figures of a paper, as PDF and PNG, into this folder (needs the extra `figures`)",
+    )
+    files.add_argument(
+        "--mcap",
+        metavar="FILE",
+        nargs="?",
+        const=BESIDE,
+        type=file_name,
+        help="also write the evaluated drop for Foxglove, PlotJuggler and Rerun (needs the extra `mcap`; without FILE: "
+        "a file beside each recording, such as SD.evaluated.mcap). Give RUN first, or --mcap=FILE",
+    )
+    files.add_argument("--force", action="store_true", help="overwrite files that this command did not make")
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Evaluates each drop, draws, writes."""
+    from tfsat_host.cli.evaluate.one_run import robot_of
+
+    check_run_arguments(args)
+    _check_mcap(args)
+    files = ReportFiles.of(args)
+    files.check(force=args.force)
+    robot = robot_of(args)
+    done, refused = [], []
+    for place in args.runs:
+        try:
+            done.append(_evaluated(place, args, robot, out))
+        except TfsatError as error:
+            if len(args.runs) == 1:
+                raise
+            refused.append((place, error))
+    for place, refusal in refused:
+        out.warn(f"{place} is not in the report. {refusal.what} {refusal.meaning} {refusal.next_step}")
+    if not done:
+        raise TfsatError(
+            what="None of the drops can be evaluated.",
+            meaning="No report was written.",
+            next_step=f"Look at the first alone: tfsat-host evaluate {args.runs[0]}",
+        )
+    return _finish(done, refused, files, args, out)
+
+
+def _check_mcap(args: argparse.Namespace) -> None:
+    if len(args.runs) > 1 and args.mcap not in (None, BESIDE):
+        raise UsageError(
+            what=f"--mcap names one file, and {len(args.runs)} drops were named.",
+            meaning="Nothing was evaluated.",
+            next_step="Leave out the name: each file then lies beside its recording.",
+        )
+
+
+def _evaluated(place: Path, args: argparse.Namespace, robot: Any, out: Output) -> EvaluatedRun:
+    from tfsat_host.cli.evaluate.one_run import evaluate_run
+
+    return evaluate_run(place, args, robot, out)
+
+
+def _finish(
+    done: list[EvaluatedRun],
+    refused: list[tuple[Path, TfsatError]],
+    files: ReportFiles,
+    args: argparse.Namespace,
+    out: Output,
+) -> int:
+    drops = [_reported(files.drops[one.files.recording].name, one) for one in done]
+    with out.progress("Writing the report"):
+        written = files.write(drops, datetime.now(UTC), force=args.force)
+    result = {
+        "report": str(files.page),
+        "files": [str(path) for path in written],
+        "drops": [_drop_as_dict(drop, one) for drop, one in zip(drops, done, strict=True)],
+        "refused": [{"run": str(place), "what": error.what} for place, error in refused],
+    }
+    out.result(result, lambda: _show(drops, written, out))
+    if refused:
+        return TfsatError.exit_code
+    return DataLossError.exit_code if any(one.verdict.level != "good" for one in done) else 0
+
+
+def _reported(name: str, run: EvaluatedRun) -> Reported:
+    from tfsat_host.report.contents.reported import Reported, sha256_of
+
+    certificate = None if run.held is None else run.held.path
+    sha256 = sha256_of(run.files.recording)
+    return Reported(name, run.found, run.verdict, sha256, certificate, run.remarks)
+
+
+def _drop_as_dict(drop: Reported, run: EvaluatedRun) -> dict[str, Any]:
+    verdict = drop.verdict
+    return {
+        "name": drop.name,
+        "run": str(run.place),
+        "verdict": {
+            "level": verdict.level,
+            "sentence": verdict.sentence,
+            "reasons": list(verdict.reasons),
+        },
+    }
+
+
+def _show(drops: list[Reported], written: list[Path], out: Output) -> None:
+    from tfsat_host.cli.evaluate.phrases import printable
+
+    for drop in drops:
+        out.line(f"{printable(drop.name)}: {drop.verdict.level.upper()}. {printable(drop.verdict.sentence)}")
+    for path in written:
+        out.line(f"Written  {printable(path)}")

@@ -1,0 +1,90 @@
+"""The robot's angular momentum in inertial axes: constant, were model and measurement exact."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, Averaged, averaged_momentum
+from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum
+from tfsat_host.evaluation.spectra import compare_spectra
+from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, padded
+from tfsat_host.report.contents.charts.spectrum import spectrum_chart
+from tfsat_host.report.contents.charts.words import WORDS
+
+FloatArray = NDArray[np.float64]
+
+G_M2_S = 1e3
+"""Of one kg m²/s."""
+UNIT = "g m²/s"
+
+
+def bodies_of(found: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
+    """The model as its file has it, and corrected."""
+    explained = found.explained
+    offsets = explained.driven.offsets
+    return ("before", offsets.body), ("after", offsets.corrected(explained.fit.values))
+
+
+def momentum_chart(found: Evaluation) -> Chart:
+    """As it is, every sample."""
+    flown = found.explained.driven.flown
+    rows = found.motion.t_s >= flown.t_s[0]
+    lines = []
+    for kind, body in bodies_of(found):
+        momentum = padded(rows, G_M2_S * inertial_momentum(body, flown))
+        lines += [_line(axis, kind, momentum[:, axis]) for axis in range(3)]
+    return Chart(
+        "momentum_raw",
+        "Angular momentum, every sample",
+        f"momentum ({UNIT})",
+        tuple(lines),
+        "What the moving average is made of: the gyros' noise, and what they show while joints speed up.",
+    )
+
+
+def averaged_momentum_chart(found: Evaluation) -> Chart:
+    """By the paper's moving average."""
+    averages = dict(averages_of(found))
+    lines = []
+    for kind, average in averages.items():
+        rows = np.isin(found.motion.t_s, average.t_s)
+        momentum = padded(rows, G_M2_S * average.values)
+        lines += [_line(axis, kind, momentum[:, axis]) for axis in range(3)]
+    cutoff = averages["before"].cutoff_hz
+    strayed = [1e6 * float(average.strayed.mean()) for average in averages.values()]
+    return Chart(
+        "momentum",
+        "Angular momentum of all bodies",
+        f"momentum ({UNIT})",
+        tuple(lines),
+        f"In inertial axes, moving average over {PAPER_SIZE} samples (cutoff {cutoff:.1f} Hz). From its first value it "
+        f"strays by {strayed[0]:.3g} mg m²/s on average with the model as filed, by {strayed[1]:.3g} with the "
+        "corrected one.",
+    )
+
+
+def averages_of(found: Evaluation) -> tuple[tuple[Kind, Averaged], ...]:
+    """The momentum by either model, averaged as in the paper or over what there is."""
+    flown = found.explained.driven.flown
+    size = min(PAPER_SIZE, len(flown.t_s))
+    return tuple((kind, averaged_momentum(body, flown, size)) for kind, body in bodies_of(found))
+
+
+def momentum_spectrum_chart(found: Evaluation) -> Chart:
+    """Of every sample."""
+    flown = found.explained.driven.flown
+    before, after = (G_M2_S * inertial_momentum(body, flown) for _, body in bodies_of(found))
+    return spectrum_chart(
+        "momentum_spectrum",
+        "Spectrum of the momentum",
+        UNIT,
+        compare_spectra(flown.t_s, before, after),
+        [f"h{axis}" for axis in AXES],
+    )
+
+
+def _line(axis: int, kind: Kind, values: FloatArray) -> Line:
+    return Line(f"h{AXES[axis]} {WORDS[kind]}", values, axis, kind)

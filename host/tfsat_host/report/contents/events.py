@@ -1,0 +1,85 @@
+"""What happened in the drop, on its axis of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import zip_longest
+from typing import Literal
+
+import numpy as np
+
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.protocol.limits import SWITCH_COUNT
+from tfsat_host.report.contents.tables.cells import number
+from tfsat_host.report.document import Event
+
+Kind = Literal["release", "stroke", "landing", "switch", "gap", "other"]
+
+BEFORE_S = 1.0
+AFTER_S = 0.5
+"""Events so long before the release and after the end of the evaluation belong to the drop."""
+_AT_MOST = 60
+"""A chattering line has thousands: beyond so many events nobody sees one."""
+_NOT_SHOWN = {"stroke", "release", "landing", "switch_edge", "ring_high_water", "rewritten"}
+"""The first four are shown as they were measured; the others say how the card kept up."""
+_BOUNCE_US = 5_000
+
+
+def events_of(found: Evaluation) -> list[Event]:
+    """By time."""
+    first, last = -BEFORE_S, found.motion.samples.until_s + AFTER_S
+    seen = [event for event in _all(found) if first <= event["t_s"] <= last]
+    return sorted(seen, key=lambda event: event["t_s"])[:_AT_MOST]
+
+
+def _all(found: Evaluation) -> Iterator[Event]:
+    log = found.log
+    yield _event(0.0, "release", "release")
+    yield from _strokes(found)
+    yield from _landing(found)
+    yield from _switches(found)
+    for event in log.events:
+        if event.name not in _NOT_SHOWN:
+            yield _event(log.seconds(event.t_us), "other", event.name.replace("_", " "))
+    for gap in log.gaps:
+        if gap.start_us is not None and gap.end_us is not None:
+            label = f"{gap.samples} samples lost" if gap.samples else "blocks lost, no samples in them"
+            yield _event(log.seconds(gap.start_us), "gap", label, log.seconds(gap.end_us))
+
+
+def _strokes(found: Evaluation) -> Iterator[Event]:
+    """As flown; without a schedule, the edges of the stroke line."""
+    for stroke in found.strokes:
+        begin = next(t for t in (stroke.start_s, stroke.logged_s, stroke.scheduled_s) if np.isfinite(t))
+        turned = (
+            f"{number(np.rad2deg(stroke.size_rad), 1, signed=True)} deg" if stroke.moved else "did not move"
+        )
+        label = f"{stroke.number}: joint {stroke.joint}, {turned}"
+        yield _event(begin, "stroke", label, stroke.end_s if np.isfinite(stroke.end_s) else None)
+    if found.schedule is None:
+        for event in found.log.events:
+            if event.name == "stroke":
+                yield _event(found.log.seconds(event.t_us), "stroke", f"stroke {event.index + 1}")
+
+
+def _landing(found: Evaluation) -> Iterator[Event]:
+    instants = found.instants
+    if instants.landing is not None:
+        yield _event(instants.landing.t_s, "landing", "landing")
+    elif instants.landing_logged_s is not None:
+        yield _event(instants.landing_logged_s, "landing", "landing, as the logger noted it")
+
+
+def _switches(found: Evaluation) -> Iterator[Event]:
+    """A contact bounces: of edges that follow each other at once the last one counts."""
+    log = found.log
+    for index in range(SWITCH_COUNT):
+        edges = [event for event in log.events if event.name == "switch_edge" and event.index == index]
+        for edge, following in zip_longest(edges, edges[1:]):
+            if following is None or following.t_us - edge.t_us > _BOUNCE_US:
+                state = "opened" if edge.arg else "closed"
+                yield _event(log.seconds(edge.t_us), "switch", f"release switch {index + 1} {state}")
+
+
+def _event(t_s: float, kind: Kind, label: str, until_s: float | None = None) -> Event:
+    return Event(t_s=float(t_s), kind=kind, label=label, until_s=None if until_s is None else float(until_s))

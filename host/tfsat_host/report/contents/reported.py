@@ -1,0 +1,42 @@
+"""One drop as a report has it: its evaluation, and where that came from."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.verdict import Verdict
+
+_CHUNK_BYTES = 1 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class Reported:
+    """One drop.
+
+    Attributes:
+        name: For people; the same in no two drops of a report.
+        evaluation: What is known of it.
+        verdict: What that is worth, by `verdict.verdict_of`.
+        recording_sha256: Of the file that was evaluated, hexadecimal.
+        certificate: The file of the calibration; None: there was none.
+        remarks: What else a reader should know, such as that no maneuver was given; a sentence each.
+    """
+
+    name: str
+    evaluation: Evaluation
+    verdict: Verdict
+    recording_sha256: str
+    certificate: Path | None
+    remarks: tuple[str, ...] = ()
+
+
+def sha256_of(path: Path) -> str:
+    """Of a file, hexadecimal; a card's image is read piece by piece."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK_BYTES):
+            digest.update(chunk)
+    return digest.hexdigest()

@@ -1,0 +1,217 @@
+"""What stands in the report: numbers, curves and tables against the evaluation that they are of."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.evaluation.run_folder import made_drop
+from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers, plots, reported, table
+from tfsat_host.evaluation.checks.check import judged
+from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
+from tfsat_host.report import render
+from tfsat_host.report.contents.building import document_of
+from tfsat_host.report.contents.tables.cells import number
+from tfsat_host.robot import load_robot
+from tfsat_host.sdlog.events import DropEvent
+from tfsat_host.sdlog.gaps import Gap
+
+MOST_BYTES = 1_500_000
+
+
+@pytest.fixture(scope="module")
+def drop() -> Any:
+    return drop_of()
+
+
+def test_key_numbers_are_the_evaluations(drop: Any) -> None:
+    found, shown = evaluated(), numbers(drop)
+    turn = found.reorientation
+    assert shown["Reorientation"]["value"] == pytest.approx(np.rad2deg(turn.angle_rad))
+    assert shown["Reorientation"]["std"] == pytest.approx(np.rad2deg(turn.std_rad))
+    for label, sides in (("filed", found.explained.before), ("corrected", found.explained.after)):
+        error = shown[f"Attitude error, model {'as ' if label == 'filed' else ''}{label}"]
+        assert error["value"] == pytest.approx(np.rad2deg(sides.error.final_norm_rad))
+        assert 0.0 < error["std"] < 0.1
+    assert (
+        shown["Attitude error, model corrected"]["value"]
+        < 0.2 * shown["Attitude error, model as filed"]["value"]
+    )
+    fit = found.explained.fit
+    assert shown["Largest CoM correction"]["value"] == fit.values[np.abs(fit.values).argmax()]
+    assert [shown[f"Initial rate {axis}"]["value"] for axis in "xyz"] == pytest.approx(
+        [-0.73, -0.48, -0.77], abs=0.05
+    )
+    assert shown["Stroke 1"]["note"] == "joint 1, +59.00 deg commanded"
+    assert shown["Fall"]["value"] == pytest.approx(2.5, abs=0.01)
+    assert shown["Recording"]["value"] == 100.0
+    assert "Release velocity" not in shown  # nobody filmed the laser spots
+
+
+def test_what_a_drop_lacks_is_no_number() -> None:
+    found = evaluated()
+    blind = replace(found.micro_gravity, changes_g=np.full((4, 3), np.nan))
+    lacking = replace(found, micro_gravity=blind, instants=replace(found.instants, landing=None))
+    shown = numbers(drop_of(lacking))
+    assert shown["Micro-gravity"]["value"] is None and shown["Fall"]["value"] is None
+    assert shown["Fall"]["note"] == "no accelerometer felt a landing"
+
+
+def test_strokes_are_where_they_were_flown(drop: Any) -> None:
+    strokes = [event for event in drop["events"] if event["kind"] == "stroke"]
+    assert [event["label"].split(",")[0] for event in strokes] == [
+        "1: joint 1",
+        "2: joint 2",
+        "3: joint 1",
+        "4: joint 2",
+    ]
+    assert [event["t_s"] for event in strokes] == pytest.approx([0.70, 1.05, 1.47, 1.82], abs=0.02)
+    assert all(0.2 < event["until_s"] - event["t_s"] < 0.5 for event in strokes)
+    assert [event["t_s"] for event in drop["events"]] == sorted(event["t_s"] for event in drop["events"])
+
+
+def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
+    found = evaluated()
+    log = found.log
+    bounces = tuple(DropEvent(log.origin_us + 200 * k, "switch_edge", 0, (k + 1) % 2, 0) for k in range(5))
+    others = tuple(event for event in log.events if event.name != "switch_edge")
+    hole = Gap(100, 3, 0, 1, log.origin_us + 1_200_000, log.origin_us + 1_210_000)
+    damaged = replace(log, events=(*bounces, *others), gaps=(hole,), samples_lost=3)
+    drop = drop_of(replace(found, log=damaged))
+    switches = [event for event in drop["events"] if event["kind"] == "switch"]
+    assert [(event["label"], event["t_s"]) for event in switches] == [("release switch 1 opened", 0.0008)]
+    [gap] = [event for event in drop["events"] if event["kind"] == "gap"]
+    assert (gap["t_s"], gap["until_s"], gap["label"]) == (1.2, 1.21, "3 samples lost")
+    assert numbers(drop)["Recording"]["value"] < 100.0
+
+
+def test_failed_checks_stand_first_with_their_cause() -> None:
+    found = evaluated()
+    bad = judged("the earth is flat", 3.0, 1.0, "sigma", "It is not.").caused_by(
+        "a wrong map", "Buy a globe."
+    )
+    drop = drop_of(replace(found, checks=(*found.checks, bad)))
+    first = table(drop, "Integrity checks")["rows"][0]
+    assert first == [
+        "the earth is flat",
+        "failed",
+        "3 sigma",
+        "1 sigma",
+        "It is not. Likely cause: a wrong map. Buy a globe.",
+    ]
+    assert drop["verdict"]["level"] == "doubtful" and "It is not." in drop["verdict"]["reasons"]
+
+
+def test_correction_says_what_the_data_cannot_tell(drop: Any) -> None:
+    correction, fit = table(drop, "Correction of the model"), evaluated().explained.fit
+    assert [row[0] for row in correction["rows"]] == list(fit.offsets.names)
+    assert correction["rows"][5][0] == "body 2 CoM z"
+    assert correction["rows"][5][2] == f"{fit.values[5]:+.2f} ± {fit.std[5]:.2f}".replace("-", "−")
+    assert all(sentence in correction["caption"] for sentence in evaluated().identifiability.sentences())
+
+
+def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(drop: Any) -> None:
+    found = evaluated()
+    swarm = swarm_fit(found.explained.fit, found.explained.driven.flown, seeds=(1, 2))
+    beside = table(drop_of(replace(found, swarm=swarm)), "Correction of the model")
+    assert len(beside["columns"]) == len(table(drop, "Correction of the model")["columns"]) + 1
+    assert [row[-1].split(" ± ")[0] for row in beside["rows"]] == [
+        number(v, 2, signed=True) for v in swarm.values
+    ]
+
+
+def test_offset_at_its_bound_is_named() -> None:
+    found = evaluated()
+    fit = replace(found.explained.fit, at_bound=np.arange(9) == 4)
+    stuck = drop_of(replace(found, explained=replace(found.explained, fit=fit)))
+    assert "Stopped at its bound: body 2 CoM y." in table(stuck, "Correction of the model")["caption"]
+
+
+def test_provenance_names_the_very_bytes(drop: Any) -> None:
+    rows = dict(table(drop, "Provenance")["rows"])
+    recording = folder() / "SD.bin"
+    assert rows["recording"] == str(recording)
+    assert rows["SHA-256 of the recording"] == hashlib.sha256(recording.read_bytes()).hexdigest()
+    assert rows["session"] == f"{evaluated().log.session:08x}"
+    assert rows["released"].startswith("2026-01-05 09:00")
+    assert "(emulated)" in rows["logger"] and rows["maneuver"].startswith("joint 1 +59 deg at 0.7 s")
+
+
+def test_calibration_older_than_a_landing_is_marked() -> None:
+    from tfsat_host.calibration.certificate.certificate import Landing, with_landing
+
+    found = evaluated()
+    landed = with_landing(found.calibration, Landing(datetime(2026, 1, 5, 8, 30, tzinfo=UTC), "a witness"))
+    rows = {
+        row[0]: row[3] for row in table(drop_of(replace(found, calibration=landed)), "Calibration")["rows"]
+    }
+    assert rows["bias of body 1"] == "2026-01-05 08:00 UTC, before a landing"
+    assert rows["scale factors of body 1"] == "2026-01-05 08:00 UTC"  # survives any landing
+
+
+def test_notes_do_not_repeat_the_verdict() -> None:
+    noted = drop_of(replace(evaluated(), notes=("The gyro of body 4 was silent.",)))
+    assert "The gyro of body 4 was silent." in noted["verdict"]["reasons"]
+    assert "The gyro of body 4 was silent." not in noted["notes"]
+
+
+def test_without_a_schedule_strokes_are_those_of_the_line() -> None:
+    drop = drop_of(replace(evaluated(), schedule=None, strokes=(), clocks=None))
+    assert [event["label"] for event in drop["events"] if event["kind"] == "stroke"] == [
+        "stroke 1",
+        "stroke 2",
+        "stroke 3",
+        "stroke 4",
+    ]
+    assert not [one for one in drop["tables"] if one["title"] in ("Strokes", "Clocks")]
+    assert {line["kind"] for line in plots(drop)["joints"]["series"]} == {"measured"}
+
+
+def test_several_drops_are_one_document_with_the_same_plots() -> None:
+    drops = [reported(name="morning"), reported(name="evening")]
+    document = document_of(drops, MADE)
+    assert [drop["name"] for drop in document["drops"]] == ["morning", "evening"]
+    assert document["title"] == "drop tower robot: morning, evening"
+    first, second = ([plot["id"] for plot in drop["plots"]] for drop in document["drops"])
+    assert first == second
+
+
+def test_page_of_one_drop_is_small() -> None:
+    page = render(document_of([reported()], MADE))
+    assert len(page.encode()) < MOST_BYTES
+
+
+def damaged_logs() -> dict[str, Evaluation]:
+    """The same drop with less to go by."""
+    log = evaluated().log
+    imu, angles = log.imu_valid.copy(), log.angle_valid.copy()
+    imu[:, 3], angles[:, 4:] = False, False
+    holed = log.imu_valid.copy()
+    holed[(log.t_s > 1.2) & (log.t_s < 1.25)] = False
+    return {
+        "no calibration": evaluate(log, load_robot(), None, made_drop().schedule),
+        "IMU 4 and the sensors of joint 3 dead": evaluate(
+            replace(log, imu_valid=imu, angle_valid=angles), load_robot(), evaluated().calibration, None
+        ),
+        "50 ms without a gyro": evaluate(
+            replace(log, imu_valid=holed), load_robot(), evaluated().calibration, made_drop().schedule
+        ),
+    }
+
+
+def test_whatever_is_missing_the_page_is_made() -> None:
+    for what, found in damaged_logs().items():
+        drop = drop_of(found)
+        page = render({**document_of([reported(found)], MADE), "title": what})
+        assert len(page.encode()) < MOST_BYTES, what
+        assert drop["verdict"]["level"] == "doubtful", what
+        assert numbers(drop)["Reorientation"]["std"] > 0.0
+        if what.startswith("IMU 4"):
+            assert "never answered" in table(drop, "Joints")["rows"][2][3]
+            assert any("gyro of body 4" in reason for reason in drop["verdict"]["reasons"])

@@ -1,0 +1,125 @@
+"""The curves and the replay of the report, against each other and against free fall."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.report.reported_drop import drop_of, evaluated, numbers, plots, series
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.report.contents.attitudes import euler_angles
+
+
+@pytest.fixture(scope="module")
+def drop() -> Any:
+    return drop_of()
+
+
+def test_every_line_fits_its_axis(drop: Any) -> None:
+    for plot in drop["plots"]:
+        x = drop["t_s"] if plot["x"] is None else plot["x"]
+        assert np.all(np.diff(x) > 0.0)
+        assert len({line["label"] for line in plot["series"]}) == len(plot["series"]), plot["id"]
+        for line in plot["series"]:
+            assert len(line["values"]) == len(x)
+            assert line["std"] is None or len(line["std"]) == len(x)
+            assert any(value is not None for value in line["values"])
+    assert {
+        "euler",
+        "rates",
+        "joints",
+        "momentum",
+        "momentum_spectrum",
+        "rate_spectrum",
+        "attitude_error",
+    } <= {plot["id"] for plot in drop["plots"]}
+
+
+def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
+    curves, errors = series(plots(drop)["euler"]), series(plots(drop)["attitude_error"])
+    for axis in "xyz":
+        for model in ("model as filed", "model corrected"):
+            apart = curves[f"φ{axis} measured"] - curves[f"φ{axis} {model}"]
+            # The errors are as late as the gyros: only at rest they are the same, but for what joint rates and joint
+            # angles tell differently.
+            late = np.array(drop["t_s"]) > 2.3
+            assert apart[late] == pytest.approx(errors[f"δφ{axis} {model}"][late], abs=0.04)
+
+
+def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
+    curves = series(plots(drop)["euler"])
+    for axis in "xyz":
+        measured = curves[f"φ{axis} measured"]
+        for model in ("model as filed", "model corrected"):
+            predicted = curves[f"φ{axis} {model}"]
+            first = int(np.isfinite(predicted).argmax())
+            assert np.isnan(predicted[:first]).all() and 0.02 < drop["t_s"][first] < 0.05
+            assert (
+                predicted[first] == pytest.approx(measured[first], abs=1e-9) and abs(measured[first]) > 1e-3
+            )
+
+
+def test_deviation_of_the_euler_angles_is_that_of_the_attitude() -> None:
+    found = evaluated()
+    body, angles = found.motion.bodies[0], euler_angles(found)
+    middle = int(np.searchsorted(body.t_s, 1.4))  # the joints are open, all three angles away from zero
+    rng = np.random.default_rng(1)
+    turns = rng.multivariate_normal(np.zeros(3), body.covariance(middle), 20_000)
+    drawn = euler_zyx_rad((Rotation.from_rotvec(turns) * body.attitude[middle]).as_matrix())
+    assert angles.std_rad[middle] == pytest.approx(drawn.std(axis=0), rel=0.03)
+
+
+def test_momentum_is_calmer_after_the_correction(drop: Any) -> None:
+    averaged, spectrum = plots(drop)["momentum"], plots(drop)["momentum_spectrum"]
+    for axis in "xyz":
+        lines = series(averaged)
+        before, after = (np.nanstd(lines[f"h{axis} model {word}"]) for word in ("as filed", "corrected"))
+        assert after < 0.3 * before
+    assert spectrum["log_x"] and spectrum["log_y"] and spectrum["band"][1] == 5.0
+    low = np.array(spectrum["x"]) <= 5.0
+    lines = series(spectrum)
+    assert np.all(lines["hy model corrected"][low].max() < 0.3 * lines["hy model as filed"][low].max())
+
+
+def test_forces_show_gravity_until_the_release_and_none_after(drop: Any) -> None:
+    forces, t_s = series(plots(drop)["forces"]), np.array(drop["t_s"])
+    for body in "1234":
+        force = forces[f"body {body}"]
+        assert np.median(force[t_s < -0.05]) == pytest.approx(1.0, abs=0.05)
+        assert np.median(force[(t_s > 0.1) & (t_s < 0.6)]) < 0.02
+
+
+def test_replay_turns_about_the_center_of_mass(drop: Any) -> None:
+    found, replay = evaluated(), drop["replay"]
+    model, offsets = found.model, found.explained.driven.offsets
+    corrected = offsets.corrected(found.explained.fit.values)
+    ghost = replay["model"]
+    assert ghost[0][0] == [None] * 7  # the release has not settled
+    filed_com = model.com_m
+    corrected_com = corrected.com_m - model.origin_m
+    share = model.mass_kg / model.mass_kg.sum()
+    for poses, com in ((replay["measured"], corrected_com), (ghost[20:], filed_com)):
+        moved = np.array(poses, dtype=np.float64)
+        rotation = (
+            Rotation.from_quat(moved[..., 3:].reshape(-1, 4)).as_matrix().reshape(*moved.shape[:2], 3, 3)
+        )
+        center = np.einsum("b,kbi->ki", share, moved[..., :3] + np.einsum("kbij,bj->kbi", rotation, com))
+        assert np.abs(center).max() < 1e-9
+        # Neighbours keep their hinge: the same point by either body's frame.
+        for joint in range(model.n_joints):
+            ends = [
+                moved[:, b, :3] + rotation[:, b] @ (model.joint_point_m[joint] - model.origin_m[b])
+                for b in (int(model.joint_inner[joint]), int(model.joint_outer[joint]))
+            ]
+            assert np.abs(ends[0] - ends[1]).max() < 1e-9
+    last = [Rotation.from_quat(poses[-1][0][3:]) for poses in (replay["measured"], ghost)]
+    apart_deg = np.rad2deg((last[0].inv() * last[1]).magnitude())
+    expected = numbers(drop)["Attitude error, model as filed"]["value"]
+    assert apart_deg == pytest.approx(expected, rel=0.1)
+
+
+def test_boxes_are_the_robot_files(drop: Any) -> None:
+    assert drop["replay"]["bodies"][1] == {"name": "body 2", "boxes_m": [[[0, 0, 0], [0.1, 0.1, 0.112]]]}

@@ -1,0 +1,82 @@
+"""The figures as files: sizes, fonts, the same bytes every time."""
+
+from __future__ import annotations
+
+import re
+import struct
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.patches import Rectangle
+
+from tests.report.reported_drop import evaluated
+from tfsat_host.report.figures.arrangements import FIGURES, Drawn
+from tfsat_host.report.figures.files import FORMATS, MARKER, drawn_of, write_figure
+
+WIDTHS_MM = {"motion": 183.0, "momentum": 183.0, "rate-error": 89.0, "attitude-error": 89.0}
+
+
+@pytest.fixture(scope="module")
+def drawn() -> Drawn:
+    return drawn_of(evaluated())
+
+
+def written(name: str, drawn: Drawn, file_format: str, folder: Path) -> bytes:
+    path = folder / f"{name}.{file_format}"
+    write_figure(name, drawn, file_format, path)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("name", WIDTHS_MM)
+def test_the_same_drop_gives_the_same_bytes(name: str, drawn: Drawn, tmp_path: Path) -> None:
+    for file_format in FORMATS:
+        first = written(name, drawn, file_format, tmp_path)
+        with mpl.rc_context({"font.size": 23.0, "lines.linewidth": 9.0, "savefig.dpi": 50}):
+            assert written(name, drawn, file_format, tmp_path) == first
+        assert MARKER in first[:4096] + first[-4096:]
+        assert b"CreationDate" not in first and b"20260" not in first[-2048:]
+
+
+@pytest.mark.parametrize("name", WIDTHS_MM)
+def test_png_has_300_dots_an_inch_at_the_width_of_a_column(name: str, drawn: Drawn, tmp_path: Path) -> None:
+    png = written(name, drawn, "png", tmp_path)
+    width, height = struct.unpack(">II", png[16:24])
+    assert width == pytest.approx(WIDTHS_MM[name] / 25.4 * 300.0, abs=1.0)
+    assert height < width
+
+
+@pytest.mark.parametrize("name", WIDTHS_MM)
+def test_pdf_carries_its_fonts(name: str, drawn: Drawn, tmp_path: Path) -> None:
+    pdf = written(name, drawn, "pdf", tmp_path)
+    assert b"/FontFile2" in pdf and b"/Type3" not in pdf
+    [box] = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf)
+    assert float(box[0]) == pytest.approx(WIDTHS_MM[name] / 25.4 * 72.0, abs=0.1)
+
+
+def test_every_figure_is_the_papers() -> None:
+    assert list(FIGURES) == list(WIDTHS_MM)
+
+
+def test_strokes_are_shaded_behind_the_measured_angles(drawn: Drawn) -> None:
+    figure = FIGURES["motion"](drawn)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
+    joints = figure.axes[2]
+    spans = [(patch.get_x(), patch.get_width()) for patch in joints.patches if isinstance(patch, Rectangle)]
+    assert [start for start, _ in spans] == pytest.approx([0.70, 1.05, 1.47, 1.82], abs=0.02)
+    first = joints.lines[0]
+    moving = np.abs(np.diff(first.get_ydata())) > 0.3
+    times = np.asarray(first.get_xdata())[1:][moving]
+    inside = [any(start <= t <= start + width for start, width in spans) for t in times]
+    assert moving.any() and np.mean(inside) > 0.98
+
+
+def test_before_and_after_share_their_scale(drawn: Drawn) -> None:
+    before, after, *spectra = FIGURES["momentum"](drawn).axes
+    assert before.get_ylim() == after.get_ylim()
+    assert spectra[0].get_ylim() == spectra[1].get_ylim()
+    assert all(axes.get_xscale() == "log" for axes in spectra)
+    # What the correction is for: the averages of the corrected model are the flatter ones.
+    flat = [np.nanstd(np.asarray(axes.lines[-1].get_ydata(), dtype=np.float64)) for axes in (before, after)]
+    assert flat[1] < 0.3 * flat[0]
