@@ -11,12 +11,15 @@ from scipy.spatial.transform import Rotation
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tests.evaluation.some_drops import certificate, flown, moved
+from tests.evaluation.test_stand_ins import DROPPED
 from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.model_fit.comparison import predicted
 from tfsat_host.evaluation.model_fit.explained import Explained, explain
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.rest import rest_before_release
+from tfsat_host.evaluation.stand_ins import with_stand_ins
 from tfsat_host.robot import load_robot
 
 FILTERS = pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
@@ -110,3 +113,15 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
     ours = predicted(body, exact, flight.momentum()[0])
     off = Rotation.from_matrix(flight.attitude()[-1].T @ ours.attitude[-1]).magnitude()
     assert np.rad2deg(off) < 0.005
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_are(seed: int) -> None:
+    """Mountings 5 deg off are more than a linear fit can take: what it cannot explain widens all that it says."""
+    one, calibrated = explained(seed)
+    used = with_stand_ins(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
+    found = explain(moved(one.log, used, one.model), com_offsets(one.model), 0.7)
+    assert (found.fit.std > 5.0 * calibrated.fit.std).all()
+    assert (found.fit.std <= found.fit.offsets.prior_std).all()
+    z_scores = (found.fit.values - one.true_com_offsets_mm) / found.fit.std
+    assert np.sqrt(np.mean(z_scores**2)) < 2.5

@@ -51,6 +51,18 @@ def test_the_delay_of_the_low_pass_is_measured_against_the_angle_sensors(dlpf_cf
         assert found.lag.delay_std_s < 1e-4
 
 
+def test_a_delay_that_no_chip_has_is_not_taken_off() -> None:
+    """With body 4's gyro and both sensors of joint 1 dead, joint 2 alone would tell one of minus 7 ms."""
+    one = flown(1)
+    angle_valid, imu_valid = one.log.angle_valid.copy(), one.log.imu_valid.copy()
+    angle_valid[:, :2], imu_valid[:, 3] = False, False
+    log = replace(one.log, angle_valid=angle_valid, imu_valid=imu_valid)
+    found = moved(log, certificate(one, 1), one.model)
+    assert found.lag.delay_s == pytest.approx(5.3e-3, abs=3e-3)
+    error, std = off_deg(one, 3, found.bodies[2])
+    assert error < 4.0 * std
+
+
 @FILTERS
 def test_joint_angles_follow_the_truth_through_every_stroke(dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):

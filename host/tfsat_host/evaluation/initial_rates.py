@@ -40,16 +40,15 @@ def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> NDArray[np.bool_]:
 
 
 def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, ...]:
-    """Of each body."""
+    """Of each body: the mean rate is what it turned over the time, and as uncertain as that."""
     found = []
-    for body, moved in enumerate(motion.bodies):
-        quiet = quiet_samples(moved.t_s, first_stroke_s)
-        count = int(quiet.sum())
-        rate = moved.rate_rad_s[quiet].mean(axis=0)
-        fall = np.flatnonzero(motion.samples.fall)
-        rows = fall[quiet]
-        jacobian = np.nan_to_num(motion.samples.rate_jacobian[rows, body]).mean(axis=0)
-        spread = jacobian @ motion.samples.parameter_covariance[body] @ jacobian.T
-        noise = motion.variance[rows, body].mean() / count
-        found.append(InitialRate(rate, np.sqrt(np.diag(spread) + noise)))
+    for moved in motion.bodies:
+        rows = np.flatnonzero(quiet_samples(moved.t_s, first_stroke_s))
+        first, last = rows[0], rows[-1]
+        by = moved.by_parameters[last] - moved.by_parameters[first]
+        turned = by @ moved.parameter_covariance @ by.T
+        turned = turned + moved.noise_covariance[last] - moved.noise_covariance[first]
+        duration_s = moved.t_s[last] - moved.t_s[first]
+        rate = moved.rate_rad_s[rows].mean(axis=0)
+        found.append(InitialRate(rate, np.sqrt(np.diag(turned)) / duration_s))
     return tuple(found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from tfsat_host.evaluation.motion.motion import Motion
 
 FloatArray = NDArray[np.float64]
 
+EXPECTED_DISTANCE = 2.8
+"""Of three angles that are as uncertain as is said, in their own uncertainty: 95 % lie within."""
 BODY_1 = 0
 """The body whose attitude the paper compares."""
 
@@ -89,7 +91,8 @@ class Explained:
 
     Attributes:
         driven: What drives it.
-        fit: The offsets that explain the motion best.
+        fit: The offsets that explain the motion best. Where even they miss the attitude by more than the sensors'
+            errors allow, something unknown is at work in them as well: their covariance is widened by as much.
         before: The model as its file has it.
         after: The model with those offsets.
     """
@@ -112,4 +115,16 @@ def explain(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Explaine
     rotation, _ = poses(offsets.body, flown.angles_rad)
     driven = Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), motion.lag, offsets)
     fit = fit_model(offsets, flown)
-    return Explained(driven, fit, driven.beside(np.zeros(len(offsets))), driven.beside_fit(fit))
+    after = driven.beside_fit(fit)
+    misfit = max(1.0, after.error.mahalanobis / EXPECTED_DISTANCE)
+    fit = fit if misfit == 1.0 else _widened(fit, misfit)
+    return Explained(driven, fit, driven.beside(np.zeros(len(offsets))), after)
+
+
+def _widened(fit: ModelFit, misfit: float) -> ModelFit:
+    """With the data's deviations so many times as large; what was known before the drop stays known."""
+    errors = len(fit.covariance) - len(fit.offsets) - 3
+    before = np.diag(np.concatenate([fit.offsets.prior_std**-2.0, np.zeros(3), np.ones(errors)]))
+    by_data = np.linalg.inv(fit.covariance) - before
+    covariance = np.linalg.inv(by_data / misfit**2 + before)
+    return replace(fit, covariance=covariance, information=fit.information / misfit**2)

@@ -29,6 +29,8 @@ OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 """The chip renews its registers so often: what is read is on average half of it old."""
 DELAY_STD_S = 1e-3
 """How far a chip may be from its sheet, and a reading from its time stamp: before anything is measured."""
+PLAUSIBLE_STDS = 3.0
+"""A delay farther from the data sheet's, by what chips may differ, is none: the data sheet's is taken off instead."""
 FINE_S = 0.5e-3
 """Steps in which rates are passed through the low-pass: finer than any of its settings but the widest."""
 LEAST_STROKE_RAD = np.deg2rad(10.0)
@@ -114,6 +116,9 @@ def measured_lag(
         right += columns.T @ late / noise**2
         measured = True
     delay_s, second_s2 = np.linalg.solve(information, right)
+    if abs(delay_s - sheet.delay_s) > PLAUSIBLE_STDS * sheet.delay_std_s:
+        # Something else is wrong, and taken off as a delay it would spoil every rate.
+        return sheet
     std_s = float(np.sqrt(np.linalg.inv(information)[0, 0]))
     return Lag(float(delay_s), std_s, float(second_s2), sheet.expected_s, measured)
 

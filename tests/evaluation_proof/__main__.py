@@ -1,0 +1,48 @@
+"""`make evaluation-report`: evaluates two hundred emulated drops and writes docs/evaluation-proof.md."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from tests.evaluation_proof.campaign import Proof, prove
+from tests.evaluation_proof.page import page
+from tests.evaluation_proof.summary import judged
+from tfsat_host.emulated.build import ensure_built
+
+PAGE = Path(__file__).parents[2] / "docs" / "evaluation-proof.md"
+ROBOTS = 100
+PROCESSES = 2
+
+
+def one(seed: int) -> tuple[int, Proof]:
+    """Proves one robot."""
+    return seed, prove(seed)
+
+
+def main() -> int:
+    """Writes the page; 1 if a target is missed."""
+    parser = argparse.ArgumentParser(prog="make evaluation-report", description=__doc__)
+    parser.add_argument("--robots", type=int, default=ROBOTS, help="how many, from number 1")
+    parser.add_argument("--out", type=Path, default=PAGE)
+    arguments = parser.parse_args()
+    ensure_built(progress=print)
+    seeds = range(1, arguments.robots + 1)
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        shown = Console(stderr=True)
+        proofs = dict(track(pool.map(one, seeds), "robots", total=len(seeds), console=shown))
+    arguments.out.write_text(page(proofs), encoding="utf-8")
+    targets = judged(proofs)
+    for target in targets:
+        print(f"{target.what}: {target.found} of {target.wanted}: {'good' if target.met else 'MISSED'}")
+    print(f"{arguments.out} is written.")
+    return 0 if all(target.met for target in targets) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

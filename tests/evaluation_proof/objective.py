@@ -1,0 +1,29 @@
+"""Where the paper's objective is really least: what its search would find, did it not stop."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, minimize
+
+from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial
+from tfsat_host.evaluation.model_fit.explained import Driven
+
+FloatArray = NDArray[np.float64]
+
+_UNIT = 1e-2
+"""Of the objective, kg m^2/s: an optimizer wants numbers about one."""
+
+
+def least_of_objective(driven: Driven, start: FloatArray) -> FloatArray:
+    """(9,) offsets in mm, downhill from `start`; it has one minimum, and every start leads there."""
+    polynomial, bounds = momentum_polynomial(driven.offsets, driven.flown), driven.offsets.bounds
+
+    def objective(values: FloatArray) -> float:
+        return float(polynomial.objective(values[None])[0]) / _UNIT
+
+    within = Bounds(-bounds, bounds)
+    found = minimize(
+        objective, start, method="L-BFGS-B", bounds=within, tol=1e-13, options={"maxfun": 50_000}
+    )
+    return np.asarray(found.x)
