@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tfsat_host.evaluation.attitude_budget_table import budget_table
+from tfsat_host.evaluation.budget.attitude_budget_table import budget_table
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import load_robot
 

@@ -11,9 +11,9 @@ import numpy as np
 from tests.evaluation.drops import DLPF_42_HZ, Drop, calibrated_from_truth, drop, with_com_offsets
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import samples_of
-from tfsat_host.evaluation.rest import rest_before_release
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.sdlog import DropLog
 

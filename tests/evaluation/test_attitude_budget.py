@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.dynamics import Multibody, TimedMove, moved, propagate
 from tfsat_host.dynamics.flying import fly_schedule, timed_moves
 from tfsat_host.evaluation.attitude import integrate_rates
-from tfsat_host.evaluation.attitude_budget import CALIBRATED, UNCALIBRATED, Accuracies, attitude_budget
-from tfsat_host.evaluation.attitude_budget_table import budget_table
-from tfsat_host.evaluation.attitude_errors import Turned
-from tfsat_host.evaluation.gyro_errors import Fall, bias, fall_of, misalignment, noise, scale, timing
-from tfsat_host.evaluation.prediction_errors import Path as StrokePath
-from tfsat_host.evaluation.prediction_errors import stroke_ends, zero_point
+from tfsat_host.evaluation.budget.attitude_budget import CALIBRATED, UNCALIBRATED, Accuracies, attitude_budget
+from tfsat_host.evaluation.budget.attitude_budget_table import budget_table
+from tfsat_host.evaluation.budget.attitude_errors import Turned
+from tfsat_host.evaluation.budget.gyro_errors import Fall, bias, fall_of, misalignment, noise, scale, timing
+from tfsat_host.evaluation.budget.prediction_errors import Path as StrokePath
+from tfsat_host.evaluation.budget.prediction_errors import stroke_ends, zero_point
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel, load_robot
 

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.evaluation.arms import com_in_bodies_m
 from tfsat_host.evaluation.attitude import integrate_rates
-from tfsat_host.evaluation.laser import release_velocity, windows_of
-from tfsat_host.evaluation.laser_file import LaserTracks, read_tracks
-from tfsat_host.evaluation.laser_geometry import UP, BodyTurning, LaserGeometry
+from tfsat_host.evaluation.fall.arms import com_in_bodies_m
+from tfsat_host.evaluation.witnesses.laser import release_velocity, windows_of
+from tfsat_host.evaluation.witnesses.laser_file import LaserTracks, read_tracks
+from tfsat_host.evaluation.witnesses.laser_geometry import UP, BodyTurning, LaserGeometry
 from tfsat_host.facility.tower import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load

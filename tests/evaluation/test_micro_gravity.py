@@ -19,14 +19,14 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.gyros.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.emulated.rehearsal import Rehearsal, rehearse
-from tfsat_host.evaluation.arms import sensor_arms_m
-from tfsat_host.evaluation.fall_instants import (
+from tfsat_host.evaluation.fall.arms import sensor_arms_m
+from tfsat_host.evaluation.fall.fall_instants import (
     ACCEL_DELAY_S,
     fall_instants,
     landing_felt,
     release_felt,
 )
-from tfsat_host.evaluation.micro_gravity import (
+from tfsat_host.evaluation.fall.micro_gravity import (
     MicroGravity,
     QuietWindow,
     expected_specific_force,

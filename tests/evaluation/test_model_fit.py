@@ -15,10 +15,10 @@ from tests.evaluation.test_stand_ins import DROPPED
 from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
+from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.model_fit.comparison import predicted
 from tfsat_host.evaluation.model_fit.explained import Explained, explain
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.rest import rest_before_release
 from tfsat_host.evaluation.stand_ins import with_stand_ins
 from tfsat_host.robot import load_robot
 

@@ -12,9 +12,9 @@ from tests.evaluation.drops import MORNING, Drop
 from tests.evaluation.some_drops import certificate, flown
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
 from tfsat_host.evaluation.errors import EvaluationError
+from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.motion.motion import motion_of
 from tfsat_host.evaluation.motion.samples import samples_of
-from tfsat_host.evaluation.rest import rest_before_release
 from tfsat_host.evaluation.stand_ins import StandIns, with_stand_ins
 
 DROPPED = MORNING + timedelta(hours=1)

@@ -68,7 +68,9 @@ COMMANDS = (
         "tfsat_host.cli.evaluate.command",
         "what the robot did in a drop, whether the model knew, and how sure that is",
     ),
-    Command("report", "tfsat_host.cli.report", "an evaluated drop as one offline page with plots and a replay"),
+    Command(
+        "report", "tfsat_host.cli.report", "an evaluated drop as one offline page with plots and a replay"
+    ),
     Command("record", "tfsat_host.cli.record", "start or stop the recording of a drop on the logger's card"),
     Command("log", "tfsat_host.cli.log", "list, fetch or erase the logger's recordings over the cable"),
     Command(

@@ -16,7 +16,7 @@ from tfsat_host.units import s_from_us
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.rehearsal import Rehearsal
-    from tfsat_host.evaluation.quick_look import QuickLook
+    from tfsat_host.evaluation.quick.quick_look import QuickLook
     from tfsat_host.maneuver import Schedule
     from tfsat_host.sdlog import DropLog
 
@@ -93,7 +93,7 @@ def _fly(args: argparse.Namespace, schedule: Schedule, out: Output) -> Rehearsal
 
 
 def _look(log: DropLog, flight: Rehearsal) -> QuickLook:
-    from tfsat_host.evaluation.quick_look import quick_look
+    from tfsat_host.evaluation.quick.quick_look import quick_look
     from tfsat_host.robot import load_robot
 
     return quick_look(log, load_robot(), until_s=flight.landed_s - flight.released_s - LOOK_MARGIN_S)
@@ -109,7 +109,7 @@ def _result(
 ) -> dict[str, Any]:
     from tfsat_host.emulated.rehearsal import RESIDUAL_RATE_DEG_S
     from tfsat_host.emulated.truth import true_reorientation_deg
-    from tfsat_host.evaluation.strokes import disagreements, reached_deg
+    from tfsat_host.evaluation.quick.strokes import disagreements, reached_deg
     from tfsat_host.robot import load_robot
 
     commanded_deg = [stroke.angle_deg for stroke in schedule.strokes]

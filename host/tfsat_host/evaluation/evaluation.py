@@ -19,15 +19,13 @@ from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.evaluation.arms import com_in_bodies_m, sensor_arms_m
 from tfsat_host.evaluation.checks import Check, checks_of
-from tfsat_host.evaluation.clocks import Clocks, align_clocks
-from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.clocks.clocks import Clocks, align_clocks
+from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
+from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.fall.micro_gravity import MicroGravity, micro_gravity, quiet_windows
+from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
 from tfsat_host.evaluation.initial_rates import InitialRate, initial_rates
-from tfsat_host.evaluation.laser import ReleaseVelocity, VelocityWindows, release_velocity
-from tfsat_host.evaluation.laser_file import LaserTracks
-from tfsat_host.evaluation.laser_geometry import BodyTurning
-from tfsat_host.evaluation.micro_gravity import MicroGravity, micro_gravity, quiet_windows
 from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.model_fit.explained import Explained, explain
 from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
@@ -35,10 +33,12 @@ from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
 from tfsat_host.evaluation.motion.body_motion import BodyMotion
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
-from tfsat_host.evaluation.rest import Rest, rest_before_release
 from tfsat_host.evaluation.stand_ins import with_stand_ins
-from tfsat_host.evaluation.strokes_flown import FlownStroke, strokes_flown
-from tfsat_host.evaluation.video import Mark
+from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
+from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity, VelocityWindows, release_velocity
+from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
+from tfsat_host.evaluation.witnesses.laser_geometry import BodyTurning
+from tfsat_host.evaluation.witnesses.video import Mark
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

@@ -20,7 +20,7 @@ from tfsat_host.calibration.joints.joint_sensors import (
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.evaluation.errors import EvaluationError
-from tfsat_host.evaluation.rest import GUARD_S, Rest
+from tfsat_host.evaluation.fall.rest import GUARD_S, Rest
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 

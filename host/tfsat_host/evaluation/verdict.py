@@ -14,9 +14,9 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.laser import ReleaseVelocity
 from tfsat_host.evaluation.model_fit.explained import Explained
-from tfsat_host.evaluation.strokes_flown import FlownStroke
+from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
+from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.summary import warnings
 

@@ -45,7 +45,7 @@ def write_mcap(
     Args:
         log: What was recorded.
         path: Where to.
-        frames: From `tfsat_host.evaluation.body_frames`.
+        frames: From `tfsat_host.evaluation.quick.body_frames`.
         also: More channels, such as those of an evaluation, given what stamps their messages.
         marker: Of the command that makes the file.
 

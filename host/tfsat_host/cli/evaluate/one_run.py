@@ -163,9 +163,9 @@ def _witnesses(args: argparse.Namespace) -> Witnesses | None:
     if args.video is None and args.laser is None:
         return None
     from tfsat_host.evaluation.evaluation import Witnesses
-    from tfsat_host.evaluation.laser import windows_of
-    from tfsat_host.evaluation.laser_file import read_tracks
-    from tfsat_host.evaluation.video import read_video_marks
+    from tfsat_host.evaluation.witnesses.laser import windows_of
+    from tfsat_host.evaluation.witnesses.laser_file import read_tracks
+    from tfsat_host.evaluation.witnesses.video import read_video_marks
     from tfsat_host.facility import load_tower
 
     return Witnesses(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tfsat_host.evaluation.evaluation import Evaluation, Turn
     from tfsat_host.evaluation.initial_rates import InitialRate
     from tfsat_host.evaluation.motion.motion import Motion
-    from tfsat_host.evaluation.strokes_flown import FlownStroke
+    from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
     from tfsat_host.evaluation.verdict import Verdict
 
 Json = dict[str, Any]

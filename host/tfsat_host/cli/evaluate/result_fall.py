@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tfsat_host.evaluation.clock_fit import ClockFit
+    from tfsat_host.evaluation.clocks.clock_fit import ClockFit
     from tfsat_host.evaluation.evaluation import Evaluation
-    from tfsat_host.evaluation.fall_instants import Instant
-    from tfsat_host.evaluation.laser import ReleaseVelocity, Velocity
-    from tfsat_host.evaluation.micro_gravity import MicroGravity
+    from tfsat_host.evaluation.fall.fall_instants import Instant
+    from tfsat_host.evaluation.fall.micro_gravity import MicroGravity
+    from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity, Velocity
 
 Json = dict[str, Any]
 

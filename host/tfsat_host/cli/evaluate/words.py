@@ -12,10 +12,10 @@ from tfsat_host.cli.output import Output
 if TYPE_CHECKING:
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
     from tfsat_host.evaluation.checks.check import Check
-    from tfsat_host.evaluation.clock_fit import ClockFit
+    from tfsat_host.evaluation.clocks.clock_fit import ClockFit
     from tfsat_host.evaluation.evaluation import Evaluation
-    from tfsat_host.evaluation.laser import ReleaseVelocity
-    from tfsat_host.evaluation.strokes_flown import FlownStroke
+    from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
+    from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity
     from tfsat_host.robot.model import FloatArray
 
 

@@ -13,7 +13,7 @@ from tfsat_host.evaluation.checks.check import Check, judged, not_possible, z_li
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.rest import Rest
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
-from tfsat_host.evaluation.gravity_check import ALARM_STDS, AtRest, check_gravity
+from tfsat_host.evaluation.fall.gravity_check import ALARM_STDS, AtRest, check_gravity
 from tfsat_host.evaluation.motion.noise import SHEET_DENSITY_RAD_S_RTHZ
 from tfsat_host.robot import RobotModel
 

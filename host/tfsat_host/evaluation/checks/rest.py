@@ -11,7 +11,7 @@ from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.evaluation.gravity_check import LEAST_SAMPLES, AtRest
+from tfsat_host.evaluation.fall.gravity_check import LEAST_SAMPLES, AtRest
 from tfsat_host.evaluation.motion.noise import BLOCK_S
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

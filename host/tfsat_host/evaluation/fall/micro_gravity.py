@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.apply import Calibrated
-from tfsat_host.evaluation.gravity_check import (
+from tfsat_host.evaluation.fall.gravity_check import (
     ALARM_STDS,
     LEAST_SAMPLES,
     AtRest,
@@ -26,7 +26,7 @@ from tfsat_host.evaluation.gravity_check import (
     forces_g,
     rms_g,
 )
-from tfsat_host.evaluation.laser import PUSHED_OFF_S
+from tfsat_host.evaluation.witnesses.laser import PUSHED_OFF_S
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.evaluation.laser_geometry import UP, SpotEquations
+from tfsat_host.evaluation.witnesses.laser_geometry import UP, SpotEquations
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from tfsat_host.evaluation.laser_file import LaserTracks
+from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
 
 FloatArray = NDArray[np.float64]
 

@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.clock_fit import ClockFit
-from tfsat_host.evaluation.csv_columns import CsvForm, CsvRow, read_rows
+from tfsat_host.evaluation.clocks.clock_fit import ClockFit
+from tfsat_host.evaluation.witnesses.csv_columns import CsvForm, CsvRow, read_rows
 
 FloatArray = NDArray[np.float64]
 

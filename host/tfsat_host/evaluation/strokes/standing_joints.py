@@ -8,7 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.strokes_flown import ARRIVED_S, EARLY_S, WINDOW, FlownStroke, at_rest, change_of
+from tfsat_host.evaluation.strokes.strokes_flown import (
+    ARRIVED_S,
+    EARLY_S,
+    WINDOW,
+    FlownStroke,
+    at_rest,
+    change_of,
+)
 
 UNEXPECTED_RAD = np.deg2rad(1.0)
 """A standing joint that was so far from where it stood has moved."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.evaluation.motion.joints import JointMotion
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.motion_edge import Edge, falling_edge, rising_edge, smoothed
+from tfsat_host.evaluation.strokes.motion_edge import Edge, falling_edge, rising_edge, smoothed
 from tfsat_host.maneuver import Schedule
 
 FloatArray = NDArray[np.float64]

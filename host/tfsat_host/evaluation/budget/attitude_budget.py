@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.evaluation import gyro_errors, prediction_errors
-from tfsat_host.evaluation.attitude_errors import Turned, in_all
+from tfsat_host.evaluation.budget import gyro_errors, prediction_errors
+from tfsat_host.evaluation.budget.attitude_errors import Turned, in_all
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.csv_columns import CsvForm, CsvRow, read_rows
+from tfsat_host.evaluation.witnesses.csv_columns import CsvForm, CsvRow, read_rows
 from tfsat_host.protocol.limits import MAX_STROKES
 
 FRAME_STD_S = 1 / 60 / 12**0.5

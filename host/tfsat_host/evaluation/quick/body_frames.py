@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.attitude import integrate_rates
-from tfsat_host.evaluation.quick_look import BIAS_GUARD_S, LEAST_BIAS_S
+from tfsat_host.evaluation.quick.quick_look import BIAS_GUARD_S, LEAST_BIAS_S
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.laser_file import LaserTracks
-from tfsat_host.evaluation.laser_geometry import BodyTurning, LaserGeometry, spot_equations
-from tfsat_host.evaluation.straight_path import StraightPath, fit_straight_path
+from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
+from tfsat_host.evaluation.witnesses.laser_geometry import BodyTurning, LaserGeometry, spot_equations
+from tfsat_host.evaluation.witnesses.straight_path import StraightPath, fit_straight_path
 from tfsat_host.facility.release import permissible_transversal_velocity_mm_s
 from tfsat_host.facility.tower import DropTower
 from tfsat_host.units import STANDARD_GRAVITY_M_S2

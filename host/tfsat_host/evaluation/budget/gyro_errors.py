@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, connection, moved, quaternion
 from tfsat_host.dynamics.flying import timed_moves
-from tfsat_host.evaluation.attitude_errors import Turned, exactly, to_first_order
+from tfsat_host.evaluation.budget.attitude_errors import Turned, exactly, to_first_order
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 

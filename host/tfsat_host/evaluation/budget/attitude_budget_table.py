@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tfsat_host.evaluation.attitude_budget import CALIBRATED, UNCALIBRATED, Budget, attitude_budget
-from tfsat_host.evaluation.attitude_errors import Turned
+from tfsat_host.evaluation.budget.attitude_budget import CALIBRATED, UNCALIBRATED, Budget, attitude_budget
+from tfsat_host.evaluation.budget.attitude_errors import Turned
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 

@@ -1,0 +1,1 @@
+"""The clocks of sequencer and video against the logger's."""

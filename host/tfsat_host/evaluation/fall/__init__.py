@@ -1,0 +1,1 @@
+"""Rest, release, weightlessness and landing, as the accelerometers felt them."""

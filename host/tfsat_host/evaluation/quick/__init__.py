@@ -1,0 +1,1 @@
+"""The first look after a drop, without a calibration."""

@@ -1,0 +1,1 @@
+"""What became of each commanded stroke, and of the joints that should stand."""

@@ -1,0 +1,1 @@
+"""What others than the logger saw of a drop: video and laser spots."""
