@@ -53,3 +53,21 @@ def test_the_cure_fits_files_and_folders(tmp_path: Path) -> None:
     with pytest.raises(TfsatError) as caught:
         check_may_write(tmp_path / "mine.csv", marker=b"theirs", force=False)
     assert "another place with --out" in caught.value.next_step
+
+
+@pytest.mark.parametrize(
+    ("content", "named"),
+    [
+        (b"TFS1\x02\x01", "a recording of the logger"),
+        (b"\0" * 512 + b"TFS1\x02\x01", "a recording of the logger"),
+        (b"# tfsat calibration: values with their uncertainty", "a calibration certificate"),
+    ],
+)
+def test_what_nothing_can_make_again_is_not_overwritten_even_with_force(
+    tmp_path: Path, content: bytes, named: str
+) -> None:
+    path = tmp_path / "SD.bin"
+    path.write_bytes(content)
+    with pytest.raises(TfsatError, match=f"is {named}"):
+        check_may_write(path, marker=b"<!doctype html>", force=True)
+    assert path.read_bytes() == content

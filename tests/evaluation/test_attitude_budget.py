@@ -63,7 +63,7 @@ def test_the_rates_of_each_body_lead_to_the_simulated_attitude(
     assert np.degrees((by_gyro.inv() * Rotation.from_quat(simulated.quaternion_xyzw)).magnitude()) < 0.01
     assert np.degrees(by_gyro.magnitude()) == pytest.approx(26.0, abs=0.3)
     by_evaluation = integrate_rates(fall.t_s, fall.rate_rad_s)[-1]
-    assert (by_gyro.inv() * by_evaluation).magnitude() < 1e-9
+    assert (by_gyro.inv() * by_evaluation).magnitude() < 1e-5, "the budget's steps take turns to commute"
 
 
 @pytest.mark.parametrize("accuracies", [CALIBRATED, UNCALIBRATED], ids=["calibrated", "uncalibrated"])

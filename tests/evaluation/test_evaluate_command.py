@@ -125,6 +125,7 @@ def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
     shown = evaluate("run", "--swarm").words
     assert "by the paper's swarm: the best of 10" in shown
     assert "Its objective, the sum of |h - h0|" in shown
+    assert "The swarm did not converge" in shown
 
 
 def test_the_swarm_searches_for_centers_of_mass_alone(run: Path) -> None:

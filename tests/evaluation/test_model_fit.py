@@ -125,3 +125,13 @@ def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_a
     assert (found.fit.std <= found.fit.offsets.prior_std).all()
     z_scores = (found.fit.values - one.true_com_offsets_mm) / found.fit.std
     assert np.sqrt(np.mean(z_scores**2)) < 2.5
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_masses_and_inertias_of_a_right_model_stay_where_they_are(seed: int) -> None:
+    """All of them smaller by one factor explain a motion as well: only their prior holds them, noise must not pull."""
+    one = flown(seed)
+    offsets = com_offsets(one.flown, masses=True, inertias=True)
+    found = explain(moved(one.log, certificate(one, seed), one.flown), offsets, 0.7).fit
+    assert (np.abs(found.values) < 3.5 * found.std).all()
+    assert (np.abs(found.values[9:]) < offsets.prior_std[9:]).all()

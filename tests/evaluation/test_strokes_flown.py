@@ -149,7 +149,7 @@ def test_a_stroke_after_the_fall_is_not_judged() -> None:
     stroke = strokes_flown(motion, with_strokes(drop.schedule, late))[0]
     assert not stroke.moved
     assert np.isnan(stroke.size_rad)
-    assert "outside the time that can be evaluated" in stroke.remark
+    assert "due after the end of what can be evaluated" in stroke.remark
 
 
 def test_a_joint_that_went_the_wrong_way_or_was_cut_short_says_so() -> None:

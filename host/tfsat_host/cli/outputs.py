@@ -1,8 +1,8 @@
 """Files that a command writes: never over somebody's work, and never half.
 
-A file is overwritten only with `--force`, or when the same command made it. It knows its own by a
-marker: bytes near the start or the end of the file that nothing else would put there (the line of
-column names of a CSV, a generator tag, an archive's comment).
+A file is overwritten only with `--force`, or when the same command made it; a recording or a certificate, which nothing
+can make again, not even then. A command knows its own by a marker: bytes near the start or the end of the file that
+nothing else would put there (the line of column names of a CSV, a generator tag, an archive's comment).
 """
 
 from __future__ import annotations
@@ -14,8 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.limits import BLOCK_MAGIC
 
 _LOOK_BYTES = 4096
+_IRREPLACEABLE = {
+    BLOCK_MAGIC.to_bytes(4, "little"): "a recording of the logger",
+    b"# tfsat calibration": "a calibration certificate",
+}
 
 
 class UnwritableError(TfsatError):
@@ -71,6 +76,8 @@ def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
                 meaning="Nothing was overwritten.",
                 next_step="Name another place with --out, or add --force to overwrite it.",
             )
+        if path.exists() and not was_made_with(path, marker):
+            _require_replaceable(path)
         _temporary_in(folder, path).unlink()
     except OSError as error:
         raise UnwritableError(
@@ -78,6 +85,18 @@ def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
             meaning="Nothing was written.",
             next_step="Name another place with --out, one that you may write to.",
         ) from error
+
+
+def _require_replaceable(path: Path) -> None:
+    with path.open("rb") as file:
+        start = file.read(_LOOK_BYTES)
+    for sign, what in _IRREPLACEABLE.items():
+        if sign in start:
+            raise TfsatError(
+                what=f"{path} is {what}.",
+                meaning="Nothing can make it again, so nothing was overwritten; --force does not change that.",
+                next_step="Name another place with --out; move the file away by hand if it may go.",
+            )
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:

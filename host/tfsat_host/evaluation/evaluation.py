@@ -2,7 +2,7 @@
 
 from tfsat_host.evaluation.evaluation import evaluate
 found = evaluate(load("SD.bin"), load_robot(), read_calibration("calibration.toml"), schedule)
-found.reorientation.angle_deg, found.reorientation.std_deg
+found.reorientation.angle_rad, found.reorientation.std_rad
 """
 
 from __future__ import annotations
@@ -35,8 +35,13 @@ from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
 from tfsat_host.evaluation.stand_ins import with_stand_ins
 from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
-from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity, VelocityWindows, release_velocity
-from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
+from tfsat_host.evaluation.witnesses.laser import (
+    LaserError,
+    ReleaseVelocity,
+    VelocityWindows,
+    release_velocity,
+)
+from tfsat_host.evaluation.witnesses.laser_file import LaserFileError, LaserTracks
 from tfsat_host.evaluation.witnesses.laser_geometry import BodyTurning
 from tfsat_host.evaluation.witnesses.video import Mark
 from tfsat_host.maneuver import Schedule
@@ -182,7 +187,6 @@ def evaluate(
 
     Raises:
         EvaluationError: no release, a hole in all gyros, or a bias that cannot be had.
-        LaserError: the spots cannot tell a velocity.
         ValueError: the swarm is to search for masses or inertias.
     """
     rest = rest_before_release(log)
@@ -193,20 +197,21 @@ def evaluate(
     seen = witnesses or Witnesses()
     clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
     strokes = () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
-    first_stroke_s = _first_stroke_s(log, schedule, samples.until_s)
+    first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
     explained = explain(motion, offsets or com_offsets(model), first_stroke_s)
     whole = apply_calibration(Counts.from_log(log), used, model)
+    velocity, against = _release_velocity(seen, motion, model, first_stroke_s, clocks)
     return Evaluation(
         log=log,
         model=model,
         calibration=used,
         schedule=schedule,
-        notes=(*stand_ins.notes, *_notes_of(motion), *(clocks.notes if clocks else ())),
+        notes=(*stand_ins.notes, *_notes_of(motion), *(clocks.notes if clocks else ()), *against),
         rest=rest,
         instants=fall_instants(log, whole),
         micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),
         clocks=clocks,
-        release_velocity=_release_velocity(seen, motion, model, first_stroke_s, clocks),
+        release_velocity=velocity,
         motion=motion,
         turns=tuple(Turn.of(body) for body in motion.bodies),
         initial_rates=initial_rates(motion, first_stroke_s),
@@ -218,13 +223,16 @@ def evaluate(
     )
 
 
-def _first_stroke_s(log: DropLog, schedule: Schedule | None, until_s: float) -> float:
-    """As the logger saw it, else as commanded, else when the fall ends."""
-    seen = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
-    after = [t_s for t_s in seen if t_s > 0.0]
-    if after:
-        return min(after)
-    return schedule.strokes[0].t_s if schedule and schedule.strokes else until_s
+def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | None, until_s: float) -> float:
+    """As the logger saw it, else as it was commanded by the sequencer's clock, else when the fall ends."""
+    if schedule is not None and clocks is not None and schedule.strokes:
+        fit = clocks.sequencer
+        planned = [float(fit.to_logger_s(stroke.t_s)) if fit else stroke.t_s for stroke in schedule.strokes]
+        return min(
+            seen if np.isfinite(seen) else told for seen, told in zip(clocks.stroke_s, planned, strict=True)
+        )
+    edges = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
+    return min((t_s for t_s in edges if t_s > 0.0), default=until_s)
 
 
 def _notes_of(motion: Motion) -> list[str]:
@@ -242,7 +250,12 @@ def _notes_of(motion: Motion) -> list[str]:
         for joint in motion.joints
         if not joint.sensed
     ]
-    if not motion.lag.measured:
+    if motion.lag.implausible_s is not None:
+        notes.append(
+            f"The strokes tell a delay of {1e3 * motion.lag.implausible_s:.1f} ms for the gyros, which no chip has "
+            "with this low-pass: the data sheet's is taken off instead. The gyros contradict the angle sensors."
+        )
+    elif not motion.lag.measured:
         notes.append("No joint moved far enough to measure the gyros' delay: the data sheet's is taken off.")
     return notes
 
@@ -271,18 +284,22 @@ def _micro_gravity(
 
 def _release_velocity(
     seen: Witnesses, motion: Motion, model: RobotModel, first_stroke_s: float, clocks: Clocks | None
-) -> ReleaseVelocity | None:
+) -> tuple[ReleaseVelocity | None, tuple[str, ...]]:
+    """The velocity, or why the spots tell none: that says nothing against the rest of the drop."""
     if seen.laser is None or seen.windows is None:
-        return None
+        return None, ()
     body = motion.bodies[BODY_2]
     rate_std = initial_rates(motion, first_stroke_s)[BODY_2].std_rad_s
     turning = BodyTurning(body.t_s, body.attitude.as_matrix(), rate_std)
     at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
-    video = clocks.video if clocks else None
-    return release_velocity(
-        seen.laser.after_release(video),
-        com_in_bodies_m(model, at_release)[BODY_2],
-        seen.windows,
-        first_stroke_s=first_stroke_s,
-        turning=turning,
-    )
+    try:
+        velocity = release_velocity(
+            seen.laser.after_release(clocks.video if clocks else None),
+            com_in_bodies_m(model, at_release)[BODY_2],
+            seen.windows,
+            first_stroke_s=first_stroke_s,
+            turning=turning,
+        )
+    except (LaserError, LaserFileError) as error:
+        return None, (f"No release velocity. {error.what} {error.meaning} {error.next_step}",)
+    return velocity, ()

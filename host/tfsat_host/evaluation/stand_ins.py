@@ -19,6 +19,7 @@ from tfsat_host.calibration.joints.joint_sensors import (
 )
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.evaluation.after_landing import gyro_since, sensors_since
 from tfsat_host.evaluation.errors import EvaluationError
 from tfsat_host.evaluation.fall.rest import GUARD_S, Rest
 from tfsat_host.robot import RobotModel
@@ -72,7 +73,8 @@ def with_stand_ins(
         rested[index] = why is not None and bool(np.isfinite(rest.rate_rad_s[index]).all())
         if why is not None and not rested[index] and log.imu_valid[log.t_s >= 0.0, index].any():
             notes.append(_require_some_bias(gyro, why))
-        gyros.append(_with_bias(gyro, rest, index) if rested[index] else gyro)
+        since = gyro_since(gyro, lacking)
+        gyros.append(_with_bias(since, rest, index) if rested[index] else since)
     if rested.any():
         bodies = ", ".join(str(body + 1) for body in np.flatnonzero(rested))
         notes.append(
@@ -87,8 +89,8 @@ def with_stand_ins(
                 f"The zero point of joint {sensors.joint} was never measured: it is taken to have hung where its servo "
                 f"starts, to {np.rad2deg(HUNG_STD_RAD):.0f} deg."
             )
-        joints.append(sensors)
-    notes += _rest_of(lacking.values(), calibration is not None)
+        joints.append(sensors_since(sensors, lacking))
+    notes += _rest_of(tuple(lacking.values()), calibration is not None)
     return StandIns(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes), rested)
 
 
@@ -139,11 +141,16 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
 
 
 def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
-    """A sentence on what has no stand-in: it keeps its design, or its last value, with that uncertainty."""
+    """A sentence on what has no stand-in: it keeps its design or its last value, with that uncertainty."""
     if not certified:
         return []
-    names = [one.name for one in lacking if not one.name.startswith(("bias", "zero", "servo"))]
-    if not names:
-        return []
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return [f"Not measured since the last landing, or never: {shown}; the uncertainty of that is counted in."]
+    notes = []
+    for reason, without, words in (
+        ("stale", ("bias", "servo", "scale"), "Measured before a landing that may have changed it"),
+        ("missing", ("bias", "zero", "servo"), "Never measured"),
+    ):
+        names = [one.name for one in lacking if one.reason == reason and not one.name.startswith(without)]
+        if names:
+            shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            notes.append(f"{words}: {shown}; what it may be off is counted in.")
+    return notes

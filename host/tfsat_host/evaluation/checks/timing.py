@@ -20,7 +20,7 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
     lag = motion.lag
     if np.diff(motion.t_s[motion.samples.fall]).max() > LONGEST_HOLE_S:
         return not_possible(LAG, "ms", "Across a hole in the samples nothing tells how late the gyros are.")
-    if not lag.measured:
+    if not lag.measured and lag.implausible_s is None:
         return not_possible(
             LAG, "ms", "No joint with angle sensors moved far enough to tell how late the gyros are."
         )
@@ -28,9 +28,10 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
         return not_possible(
             LAG, "ms", "Angle sensors without a calibrated zero do not tell how late the gyros are."
         )
-    off_ms = 1e3 * (lag.delay_s - lag.expected_s)
+    delay_s = lag.delay_s if lag.implausible_s is None else lag.implausible_s
+    off_ms = 1e3 * (delay_s - lag.expected_s)
     sentence = (
-        f"The gyros are {1e3 * lag.delay_s:.2f} ms behind the angle sensors; "
+        f"The gyros are {1e3 * delay_s:.2f} ms behind the angle sensors; "
         f"their low-pass accounts for {1e3 * lag.expected_s:.2f} ms."
     )
     return judged(LAG, abs(off_ms), 1e3 * LAG_STDS * DELAY_STD_S, "ms", sentence)

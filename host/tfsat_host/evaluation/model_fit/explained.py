@@ -66,7 +66,8 @@ class Driven:
 
     def beside(self, values: FloatArray) -> Sides:
         """The model with given offsets (p,), such as none, or those of other drops."""
-        found = derivatives(self.offsets, values, self.flown)
+        momentum = initial_momentum(self.offsets.corrected(values), self.flown, self.quiet)
+        found = derivatives(self.offsets, values, self.flown, momentum)
         return self._beside(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
 
     def beside_fit(self, fit: ModelFit) -> Sides:

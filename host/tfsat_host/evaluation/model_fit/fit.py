@@ -119,7 +119,7 @@ class _System:
 
     @classmethod
     def of(cls, offsets: Offsets, values: FloatArray, momentum: FloatArray, flown: Flown) -> _System:
-        found = derivatives(offsets, values, flown)
+        found = derivatives(offsets, values, flown, momentum)
         left = unexplained(offsets.corrected(values), flown, momentum)
         inertia = conserved.locked_inertia(offsets.body, flown.angles_rad[:1])
         unit = float(np.trace(inertia[0])) / 3.0 * np.deg2rad(1.0)

@@ -208,8 +208,14 @@ def unexplained(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArr
     )
 
 
-def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown) -> Derivatives:
-    """At offsets `vector` (p,)."""
+def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: FloatArray) -> Derivatives:
+    """At offsets `vector` (p,) and momentum (3,), inertial axes.
+
+    They are taken at the rates that the model predicts: with the measured ones, noise times itself would pull masses
+    and inertias down together, which nothing but their prior holds.
+    """
+    left = unexplained(offsets.corrected(vector), flown, momentum)
+    flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - left)
     steps = _OFFSET_STEP * np.eye(len(offsets))
     ends = momentum_of(offsets.applied(np.concatenate([vector + steps, vector - steps])), flown)
     slope = (ends[: len(offsets)] - ends[len(offsets) :]) / (2.0 * _OFFSET_STEP)

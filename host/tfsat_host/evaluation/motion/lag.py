@@ -14,7 +14,7 @@ are of one kind and have one setting.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,7 @@ class Lag:
         second_s2: e, see the module.
         expected_s: d by the data sheet.
         measured: Strokes have told it; else it is the data sheet's.
+        implausible_s: What strokes told that no chip can be; the data sheet's is used instead. None: nothing such.
     """
 
     delay_s: float
@@ -54,6 +55,7 @@ class Lag:
     second_s2: float
     expected_s: float
     measured: bool
+    implausible_s: float | None = None
 
     def removed(self, t_s: FloatArray, shown: FloatArray) -> FloatArray:
         """(n, ...) what was to be shown at each time, of what was shown."""
@@ -118,7 +120,7 @@ def measured_lag(
     delay_s, second_s2 = np.linalg.solve(information, right)
     if abs(delay_s - sheet.delay_s) > PLAUSIBLE_STDS * sheet.delay_std_s:
         # Something else is wrong, and taken off as a delay it would spoil every rate.
-        return sheet
+        return replace(sheet, implausible_s=float(delay_s))
     std_s = float(np.sqrt(np.linalg.inv(information)[0, 0]))
     return Lag(float(delay_s), std_s, float(second_s2), sheet.expected_s, measured)
 

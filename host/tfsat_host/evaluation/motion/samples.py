@@ -114,7 +114,7 @@ def end_of_fall_s(log: DropLog) -> float:
 
 
 def _require_no_hole(t_s: FloatArray, until_s: float) -> None:
-    edges = np.concatenate([[min(0.0, t_s[0]) if len(t_s) else 0.0], t_s, [until_s]])
+    edges = np.concatenate([[0.0], t_s[t_s > 0.0], [until_s]])
     holes = np.diff(edges)
     if len(t_s) < 2 or holes.max() > GREATEST_GAP_S:
         worst = int(holes.argmax())

@@ -144,6 +144,8 @@ class _Asked:
 
 def _flown(motion: Motion, asked: _Asked) -> FlownStroke:
     t, joint = motion.t_s, motion.joints[asked.joint - 1]
+    if asked.begin_s >= t[-1] - EARLY_S:
+        return asked.stroke(False, "Not recorded: it was due after the end of what can be evaluated.")
     unheard = (
         "" if np.isfinite(asked.logged_s) else "The stroke line did not rise: its time is the schedule's."
     )

@@ -1,0 +1,69 @@
+"""`evaluate` as a call: what one missing witness does to the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.drops import MORNING, Drop
+from tests.evaluation.some_drops import certificate, flown
+from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
+from tfsat_host.evaluation.witnesses.laser import windows_of
+from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
+from tfsat_host.facility.tower import load_tower
+from tfsat_host.sdlog import DropLog
+
+DROPPED = MORNING + timedelta(hours=1)
+
+
+def evaluated(one: Drop, log: DropLog, witnesses: Witnesses | None = None) -> Evaluation:
+    return evaluate(log, one.model, certificate(one, 1), one.schedule, recorded=DROPPED, witnesses=witnesses)
+
+
+def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> None:
+    one = flown(1)
+    whole = evaluated(one, one.log)
+    first = next(event for event in one.log.events if event.name == "stroke")
+    found = evaluated(one, replace(one.log, events=tuple(e for e in one.log.events if e is not first)))
+    rate, expected = found.initial_rates[0].rate_rad_s, whole.initial_rates[0].rate_rad_s
+    assert np.rad2deg(rate) == pytest.approx(np.rad2deg(expected), abs=0.01)
+
+
+def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
+    one = flown(1)
+    whole = evaluated(one, one.log)
+    first = next(event for event in one.log.events if event.name == "stroke")
+    early = replace(first, t_us=first.t_us - 650_000)
+    found = evaluated(one, replace(one.log, events=(early, *one.log.events)))
+    assert found.initial_rates[0].std_rad_s == pytest.approx(whole.initial_rates[0].std_rad_s, rel=0.05)
+
+
+def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
+    one = flown(1)
+    places = np.array([2.0, 2.1, 2.2])
+    late = LaserTracks(
+        Path("tracks.csv"),
+        places,
+        np.array([1, 1, 2]),
+        0.0 * places,
+        0.0 * places,
+        1e-3 + 0.0 * places,
+        False,
+    )
+    found = evaluated(one, one.log, Witnesses(laser=late, windows=windows_of(load_tower())))
+    assert found.release_velocity is None
+    assert any(note.startswith("No release velocity.") for note in found.notes)
+    assert found.reorientation.angle_rad > 0.3
+
+
+def test_a_header_that_names_another_low_pass_is_found_out() -> None:
+    one = flown(1)
+    other = replace(one.log, header=replace(one.log.header, dlpf_cfg=6))
+    found = evaluated(one, other)
+    (check,) = (check for check in found.checks if check.name == "lag of the gyros")
+    assert check.verdict == "failed"
+    assert any("which no chip has" in note for note in found.notes)
