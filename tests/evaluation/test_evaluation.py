@@ -12,6 +12,7 @@ import pytest
 from tests.evaluation.drops import MORNING, Drop
 from tests.evaluation.some_drops import certificate, flown
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
+from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.evaluation.witnesses.laser import windows_of
 from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
 from tfsat_host.facility.tower import load_tower
@@ -67,3 +68,12 @@ def test_a_header_that_names_another_low_pass_is_found_out() -> None:
     (check,) = (check for check in found.checks if check.name == "lag of the gyros")
     assert check.verdict == "failed"
     assert any("which no chip has" in note for note in found.notes)
+
+
+def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> None:
+    """The last stroke of the schedule is left out, so that what was flown then was commanded by nobody."""
+    one = flown(1)
+    assert all(standing.remark == "" for standing in evaluated(one, one.log).standing)
+    shorter = replace(one.schedule, strokes=one.schedule.strokes[:3])
+    found = evaluate(one.log, one.model, certificate(one, 1), shorter, recorded=DROPPED)
+    assert any("where nothing commanded it" in reason for reason in verdict_of(found).reasons)

@@ -68,4 +68,5 @@ def _poses(robot: RobotModel, angles: Array, attitude: Rotation) -> list[list[li
     count = len(share)
     quaternions = [(attitude * Rotation.from_matrix(rotation[:, body])).as_quat() for body in range(count)]
     placed = np.einsum("mij,mbj->mbi", base, origins)
-    return np.concatenate([placed, np.stack(quaternions, axis=1)], axis=2).tolist()  # type: ignore[no-any-return]
+    rows: list[list[list[float]]] = np.concatenate([placed, np.stack(quaternions, axis=1)], axis=2).tolist()
+    return rows

@@ -34,6 +34,7 @@ from tfsat_host.evaluation.motion.body_motion import BodyMotion
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
 from tfsat_host.evaluation.stand_ins import with_stand_ins
+from tfsat_host.evaluation.strokes.standing_joints import Standing, standing_joints
 from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
 from tfsat_host.evaluation.witnesses.laser import (
     LaserError,
@@ -110,6 +111,7 @@ class Evaluation:
         turns: Of bodies 1 to 4.
         initial_rates: Of bodies 1 to 4, between release and first stroke.
         strokes: Commanded and flown.
+        standing: What the joints did while nothing commanded them; empty without a schedule.
         explained: The model beside the measurement, before and after its correction.
         identifiability: What the data can tell of the correction, and what not.
         checks: Of integrity, without any truth.
@@ -130,6 +132,7 @@ class Evaluation:
     turns: tuple[Turn, ...]
     initial_rates: tuple[InitialRate, ...]
     strokes: tuple[FlownStroke, ...]
+    standing: tuple[Standing, ...]
     explained: Explained
     identifiability: Identifiability
     checks: tuple[Check, ...]
@@ -216,6 +219,7 @@ def evaluate(
         turns=tuple(Turn.of(body) for body in motion.bodies),
         initial_rates=initial_rates(motion, first_stroke_s),
         strokes=strokes,
+        standing=standing_joints(motion, strokes) if strokes else (),
         explained=explained,
         identifiability=identifiability(explained.fit),
         checks=checks_of(motion, explained.fit, log, used, model),

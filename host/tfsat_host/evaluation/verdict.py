@@ -67,6 +67,9 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
         _Group("the calibration does not hold as it is", tuple(against_calibration)),
         _Group("something stands in for data that is missing", found.notes),
         _Group("not every stroke was flown as commanded", tuple(_of_strokes(found.strokes))),
+        _Group(
+            "a joint moved where it should stand", tuple(one.remark for one in found.standing if one.remark)
+        ),
         _Group("the fall was not as it should be", tuple(_of_fall(found))),
         _Group("the model does not explain the motion", tuple(_of_model(found.explained))),
     )

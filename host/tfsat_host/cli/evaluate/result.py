@@ -189,4 +189,5 @@ def _degree(angle_rad: float) -> float:
 def _degrees(angles_rad: Any) -> list[float]:
     import numpy as np
 
-    return (np.rad2deg(angles_rad) + 0.0).tolist()  # type: ignore[no-any-return]
+    degrees: list[float] = (np.rad2deg(angles_rad) + 0.0).tolist()
+    return degrees

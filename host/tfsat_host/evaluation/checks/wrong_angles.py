@@ -37,7 +37,10 @@ def with_one(of: Consistency, joint: int, sensor: int, angle_rad: FloatArray) ->
 def reversed_sensors(of: Consistency) -> Iterator[Hypothesis]:
     """Each sensor reversed, in its counts or on its shaft."""
     for joint, sensor in np.ndindex(of.joints, 2):
-        cause = f"{sensor_name(joint, sensor)}: its direction is reversed"
+
+        def reversed_(_: FloatArray, joint: int = joint, sensor: int = sensor) -> str:
+            return f"{sensor_name(joint, sensor)}: its direction is reversed"
+
         again = f"tfsat-host calibrate zero --joint {joint + 1}"
         step = f"Compare its direction with the robot file: tfsat-host robot; then {again}"
         in_counts = of.sensed(joint, np.mod(-of.readings.shown_rad, 2 * np.pi))[sensor]
@@ -47,7 +50,7 @@ def reversed_sensors(of: Consistency) -> Iterator[Hypothesis]:
                 ("reversed", str(joint), str(sensor)),
                 with_one(of, joint, sensor, angle),
                 own_offset(of, joint, sensor),
-                lambda _, cause=cause: cause,  # type: ignore[misc]
+                reversed_,
                 step,
             )
 

@@ -8,7 +8,7 @@ what.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,8 +161,3 @@ def _excess(t_s: FloatArray, whitened: FloatArray) -> float:
     counts = np.diff(edges, append=len(t_s))
     sums = np.add.reduceat(whitened, edges, axis=0) / np.sqrt(counts)[:, None]
     return max(1.0, float((sums**2).mean()))
-
-
-def with_errors_of(fit: ModelFit, values: FloatArray) -> ModelFit:
-    """The same fit with other offsets, such as those that another search found; nothing is fitted again."""
-    return replace(fit, values=values)

@@ -64,11 +64,6 @@ class Flown:
     angle_errors: FloatArray
     own: OwnGyros
 
-    @property
-    def errors_in_angles(self) -> int:
-        """k, how many of the sensors' errors are of the joints' angles; they come after the gyros'."""
-        return int(self.angle_errors.shape[2])
-
 
 @dataclass(frozen=True, eq=False)
 class OwnGyros:

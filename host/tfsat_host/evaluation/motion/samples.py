@@ -60,12 +60,6 @@ class Samples:
         """(n,) after the release."""
         return self.t_s >= 0.0
 
-    @property
-    def step_s(self) -> FloatArray:
-        """(n,) to the sample before; the first has the second's."""
-        steps = np.diff(self.t_s)
-        return np.concatenate([steps[:1], steps])
-
 
 def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Samples:
     """Cuts the drop out of a recording and calibrates it.
