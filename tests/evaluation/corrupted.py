@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from tests.evaluation.drops import Drop, calibrated_from_truth, drop, with_com_offsets
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.checks import Check, checks_of
 from tfsat_host.evaluation.model_fit.fit import fit_model
@@ -45,7 +44,7 @@ class Flown:
         """By the checks, with one thing wrong; with the model fitted, which takes a second, only on demand."""
         log = wrong(self.drop.log)
         motion = motion_in(log, self.calibration, model)
-        fit = fit_model(com_offsets(model), flown_of(motion, Multibody.of(model))) if fitted else None
+        fit = fit_model(com_offsets(model), flown_of(motion)) if fitted else None
         return checks_of(motion, fit, log, self.calibration, model)
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from tests.evaluation.drops import DLPF_42_HZ, Drop, calibrated_from_truth, drop, with_com_offsets
-from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
@@ -76,5 +75,5 @@ def moved(
 def fitted(seed: int, *, robot: int | None = None, dlpf_cfg: int = DLPF_42_HZ) -> Fitted:
     """The same, with the model fitted."""
     flown, motion = moved(seed, robot=robot, dlpf_cfg=dlpf_cfg)
-    driven = flown_of(motion, Multibody.of(MODEL))
+    driven = flown_of(motion)
     return Fitted(flown, motion, driven, fit_model(com_offsets(MODEL), driven))

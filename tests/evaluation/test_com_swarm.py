@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,8 +52,37 @@ def test_the_swarm_lowers_the_objective_but_gauss_newton_comes_nearer_to_truth()
         assert np.linalg.norm(found.gauss_newton - truth) < 1.0
         assert np.median(np.linalg.norm(found.each - truth, axis=1)) > 2.0
         assert int(found.spread.argmax()) == 5, "body 2 z is what it can tell least"
+        assert not found.converged
+        assert found.objective_below < found.objective
+        searched, stopped = found.sentences()
+        assert searched == "10 swarms of 48 particles, 50 iterations each."
+        assert stopped.startswith("They did not converge: the best stopped at J = ")
         np.testing.assert_allclose(found.distance, np.linalg.norm(found.values - one.fit.values))
         np.testing.assert_allclose(found.spread, np.std(found.each, axis=0, ddof=1))
+
+
+def test_the_bottom_of_the_valley_is_what_a_swarm_is_judged_by() -> None:
+    one = fitted(1)
+    small = SwarmSettings(particles=20, iterations=5)
+    found = swarm_fit(one.fit, one.flown, seeds=(1, 2), settings=small)
+    other = swarm_fit(one.fit, one.flown, seeds=(3, 4), settings=small)
+    # One valley for all, and below Gauss and Newton's offsets, which minimize something else.
+    assert found.objective_below == pytest.approx(other.objective_below, rel=1e-3)
+    assert found.objective_below < found.objective_gauss_newton
+    arrived = replace(found, objective=1.005 * found.objective_below)
+    assert arrived.converged
+    assert arrived.sentences() == ("2 swarms of 20 particles, 5 iterations each.",)
+    assert not replace(arrived, objective=1.02 * found.objective_below).converged
+
+
+def test_a_swarm_that_found_something_worse_than_nothing_says_so() -> None:
+    one = fitted(1)
+    found = swarm_fit(one.fit, one.flown, seeds=(3,), settings=SwarmSettings(particles=2, iterations=1))
+    assert found.objective > found.objective_before
+    sentences = found.sentences()
+    assert sentences[0] == "1 swarm of 2 particles, 1 iterations each."
+    assert sentences[1].startswith("What they found is worse than no correction: J is ")
+    assert not found.converged
 
 
 def test_what_it_reports_is_the_objective_of_what_it_found() -> None:

@@ -9,8 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.evaluation.fitted_drops import MODEL, Fitted, fitted
-from tfsat_host.evaluation.model_fit.cross_validation import FittedDrop, combine, cross_validate
-from tfsat_host.evaluation.model_fit.fit import fit_model
+from tfsat_host.evaluation.model_fit.cross_validation import (
+    FittedDrop,
+    combine,
+    cross_validate,
+    left_aside,
+)
+from tfsat_host.evaluation.model_fit.fit import fit_model, widened
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
 from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum, unexplained
 
@@ -63,7 +68,7 @@ def test_a_drop_of_another_robot_is_found_out() -> None:
 def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None:
     fit = fitted(11, robot=ROBOT).fit
     alone = combine([fit])
-    np.testing.assert_allclose(alone.values, fit.values, atol=1e-9)
+    np.testing.assert_allclose(alone.values, fit.values, atol=1e-4)
     np.testing.assert_allclose(alone.std, fit.std, rtol=1e-6)
     twice = combine([fit, fit])
     # The prior counts once, so that two equal drops move a little farther from it.
@@ -73,17 +78,77 @@ def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None
 
 def test_a_drop_weighs_by_what_it_tells() -> None:
     fit = fitted(11, robot=ROBOT).fit
-    vague = replace(fit, values=fit.values + 5.0 * np.eye(9)[0], information=fit.information / 10_000.0)
+    moved = fit.right_hand_side + fit.information @ (5.0 * np.eye(9)[0])
+    vague = replace(fit, information=fit.information / 10_000.0, right_hand_side=moved / 10_000.0)
     together = combine([fit, vague])
     assert abs(together.values - fit.values).max() < 0.02
 
 
 def test_the_prior_counts_once_however_many_drops_say_nothing() -> None:
     fit = fitted(11, robot=ROBOT).fit
-    nothing = replace(fit, values=np.zeros(9), information=np.zeros((9, 9)))
+    nothing = replace(fit, information=np.zeros((9, 9)), right_hand_side=np.zeros(9))
     together = combine([nothing, nothing, fit])
-    np.testing.assert_allclose(together.values, fit.values, atol=1e-9)
+    np.testing.assert_allclose(together.values, fit.values, atol=1e-4)
     np.testing.assert_allclose(combine([nothing, nothing]).std, fit.offsets.prior_std)
+
+
+def rows(one: Fitted) -> tuple[FloatArray, FloatArray]:
+    """One drop's whitened equations for offsets, its momentum and its errors, about no offset at all."""
+    fit = one.fit
+    found = fit.derivatives
+    left = unexplained(fit.offsets.corrected(fit.values), one.flown, fit.momentum_kg_m2_s)
+    whitening = np.linalg.inv(np.linalg.cholesky(fit.widening * found.noise))
+    # The momentum in small units, else the system is numerically singular.
+    columns = np.concatenate([found.by_offsets, 1e-3 * found.by_momentum, found.by_errors], axis=2)
+    target = found.by_offsets @ fit.values - left
+    white = np.einsum("nij,nj->ni", whitening, target)
+    return (whitening @ columns).reshape(-1, columns.shape[2]), white.ravel()
+
+
+def at_once(drops: list[Fitted]) -> tuple[FloatArray, FloatArray]:
+    """Offsets and their standard deviations by one fit to all drops, with momentum and errors of each."""
+    systems = [rows(one) for one in drops]
+    p = len(drops[0].fit.offsets)
+    own = [design.shape[1] - p for design, _ in systems]
+    normal, right = np.zeros((p + sum(own), p + sum(own))), np.zeros(p + sum(own))
+    normal[:p, :p] = np.diag(drops[0].fit.offsets.prior_std ** -2.0)
+    start = p
+    for (design, target), count in zip(systems, own, strict=True):
+        places = np.r_[0:p, start : start + count]
+        normal[np.ix_(places, places)] += design.T @ design
+        right[places] += design.T @ target
+        errors = np.arange(start + 3, start + count)
+        normal[errors, errors] += 1.0
+        start += count
+    return np.linalg.solve(normal, right)[:p], np.sqrt(np.diag(np.linalg.inv(normal))[:p])
+
+
+@pytest.mark.parametrize(("seed", "robot", "misfit"), [(12, ROBOT, 1.0), (OTHER_ROBOT, OTHER_ROBOT, 200.0)])
+def test_drops_together_are_one_fit_to_all_data_also_if_one_was_widened(
+    seed: int, robot: int, misfit: float
+) -> None:
+    """Widened by much the prior weighs in its own fit, and must not be counted once a drop."""
+    sharp, other = fitted(11, robot=ROBOT), fitted(seed, robot=robot)
+    vague = replace(other, fit=widened(other.fit, other.flown, misfit))
+    values, std = at_once([sharp, vague])
+    assert (np.abs(values) < 10.0).all(), "no bound is in the way"
+    together = combine([sharp.fit, vague.fit])
+    # Each fit took its sensors' errors off in earnest, the sum at once to first order: a fiftieth of a deviation apart.
+    np.testing.assert_allclose(together.values, values, atol=2e-3)
+    np.testing.assert_allclose(together.std, std, rtol=2e-3)
+
+
+def test_a_drop_with_something_against_it_corrects_no_other() -> None:
+    first, second = fitted(11, robot=ROBOT), fitted(12, robot=ROBOT)
+    wrong = replace(judged("c", fitted(OTHER_ROBOT)), against=("Two checks failed.",))
+    drops = [judged("a", first), judged("b", second), wrong]
+    found = {left.name: left for left in cross_validate(drops)}
+    assert found["a"].others.values.tolist() == combine([second.fit]).values.tolist()
+    assert found["b"].others.values.tolist() == combine([first.fit]).values.tolist()
+    assert found["c"].others.values.tolist() == combine([first.fit, second.fit]).values.tolist()
+    assert left_aside(drops) == ("The offsets of c are in no combination: Two checks failed.",)
+    # With nobody left to be judged by, a drop is not judged.
+    assert [left.name for left in cross_validate([drops[0], wrong])] == ["c"]
 
 
 def test_what_cannot_be_combined_is_refused() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +126,7 @@ def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
     shown = evaluate("run", "--swarm").words
     assert "by the paper's swarm: the best of 10" in shown
     assert "Its objective, the sum of |h - h0|" in shown
-    assert "The swarm did not converge" in shown
+    assert "They did not converge" in shown
 
 
 def test_the_swarm_searches_for_centers_of_mass_alone(run: Path) -> None:
@@ -138,7 +139,7 @@ def test_video_and_lasers(run: Path) -> None:
     write_witnesses(run.parent)
     said = evaluate("run", "--video", "video.csv", "--laser", "laser.csv")
     assert said.code == 0, said.out
-    assert "the video's runs fast by" in said.words
+    assert re.search(r"the video's runs (fast|slow) by", said.words)
     assert "mm/s downwards (as permitted)" in said.words
 
 

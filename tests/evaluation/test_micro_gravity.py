@@ -200,6 +200,26 @@ def test_dead_sensors_and_short_windows_are_left_out_and_said() -> None:
     assert any("Body 3's accelerometer gave too little before the release" in note for note in found.notes)
 
 
+def test_without_a_gyro_what_the_turning_makes_is_unknown_and_not_zero() -> None:
+    samples = fallen()
+    samples.rate_rad_s[T_S < 1.0, 0] = np.nan
+    found = quality(samples)
+    before, after = (window.bodies[0] for window in found.windows)
+    assert np.isnan(before.rotation_g).all() and np.isfinite(after.rotation_g).all()
+    assert before.residual_g.tolist() == before.mean_g.tolist()
+    assert np.isnan(found.changes_g[0]).all() and np.isfinite(found.changes_g[1:]).all()
+    assert found.findings == ()
+
+
+def test_a_rate_at_full_scale_is_no_rate() -> None:
+    samples, whole = fallen(), quality(fallen())
+    rows = np.flatnonzero((T_S > 0.3) & (T_S < 0.5))[::5]
+    samples.clipped[rows, 0] = True
+    samples.rate_rad_s[rows, 0] = 8.7
+    ours, expected = (one.windows[0].bodies[0].rotation_g for one in (quality(samples), whole))
+    np.testing.assert_allclose(ours, expected, atol=1e-5)
+
+
 # ---- instants
 
 

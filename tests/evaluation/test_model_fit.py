@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,10 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.model_fit.comparison import predicted
-from tfsat_host.evaluation.model_fit.explained import Explained, explain
+from tfsat_host.evaluation.model_fit.explained import EXPECTED_DISTANCE, UNEXPLAINED, Explained, explain
+from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.model_fit.unexplained import Derivatives, Flown, derivatives, flown_of
 from tfsat_host.evaluation.stand_ins import with_stand_ins
 from tfsat_host.robot import load_robot
 
@@ -84,8 +87,115 @@ def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
     assert found.at_bound[largest]
 
 
-def test_an_unknown_scale_factor_makes_body_2_z_uncertain_first() -> None:
-    """There was the paper's largest correction. Angle sensors bind the scale of the gyros beside a joint."""
+@cache
+def uncalibrated(seed: int) -> tuple[Drop, Flown]:
+    one = flown(seed)
+    used = with_stand_ins(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
+    return one, flown_of(moved(one.log, used, one.model))
+
+
+def gradient(fit: ModelFit) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """(p,) where the data and the prior together would still pull the offsets, in what the prior allows."""
+    pull = fit.right_hand_side - (fit.information + np.diag(fit.offsets.prior_std**-2.0)) @ fit.values
+    return np.asarray(fit.offsets.prior_std * pull)
+
+
+@pytest.mark.parametrize(("seed", "bound_mm"), [(1, 5.0), (3, 1.0), (5, 2.0)])
+def test_the_fit_ends_at_its_optimum_also_within_narrow_bounds(seed: int, bound_mm: float) -> None:
+    one, driven = uncalibrated(seed)
+    fit = fit_model(replace(com_offsets(one.model), bounds=np.full(9, bound_mm)), driven)
+    assert fit.converged
+    assert (np.abs(fit.values) <= bound_mm + 1e-9).all()
+    assert len(fit.bounded) == fit.at_bound.sum() > 0
+    pull = gradient(fit)
+    assert (np.abs(pull[~fit.at_bound]) < 0.05).all()
+    assert (pull[fit.at_bound] * fit.values[fit.at_bound] > 0.0).all(), "outwards"
+
+
+def test_steps_that_lead_to_and_fro_are_halved_until_they_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With half the slope a whole step leads as far beyond the optimum as it was before it, for ever."""
+    _, found = explained(1)
+
+    def half_as_steep(*known: Any) -> Derivatives:
+        true = derivatives(*known)
+        return replace(true, by_offsets=0.5 * true.by_offsets)
+
+    monkeypatch.setattr("tfsat_host.evaluation.model_fit.fit.derivatives", half_as_steep)
+    fit = fit_model(found.fit.offsets, found.driven.flown)
+    assert fit.converged
+    np.testing.assert_allclose(fit.values, found.fit.values, atol=0.01)
+
+
+def test_a_fit_that_was_widened_is_solved_anew_with_what_it_is_widened_by() -> None:
+    one, driven = uncalibrated(1)
+    com = com_offsets(one.model).body.com_m + 0.02 * np.eye(4)[:, :3]
+    wrong = com_offsets(replace(one.model, com_m=com))
+    fit = fit_model(replace(wrong, prior_std=np.full(9, 2.0), bounds=np.full(9, 100.0)), driven)
+    assert fit.excess > 1.2
+    assert fit.widening == fit.excess
+    assert (np.abs(gradient(fit)) < 0.01).all()
+
+
+def test_a_fit_without_an_end_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, driven = uncalibrated(1)
+    monkeypatch.setattr("tfsat_host.evaluation.model_fit.fit._STEPS", 2)
+    fit = fit_model(com_offsets(one.model), driven)
+    assert not fit.converged
+    found = replace(explained(1)[1], fit=fit)
+    assert not found.offered
+    assert any("found no end in" in reason for reason in found.withheld)
+
+
+def test_a_correction_that_explains_is_offered() -> None:
+    for seed in SEEDS:
+        _, found = explained(seed)
+        assert found.fit.converged
+        assert (found.offered, found.withheld) == (True, ())
+        assert found.explains_after and not found.explains_before
+
+
+def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> None:
+    one, found = explained(4)
+    right = one.flown
+    good = explain(moved(one.log, certificate(one, 4), right), com_offsets(right), 0.7)
+    assert good.explains_before and good.offered
+    wrong = good.driven.beside(np.full(9, 5.0))
+    assert wrong.error.mahalanobis > UNEXPLAINED
+    (reason,) = replace(good, after=wrong).withheld
+    assert "the correction is wrong, and nothing is said against the model" in reason
+    (reason,) = replace(found, after=found.before).withheld
+    assert reason.startswith("Even the corrected model misses")
+
+
+def test_a_correction_that_was_not_thought_possible_is_withheld() -> None:
+    _, found = explained(1)
+    far = found.fit.values.copy()
+    far[4] = -3.1 * found.fit.offsets.prior_std[4]
+    (reason,) = replace(found, fit=replace(found.fit, values=far)).withheld
+    assert reason.startswith("The correction is more than 3 times what was allowed for body 2 CoM y:")
+
+
+def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgement() -> None:
+    """Gyros that are said to be ten times as exact as they are."""
+    one, _ = explained(1)
+    calibration = certificate(one, 1)
+    off = np.random.default_rng(1).standard_normal((4, 9)) * [
+        *[0.0] * 3,
+        *[np.deg2rad(0.3)] * 3,
+        *[0.003] * 3,
+    ]
+    wrong = [gyro.corrected(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
+    found = explain(
+        moved(one.log, replace(calibration, gyros=tuple(wrong)), one.model), com_offsets(one.model), 0.7
+    )
+    assert found.fit.widening > found.fit.excess
+    assert found.after.error.mahalanobis > EXPECTED_DISTANCE
+    assert found.after.values is found.fit.values
+    assert not found.explains_before and not found.explains_after
+
+
+def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
+    """The drop tells them: neighbours contradict each other, and angle sensors bind the scale beside a joint."""
     one, known = explained(1, DLPF_5_HZ)
     calibration = certificate(one, 1)
     gyros = []
@@ -97,7 +207,7 @@ def test_an_unknown_scale_factor_makes_body_2_z_uncertain_first() -> None:
         moved(one.log, replace(calibration, gyros=tuple(gyros)), one.model), com_offsets(one.model), 0.7
     ).fit
     assert found.std.argmax() == 5
-    assert found.std[5] > 2.0 * known.fit.std[5]
+    assert known.fit.std[5] < found.std[5] < 2.0 * known.fit.std[5]
     assert (np.abs(found.values - one.true_com_offsets_mm) < 3.5 * found.std).all()
 
 
@@ -117,14 +227,16 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_are(seed: int) -> None:
-    """Mountings 5 deg off are more than a linear fit can take: what it cannot explain widens all that it says."""
+    """Mountings 5 deg off, scale factors 3 %, joints that hang anywhere within 6 deg: the drop tells most of it."""
     one, calibrated = explained(seed)
     used = with_stand_ins(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
     found = explain(moved(one.log, used, one.model), com_offsets(one.model), 0.7)
-    assert (found.fit.std > 5.0 * calibrated.fit.std).all()
-    assert (found.fit.std <= found.fit.offsets.prior_std).all()
+    assert (found.fit.std > 1.2 * calibrated.fit.std).all()
+    assert (found.fit.std < 0.3 * found.fit.offsets.prior_std).all()
     z_scores = (found.fit.values - one.true_com_offsets_mm) / found.fit.std
-    assert np.sqrt(np.mean(z_scores**2)) < 2.5
+    assert np.sqrt(np.mean(z_scores**2)) < 2.0
+    assert found.after.error.rms_rad < found.before.error.rms_rad
+    assert found.offered
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -14,7 +14,8 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.checks.check import judged
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.evaluation.verdict import OFF_SHARE, UNEXPLAINED, refused, verdict_of
+from tfsat_host.evaluation.model_fit.explained import UNEXPLAINED
+from tfsat_host.evaluation.verdict import OFF_SHARE, refused, verdict_of
 from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity, Velocity
 from tfsat_host.robot import load_robot
 
@@ -113,9 +114,6 @@ def test_a_release_that_is_not_permitted() -> None:
     assert "at 140 ± 2 mm/s downwards" in reason(found, "The fall was not as it should be.")
     perhaps = replace(velocity, downward_judged="uncertain")
     assert verdict_of(replace(good(), release_velocity=perhaps)).level == "good"
-    scattered = replace(velocity, downward_judged="within", samples_left_out=41)
-    found = replace(good(), release_velocity=scattered)
-    assert reason(found, "The fall was not as it should be.").startswith("41 of 81 places of the laser spots")
 
 
 def test_a_correction_at_its_bound() -> None:
@@ -123,7 +121,13 @@ def test_a_correction_at_its_bound() -> None:
     at_bound = np.zeros(9, bool)
     at_bound[5] = True
     found = replace(good(), explained=replace(explained, fit=replace(explained.fit, at_bound=at_bound)))
-    assert "its bound: body 2 CoM z." in reason(found, "The model does not explain the motion.")
+    assert "its bound: body 2 CoM z." in reason(found, "The correction of the model cannot be used.")
+
+
+def test_a_correction_that_found_no_end() -> None:
+    explained = good().explained
+    found = replace(good(), explained=replace(explained, fit=replace(explained.fit, converged=False)))
+    assert "found no end" in reason(found, "The correction of the model cannot be used.")
 
 
 def test_a_model_that_even_its_correction_does_not_mend() -> None:
@@ -131,7 +135,15 @@ def test_a_model_that_even_its_correction_does_not_mend() -> None:
     error = explained.after.error
     tight = replace(error, covariance=error.covariance * (error.mahalanobis / (2 * UNEXPLAINED)) ** 2)
     found = replace(good(), explained=replace(explained, after=replace(explained.after, error=tight)))
-    assert f"{2 * UNEXPLAINED:.1f} times what" in reason(found, "The model does not explain the motion.")
+    words = reason(found, "The model does not explain the motion, corrected or not.")
+    assert f"{2 * UNEXPLAINED:.1f} times what" in words
+
+
+def test_a_correction_that_only_spoils_a_good_model() -> None:
+    explained = good().explained
+    found = replace(good(), explained=replace(explained, before=explained.after, after=explained.before))
+    words = reason(found, "The correction of the model cannot be used.")
+    assert "nothing is said against the model" in words
 
 
 def test_reasons_of_several_kinds_are_all_named_once() -> None:

@@ -259,7 +259,12 @@ def _notes_of(motion: Motion) -> list[str]:
             f"The strokes tell a delay of {1e3 * motion.lag.implausible_s:.1f} ms for the gyros, which no chip has "
             "with this low-pass: the data sheet's is taken off instead. The gyros contradict the angle sensors."
         )
-    elif not motion.lag.measured:
+    if motion.contradicted:
+        notes.append(
+            "The sensors would have the gyros farther off than their calibration allows: one of them is wrong, and "
+            "none was corrected by another."
+        )
+    if motion.lag.implausible_s is None and not motion.lag.measured:
         notes.append("No joint moved far enough to measure the gyros' delay: the data sheet's is taken off.")
     return notes
 

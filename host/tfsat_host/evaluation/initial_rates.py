@@ -45,8 +45,8 @@ def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, .
     for moved in motion.bodies:
         rows = np.flatnonzero(quiet_samples(moved.t_s, first_stroke_s))
         first, last = rows[0], rows[-1]
-        by = moved.by_parameters[last] - moved.by_parameters[first]
-        turned = by @ moved.parameter_covariance @ by.T
+        by = moved.by_errors[last] - moved.by_errors[first]
+        turned = by @ moved.error_covariance @ by.T
         turned = turned + moved.noise_covariance[last] - moved.noise_covariance[first]
         duration_s = moved.t_s[last] - moved.t_s[first]
         rate = moved.rate_rad_s[rows].mean(axis=0)

@@ -85,10 +85,7 @@ def with_stand_ins(
     for sensors in given.joints:
         if sensors.zero_taken is None:
             sensors = _hung(sensors, log, model)
-            notes.append(
-                f"The zero point of joint {sensors.joint} was never measured: it is taken to have hung where its servo "
-                f"starts, to {np.rad2deg(HUNG_STD_RAD):.0f} deg."
-            )
+            notes += _of_hung(sensors)
         joints.append(sensors_since(sensors, lacking))
     notes += _rest_of(tuple(lacking.values()), calibration is not None)
     return StandIns(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes), rested)
@@ -124,11 +121,12 @@ def _require_some_bias(gyro: GyroCalibration, why: Shortcoming) -> str:
 
 
 def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensors:
-    """Zero points that let the joint hang where its servo holds it at the start."""
+    """Zero points that let the joint hang where its servo holds it at the start; NaN for a sensor that showed nothing
+    then, so that it counts as silent from there on."""
     columns = sensor_columns(model, sensors.joint)
     before = (log.t_s < -GUARD_S) & (log.t_s >= -GUARD_S - _HANGING_S)
     shown = Recording.from_counts(Counts.from_log(log)).sensor_angle_rad[:, columns]
-    zeros = sensors.zero_rad.copy()
+    zeros = np.full_like(sensors.zero_rad, np.nan)
     for k, column in enumerate(columns):
         rows = before & log.angle_valid[:, column]
         if rows.any():
@@ -138,6 +136,23 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
     shared = HUNG_STD_RAD * sensors.direction
     own = np.deg2rad(0.05) ** 2 * np.eye(2)
     return replace(sensors, zero_rad=wrapped(zeros), zero_covariance=np.outer(shared, shared) + own)
+
+
+def _of_hung(sensors: JointSensors) -> list[str]:
+    """A sentence on the zero points that the rest gave, and one on those that it did not."""
+    silent = np.isnan(sensors.zero_rad)
+    notes = []
+    if not silent.all():
+        notes.append(
+            f"The zero point of joint {sensors.joint} was never measured: it is taken to have hung where its servo "
+            f"starts, to {np.rad2deg(HUNG_STD_RAD):.0f} deg."
+        )
+    notes += [
+        f"Angle sensor {k + 1} of joint {sensors.joint} has no zero point and did not answer before the release: what "
+        "it shows later is not used."
+        for k in np.flatnonzero(silent)
+    ]
+    return notes
 
 
 def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:

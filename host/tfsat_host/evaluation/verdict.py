@@ -25,8 +25,6 @@ Level = Literal["good", "doubtful", "failed"]
 OFF_SHARE = 0.15
 """Of a stroke: a servo as the paper's came 7 % short; what misses by more was not the stroke that was commanded."""
 CERTAIN_STDS = 3.0
-UNEXPLAINED = 4.6
-"""Three normal angles are so far from zero, in their own uncertainty, once in ten thousand drops."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +69,7 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
             "a joint moved where it should stand", tuple(one.remark for one in found.standing if one.remark)
         ),
         _Group("the fall was not as it should be", tuple(_of_fall(found))),
-        _Group("the model does not explain the motion", tuple(_of_model(found.explained))),
+        _of_model(found.explained),
     )
     present = [group for group in groups if group.reasons]
     if not present:
@@ -128,12 +126,6 @@ def _of_fall(found: Evaluation) -> Iterator[str]:
 
 
 def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
-    if velocity.samples_left_out > velocity.samples:
-        every = velocity.samples + velocity.samples_left_out
-        yield (
-            f"{velocity.samples_left_out} of {every} places of the laser spots lie off the others and were left out: "
-            "do not rely on the release velocity."
-        )
     if velocity.downward_judged == "outside":
         speed = velocity.downward
         yield (
@@ -148,13 +140,8 @@ def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
         )
 
 
-def _of_model(explained: Explained) -> Iterator[str]:
-    fit, error = explained.fit, explained.after.error
-    stuck = [name for name, at in zip(fit.offsets.names, fit.at_bound, strict=True) if at]
-    if stuck:
-        yield f"The correction stopped at its bound: {', '.join(stuck)}. The true one lies beyond, or is another one."
-    if error.mahalanobis > UNEXPLAINED:
-        yield (
-            f"Even the corrected model misses the attitude by {np.rad2deg(error.final_norm_rad):.2f} deg, "
-            f"{error.mahalanobis:.1f} times what all stated uncertainties together explain."
-        )
+def _of_model(explained: Explained) -> _Group:
+    """What the correction lacks; it is the model's fault only if that does not explain the motion either."""
+    if explained.explains_before or explained.explains_after:
+        return _Group("the correction of the model cannot be used", explained.withheld)
+    return _Group("the model does not explain the motion, corrected or not", explained.withheld)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from tfsat_host.calibration.gyros.mounting import SCALE_STD
 
@@ -54,6 +55,16 @@ class GyroCalibration:
     def readings(self, rates_rad_s: FloatArray) -> FloatArray:
         """(n, 3) in sensor axes, without bias, of rates (n, 3) in body axes."""
         return np.asarray(self.scale * (rates_rad_s @ self.rotation))
+
+    def corrected(self, parameters: FloatArray) -> GyroCalibration:
+        """With bias, rotation vector and scale off by (9,), in the order of `covariance`."""
+        turn = Rotation.from_rotvec(parameters[3:6]).as_matrix()
+        return replace(
+            self,
+            bias_rad_s=self.bias_rad_s + parameters[:3],
+            rotation=self.rotation @ turn,
+            scale=self.scale + parameters[6:],
+        )
 
     def scale_about(self, axis: int) -> tuple[float, float]:
         """Reading over truth for a rotation about a body axis (0 to 2), and its standard deviation."""

@@ -11,7 +11,7 @@ from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks.check import Check, judged, not_possible, z_limit
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.rest import Rest
+from tfsat_host.evaluation.checks.hanging import Hanging
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
 from tfsat_host.evaluation.fall.gravity_check import ALARM_STDS, AtRest, check_gravity
 from tfsat_host.evaluation.motion.noise import SHEET_DENSITY_RAD_S_RTHZ
@@ -37,7 +37,7 @@ def rest_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
     yield _bias(of, stated)
 
 
-def _gravity(rest: Rest) -> Check:
+def _gravity(rest: Hanging) -> Check:
     """Accelerometers are not calibrated: three of their standard deviations hold 50 mg, 80 mg along z, and 3 %."""
     found = [check_gravity(b + 1, one, None, None) for b, one in enumerate(rest.force) if one is not None]
     if not found:
@@ -53,7 +53,7 @@ def _gravity(rest: Rest) -> Check:
     )
 
 
-def _down(rest: Rest, model: RobotModel) -> Check:
+def _down(rest: Hanging, model: RobotModel) -> Check:
     directions = _directions(rest, model)
     if len(directions) < 3:
         return not_possible(DOWN, "deg", "Fewer than three accelerometers answered: none can be outvoted.")
@@ -76,7 +76,7 @@ def _down(rest: Rest, model: RobotModel) -> Check:
     )
 
 
-def _directions(rest: Rest, model: RobotModel) -> dict[int, tuple[FloatArray, float, FloatArray]]:
+def _directions(rest: Hanging, model: RobotModel) -> dict[int, tuple[FloatArray, float, FloatArray]]:
     """By body: up in base axes, its standard deviation, and the body's rotation to base axes."""
     starts = [servo.start_rad for servo in model.servos]
     angles = np.where(np.isfinite(rest.angles_rad), rest.angles_rad, starts)

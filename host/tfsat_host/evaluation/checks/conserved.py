@@ -70,10 +70,7 @@ class _Left:
             return np.asarray(np.add.reduceat(values, edges, axis=0) / counts.reshape(shape))
 
         found = fit.derivatives
-        # Where the fit ended, what the sensors' errors cost and what they explain are in balance: that tells them.
-        weighted = np.linalg.solve(found.noise, fit.left_over_rad_s[..., None])[..., 0]
-        errors = -np.einsum("nir,ni->r", found.by_errors, weighted)
-        unfitted = fit.left_over_rad_s - found.by_errors @ errors - found.by_offsets @ fit.values
+        unfitted = fit.left_over_rad_s - found.by_errors @ fit.errors - found.by_offsets @ fit.values
         by_momentum = mean(found.by_momentum)
         unit = _MOMENTUM_STD_RAD_S / np.abs(by_momentum).max()
         return cls(

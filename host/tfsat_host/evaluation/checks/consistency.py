@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
 from tfsat_host.dynamics.components import rotation_about
-from tfsat_host.evaluation.checks.rest import Rest
+from tfsat_host.evaluation.checks.hanging import Hanging
 from tfsat_host.evaluation.motion.noise import BLOCK_S
 from tfsat_host.robot import RobotModel
 
@@ -71,7 +71,7 @@ class Consistency:
     variance: FloatArray
     jacobian: FloatArray
     parameter_covariance: FloatArray
-    rest: Rest | None
+    rest: Hanging | None
     dlpf_cfg: int
     calibration: Calibration
     model: RobotModel
@@ -159,14 +159,19 @@ class Consistency:
         """(size,) what joint angles, (2, n) for each joint, add to the vector."""
         out = np.zeros(self.size)
         for joint, sensor in np.ndindex(self.joints, 2):
-            angle = sensed_rad[joint][sensor]
-            known = np.isfinite(angle)
-            # Over a hole a straight line is drawn, and the block counts by what is left of it.
-            filled = (
-                np.interp(self.t_s, self.t_s[known], angle[known]) if known.any() else np.zeros_like(angle)
-            )
-            out[self.along(joint, sensor)] = self.mean(filled)
+            out[self.along(joint, sensor)] = self.mean(self._without_holes(joint, sensed_rad[joint][sensor]))
         return out
+
+    def _without_holes(self, joint: int, angle: FloatArray) -> FloatArray:
+        """(n,) an angle sensor's angle; where it did not answer the joint went on as its gyros say.
+
+        A straight line would miss a stroke that begins or ends in the hole, and the whole block with it.
+        """
+        known = np.isfinite(angle)
+        if known.all() or not known.any():
+            return np.nan_to_num(angle)
+        turned = self.by_gyros(joint)
+        return np.where(known, angle, turned + np.interp(self.t_s, self.t_s[known], (angle - turned)[known]))
 
     def of_rest(self, body: int, rest_rad_s: FloatArray) -> FloatArray:
         """(..., size) what the mean reading (..., 3) of one gyro at rest adds."""

@@ -10,13 +10,13 @@ from tfsat_host.evaluation.checks.completeness import completeness_checks
 from tfsat_host.evaluation.checks.conserved import momentum_checks
 from tfsat_host.evaluation.checks.diagnosis import Diagnosis, diagnose
 from tfsat_host.evaluation.checks.drop_consistency import consistency_of
+from tfsat_host.evaluation.checks.hanging import hanging_before_release
 from tfsat_host.evaluation.checks.neighbours import (
     neighbour_checks,
     pair_checks,
     scale_checks,
     sensed_checks,
 )
-from tfsat_host.evaluation.checks.rest import rest_of
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
 from tfsat_host.evaluation.checks.timing import lag_check
 from tfsat_host.evaluation.model_fit.fit import ModelFit
@@ -37,8 +37,9 @@ def checks_of(
         calibration: That `motion` was made with.
         model: Joints and sensors.
     """
-    complete = list(completeness_checks(log, motion.samples, model))
-    of = consistency_of(motion, rest_of(log, calibration, model), log.header.dlpf_cfg, calibration, model)
+    complete = list(completeness_checks(log, motion, model))
+    hanging = hanging_before_release(log, calibration, model)
+    of = consistency_of(motion, hanging, log.header.dlpf_cfg, calibration, model)
     stated = stated_errors(of)
     rest = [*rest_checks(of, stated), noise_check(motion.densities_rad_s_rthz)]
     sensors = [

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.evaluation.checks.consistency import Consistency, Readings
-from tfsat_host.evaluation.checks.rest import Rest
-from tfsat_host.evaluation.motion.lag import sheet_lag
+from tfsat_host.evaluation.checks.hanging import Hanging
+from tfsat_host.evaluation.motion.lag import Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.robot import RobotModel
 
@@ -16,7 +17,7 @@ FloatArray = NDArray[np.float64]
 
 
 def consistency_of(
-    motion: Motion, rest: Rest | None, dlpf_cfg: int, calibration: Calibration, model: RobotModel
+    motion: Motion, rest: Hanging | None, dlpf_cfg: int, calibration: Calibration, model: RobotModel
 ) -> Consistency:
     """Of one drop.
 
@@ -28,14 +29,7 @@ def consistency_of(
         model: Joints and sensors.
     """
     samples, lag = motion.samples, sheet_lag(dlpf_cfg)
-    late = np.stack(
-        [
-            gyro.readings(samples.rate_rad_s[:, b]) + gyro.bias_rad_s
-            for b, gyro in enumerate(calibration.gyros)
-        ],
-        axis=1,
-    )
-    late = _bridged(samples.t_s, late)
+    late = np.stack([_readings(motion, lag, b, gyro) for b, gyro in enumerate(calibration.gyros)], axis=1)
     fall = samples.fall
     rested = np.full((4, 3), np.nan) if rest is None else rest.reading_rad_s
     return Consistency(
@@ -53,11 +47,11 @@ def consistency_of(
     )
 
 
-def _bridged(t_s: FloatArray, readings: FloatArray) -> FloatArray:
-    """Straight lines over what did not answer; zero for a gyro that never did."""
-    filled = readings.copy()
-    for body, axis in np.ndindex(readings.shape[1:]):
-        column = readings[:, body, axis]
-        known = np.isfinite(column)
-        filled[:, body, axis] = np.interp(t_s, t_s[known], column[known]) if known.any() else 0.0
-    return filled
+def _readings(motion: Motion, lag: Lag, body: int, gyro: GyroCalibration) -> FloatArray:
+    """(n, 3) of one gyro, sensor axes; where it did not answer what the others would have had it show.
+
+    A straight line would miss a stroke that begins or ends in the hole, and blame a sensor for it.
+    """
+    own = motion.samples.rate_rad_s[:, body]
+    others = lag.applied(motion.t_s, motion.fused.body_rates()[:, body])
+    return np.asarray(gyro.readings(np.where(np.isfinite(own), own, others)) + gyro.bias_rad_s)

@@ -64,8 +64,8 @@ class BodyQuiet:
         body: 1 to 4.
         samples: That were valid.
         mean_g: (3,) as shown, zero-g output and all.
-        rotation_g: (3,) the share of it that the turning makes.
-        residual_g: (3,) `mean_g` less `rotation_g`.
+        rotation_g: (3,) the share of it that the turning makes; NaN if no gyro tells.
+        residual_g: (3,) `mean_g` less `rotation_g`, if that is known.
         residual_std_g: (3,) mostly the zero-g output's.
         noise_std_g: (3,) of the mean, without what is the same in all windows.
         rms_g: Root mean square of the force about its mean, all axes.
@@ -102,7 +102,8 @@ class MicroGravity:
 
     Attributes:
         windows: Those that hold enough samples.
-        changes_g: (4, 3) `residual_g` of the last window less that of the first; NaN where one is missing.
+        changes_g: (4, 3) `residual_g` of the last window less that of the first; NaN where one is missing, or its
+            turning was not taken off.
         changes_std_g: (4, 3) of it: only noise, for the zero-g output is in both.
         gravity: One for each body that was valid before the release.
         findings: What is not as it should be, one sentence each.
@@ -187,12 +188,13 @@ def _quality(
         if len(force) < LEAST_SAMPLES:
             notes.append(f"Body {index + 1} has {len(force)} valid forces {window.name}: too few to judge.")
             continue
-        turning = _turning_g(samples.rate_rad_s[rows, index], t_s[rows], window.arms_m[index])
+        # A reading at full scale is a lower bound, and a straight line through it is none.
+        rates = np.where(samples.clipped[rows, index, None], np.nan, samples.rate_rad_s[rows, index])
+        turning = _turning_g(rates, t_s[rows], window.arms_m[index])
         if np.isnan(turning).any():
             notes.append(
                 f"Body {index + 1}'s gyro gave nothing {window.name}: its turning was not taken off."
             )
-            turning = np.zeros(3)
         noise = force.std(axis=0, ddof=1) / _independent(force) ** 0.5
         mean = force.mean(axis=0)
         bodies.append(
@@ -201,7 +203,7 @@ def _quality(
                 samples=len(force),
                 mean_g=mean,
                 rotation_g=turning,
-                residual_g=mean - turning,
+                residual_g=mean - np.nan_to_num(turning),
                 residual_std_g=np.hypot(std.mean(axis=0), noise),
                 noise_std_g=noise,
                 rms_g=rms_g(force),
@@ -236,7 +238,8 @@ def _changes(qualities: Sequence[WindowQuality], bodies: int) -> tuple[FloatArra
     changes, stds = np.full((bodies, 3), np.nan), np.full((bodies, 3), np.nan)
     first, last = ({one.body: one for one in quality.bodies} for quality in (qualities[0], qualities[-1]))
     for body in first.keys() & last.keys() if len(qualities) > 1 else ():
-        changes[body - 1] = last[body].residual_g - first[body].residual_g
+        turned = last[body].rotation_g - first[body].rotation_g
+        changes[body - 1] = last[body].mean_g - first[body].mean_g - turned
         stds[body - 1] = np.hypot(last[body].noise_std_g, first[body].noise_std_g)
     return changes, stds
 

@@ -1,4 +1,7 @@
-"""The last seconds in the releaser, before the release: what gyros show of a robot that hangs still."""
+"""The last seconds in the releaser, before the release: what gyros show of a robot that hangs still.
+
+That is their noise, and their biases for want of a calibration; `checks.hanging` holds all sensors against theirs.
+"""
 
 from __future__ import annotations
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize as descend
 
 from tfsat_host.design.swarm import SwarmSettings, minimize
 from tfsat_host.evaluation.model_fit.fit import ModelFit
@@ -27,6 +28,8 @@ from tfsat_host.evaluation.model_fit.unexplained import Flown
 FloatArray = NDArray[np.float64]
 
 SEEDS = tuple(range(10))
+ARRIVED_SHARE = 0.01
+"""A swarm that is above the bottom of its own valley by more than this share of J has not arrived."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,20 +62,51 @@ class SwarmFit:
         objective: J there, kg m^2/s.
         objective_before: J of the model without offsets.
         objective_gauss_newton: J of Gauss and Newton's offsets, which do not minimize it.
+        objective_below: J at the bottom of the valley in which the best lies: what a descent from there reaches.
         each: (s, p) what each swarm found.
         each_objective: (s,) J there.
         at_bound: (p,) the best lies at its bound.
         gauss_newton: (p,) the other's offsets.
+        particles: Of each swarm.
+        iterations: Of each swarm.
     """
 
     values: FloatArray
     objective: float
     objective_before: float
     objective_gauss_newton: float
+    objective_below: float
     each: FloatArray
     each_objective: FloatArray
     at_bound: NDArray[np.bool_]
     gauss_newton: FloatArray
+    particles: int
+    iterations: int
+
+    @property
+    def converged(self) -> bool:
+        """The best lies at the bottom of its valley, and nobody knows a lower place."""
+        known = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
+        return bool(self.objective <= (1.0 + ARRIVED_SHARE) * known)
+
+    def sentences(self) -> tuple[str, ...]:
+        """For a person: how it was searched, and what to believe of it."""
+        found = [
+            f"{len(self.each)} swarm{'' if len(self.each) == 1 else 's'} of {self.particles} particles, "
+            f"{self.iterations} iterations each."
+        ]
+        if self.objective > self.objective_before:
+            found.append(
+                f"What they found is worse than no correction: J is {self.objective:.3g} kg m^2/s, and "
+                f"{self.objective_before:.3g} kg m^2/s as the model is."
+            )
+        if not self.converged:
+            lowest = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
+            found.append(
+                f"They did not converge: the best stopped at J = {self.objective:.3g} kg m^2/s, and "
+                f"{lowest:.3g} kg m^2/s is possible. Its offsets are for comparison, and mean nothing."
+            )
+        return tuple(found)
 
     @property
     def spread(self) -> FloatArray:
@@ -147,14 +181,14 @@ def swarm_fit(
     Raises:
         ValueError: see `momentum_polynomial`.
     """
-    offsets = fit.offsets
+    offsets, settings = fit.offsets, settings or SwarmSettings()
     polynomial = momentum_polynomial(offsets, flown, size)
     found = [
         minimize(
             lambda columns: polynomial.objective(columns.T),
             -offsets.bounds,
             offsets.bounds,
-            settings or SwarmSettings(),
+            settings,
             np.random.default_rng(seed),
         )
         for seed in seeds
@@ -166,8 +200,26 @@ def swarm_fit(
         best.value,
         float(before),
         float(gauss_newton),
+        _bottom(polynomial, best.position, offsets.bounds),
         np.stack([one.position for one in found]),
         np.array([one.value for one in found]),
         np.abs(best.position) >= offsets.bounds * (1.0 - 1e-9),
         fit.values,
+        settings.particles,
+        settings.iterations,
     )
+
+
+def _bottom(polynomial: MomentumPolynomial, start: FloatArray, bounds: FloatArray) -> float:
+    """J where a descent from `start` ends, within the bounds."""
+
+    def at(vector: FloatArray) -> float:
+        return float(polynomial.objective(vector[None])[0])
+
+    found = descend(
+        at,
+        start.tolist(),
+        method="L-BFGS-B",
+        bounds=[(-float(bound), float(bound)) for bound in bounds],
+    )
+    return min(float(found.fun), at(start))

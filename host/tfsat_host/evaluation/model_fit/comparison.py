@@ -184,9 +184,7 @@ def difference_covariance(
         fitted: The offsets were fitted to this drop; else the model is as it is.
     """
     own = flown.own
-    left = np.concatenate(
-        [own.by_gyros[:, body] @ flown.gyro_root, own.by_angles[:, body] @ flown.angle_errors], axis=2
-    )
+    left = own.errors[:, body]
     columns = found.by_errors
     if fitted:
         columns = np.concatenate([found.by_offsets, columns], axis=2)
@@ -208,4 +206,6 @@ def difference_covariance(
     start = (found.noise[quiet].mean(axis=0)) / quiet.sum()
     since = (flown.t_s - flown.t_s[0])[:, None, None]
     total = turned @ errors @ turned.swapaxes(1, 2) + np.cumsum(noise * steps**2, axis=0) + start * since**2
+    # What both sides miss in a hole is alike in their rates, but the one is filtered with it and the other without.
+    total = total + flown.missed[:, None, None] * np.eye(3)
     return np.asarray(rotation[0].T @ total @ rotation[0])

@@ -1,11 +1,13 @@
 """Whether offsets that were found in some drops improve the model in another one.
 
 Offsets that fit the drop they were fitted to prove little. Here those of all drops but one are combined and
-applied to the one left out. Each drop weighs by its information, and the prior counts once:
+applied to the one left out. Each drop gives the normal equations of its own data, and the prior counts once:
 
-    x = (sum of I_i + P^-1)^-1 sum of (I_i + P^-1) x_i
+    (sum of I_i + P^-1) x = sum of b_i
 
-with I_i the data's information, P the prior's covariance and x_i the drop's own fit, in which the prior was once, too.
+with I_i the data's information, b_i their right-hand side and P the prior's covariance: what one fit to all drops at
+once would solve. A drop whose own correction is withheld (`Explained.withheld`) corrects no other drop; the others are
+tried on it all the same.
 
 Drops that share a calibration share its errors: no combination makes those smaller, and no drop left out shows them.
 The standard deviations here take the drops as independent.
@@ -19,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.evaluation.model_fit.fit import ModelFit
+from tfsat_host.evaluation.model_fit.fit import ModelFit, bounded_solution
 from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, averaged_momentum
 from tfsat_host.evaluation.model_fit.offsets import Offsets
 from tfsat_host.evaluation.model_fit.unexplained import Flown
@@ -36,12 +38,15 @@ class FittedDrop:
         flown: What the model is driven by.
         fit: Of the same offsets as in the other drops.
         attitude_error: Of the model with offsets (p,), in their units, against what was measured in this drop.
+        against: Why its offsets are not to be taken for the robot's, a sentence each: checks that failed, a correction
+            that is withheld.
     """
 
     name: str
     flown: Flown
     fit: ModelFit
     attitude_error: Callable[[FloatArray], float]
+    against: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +99,7 @@ class LeftOut:
 
 
 def combine(fits: Sequence[ModelFit]) -> Combined:
-    """The offsets of one or more drops.
+    """The offsets of one or more drops, within their bounds.
 
     Raises:
         ValueError: there is none, or the fits are not of the same offsets.
@@ -106,13 +111,29 @@ def combine(fits: Sequence[ModelFit]) -> Combined:
         _require_same(offsets, fit.offsets)
     prior = np.diag(offsets.prior_std**-2.0)
     information = prior + sum(fit.information for fit in fits)
-    right = sum((fit.information + prior) @ fit.values for fit in fits)
-    values = np.clip(np.linalg.solve(information, right), -offsets.bounds, offsets.bounds)
+    right = np.sum([fit.right_hand_side for fit in fits], axis=0)
+    values = bounded_solution(information, right, -offsets.bounds, offsets.bounds)
     return Combined(values, np.asarray(np.linalg.inv(information), dtype=np.float64))
+
+
+def trusted(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
+    """Those that nothing stands against."""
+    return tuple(drop for drop in drops if not drop.against)
+
+
+def left_aside(drops: Sequence[FittedDrop]) -> tuple[str, ...]:
+    """A sentence for each drop whose offsets are in no combination."""
+    return tuple(
+        f"The offsets of {drop.name} are in no combination: {' '.join(drop.against)}"
+        for drop in drops
+        if drop.against
+    )
 
 
 def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tuple[LeftOut, ...]:
     """Leaves out each drop in turn.
+
+    Only `trusted` drops correct others; a drop that has none is not judged.
 
     Args:
         drops: Two or more, of one robot.
@@ -125,8 +146,11 @@ def cross_validate(drops: Sequence[FittedDrop], *, size: int = PAPER_SIZE) -> tu
         raise ValueError("cross-validation needs two drops or more")
     found = []
     for drop in drops:
-        others = combine([other.fit for other in drops if other is not drop])
         _require_same(drop.fit.offsets, drops[0].fit.offsets)
+        fits = [other.fit for other in trusted(drops) if other is not drop]
+        if not fits:
+            continue
+        others = combine(fits)
         offsets, none = drop.fit.offsets, np.zeros(len(others.values))
         objective = averaged_momentum(
             offsets.applied(np.stack([none, others.values])), drop.flown, size

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from tfsat_host.evaluation.model_fit.comparison import (
     initial_momentum,
     predicted,
 )
-from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
+from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model, widened
 from tfsat_host.evaluation.model_fit.offsets import Offsets
 from tfsat_host.evaluation.model_fit.unexplained import Derivatives, Flown, derivatives, flown_of
 from tfsat_host.evaluation.motion.lag import Lag
@@ -27,6 +28,13 @@ FloatArray = NDArray[np.float64]
 
 EXPECTED_DISTANCE = 2.8
 """Of three angles that are as uncertain as is said, in their own uncertainty: 95 % lie within."""
+UNEXPLAINED = 4.6
+"""Three normal angles are so far from zero, in their own uncertainty, once in ten thousand drops."""
+IMPLAUSIBLE_STDS = 3.0
+"""Of the prior: an offset that was not thought possible is more likely something else's error."""
+_LINEAR_RAD = 1e-3
+"""Joint angles that were off by less than this carried rates from body to body as well as right ones."""
+_RELINEARIZED = 5
 BODY_1 = 0
 """The body whose attitude the paper compares."""
 
@@ -93,15 +101,66 @@ class Explained:
     Attributes:
         driven: What drives it.
         fit: The offsets that explain the motion best. Where even they miss the attitude by more than the sensors'
-            errors allow, something unknown is at work in them as well: their covariance is widened by as much.
+            errors allow, something unknown is at work in them as well: the data are taken to be worse by as much.
         before: The model as its file has it.
-        after: The model with those offsets.
+        after: The model with those offsets, beside sensors without the errors that the fit found in them; its
+            uncertainty is not widened by what even it misses.
     """
 
     driven: Driven
     fit: ModelFit
     before: Sides
     after: Sides
+
+    @property
+    def explains_before(self) -> bool:
+        """The model as it is predicts the attitude within the stated errors."""
+        return self.before.error.mahalanobis <= UNEXPLAINED
+
+    @property
+    def explains_after(self) -> bool:
+        """The corrected model does."""
+        return self.after.error.mahalanobis <= UNEXPLAINED
+
+    @property
+    def offered(self) -> bool:
+        """The correction may be applied, as far as the fit can tell: nothing is `withheld`."""
+        return not self.withheld
+
+    @property
+    def withheld(self) -> tuple[str, ...]:
+        """Why the correction must not be applied, a sentence each; empty if it may be."""
+        return tuple(self._against())
+
+    def _against(self) -> Iterator[str]:
+        fit = self.fit
+        if not fit.converged:
+            yield f"The fit of the correction found no end in {fit.steps} steps: where it was broken off means nothing."
+        if fit.bounded:
+            names = ", ".join(fit.bounded)
+            yield f"The correction stopped at its bound: {names}. The true one lies beyond, or is another one."
+        far = np.abs(fit.values) > IMPLAUSIBLE_STDS * fit.offsets.prior_std
+        if far.any():
+            names = ", ".join(np.array(fit.offsets.names)[far])
+            yield (
+                f"The correction is more than {IMPLAUSIBLE_STDS:g} times what was allowed for {names}: more likely it "
+                "stands for another error."
+            )
+        if not self.explains_after:
+            yield self._missed()
+
+    def _missed(self) -> str:
+        before, after = self.before.error, self.after.error
+        missed = (
+            f"misses the attitude by {np.rad2deg(after.final_norm_rad):.2f} deg, {after.mahalanobis:.1f} times what "
+            "all stated uncertainties together explain"
+        )
+        if self.explains_before:
+            return (
+                f"The corrected model {missed}, and the model as it is by {np.rad2deg(before.final_norm_rad):.2f} deg, "
+                f"{before.mahalanobis:.1f} times: the correction is wrong, and nothing is said against the model."
+            )
+        return f"Even the corrected model {missed}."
 
 
 def explain(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Explained:
@@ -112,20 +171,23 @@ def explain(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Explaine
         offsets: What may be corrected, and of which model.
         first_stroke_s: Until then nothing but the release has moved the robot.
     """
-    flown = flown_of(motion, offsets.body)
-    rotation, _ = poses(offsets.body, flown.angles_rad)
-    driven = Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), motion.lag, offsets)
+
+    def driven_by(flown: Flown, lag: Lag) -> Driven:
+        rotation, _ = poses(offsets.body, flown.angles_rad)
+        return Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
+
+    flown = flown_of(motion)
+    driven = driven_by(flown, motion.lag)
     fit = fit_model(offsets, flown)
-    after = driven.beside_fit(fit)
-    misfit = max(1.0, after.error.mahalanobis / EXPECTED_DISTANCE)
-    fit = fit if misfit == 1.0 else _widened(fit, misfit)
+    for _ in range(_RELINEARIZED):
+        if flown.turned_by(fit.errors) < _LINEAR_RAD:
+            break
+        flown = flown_of(motion, fit.errors)
+        fit = fit_model(offsets, flown)
+    sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
+    after = sensed.beside_fit(fit)
+    misfit = after.error.mahalanobis / EXPECTED_DISTANCE
+    if misfit > 1.0:
+        stated, fit = fit, widened(fit, flown, misfit)
+        after = sensed.beside_fit(replace(fit, covariance=stated.covariance))
     return Explained(driven, fit, driven.beside(np.zeros(len(offsets))), after)
-
-
-def _widened(fit: ModelFit, misfit: float) -> ModelFit:
-    """With the data's deviations so many times as large; what was known before the drop stays known."""
-    errors = len(fit.covariance) - len(fit.offsets) - 3
-    before = np.diag(np.concatenate([fit.offsets.prior_std**-2.0, np.zeros(3), np.ones(errors)]))
-    by_data = np.linalg.inv(fit.covariance) - before
-    covariance = np.linalg.inv(by_data / misfit**2 + before)
-    return replace(fit, covariance=covariance, information=fit.information / misfit**2)

@@ -4,6 +4,9 @@ Unknown are the offsets, the momentum, and every error of the sensors that is th
 bias, mounting and scale; the joints' start, scale and wander), each with the uncertainty that its calibration states.
 What a sensor's error can explain is so not taken for an offset, and the offsets' covariance says what trades against
 what.
+
+What is left over beyond the sensors' errors is the model's own: the data's variances are then widened by as much, and
+everything is solved anew with them, so that values, covariance and information are those of one system.
 """
 
 from __future__ import annotations
@@ -26,8 +29,10 @@ from tfsat_host.evaluation.model_fit.unexplained import (
 
 FloatArray = NDArray[np.float64]
 
-_STEPS = 20
+_STEPS = 40
 _CLOSE = 1e-4
+_SHORTER = 0.9
+"""A step that is not so much shorter than the one before it goes round in circles: half as far from there on."""
 _BLOCK_S = 0.1
 """Means over so long are compared with their noise: what the sensors' errors leave over is the model's."""
 
@@ -42,9 +47,14 @@ class ModelFit:
         covariance: (p + 3 + r, p + 3 + r) of the offsets, the momentum and the sensors' errors (in units of what their
             calibration allows), after the fit.
         information: (p, p) of the data on the offsets alone, priors not counted.
+        right_hand_side: (p,) of the data alone, to go with it: without a bound the offsets are
+            (information + prior)^-1 right_hand_side.
         momentum_kg_m2_s: (3,) inertial axes: those of the base at the first sample.
+        errors: (r,) what the sensors' errors are found to be, beside what they were taken for.
         excess: Variance of what is left over, beside what the sensors' noise makes: 1 if the model explains all.
+        widening: What the data's variances were multiplied with: the excess, and what `widened` was asked for.
         steps: Of Gauss and Newton.
+        converged: They came to an end; else the values are where they were broken off, and mean little.
         at_bound: (p,) the offset stopped at its bound.
         derivatives: At the values.
         left_over_rad_s: (m, 3) unexplained after the fit.
@@ -54,9 +64,13 @@ class ModelFit:
     values: FloatArray
     covariance: FloatArray
     information: FloatArray
+    right_hand_side: FloatArray
     momentum_kg_m2_s: FloatArray
+    errors: FloatArray
     excess: float
+    widening: float
     steps: int
+    converged: bool
     at_bound: NDArray[np.bool_]
     derivatives: Derivatives
     left_over_rad_s: FloatArray
@@ -66,41 +80,100 @@ class ModelFit:
         """(p,) in the offsets' units."""
         return np.sqrt(np.diag(self.covariance)[: len(self.offsets)])
 
+    @property
+    def bounded(self) -> tuple[str, ...]:
+        """Names of the offsets that stopped at their bounds."""
+        return tuple(name for name, at in zip(self.offsets.names, self.at_bound, strict=True) if at)
+
 
 def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
     """Fits the offsets to one drop."""
-    values = np.zeros(len(offsets))
     momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
-    errors = np.zeros(0)
-    steps = 0
-    while steps < _STEPS:
-        steps += 1
-        system = _System.of(offsets, values, momentum, flown)
-        moved = system.solved(offsets, values)
-        values = values + moved[: len(offsets)]
-        momentum = momentum + moved[len(offsets) : len(offsets) + 3] * system.momentum_unit
-        errors = moved[len(offsets) + 3 :]
-        if (np.abs(moved[: len(offsets)]) < _CLOSE).all():
-            break
-    system = _System.of(offsets, values, momentum, flown)
-    left = unexplained(offsets.corrected(values), flown, momentum)
-    explained = left + system.found.by_errors @ errors
+    start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
+    place = _settled(offsets, flown, start, 1.0)
+    system, explained = _left_over(offsets, flown, place)
     excess = _excess(flown.t_s, np.einsum("nij,nj->ni", system.whitening, explained))
-    covariance = np.linalg.inv(system.normal / excess + system.prior)
+    if excess > 1.0:
+        place = _settled(offsets, flown, place, excess)
+    return _fit(offsets, flown, place, excess, excess)
+
+
+def widened(fit: ModelFit, flown: Flown, misfit: float) -> ModelFit:
+    """The fit of the same drop with the data's deviations so many times as large.
+
+    What was known before the drop stays as it was, so that it weighs more, and the values move towards it.
+    """
+    start = _Place(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
+    widening = fit.widening * misfit**2
+    return _fit(fit.offsets, flown, _settled(fit.offsets, flown, start, widening), fit.excess, widening)
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Where Gauss and Newton are: offsets (p,), momentum (3,), the sensors' errors (r,)."""
+
+    values: FloatArray
+    momentum: FloatArray
+    errors: FloatArray
+    steps: int
+    converged: bool
+
+
+def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> _Place:
+    """From a place to where no step leads on.
+
+    Where offsets stop at their bounds, whole steps may lead in circles between places of which each points to the
+    other. The steps are then halved until they do not.
+    """
     p = len(offsets)
-    scale = np.ones(len(covariance))
+    values, momentum, errors = place.values, place.momentum, place.errors
+    share, before = 1.0, np.inf
+    for step in range(1, _STEPS + 1):
+        system = _System.of(offsets, values, momentum, errors, flown)
+        moved = system.solved(offsets, values, errors, widening)
+        length = float(np.linalg.norm(moved[:p] / offsets.prior_std))
+        arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
+        share = 1.0 if arrived else share if length < _SHORTER * before else 0.5 * share
+        before = length
+        values = values + share * moved[:p]
+        momentum = momentum + share * moved[p : p + 3] * system.momentum_unit
+        errors = errors + share * moved[p + 3 :]
+        if arrived:
+            return _Place(values, momentum, errors, place.steps + step, converged=True)
+    return _Place(values, momentum, errors, place.steps + _STEPS, converged=False)
+
+
+def _left_over(offsets: Offsets, flown: Flown, place: _Place) -> tuple[_System, FloatArray]:
+    """The system at a place, and the rate (m, 3) that neither model nor errors explain there."""
+    system = _System.of(offsets, place.values, place.momentum, place.errors, flown)
+    return system, unexplained(offsets.corrected(place.values), flown.corrected(place.errors), place.momentum)
+
+
+def _fit(offsets: Offsets, flown: Flown, place: _Place, excess: float, widening: float) -> ModelFit:
+    """Everything that is said of a place."""
+    system, explained = _left_over(offsets, flown, place)
+    p = len(offsets)
+    data = system.normal / widening
+    own = data + np.diag([*np.zeros(p), *np.diag(system.prior)[p:]])
+    right = system.design.T @ system.target / widening
+    right[p + 3 :] -= place.errors
+    eliminated = np.linalg.solve(own[p:, p:], np.column_stack([own[p:, :p], right[p:]]))
+    information = own[:p, :p] - own[:p, p:] @ eliminated[:, :p]
+    scale = np.ones(len(data))
     scale[p : p + 3] = system.momentum_unit
-    full = system.normal / excess + system.prior
-    own = full - np.diag([*offsets.prior_std**-2.0, *np.zeros(len(full) - p)])
     return ModelFit(
         offsets,
-        values,
-        covariance * np.outer(scale, scale),
-        own[:p, :p] - own[:p, p:] @ np.linalg.solve(own[p:, p:], own[p:, :p]),
-        momentum,
+        place.values,
+        np.linalg.inv(data + system.prior) * np.outer(scale, scale),
+        information,
+        information @ place.values + right[:p] - own[:p, p:] @ eliminated[:, p],
+        place.momentum,
+        place.errors,
         excess,
-        steps,
-        np.abs(values) >= offsets.bounds * (1.0 - 1e-9),
+        widening,
+        place.steps,
+        place.converged,
+        np.abs(place.values) >= offsets.bounds - _CLOSE,
         system.found,
         explained,
     )
@@ -118,7 +191,10 @@ class _System:
     found: Derivatives
 
     @classmethod
-    def of(cls, offsets: Offsets, values: FloatArray, momentum: FloatArray, flown: Flown) -> _System:
+    def of(
+        cls, offsets: Offsets, values: FloatArray, momentum: FloatArray, errors: FloatArray, flown: Flown
+    ) -> _System:
+        flown = flown.corrected(errors)
         found = derivatives(offsets, values, flown, momentum)
         left = unexplained(offsets.corrected(values), flown, momentum)
         inertia = conserved.locked_inertia(offsets.body, flown.angles_rad[:1])
@@ -141,18 +217,27 @@ class _System:
     def normal(self) -> FloatArray:
         return np.asarray(self.design.T @ self.design)
 
-    def solved(self, offsets: Offsets, values: FloatArray) -> FloatArray:
-        """What to add to offsets and momentum, and the errors themselves."""
-        right = self.design.T @ self.target
+    def solved(self, offsets: Offsets, values: FloatArray, errors: FloatArray, widening: float) -> FloatArray:
+        """What to add to offsets, momentum and errors."""
+        right = self.design.T @ self.target / widening
         right[: len(values)] -= values / offsets.prior_std**2
-        found = np.linalg.solve(self.normal + self.prior, right)
-        if (np.abs(values + found[: len(values)]) <= offsets.bounds).all():
-            return np.asarray(found)
-        root = np.linalg.cholesky(self.normal + self.prior).T
-        low, high = np.full(len(found), -np.inf), np.full(len(found), np.inf)
-        low[: len(values)], high[: len(values)] = -offsets.bounds - values, offsets.bounds - values
-        bounded = lsq_linear(root, np.linalg.solve(root.T, right), (low, high))
-        return np.asarray(bounded.x)
+        right[len(values) + 3 :] -= errors
+        unbound = np.full(len(right) - len(values), np.inf)
+        return bounded_solution(
+            self.normal / widening + self.prior,
+            right,
+            np.concatenate([-offsets.bounds - values, -unbound]),
+            np.concatenate([offsets.bounds - values, unbound]),
+        )
+
+
+def bounded_solution(normal: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(k,) least squares by its normal equations (k, k), (k,), within bounds, infinite where there is none."""
+    free = np.linalg.solve(normal, right)
+    if ((low <= free) & (free <= high)).all():
+        return np.asarray(free)
+    root = np.linalg.cholesky(normal).T
+    return np.asarray(lsq_linear(root, np.linalg.solve(root.T, right), (low, high), method="bvls").x)
 
 
 def _excess(t_s: FloatArray, whitened: FloatArray) -> float:

@@ -8,7 +8,7 @@ an offset's standard deviation would be if a group of them were known exactly.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from tfsat_host.evaluation.model_fit.unexplained import Flown
 FloatArray = NDArray[np.float64]
 
 PARTNERS = 3
-_PER_GYRO = 9
 _GYRO_GROUPS = ("gyro bias", "gyro mounting", "gyro scale")
 _KINDS = {"com": "centers of mass", "mass": "masses", "inertia": "inertias"}
+_DELAY = "gyro delay"
 _JOINTS = "joint angles"
 
 
@@ -121,33 +121,20 @@ def trades(fit: ModelFit, flown: Flown) -> tuple[Trade, ...]:
     return tuple(found)
 
 
-def with_scale_std(flown: Flown, std: float) -> Flown:
-    """The drop as if the gyros' scale factors were known no better than this: 0.03 is what their data sheet allows.
-
-    The joint angles keep what they are: angle sensors bind their scale.
-    """
-    covariance = flown.gyro_root @ flown.gyro_root.T
-    scale = np.flatnonzero(np.arange(len(covariance)) % _PER_GYRO >= 6)
-    covariance[scale] = covariance[:, scale] = 0.0
-    covariance[scale, scale] = std**2
-    values, vectors = np.linalg.eigh(covariance)
-    return replace(flown, gyro_root=vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
 def _numbers(fit: ModelFit, flown: Flown) -> _Numbers:
-    """The gyros' errors turned back from independent ones into their own parameters."""
+    """The sensors' errors turned back from independent ones into their own units."""
     offsets = fit.offsets
-    p, gyro = len(offsets), len(flown.gyro_root)
-    size = len(fit.covariance)
-    first = p + 3
-    back = np.eye(size)
-    back[first : first + gyro, first : first + gyro] = flown.gyro_root
+    first = len(offsets) + 3
+    back = np.eye(len(fit.covariance))
+    back[first:, first:] = flown.sensor_errors
     names = [*offsets.names, *[f"momentum {axis}" for axis in "xyz"]]
     groups = [*[_KINDS[kind] for kind in offsets.kinds], *["momentum"] * 3]
-    for body in range(gyro // _PER_GYRO):
+    for body in range(offsets.body.n_bodies):
         for group in _GYRO_GROUPS:
             names += [f"gyro {body + 1} {group.removeprefix('gyro ')} {axis}" for axis in "xyz"]
             groups += [group] * 3
-    # The joint angles' errors have no names of their own: starts, scales and wander, mixed.
-    rest = size - len(names)
+    names += ["gyro delay", "gyro delay's second moment"]
+    groups += [_DELAY] * 2
+    # The joint angles' own errors have no names: starts and wander.
+    rest = len(back) - len(names)
     return _Numbers((*names, *[""] * rest), (*groups, *[_JOINTS] * rest), back @ fit.covariance @ back.T)

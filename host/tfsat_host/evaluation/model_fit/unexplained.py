@@ -16,14 +16,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.attitude import integrate_rates
 from tfsat_host.evaluation.model_fit.offsets import Offsets
-from tfsat_host.evaluation.motion.fusion import fuse
+from tfsat_host.evaluation.motion.holes import holes_of
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.motion.sensor_fusion import Solved
+from tfsat_host.evaluation.motion.slow_errors import root_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -45,10 +46,12 @@ class Flown:
         base_rate_rad_s: (m, 3) of the base, base axes, from all gyros.
         rate_covariance: (m, 6, 6) of base and joint rates, noise alone.
         attitude: (m, 3, 3) from base axes to those of the first sample.
-        by_gyros: (m, 6, 36) base and joint rates by the gyros' parameters.
-        by_angles: (m, 6, 3) base and joint rates by the joint angles that they were fused with.
-        gyro_root: (36, r) of the parameters' covariance.
-        angle_errors: (m, 3, k) joint angles by independent errors of variance one.
+        taken: (r,) the sensors' errors that have been taken off.
+        rate_errors: (m, 6, r) base and joint rates by the sensors' errors, which are independent and of variance one.
+        angle_errors: (m, 3, r) joint angles by the same.
+        sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
+            moments of their lag and what is the joint angles' own, in units of what they may be.
+        missed: (m,) variance of the base's turn in holes of the samples, since the first, rad^2.
         own: What each body's own gyro says beside them.
     """
 
@@ -58,11 +61,30 @@ class Flown:
     base_rate_rad_s: FloatArray
     rate_covariance: FloatArray
     attitude: FloatArray
-    by_gyros: FloatArray
-    by_angles: FloatArray
-    gyro_root: FloatArray
+    taken: FloatArray
+    rate_errors: FloatArray
     angle_errors: FloatArray
+    sensor_errors: FloatArray
+    missed: FloatArray
     own: OwnGyros
+
+    def corrected(self, errors: FloatArray) -> Flown:
+        """With the sensors' errors (r,) taken off to first order; what each body's own gyro shows stays as it is."""
+        off = errors - self.taken
+        rates = self.rate_errors @ off
+        base = self.base_rate_rad_s + rates[:, :3]
+        return replace(
+            self,
+            angles_rad=self.angles_rad + self.angle_errors @ off,
+            joint_rate_rad_s=self.joint_rate_rad_s + rates[:, 3:],
+            base_rate_rad_s=base,
+            attitude=integrate_rates(self.t_s, base).as_matrix(),
+            taken=errors,
+        )
+
+    def turned_by(self, errors: FloatArray) -> float:
+        """By how much a joint angle would be off at most, were the errors (r,), rad."""
+        return float(np.abs(self.angle_errors @ (errors - self.taken)).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,95 +94,58 @@ class OwnGyros:
     Attributes:
         rate_rad_s: (m, 4, 3) as the gyros show it, late by their low-pass; bridged where one did not answer.
         seen: (m, 4, 3, 6) each body's rate by base and joint rates.
-        by_gyros: (m, 4, 3, 36) what is left over, by the gyros' parameters.
-        by_angles: (m, 4, 3, 3) the same by the joint angles.
+        errors: (m, 4, 3, r) what is left over, by the sensors' errors.
         variance: (m, 4) of a sample.
         bridged: (m, 4) the gyro did not answer: nothing is left over.
     """
 
     rate_rad_s: FloatArray
     seen: FloatArray
-    by_gyros: FloatArray
-    by_angles: FloatArray
+    errors: FloatArray
     variance: FloatArray
     bridged: BoolArray
 
 
-def flown_of(motion: Motion, body: Multibody) -> Flown:
-    """Collects from a motion what a model needs; `body` gives the joints' axes."""
+def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
+    """Collects from a motion what a model needs, with errors (r,) of its sensors taken off in earnest."""
+    root = root_of(motion.solved.slow.covariance)
+    if taken is None:
+        taken, solved = np.zeros(len(root)), motion.solved
+    else:
+        solved = motion.fusion.without(motion.solved, root @ taken)
     fall = motion.t_s >= SETTLED_S
-    samples, fused = motion.samples, motion.fused
-    n, bodies = samples.answered.shape
-    own = np.zeros((n, bodies, 3, 9 * bodies))
-    # What a wrong scale factor adds follows the rate at once: it is as late in the reading as the rate is.
-    by_own = motion.lag.removed(motion.t_s, np.nan_to_num(samples.rate_jacobian))
-    for b in range(bodies):
-        own[:, b, :, 9 * b : 9 * b + 9] = np.where(~fused.bridged[:, b, None, None], by_own[:, b], 0.0)
-    by_gyros = fused.gains @ own.reshape(n, 3 * bodies, -1)
-    by_angles, left_by_angles = _by_angles(motion, body)
-    bridged = fused.bridged[..., None, None]
-    left_by_gyros = np.where(bridged, 0.0, own - fused.seen @ by_gyros[:, None])
-    together = fused.body_rates()
-    late = np.stack([motion.lag.applied(motion.t_s, together[:, b]) for b in range(bodies)], axis=1)
-    shown = np.where(samples.answered[..., None], samples.rate_rad_s, late)
+    fused, slow = solved.fused, solved.slow
+    t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
+    holes = holes_of(t, base, motion.samples.rate_hz)
+    left = np.where(fused.bridged[..., None, None], 0.0, slow.gyros - slow.bodies)
     return Flown(
-        motion.t_s[fall],
-        motion.angles_rad[fall],
+        t,
+        solved.angles_rad[fall],
         fused.joint_rate_rad_s[fall],
-        fused.base_rate_rad_s[fall],
+        base,
         fused.covariance[fall],
-        integrate_rates(motion.t_s[fall], fused.base_rate_rad_s[fall]).as_matrix(),
-        by_gyros[fall],
-        by_angles[fall],
-        np.asarray(block_diag(*[_root(c) for c in samples.parameter_covariance])),
-        _angle_errors(motion)[fall],
+        integrate_rates(t, base).as_matrix(),
+        taken,
+        slow.rates[fall] @ root,
+        slow.angles[fall] @ root,
+        slow.in_own_units @ root,
+        holes.variance_between(np.full_like(t, t[0]), t),
         OwnGyros(
-            shown[fall],
+            _shown(motion, solved)[fall],
             fused.seen[fall],
-            left_by_gyros[fall],
-            np.where(bridged, 0.0, left_by_angles)[fall],
+            left[fall] @ root,
             motion.variance[fall],
             fused.bridged[fall],
         ),
     )
 
 
-def _by_angles(motion: Motion, body: Multibody) -> tuple[FloatArray, FloatArray]:
-    """(n, 6, 3) and (n, 4, 3, 3): what a wrong joint angle makes of rates that are carried over it, and of the rest."""
-    rates = motion.fused.left_over_rad_s + motion.fused.body_rates()
-    fused, left = [], []
-    for joint in range(body.n_joints):
-        ends = []
-        for sign in (1.0, -1.0):
-            angles = motion.angles_rad.copy()
-            angles[:, joint] += sign * _ANGLE_STEP_RAD
-            ends.append(
-                fuse(body, angles, rates, motion.variance, motion.sensed_rate_rad_s, motion.sensed_variance)
-            )
-        high, low = ends
-        base = high.base_rate_rad_s - low.base_rate_rad_s
-        joints = high.joint_rate_rad_s - low.joint_rate_rad_s
-        fused.append(np.concatenate([base, joints], axis=1))
-        left.append(np.nan_to_num(high.left_over_rad_s - low.left_over_rad_s))
-    scale = 2.0 * _ANGLE_STEP_RAD
-    return np.stack(fused, axis=-1) / scale, np.stack(left, axis=-1) / scale
-
-
-def _angle_errors(motion: Motion) -> FloatArray:
-    parts = [joint.basis @ _root(joint.covariance) for joint in motion.joints]
-    total = sum(part.shape[1] for part in parts)
-    errors = np.zeros((len(motion.t_s), len(parts), total))
-    start = 0
-    for joint, part in enumerate(parts):
-        errors[:, joint, start : start + part.shape[1]] = part
-        start += part.shape[1]
-    return errors
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    """(p, p) with root root^T = covariance, which may be singular."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+def _shown(motion: Motion, solved: Solved) -> FloatArray:
+    """(n, 4, 3) what each body's gyro shows without its errors, late as it is; by the others where it is silent."""
+    rates = solved.fused.body_rates()
+    late = [solved.lag.applied(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]
+    answered = motion.samples.answered[..., None]
+    return np.where(answered, solved.late_rate_rad_s, np.stack(late, axis=1))
 
 
 def momentum_of(body: Multibody, flown: Flown) -> FloatArray:
@@ -185,7 +170,7 @@ class Derivatives:
     Attributes:
         by_offsets: (m, 3, p) in the offsets' units.
         by_momentum: (m, 3, 3).
-        by_errors: (m, 3, r) by independent errors of variance one: the gyros' parameters, the joint angles.
+        by_errors: (m, 3, r) by the sensors' errors, which are independent and of variance one.
         noise: (m, 3, 3) covariance of a sample.
     """
 
@@ -219,11 +204,11 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     inverse = np.linalg.inv(inertia)
     joints = inverse @ conserved.joint_momentum(body, flown.angles_rad)
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
-    by_angles = both @ flown.by_angles + inverse @ _momentum_by_angles(body, flown)
+    by_angles = inverse @ _momentum_by_angles(body, flown)
     return Derivatives(
         np.einsum("nij,pnj->nip", inverse, slope),
         -inverse @ flown.attitude.swapaxes(1, 2),
-        np.concatenate([both @ flown.by_gyros @ flown.gyro_root, by_angles @ flown.angle_errors], axis=2),
+        both @ flown.rate_errors + by_angles @ flown.angle_errors,
         both @ flown.rate_covariance @ both.swapaxes(1, 2),
     )
 

@@ -28,6 +28,7 @@ class Fused:
         base_rate_rad_s: (n, 3) of the base, base axes.
         joint_rate_rad_s: (n, 3).
         covariance: (n, 6, 6) of both, from the noise given.
+        by_slopes: (n, 3) how much of a joint's rate is the angle sensors': 0 if gyros tell it, 1 if they do not.
         gains: (n, 6, 12) what each gyro's number has to do with them.
         seen: (n, 4, 3, 6) what each gyro sees of them (`gyro_map`).
         left_over_rad_s: (n, 4, 3) reading less what the fused rates explain, body axes; NaN without a reading.
@@ -37,6 +38,7 @@ class Fused:
     base_rate_rad_s: FloatArray
     joint_rate_rad_s: FloatArray
     covariance: FloatArray
+    by_slopes: FloatArray
     gains: FloatArray
     seen: FloatArray
     left_over_rad_s: FloatArray
@@ -76,10 +78,19 @@ def fuse(
     joint_weights = np.where(answered.all(axis=1)[:, None], 0.0, 1.0 / sensed_variance)
     joints = np.arange(3, 3 + body.n_joints)
     normal[:, joints, joints] += joint_weights
-    covariance = np.linalg.inv(normal)
-    gains = covariance @ weighted.swapaxes(1, 2)
+    inverse = np.linalg.inv(normal)
+    gains = inverse @ weighted.swapaxes(1, 2)
     readings = np.where(answered[..., None], rates_rad_s, 0.0).reshape(n, -1)
     both = np.einsum("nij,nj->ni", gains, readings)
-    both += np.einsum("nij,nj->ni", covariance[:, :, 3:], joint_weights * np.nan_to_num(sensed_rate_rad_s))
+    both += np.einsum("nij,nj->ni", inverse[:, :, 3:], joint_weights * np.nan_to_num(sensed_rate_rad_s))
     explained = np.einsum("nij,nj->ni", design, both).reshape(n, bodies, 3)
-    return Fused(both[:, :3], both[:, 3:], covariance, gains, seen, rates_rad_s - explained, ~answered)
+    return Fused(
+        both[:, :3],
+        both[:, 3:],
+        inverse,
+        inverse[:, joints, joints] * joint_weights,
+        gains,
+        seen,
+        rates_rad_s - explained,
+        ~answered,
+    )

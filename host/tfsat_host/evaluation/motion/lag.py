@@ -7,14 +7,14 @@ response: with the delay d and the second moment m of the impulse response, what
 
 where y is the integral of what the gyro shows. A pure delay has e = d^2 / 2, two equal poles d^2 / 4, a single pole 0.
 The chip's sheet gives the delay only (RM-MPU-6000A rev. 4.2, register 26); the strokes give both to some 10 us, because
-two sensors tell each joint's angle at once and two gyros tell it late. What is so measured holds for all gyros: they
-are of one kind and have one setting.
+two sensors tell each joint's angle at once and two gyros tell it late (see `sensor_fusion`). What is so measured holds
+for all gyros: they are of one kind and have one setting.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ PLAUSIBLE_STDS = 3.0
 """A delay farther from the data sheet's, by what chips may differ, is none: the data sheet's is taken off instead."""
 FINE_S = 0.5e-3
 """Steps in which rates are passed through the low-pass: finer than any of its settings but the widest."""
+_HOLE_STEPS = 3.0
+"""Across so many sampling periods two samples tell no slope."""
 LEAST_STROKE_RAD = np.deg2rad(10.0)
 """A joint that moved less tells nothing of the delay."""
 
@@ -85,46 +87,14 @@ def sheet_lag(dlpf_cfg: int) -> Lag:
     return Lag(delay_s, DELAY_STD_S, 0.25 * delay_s**2, delay_s, measured=False)
 
 
-def measured_lag(
-    sheet: Lag,
-    t_s: FloatArray,
-    turned_rad: Sequence[FloatArray],
-    sensed_rad: Sequence[FloatArray],
-    noise_rad: Sequence[float],
-) -> Lag:
-    """By the joints that moved, on top of what the data sheet says.
-
-    Args:
-        sheet: What is expected.
-        t_s: (n,).
-        turned_rad: Of each joint (n,): the integral of the relative rate that its gyros show.
-        sensed_rad: Of each joint (n,): its angle by the angle sensors; NaN where none answered.
-        noise_rad: Of each joint: standard deviation of one sample of that.
-    """
-    information = np.diag([sheet.delay_std_s**-2, (0.25 * sheet.delay_s**2) ** -2])
-    right = information @ np.array([sheet.delay_s, sheet.second_s2])
-    measured = False
-    for turned, sensed, noise in zip(turned_rad, sensed_rad, noise_rad, strict=True):
-        known = np.isfinite(sensed)
-        if known.sum() < 10 or np.ptp(turned[known]) < LEAST_STROKE_RAD:
-            continue
-        first = derivative(t_s, turned)
-        columns = np.column_stack([first, derivative(t_s, first)])[known]
-        late = (sensed - turned)[known]
-        # A zero point, a bias, a scale factor and a bend are no delay: what they do is taken off both sides.
-        slow, _ = np.linalg.qr(np.column_stack([np.vander(turned[known], 3), t_s[known]]))
-        columns, late = columns - slow @ (slow.T @ columns), late - slow @ (slow.T @ late)
-        information += columns.T @ columns / noise**2
-        right += columns.T @ late / noise**2
-        measured = True
-    delay_s, second_s2 = np.linalg.solve(information, right)
-    if abs(delay_s - sheet.delay_s) > PLAUSIBLE_STDS * sheet.delay_std_s:
-        # Something else is wrong, and taken off as a delay it would spoil every rate.
-        return replace(sheet, implausible_s=float(delay_s))
-    std_s = float(np.sqrt(np.linalg.inv(information)[0, 0]))
-    return Lag(float(delay_s), std_s, float(second_s2), sheet.expected_s, measured)
-
-
 def derivative(t_s: FloatArray, values: FloatArray) -> FloatArray:
-    """(n, ...) by the parabola through each three neighbours."""
-    return np.asarray(np.gradient(values, t_s, axis=0))
+    """(n, ...) by the parabola through each three neighbours; none of them across a hole."""
+    steps = np.diff(t_s)
+    holes = np.flatnonzero(steps > _HOLE_STEPS * np.median(steps)) + 1
+    parts = [np.arange(first, last) for first, last in pairwise([0, *holes.tolist(), len(t_s)])]
+    return np.concatenate(
+        [
+            np.gradient(values[part], t_s[part], axis=0) if len(part) > 1 else np.zeros_like(values[part])
+            for part in parts
+        ]
+    )

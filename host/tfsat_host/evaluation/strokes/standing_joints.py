@@ -85,6 +85,9 @@ def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Sta
         for stroke in (s for s in strokes if s.joint == joint):
             begin_s = stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s
             found.append(_standing(motion, joint, from_s, min(begin_s, _started_s(stroke))))
+            if stroke.unfinished:
+                from_s = float("inf")
+                break
             from_s = (stroke.end_s if stroke.moved else begin_s) + ARRIVED_S
         found.append(_standing(motion, joint, from_s, float(motion.t_s[-1])))
     return tuple(standing for standing in found if standing is not None)

@@ -36,6 +36,7 @@ CAME_BACK_SHARE = 0.1
 SETTLING_BAND = 0.02
 """Of the stroke's size: the band of the settling time, as usual for step responses."""
 _UNKNOWN = float("nan")
+_BROKEN_OFF = "It was still on its way when what can be evaluated ended: its size is that so far."
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,16 +51,18 @@ class FlownStroke:
         commanded_rad: Change of the joint's angle.
         moved: The joint made a motion of its own within the stroke's time.
         remark: What is missing or wrong, one sentence or more; empty if nothing is.
-        size_rad: Change from just before the stroke to just before the same joint's next, or the end.
+        size_rad: Change from just before the stroke to just before the same joint's next, or the end; so far, if
+            `unfinished`.
         size_std_rad: Its standard deviation.
         start_s: Of the motion, after the release.
         start_std_s: Its standard deviation.
-        dead_time_s: From the logged rise, or else from the scheduled time, to the start.
+        dead_time_s: From the logged rise to the start.
         end_s: Of the motion.
         mean_rate_rad_s: Between start and end, signed.
         peak_rate_rad_s: Signed; over three samples.
         overshoot_rad: How far it was beyond where it came to rest; 0 or more.
         settling_s: From the start until it stays within 2 % of the size around where it came to rest.
+        unfinished: It was on its way when what can be evaluated ended: nothing is known of how it arrived.
     """
 
     number: int
@@ -79,6 +82,7 @@ class FlownStroke:
     peak_rate_rad_s: float = _UNKNOWN
     overshoot_rad: float = _UNKNOWN
     settling_s: float = _UNKNOWN
+    unfinished: bool = False
 
     @property
     def short_rad(self) -> float:
@@ -159,12 +163,27 @@ def _flown(motion: Motion, asked: _Asked) -> FlownStroke:
     peak = float((way * smoothed(rate)).max())
     slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, asked.joint))
     farthest = float(np.abs(joint.angle_rad[own] - joint.angle_rad[before].mean()).max())
+    left_s = float(t[-1]) - asked.begin_s
+    if peak < slowest and left_s < ARRIVED_S:
+        remark = f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
+        return asked.stroke(False, _join(unheard, remark))
     if peak < slowest or abs(size) < max(3.0 * size_std, CAME_BACK_SHARE * farthest):
         got, wanted = np.rad2deg([size, asked.commanded_rad])
         how = "did not move" if peak < slowest else "moved and came back"
         still = f"Joint {asked.joint} {how}: {got:+.2f} deg instead of {wanted:+g} deg."
         return replace(asked.stroke(False, _join(unheard, still)), size_rad=size, size_std_rad=size_std)
     start, end = rising_edge(times, way * rate), falling_edge(times, way * rate)
+    if asked.until_s >= t[-1] and abs(rate[-2:]).max() > slowest:
+        return replace(
+            asked.stroke(True, _join(unheard, *_before(asked, size, way * rate, slowest), _BROKEN_OFF)),
+            size_rad=size,
+            size_std_rad=size_std,
+            start_s=start.t_s,
+            start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
+            dead_time_s=start.t_s - asked.logged_s,
+            peak_rate_rad_s=way * peak,
+            unfinished=True,
+        )
     overshoot, settling = _arrival(times, way * joint.angle_rad[own], start.t_s, end.t_s, abs(size))
     turned = np.interp([start.t_s, end.t_s], t, joint.angle_rad)
     return replace(
@@ -173,7 +192,7 @@ def _flown(motion: Motion, asked: _Asked) -> FlownStroke:
         size_std_rad=size_std,
         start_s=start.t_s,
         start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
-        dead_time_s=start.t_s - asked.begin_s,
+        dead_time_s=start.t_s - asked.logged_s,
         end_s=end.t_s,
         mean_rate_rad_s=float((turned[1] - turned[0]) / (end.t_s - start.t_s)),
         peak_rate_rad_s=way * peak,
@@ -183,13 +202,19 @@ def _flown(motion: Motion, asked: _Asked) -> FlownStroke:
 
 
 def _wrong(asked: _Asked, size: float, rate: FloatArray, slowest: float, end: Edge) -> list[str]:
+    found = _before(asked, size, rate, slowest)
+    if abs(rate[-2:]).max() > slowest or not end.whole:
+        found.append("It had not come to rest when its time was over.")
+    return found
+
+
+def _before(asked: _Asked, size: float, rate: FloatArray, slowest: float) -> list[str]:
+    """What can be said without the stroke's end."""
     found = []
     if size * asked.commanded_rad < 0.0:
         found.append("It went the wrong way.")
     if abs(rate[:2]).max() > slowest:
         found.append("The joint was still moving when it was commanded.")
-    if abs(rate[-2:]).max() > slowest or not end.whole:
-        found.append("It had not come to rest when its time was over.")
     return found
 
 

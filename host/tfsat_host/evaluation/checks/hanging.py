@@ -1,4 +1,7 @@
-"""The robot still in the releaser: what its sensors show before anything turns."""
+"""The robot hanging still in the releaser: what all its sensors show before anything turns, to be checked.
+
+`fall.rest` asks another question of other seconds: what the gyros' biases and noise are, for want of a calibration.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ CONTRADICTION_RAD = np.deg2rad(3.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class Hanging:
     """What is still before the release.
 
     Attributes:
@@ -55,7 +58,7 @@ class Rest:
     angles_rad: FloatArray
 
 
-def rest_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Rest | None:
+def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotModel) -> Hanging | None:
     """What hung still before the release; None if the robot was not still, or not recorded.
 
     A steady turn cannot be told from a bias by gyros alone, but nothing that hangs on a magnet turns steadily.
@@ -80,7 +83,7 @@ def rest_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Rest |
     )
     calibrated = apply_calibration(Counts.from_log(part), calibration, model)
     rows = np.repeat(still, np.diff(np.flatnonzero(np.diff(block, prepend=-1.0)), append=len(block)))
-    return Rest(
+    return Hanging(
         float(still.sum() * BLOCK_S),
         reading,
         np.where(enough, spread, np.nan),

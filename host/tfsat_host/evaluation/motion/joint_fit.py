@@ -1,0 +1,125 @@
+"""The slow errors by the angle sensors: one least squares for all joints.
+
+The paper takes the initial angle from the absolute sensors and integrates the relative rate of adjacent gyros from
+there. Here the sensors go on helping: their samples bind the integrals' slow errors, the gyros bind the sensors' noise
+and bend, each by its uncertainty:
+
+    sensor k of joint j:  angle j + zero error + bend error + noise
+    angle j:              start + integral of the joint's rate + walk
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from tfsat_host.calibration.joints.joint_sensors import JointSensors
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SHARED_CAUSE = 4.0
+"""Gyros' scale factors are calibrated against these very sensors, so that a bend that was missed is in both. Two
+numbers with one error have no better mean than either: its variance taken so often, a bend tells little of a scale."""
+SENSOR_FLOOR_RAD = np.deg2rad(0.01)
+"""No angle sensor is better than that, however quiet its samples look."""
+_NUISANCES = 10
+
+
+@dataclass(frozen=True, eq=False)
+class SensedJoint:
+    """What the two angle sensors of one joint say.
+
+    Attributes:
+        sensors: Their calibration.
+        shown_rad: (n, 2) what they show; NaN where one did not answer.
+        angle_rad: (n, 2) the joint's angle by each.
+        noise_rad: (2,) standard deviation of a sample of each.
+    """
+
+    sensors: JointSensors
+    shown_rad: FloatArray
+    angle_rad: FloatArray
+    noise_rad: FloatArray
+
+    @classmethod
+    def of(cls, sensors: JointSensors, shown_rad: FloatArray) -> SensedJoint:
+        """Of samples (n, 2)."""
+        angle = sensors.each(shown_rad)
+        return cls(sensors, shown_rad, angle, np.array([sample_noise_rad(angle[:, k]) for k in range(2)]))
+
+    @property
+    def answered(self) -> bool:
+        """One of them did, at least once."""
+        return bool(np.isfinite(self.angle_rad).any())
+
+    @property
+    def mean_rad(self) -> FloatArray:
+        """(n,) by those that answered, without the jump that one's silence would make; NaN where none did."""
+        apart = self.angle_rad[:, 1] - self.angle_rad[:, 0]
+        apart = apart[np.isfinite(apart)]
+        half = 0.5 * float(apart.mean()) if len(apart) else 0.0
+        each = self.angle_rad + np.array([half, -half])
+        known = np.isfinite(each)
+        total = np.where(known, each, 0.0).sum(axis=1)
+        return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
+
+
+def errors_by_sensors(
+    joints: Sequence[SensedJoint],
+    angles_rad: FloatArray,
+    by_errors: FloatArray,
+    errors: FloatArray,
+    learnt: BoolArray,
+    known: tuple[FloatArray, FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """(r,) the errors and (r, r) their covariance.
+
+    Args:
+        joints: What the sensors say.
+        angles_rad: (n, 3) with the errors as they are believed to be.
+        by_errors: (n, 3, r) what more of them does to the angles.
+        errors: (r,) as believed; each of variance one around zero before.
+        learnt: (r,) which ones the sensors may tell; the others keep their variance.
+        known: (r, r) information from elsewhere, and (r,) its right-hand side.
+    """
+    r, extra = len(errors), _NUISANCES * len(joints)
+    information = np.eye(r + extra)
+    right = np.zeros(r + extra)
+    information[:r, :r] += known[0]
+    right[:r] += known[1]
+    for j, joint in enumerate(joints):
+        nuisance = r + _NUISANCES * j + np.arange(_NUISANCES)
+        information[np.ix_(nuisance, nuisance)] = np.linalg.inv(_nuisance_covariance(joint.sensors))
+        for k in range(2):
+            there = np.isfinite(joint.angle_rad[:, k])
+            rows = np.zeros((int(there.sum()), r + extra))
+            rows[:, :r] = by_errors[there, j] * learnt
+            off = (joint.angle_rad[:, k] - angles_rad[:, j])[there] + rows[:, :r] @ errors
+            rows[:, nuisance[k]] = -joint.sensors.direction[k]
+            bend = nuisance[2 + 4 * k : 6 + 4 * k]
+            curve = joint.sensors.bend_curve(k, joint.shown_rad[there, k])
+            rows[:, bend] = -joint.sensors.direction[k] * curve
+            information += rows.T @ rows / joint.noise_rad[k] ** 2
+            right += rows.T @ off / joint.noise_rad[k] ** 2
+    covariance = np.linalg.inv(information)
+    return (covariance @ right)[:r], np.asarray(covariance[:r, :r])
+
+
+def _nuisance_covariance(sensors: JointSensors) -> FloatArray:
+    bend = SHARED_CAUSE * sensors.bend_covariance + 1e-16 * np.eye(8)
+    return np.asarray(block_diag(sensors.zero_covariance + 1e-16 * np.eye(2), bend))
+
+
+def sample_noise_rad(angle_rad: FloatArray) -> float:
+    """Of one sample, by second differences, which hardly know of the motion."""
+    second = np.diff(angle_rad, 2)
+    second = second[np.isfinite(second)]
+    if len(second) < 10:
+        return float(np.deg2rad(0.1))
+    spread = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    return float(max(spread, SENSOR_FLOOR_RAD))

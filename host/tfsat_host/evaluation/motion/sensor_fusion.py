@@ -1,0 +1,238 @@
+"""Gyros and angle sensors together: what each may be off is learnt from the other, as far as its calibration allows.
+
+Gauss and Newton over the slow errors. Each pass takes them off the gyros' rates, fuses those over the joint angles that
+they make, and lets the angle sensors correct them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.motion.carried import rates_by_angles
+from tfsat_host.evaluation.motion.fusion import Fused, fuse
+from tfsat_host.evaluation.motion.holes import holes_of
+from tfsat_host.evaluation.motion.integral import turned_from
+from tfsat_host.evaluation.motion.joint_fit import SensedJoint, errors_by_sensors
+from tfsat_host.evaluation.motion.joints import UNSENSED_STD_RAD
+from tfsat_host.evaluation.motion.lag import LEAST_STROKE_RAD, PLAUSIBLE_STDS, Lag, sheet_lag
+from tfsat_host.evaluation.motion.neighbour_fit import information_by_neighbours
+from tfsat_host.evaluation.motion.noise import sample_variance
+from tfsat_host.evaluation.motion.readings import Readings
+from tfsat_host.evaluation.motion.samples import Samples
+from tfsat_host.evaluation.motion.sensed_slopes import SMOOTHED, Slopes, slopes_of
+from tfsat_host.evaluation.motion.slow_errors import SlowErrors, Spread, gyro_errors, slow_errors
+from tfsat_host.evaluation.motion.walk import Walk, walk_of
+from tfsat_host.robot import RobotModel
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_PASSES = 12
+_CLOSE_RAD = 1e-5
+"""Far below what any sensor tells."""
+_PLAUSIBLE_SQUARES = 80.0
+"""Of the gyros' 36 errors in units of their standard deviations: so many come by chance once in 30,000 drops, were all
+of them learnt, and the angle sensors teach a handful."""
+_BY_SLOPE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What gyros and angle sensors agree on, at n samples.
+
+    Attributes:
+        errors: (r,) the slow errors that were taken off.
+        lag: Of the gyros.
+        rates_rad_s: (n, 4, 3) of each gyro, its lag and its errors taken off; NaN without a reading.
+        late_rate_rad_s: (n, 4, 3) the same as late as they were; bridged over holes.
+        fused: Of those.
+        angles_rad: (n, 3) of the joints.
+        slow: What the errors may still be.
+        contradicted: See `Motion`.
+    """
+
+    errors: FloatArray
+    lag: Lag
+    rates_rad_s: FloatArray
+    late_rate_rad_s: FloatArray
+    fused: Fused
+    angles_rad: FloatArray
+    slow: SlowErrors
+    contradicted: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class SensorFusion:
+    """One drop's sensors.
+
+    Attributes:
+        samples: Of the drop.
+        joints: What the angle sensors say.
+        body: The robot.
+        readings: What the gyros show.
+        variance: (n, 4) of each axis of a gyro's sample.
+        slopes: Joint rates by the angle sensors.
+        sheet: The lag by the data sheet.
+        start_rad: (3,) where each joint is taken to begin before any sensor is asked.
+        geometry_rad: (n, 3) joint angles good enough to begin with.
+        spread: Of the slow errors.
+    """
+
+    samples: Samples
+    joints: tuple[SensedJoint, ...]
+    body: Multibody
+    readings: Readings
+    variance: FloatArray
+    slopes: Slopes
+    sheet: Lag
+    start_rad: FloatArray
+    geometry_rad: FloatArray
+    spread: Spread
+
+    @classmethod
+    def of(
+        cls,
+        samples: Samples,
+        joints: tuple[SensedJoint, ...],
+        calibration: Calibration,
+        model: RobotModel,
+        densities: FloatArray,
+        dlpf_cfg: int,
+    ) -> SensorFusion:
+        """Of one drop; arguments as of `motion_of`."""
+        body, sheet, readings = (
+            Multibody.of(model),
+            sheet_lag(dlpf_cfg),
+            Readings.of(samples, calibration.gyros),
+        )
+        t, (shown, _) = samples.t_s, readings.with_errors(np.zeros((len(calibration.gyros), 9)))
+        variance = sample_variance(densities, t, shown, samples.rate_hz, dlpf_cfg)
+        slopes = slopes_of(t, joints, samples.rate_hz)
+        held = np.array([servo.start_rad for servo in model.servos])
+        answered = np.array([joint.answered for joint in joints])
+        geometry = _geometry(t, joints, held)
+        rates = np.where(readings.usable[..., None], sheet.removed(t, shown), np.nan)
+        fused = fuse(body, geometry, rates, variance, slopes.rate_rad_s, slopes.variance)
+        beside = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
+        walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(beside)]
+        spread = Spread.of(samples, sheet, np.where(answered, np.pi, UNSENSED_STD_RAD), walks)
+        start = np.where(answered, 0.0, held)
+        return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, spread)
+
+    def solved(self) -> Solved:
+        """With what each sensor tells of the others, unless that is more than can be."""
+        learnt = np.ones(len(self.spread), bool)
+        found = self._passed(learnt)
+        implausible_s = None
+        if abs(found.lag.delay_s - self.sheet.delay_s) > PLAUSIBLE_STDS * self.sheet.delay_std_s:
+            # Something else is wrong, and taken off as a delay it would spoil every rate.
+            implausible_s = found.lag.delay_s
+            learnt[self.spread.moments] = False
+            found = self._passed(learnt)
+        contradicted = bool((found.errors[self.spread.gyro] ** 2).sum() > _PLAUSIBLE_SQUARES)
+        if contradicted:
+            learnt[self.spread.gyro] = False
+            found = self._passed(learnt)
+        measured = implausible_s is None and self._moved()
+        lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
+        return replace(found, lag=lag, contradicted=contradicted)
+
+    def without(self, solved: Solved, errors: FloatArray) -> Solved:
+        """The same with so much more of the slow errors (r,) taken off."""
+        total, angles = solved.errors + errors, solved.angles_rad + solved.slow.angles @ errors
+        return self._carried(total, angles, solved.slow.covariance)
+
+    def _moved(self) -> bool:
+        """A joint with angle sensors moved far enough to tell of the lag."""
+        ranges = [np.nanmax(j.mean_rad) - np.nanmin(j.mean_rad) for j in self.joints if j.answered]
+        return bool(max(ranges, default=0.0) > LEAST_STROKE_RAD)
+
+    def _passed(self, learnt: BoolArray) -> Solved:
+        errors, angles = np.zeros(len(self.spread)), self.geometry_rad
+        covariance = np.eye(len(errors))
+        # What the lag does is a derivative of the rates, so of their noise: noise times itself would tell of it.
+        no_lag = learnt & ~self.spread.is_lag
+        for _ in range(_PASSES):
+            here = self._at(errors, angles)
+            columns = self._columns(here, covariance)
+            left = columns.gyros - np.where(here.fused.bridged[..., None, None], 0.0, columns.bodies)
+            known = information_by_neighbours(
+                self.samples.t_s, here.fused, left, self.variance, errors, no_lag
+            )
+            found, covariance = errors_by_sensors(
+                self.joints, here.angles, columns.angles, errors, learnt, known
+            )
+            before, angles = angles, here.angles + columns.angles @ (found - errors)
+            errors = found
+            if np.abs(angles - before).max() < _CLOSE_RAD:
+                break
+        return self._carried(errors, angles, covariance)
+
+    def _carried(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> Solved:
+        """Everything with those errors taken off, from joint angles that are nearly those."""
+        here = self._at(errors, angles)
+        for _ in range(_PASSES):
+            if np.abs(here.angles - here.fused_over).max() < _CLOSE_RAD:
+                break
+            here = self._at(errors, here.angles)
+        first = self.spread.moments.start
+        std_s = float(self.spread.lag[0] * np.sqrt(covariance[first, first]))
+        lag = replace(self.spread.lag_of(self.sheet, errors), delay_std_s=std_s)
+        slow = self._columns(here, covariance)
+        return Solved(errors, lag, here.rates, here.shown, here.fused, here.angles, slow)
+
+    def _at(self, errors: FloatArray, angles: FloatArray) -> _Here:
+        """Rates without those errors, fused over joint angles (n, 3), and the joint angles that they make."""
+        t, lag = self.samples.t_s, self.spread.lag_of(self.sheet, errors)
+        shown, by_parameters = self.readings.with_errors(self.spread.parameters_of(errors))
+        gyros = gyro_errors(self.spread, t, lag, shown, by_parameters)
+        rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
+        fused = self._fused(angles, rates)
+        turned = turned_from(t, fused.joint_rate_rad_s)
+        return _Here(
+            shown, gyros, rates, fused, angles, self.start_rad + turned + self.spread.own_angles(errors)
+        )
+
+    def _fused(self, angles: FloatArray, rates: FloatArray) -> Fused:
+        return fuse(self.body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
+
+    def _columns(self, here: _Here, covariance: FloatArray) -> SlowErrors:
+        by_angles = rates_by_angles(lambda angles: self._fused(angles, here.rates), here.fused_over)
+        return slow_errors(self.spread, self.samples.t_s, here.fused, here.gyros, by_angles, covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Here:
+    shown: FloatArray
+    gyros: FloatArray
+    rates: FloatArray
+    fused: Fused
+    fused_over: FloatArray
+    angles: FloatArray
+
+
+def _geometry(t_s: FloatArray, joints: tuple[SensedJoint, ...], held_rad: FloatArray) -> FloatArray:
+    """(n, 3) by the angle sensors; a joint of which none answered stands still until its gyros turn it."""
+    columns = []
+    for joint, held in zip(joints, held_rad, strict=True):
+        angle = joint.mean_rad
+        known = np.isfinite(angle)
+        columns.append(np.interp(t_s, t_s[known], angle[known]) if known.any() else np.full_like(t_s, held))
+    return np.column_stack(columns)
+
+
+def _walk(samples: Samples, fused: Fused, joint: int, densities: FloatArray, slopes: Slopes) -> Walk:
+    """Of one joint between two gyros with these noise densities (2,)."""
+    return walk_of(
+        samples.t_s,
+        float(np.sqrt((densities**2).sum())),
+        fused.by_slopes[:, joint] > _BY_SLOPE,
+        float(slopes.angle_std_rad[joint]),
+        SMOOTHED / samples.rate_hz,
+        holes_of(samples.t_s, fused.joint_rate_rad_s[:, joint], samples.rate_hz),
+    )

@@ -1,0 +1,195 @@
+"""Every error that is the same at many samples, as one vector, and what it does to rates and joint angles.
+
+The gyros' biases, mountings and scale factors, what their delay is off, where the joints began, and how the integrals
+of their rates wander: each by its standard deviation before the angle sensors were asked, so that all are independent
+and of variance one. A gyro's error is in every rate, every joint angle and every attitude; as one vector it is counted
+once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from tfsat_host.evaluation.motion.fusion import Fused
+from tfsat_host.evaluation.motion.integral import turned_from
+from tfsat_host.evaluation.motion.lag import Lag, derivative
+from tfsat_host.evaluation.motion.samples import Samples
+from tfsat_host.evaluation.motion.walk import Walk
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_CARRIED = 3
+"""What a wrong angle makes of the rates that then make it: each time a seventh of the time before."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlowErrors:
+    """What r independent errors of variance one do at n samples.
+
+    Attributes:
+        gyro_root: (36, 36) the gyros' parameters by the first 36 of them: bias, rotation vector, scale of each.
+        gyros: (n, 4, 3, r) each gyro's rate, its lag taken off; 0 where it did not answer.
+        rates: (n, 6, r) base and joint rates from all gyros.
+        bodies: (n, 4, 3, r) the bodies' rates that follow.
+        angles: (n, 3, r) of the joints.
+        covariance: (r, r) of them, now that the angle sensors have been asked.
+    """
+
+    gyro_root: FloatArray
+    gyros: FloatArray
+    rates: FloatArray
+    bodies: FloatArray
+    angles: FloatArray
+    covariance: FloatArray
+
+    @property
+    def in_own_units(self) -> FloatArray:
+        """(r, r) the errors with the gyros' parameters in units of those."""
+        units = np.eye(len(self.covariance))
+        units[: len(self.gyro_root), : len(self.gyro_root)] = self.gyro_root
+        return units
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """How large each error is before the angle sensors are asked, and where it stands in the vector.
+
+    Attributes:
+        gyro_root: (36, 36) of the covariance of the gyros' parameters.
+        lag: (2,) standard deviations of the delay and of its second moment.
+        start: (3,) of the angle of each joint at the release.
+        walks: Of each joint.
+    """
+
+    gyro_root: FloatArray
+    lag: FloatArray
+    start: FloatArray
+    walks: tuple[Walk, ...]
+
+    @classmethod
+    def of(cls, samples: Samples, lag: Lag, start: FloatArray, walks: Sequence[Walk]) -> Spread:
+        """Of one drop; `lag` as the data sheet has it."""
+        roots = [root_of(covariance) for covariance in samples.parameter_covariance]
+        moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
+        return cls(np.asarray(block_diag(*roots)), moments, start, tuple(walks))
+
+    @property
+    def gyro(self) -> slice:
+        """Of the gyros' parameters."""
+        return slice(0, len(self.gyro_root))
+
+    @property
+    def moments(self) -> slice:
+        """Of the lag."""
+        return slice(self.gyro.stop, self.gyro.stop + len(self.lag))
+
+    @property
+    def is_lag(self) -> BoolArray:
+        """(r,)."""
+        places = np.arange(len(self))
+        return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
+
+    @property
+    def starts(self) -> slice:
+        """Of the joints."""
+        return slice(self.moments.stop, self.moments.stop + len(self.start))
+
+    def walk(self, joint: int) -> slice:
+        """Of one joint, from 0."""
+        first = self.starts.stop + sum(walk.angle.shape[1] for walk in self.walks[:joint])
+        return slice(first, first + self.walks[joint].angle.shape[1])
+
+    def __len__(self) -> int:
+        return int(self.walk(len(self.walks) - 1).stop)
+
+    def parameters_of(self, errors: FloatArray) -> FloatArray:
+        """(4, 9) what each gyro's parameters are off with errors (r,)."""
+        return np.asarray((self.gyro_root @ errors[self.gyro]).reshape(-1, 9))
+
+    def lag_of(self, sheet: Lag, errors: FloatArray) -> Lag:
+        """The delay with errors (r,)."""
+        delay, second = self.lag * errors[self.moments]
+        return replace(sheet, delay_s=sheet.delay_s + float(delay), second_s2=sheet.second_s2 + float(second))
+
+    def own_angles(self, errors: FloatArray) -> FloatArray:
+        """(n, 3) what of the joint angles is no integral of rates."""
+        starts = self.start * errors[self.starts]
+        walked = [walk.angle @ errors[self.walk(joint)] for joint, walk in enumerate(self.walks)]
+        return np.asarray(starts + np.column_stack(walked))
+
+
+def gyro_errors(
+    spread: Spread, t_s: FloatArray, lag: Lag, shown: FloatArray, by_parameters: FloatArray
+) -> FloatArray:
+    """(n, 4, 3, r) what the errors do to each gyro's rate once its lag is taken off.
+
+    Args:
+        spread: Of the errors.
+        t_s: (n,).
+        lag: As taken off.
+        shown: (n, 4, 3) what the gyros show, body axes.
+        by_parameters: (n, 4, 3, 9) that by each gyro's parameters.
+    """
+    n, bodies = shown.shape[:2]
+    errors = np.zeros((n, bodies, 3, len(spread)))
+    # What a wrong scale factor adds follows the rate at once: it is as late in the reading as the rate is.
+    by_own = lag.removed(t_s, by_parameters)
+    for body in range(bodies):
+        own = slice(9 * body, 9 * body + 9)
+        errors[:, body, :, own] = by_own[:, body] @ spread.gyro_root[own, own]
+    first = derivative(t_s, shown)
+    moments = np.stack([first, derivative(t_s, first)], axis=-1)
+    errors[..., spread.moments] = moments * spread.lag
+    return errors
+
+
+def slow_errors(
+    spread: Spread,
+    t_s: FloatArray,
+    fused: Fused,
+    gyros: FloatArray,
+    by_angles: tuple[FloatArray, FloatArray],
+    covariance: FloatArray,
+) -> SlowErrors:
+    """What they do to everything that follows from the gyros.
+
+    Args:
+        spread: Of the errors.
+        t_s: (n,) after the release.
+        fused: Rates from all gyros.
+        gyros: (n, 4, 3, r) by `gyro_errors`.
+        by_angles: By `rates_by_angles`.
+        covariance: (r, r) of the errors.
+    """
+    n = len(t_s)
+    gyros = np.where(fused.bridged[..., None, None], 0.0, gyros)
+    direct = fused.gains @ gyros.reshape(n, -1, len(spread))
+    own = np.zeros((n, len(spread.start), len(spread)))
+    for joint, walk in enumerate(spread.walks):
+        direct[:, 3 + joint, spread.walk(joint)] += walk.rate
+        own[:, joint, spread.starts][:, joint] = spread.start[joint]
+        own[:, joint, spread.walk(joint)] = walk.angle
+    # The walk's rate is in its angle already.
+    walked = direct[:, 3:].copy()
+    for joint in range(len(spread.walks)):
+        walked[:, joint, spread.walk(joint)] -= spread.walks[joint].rate
+    own += turned_from(t_s, walked)
+    both_by_angles, bodies_by_angles = by_angles
+    angles = own
+    for _ in range(_CARRIED):
+        angles = own + turned_from(t_s, both_by_angles[:, 3:] @ angles)
+    rates = direct + both_by_angles @ angles
+    bodies = fused.seen @ direct[:, None] + bodies_by_angles @ angles[:, None]
+    return SlowErrors(spread.gyro_root, gyros, rates, bodies, angles, covariance)
+
+
+def root_of(covariance: FloatArray) -> FloatArray:
+    """(p, p) with root root^T = covariance, which may be singular."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
