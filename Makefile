@@ -108,6 +108,11 @@ evaluation-report: compiler venv  ## evaluate two hundred emulated drops (half a
 	$(call say,how far evaluations are from the truth)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation_proof
 
+.PHONY: screenshots
+screenshots: compiler venv  ## draw the pictures of docs/report.md anew (needs Chromium)
+	$(call say,pictures of the report)
+	@$(BIN)/python -m tests.report.screenshots docs/screenshots
+
 .PHONY: firmware
 firmware: venv  ## build both firmwares for their boards
 	$(call say,firmware of the sequencer (Arduino Micro))

@@ -34,7 +34,8 @@ def _playwright() -> Iterator[Playwright]:
         yield playwright
 
 
-def _launched(playwright: Playwright, home: Path, options: list[str]) -> Browser:
+def launched(playwright: Playwright, home: Path, options: list[str]) -> Browser:
+    """Chromium with these options besides those that keep it quiet."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         pytest.fail("Chromium is missing: tools/install-toolchain.sh installs it", pytrace=False)
@@ -44,14 +45,14 @@ def _launched(playwright: Playwright, home: Path, options: list[str]) -> Browser
 
 @pytest.fixture(scope="session")
 def browser(_playwright: Playwright, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    chromium = _launched(_playwright, tmp_path_factory.mktemp("chromium"), _WITH_WEBGL)
+    chromium = launched(_playwright, tmp_path_factory.mktemp("chromium"), _WITH_WEBGL)
     yield chromium
     chromium.close()
 
 
 @pytest.fixture
 def browser_without_webgl(_playwright: Playwright, tmp_path: Path) -> Iterator[Browser]:
-    chromium = _launched(_playwright, tmp_path, _WITHOUT_WEBGL)
+    chromium = launched(_playwright, tmp_path, _WITHOUT_WEBGL)
     yield chromium
     chromium.close()
 

@@ -17,7 +17,8 @@ from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
 from tfsat_host.report import render
 from tfsat_host.report.contents.building import document_of
-from tfsat_host.report.contents.tables.cells import number
+from tfsat_host.report.contents.correction import significance, worth_of
+from tfsat_host.report.contents.tables.cells import with_std
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog.events import DropEvent
 from tfsat_host.sdlog.gaps import Gap
@@ -105,14 +106,51 @@ def test_failed_checks_stand_first_with_their_cause() -> None:
         "1 sigma",
         "It is not. Likely cause: a wrong map. Buy a globe.",
     ]
-    assert drop["verdict"]["level"] == "doubtful" and "It is not." in drop["verdict"]["reasons"]
+    reason = "the earth is flat: It is not. Likely cause: a wrong map. Buy a globe."
+    assert drop["verdict"]["level"] == "doubtful" and reason in drop["verdict"]["reasons"]
+
+
+def test_passed_checks_are_folded(drop: Any) -> None:
+    checks = table(drop, "Integrity checks")
+    passed = [row[1] for row in checks["rows"]].count("passed")
+    assert all(row[1] == "passed" for row in checks["rows"][checks["fold"]["first"] :])
+    assert checks["fold"]["words"] == f"{passed} of {len(checks['rows'])} checks passed"
+
+
+def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
+    found = evaluated()
+    failed = tuple(
+        judged(check.name, 3.0, 1.0, "sigma", f"{check.name} is off.").caused_by("a loose wire", "Solder it.")
+        for check in found.checks
+    )
+    reasons = drop_of(replace(found, checks=failed))["verdict"]["reasons"]
+    assert sum("checks failed at once" in reason for reason in reasons) == 1
+    assert not any("a loose wire" in reason for reason in reasons)
+
+
+def test_a_correction_within_its_uncertainty_is_not_called_for() -> None:
+    found = evaluated()
+    assert worth_of(found) == "to be made" and significance(found) > 3.0
+    explained = found.explained
+    fit = replace(explained.fit, values=0.2 * explained.fit.std)
+    right = replace(found, explained=replace(explained, fit=fit, before=explained.after))
+    assert worth_of(right) == "not called for"
+    drop = drop_of(right)
+    assert "No correction is called for" in table(drop, "Correction of the model")["caption"]
+    assert "no correction is called for" in numbers(drop)["Largest CoM correction"]["note"]
+
+
+def test_standing_joints_have_a_row_each(drop: Any) -> None:
+    rows = table(drop, "Joints between their strokes")["rows"]
+    assert [row[0] for row in rows] == [f"joint {one.joint}" for one in evaluated().standing]
+    assert {row[-1] for row in rows} <= {"stood", "crept", "moved"}
 
 
 def test_correction_says_what_the_data_cannot_tell(drop: Any) -> None:
     correction, fit = table(drop, "Correction of the model"), evaluated().explained.fit
     assert [row[0] for row in correction["rows"]] == list(fit.offsets.names)
     assert correction["rows"][5][0] == "body 2 CoM z"
-    assert correction["rows"][5][2] == f"{fit.values[5]:+.2f} ± {fit.std[5]:.2f}".replace("-", "−")
+    assert correction["rows"][5][2] == with_std(fit.values[5], fit.std[5], signed=True)
     assert all(sentence in correction["caption"] for sentence in evaluated().identifiability.sentences())
 
 
@@ -121,8 +159,8 @@ def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(dro
     swarm = swarm_fit(found.explained.fit, found.explained.driven.flown, seeds=(1, 2))
     beside = table(drop_of(replace(found, swarm=swarm)), "Correction of the model")
     assert len(beside["columns"]) == len(table(drop, "Correction of the model")["columns"]) + 1
-    assert [row[-1].split(" ± ")[0] for row in beside["rows"]] == [
-        number(v, 2, signed=True) for v in swarm.values
+    assert [row[-1] for row in beside["rows"]] == [
+        with_std(value, spread, signed=True) for value, spread in zip(swarm.values, swarm.spread, strict=True)
     ]
 
 
@@ -185,6 +223,16 @@ def test_several_drops_are_one_document_with_the_same_plots() -> None:
 def test_page_of_one_drop_is_small() -> None:
     page = render(document_of([reported()], MADE))
     assert len(page.encode()) < MOST_BYTES
+
+
+def test_without_a_script_verdict_and_numbers_are_there() -> None:
+    document = document_of([reported(name="<b>drop</b>")], MADE)
+    text = render(document).split("<noscript>")[1].split("</noscript>")[0]
+    assert (
+        "<h2>&lt;b&gt;drop&lt;/b&gt;: good</h2>" in text
+        and document["drops"][0]["verdict"]["sentence"] in text
+    )
+    assert "<th>Reorientation</th>" in text
 
 
 def damaged_logs() -> dict[str, Evaluation]:

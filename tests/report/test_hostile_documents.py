@@ -28,8 +28,8 @@ HOSTILE = (
     "",
 )
 
-COUNTS = """() => ["script", "img", "iframe", "svg", "link", "a", "base", "object"].map(
-  tag => document.getElementsByTagName(tag).length)"""
+COUNTS = """() => ["script", "img", "iframe", "svg", "link", "a:not([href^='#'])", "base", "object"].map(
+  those => document.querySelectorAll(those).length)"""
 
 
 def poisoned(part: Any, text: str) -> Any:

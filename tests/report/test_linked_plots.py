@@ -6,7 +6,7 @@ import pytest
 
 from tests.report.conftest import OpenDocument
 from tests.report.opened import Opened
-from tests.report.sample_document import sample_document
+from tests.report.sample_document import END_S, sample_document
 
 TIME_PLOTS = ("euler", "rates", "joints", "momentum", "attitude_error")
 
@@ -55,10 +55,11 @@ def test_spectra_share_a_cursor_of_their_own(report: Opened) -> None:
     lines = report.hairlines()
     assert lines["momentum_spectrum"] > 100
     assert lines["rate_spectrum"] == pytest.approx(lines["momentum_spectrum"], abs=1)
-    assert report.time_s == pytest.approx(-0.1)
+    assert report.time_s == pytest.approx(END_S)
 
 
 def test_arrow_keys_move_the_cursor(report: Opened) -> None:
+    report.press("Home")
     report.press("ArrowRight", "ArrowRight", "ArrowRight")
     assert report.time_s == pytest.approx(-0.1 + 3 * 0.005 * 2.9, abs=1e-3)
     report.press("ArrowLeft")
@@ -73,7 +74,15 @@ def test_arrow_keys_on_a_spectrum_leave_time_alone(report: Opened) -> None:
     report.plot("rate_spectrum").focus()
     report.press(*["ArrowRight"] * 20)
     assert report.hairlines()["momentum_spectrum"] > 20
-    assert report.time_s == pytest.approx(-0.1)
+    assert report.time_s == pytest.approx(END_S)
+
+
+def test_keys_still_move_the_cursor_after_a_click_on_the_legend(report: Opened) -> None:
+    report.plot("rates").get_by_role("button", name="ω y").click()
+    report.press("Home", "ArrowRight")
+    assert report.time_s == pytest.approx(-0.1 + 0.005 * 2.9, abs=1e-3)
+    report.press("End")
+    assert report.time_s == pytest.approx(2.8)
 
 
 def test_keys_zoom_all_time_plots_about_the_cursor_and_back(report: Opened) -> None:

@@ -7,7 +7,7 @@ from playwright.sync_api import Browser
 
 from tests.report.conftest import OpenDocument
 from tests.report.opened import Opened
-from tests.report.sample_document import sample_document
+from tests.report.sample_document import END_S, sample_document
 
 
 @pytest.fixture
@@ -23,6 +23,17 @@ def test_shows_bodies_that_move(report: Opened) -> None:
     assert report.replayed().unlike(at_start) > 3000
     assert report.time_s == pytest.approx(1.4)
     assert report.page.locator(".what").inner_text() == "joint 2, +70 deg"
+
+
+def test_opens_where_the_robot_came_to_and_plays_from_the_start(report: Opened) -> None:
+    assert report.time_s == pytest.approx(END_S)
+    assert report.page.locator(".caption").inner_text().split("\n")[-2:] == ["·", "end of the evaluation"]
+    report.press(" ")
+    report.page.wait_for_function(
+        "() => parseFloat(document.querySelector('.when').textContent.replace('−', '-')) < 2"
+    )
+    report.press(" ")
+    assert report.time_s < END_S - 0.5
 
 
 def test_space_plays_and_pauses(report: Opened) -> None:
@@ -102,6 +113,8 @@ def test_missing_poses_hide_their_bodies(open_document: OpenDocument) -> None:
     for poses in replay["measured"][:50]:
         poses[:] = [[None] * 7 for _ in poses]
     partly = open_document(document)
+    for report in (whole, partly):
+        report.press("Home")
     assert partly.replayed().drawn() < whole.replayed().drawn() - 5000
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 from pathlib import Path
 from typing import Any
@@ -121,7 +122,42 @@ def test_a_drop_that_cannot_be_evaluated_does_not_cost_the_others(run: Path) -> 
     [refused] = said.json["refused"]
     assert refused["run"] == "empty" and "empty holds no recording" in refused["what"]
     assert "empty is not in the report" in said.err
-    assert Path("report.html").exists()
+    page = Path("report.html").read_text(encoding="utf-8")
+    assert "<p>empty could not be evaluated: empty holds no recording" in page
+    assert '"lacking":["empty could not' in page
+
+
+def test_several_drops_say_what_they_find_together(run: Path, browser: Browser) -> None:
+    run_folder(Path("second"), seed=2)
+    Path("empty").mkdir()
+    assert report("run", "second", "empty").code == 1
+    opened = Opened(browser.new_page(), Path("report.html").resolve())
+    page = opened.page
+    assert "empty holds no recording" in page.locator(".lacking").inner_text()
+    together = page.locator(".tables .table", has_text="by all drops together")
+    assert together.locator("thead th").all_inner_texts() == ["what", "unit", "all drops", "run", "second"]
+    assert together.locator("tbody tr").count() == 9
+    judged = page.locator(".tables .table", has_text="Each drop by the corrections of the others")
+    assert [row.locator("th").inner_text() for row in judged.locator("tbody tr").all()] == ["run", "second"]
+    assert "better in 2 of 2 drops" in judged.inner_text()
+    assert opened.complaints == []
+    page.close()
+
+
+def test_provenance_names_all_that_was_read(run: Path) -> None:
+    (run / "laser.csv").write_text(
+        "t_s,spot,along_mm,up_mm\n"
+        + "".join(
+            f"{t:.2f},{spot},0.0,{300 - 26 * t:.3f}\n" for t in (0.2, 0.3, 0.4, 0.5, 0.6) for spot in (1, 2)
+        ),
+        encoding="utf-8",
+    )
+    assert report("run", "--laser", "run/laser.csv").code in (0, 3)
+    page = (run / "report.html").read_text(encoding="utf-8")
+    for name in ("laser.csv", "maneuver.toml", CERTIFICATE):
+        digest = hashlib.sha256((run / name).read_bytes()).hexdigest()
+        assert f"run/{name}, SHA-256 {digest}" in page, name
+    assert '["options","--laser run/laser.csv"]' in page
 
 
 def test_nothing_to_report(run: Path) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.outputs import was_made_with
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -23,6 +24,12 @@ SUMMARY = "summary.json"
 class RunFolder:
     """A folder for one rehearsal's files.
 
+    Attributes:
+        path: Of the folder.
+        files: What was written.
+        removed: What `evaluate` and `report` had made there of the recording that was replaced.
+        maneuver: The file of the maneuver.
+
     Raises:
         UsageError: the folder holds something that no rehearsal made, and `force` is not set.
     """
@@ -30,6 +37,7 @@ class RunFolder:
     def __init__(self, path: Path, *, force: bool) -> None:
         self.path = path
         self.files: list[Path] = []
+        self.removed: tuple[Path, ...] = ()
         self.maneuver = path / "maneuver.toml"
         if path.exists() and not path.is_dir():
             raise _refused(
@@ -51,6 +59,9 @@ class RunFolder:
         from tfsat_host.sdlog import load
 
         self.path.mkdir(parents=True, exist_ok=True)
+        self.removed = _derived_in(self.path)
+        for stale in self.removed:
+            stale.unlink()
         (self.path / MARK_FILE).write_text("made by tfsat-host rehearse\n", encoding="utf-8")
         card = self._file("SD.bin")
         card.write_bytes(flight.card)
@@ -72,6 +83,18 @@ class RunFolder:
         path = self.path / name
         self.files.append(path)
         return path
+
+
+def _derived_in(folder: Path) -> tuple[Path, ...]:
+    """Results of `evaluate` and `report`, by their own marks: beside another recording they would be taken for its."""
+    from tfsat_host.cli.evaluate.command import MARKER as EVALUATION
+    from tfsat_host.cli.report_files import PAGE_MARKER
+    from tfsat_host.report.figures.files import MARKER as FIGURE
+    from tfsat_host.report.recording.file import MARKER as MCAP
+
+    marks = (EVALUATION, PAGE_MARKER, FIGURE, MCAP)
+    files = sorted(path for path in (*folder.glob("*"), *folder.glob("*/*")) if path.is_file())
+    return tuple(path for path in files if any(was_made_with(path, mark) for mark in marks))
 
 
 def _plain(value: Any) -> Any:

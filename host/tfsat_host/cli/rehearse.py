@@ -65,6 +65,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     folder = RunFolder(args.out, force=args.force)
     flight = _fly(args, schedule, out)
     log = folder.write(maneuver, flight)
+    if folder.removed:
+        names = ", ".join(str(path.relative_to(folder.path)) for path in folder.removed)
+        out.note(f"Removed from {folder.path}, for they were of the recording before: {names}.")
     look = _look(log, flight)
     result = _result(args, schedule, flight, log, look, folder) | {"notices": notices}
     folder.write_summary(result)

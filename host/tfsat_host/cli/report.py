@@ -7,15 +7,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.evaluate.options import add_run_arguments, check_run_arguments
+from tfsat_host.cli.evaluate.options import add_run_arguments, check_run_arguments, options_given
 from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
-from tfsat_host.cli.report_files import BESIDE, ReportFiles
+from tfsat_host.cli.report_files import BESIDE, PageParts, ReportFiles
 from tfsat_host.errors import DataLossError, TfsatError, UsageError
 
 if TYPE_CHECKING:
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
     from tfsat_host.report.contents.reported import Reported
+    from tfsat_host.report.document import Table
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -102,9 +103,10 @@ def _finish(
     args: argparse.Namespace,
     out: Output,
 ) -> int:
-    drops = [_reported(files.drops[one.files.recording].name, one) for one in done]
-    with out.progress("Writing the report"):
-        written = files.write(drops, datetime.now(UTC), force=args.force)
+    drops = [_reported(files.drops[one.files.recording].name, one, args) for one in done]
+    page = PageParts(tables=_together(drops, done), lacking=[_lacking(*one) for one in refused])
+    with out.progress("Writing the report", total=1.0) as advance:
+        written = files.write(drops, page, datetime.now(UTC), force=args.force, progress=advance)
     result = {
         "report": str(files.page),
         "files": [str(path) for path in written],
@@ -117,12 +119,47 @@ def _finish(
     return DataLossError.exit_code if any(one.verdict.level != "good" for one in done) else 0
 
 
-def _reported(name: str, run: EvaluatedRun) -> Reported:
-    from tfsat_host.report.contents.reported import Reported, sha256_of
+def _reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reported:
+    from tfsat_host.report.contents.reported import Reported, Source, sha256_of
 
     certificate = None if run.held is None else run.held.path
     sha256 = sha256_of(run.files.recording)
-    return Reported(name, run.found, run.verdict, sha256, certificate, run.remarks)
+    files = {
+        "file of the robot": run.found.model.path,
+        "file of the calibration": certificate,
+        "file of the maneuver": run.files.maneuver,
+        "video": args.video,
+        "laser spots": args.laser,
+        "facility": args.facility,
+    }
+    sources = [Source.of(what, path) for what, path in files.items() if path is not None and path.is_file()]
+    return Reported(
+        name, run.found, run.verdict, sha256, certificate, run.remarks, tuple(sources), options_given(args)
+    )
+
+
+def _together(drops: list[Reported], done: list[EvaluatedRun]) -> list[Table]:
+    """What several drops say of the model together."""
+    if len(done) < 2:
+        return []
+    from tfsat_host.cli.evaluate.several import Comparison
+    from tfsat_host.report.contents.tables.together import combined_table, cross_validation_table
+
+    compared, names = (
+        Comparison(done),
+        {str(run.place): drop.name for run, drop in zip(done, drops, strict=True)},
+    )
+    if compared.combined is None:
+        return []
+    found = [drop.evaluation for drop in drops]
+    return [
+        combined_table(found, list(names.values()), compared.combined, compared.remarks),
+        cross_validation_table(compared.left_out, [names[one.name] for one in compared.left_out]),
+    ]
+
+
+def _lacking(place: Path, refusal: TfsatError) -> str:
+    return f"{place} could not be evaluated: {refusal.what} {refusal.next_step}"
 
 
 def _drop_as_dict(drop: Reported, run: EvaluatedRun) -> dict[str, Any]:

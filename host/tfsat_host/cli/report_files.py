@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -17,6 +17,7 @@ from tfsat_host.errors import TfsatError
 
 if TYPE_CHECKING:
     from tfsat_host.report.contents.reported import Reported
+    from tfsat_host.report.document import Table
 
 PAGE = "report.html"
 PAGE_MARKER = b"<title>tfsat report</title>"
@@ -38,6 +39,19 @@ class DropFiles:
     name: str
     figures: dict[tuple[str, str], Path]
     mcap: Path | None
+
+
+@dataclass(frozen=True, eq=False)
+class PageParts:
+    """What stands in the page besides the drops.
+
+    Attributes:
+        tables: Of all drops together.
+        lacking: Which drops could not be evaluated, and why; a sentence or more each.
+    """
+
+    tables: Sequence[Table] = ()
+    lacking: Sequence[str] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,20 +106,39 @@ class ReportFiles:
             for path in recordings:
                 check_may_write(path, marker=MCAP_MARKER, force=force)
 
-    def write(self, drops: Sequence[Reported], made_at: datetime, *, force: bool) -> list[Path]:
-        """Writes all of it, the page first, and says what.
+    def write(
+        self,
+        drops: Sequence[Reported],
+        parts: PageParts,
+        made_at: datetime,
+        *,
+        force: bool,
+        progress: Callable[[float], object],
+    ) -> list[Path]:
+        """Writes all of it, the page first, and says what; `progress` gets the share of files that each makes up.
 
         Raises:
             TfsatError: something is in the way: then nothing was written.
         """
-        outputs = [OutputFile(self.page, PAGE_MARKER, partial(_write_page, drops, made_at))]
+        outputs = [OutputFile(self.page, PAGE_MARKER, partial(_write_page, drops, parts, made_at))]
         for drop in drops:
             files = self.drops[drop.evaluation.log.path]
             outputs += _figure_outputs(drop, files)
             if files.mcap is not None:
                 outputs.append(_mcap_output(drop, files.mcap))
-        write_all(outputs, force=force)
+        share = 1.0 / len(outputs)
+        write_all([_counted(output, lambda: progress(share)) for output in outputs], force=force)
         return [output.path for output in outputs]
+
+
+def _counted(output: OutputFile, done: Callable[[], object]) -> OutputFile:
+    """The same, telling when it is written."""
+
+    def write(path: Path) -> None:
+        output.write(path)
+        done()
+
+    return replace(output, write=write)
 
 
 def _recordings(args: argparse.Namespace) -> list[Path]:
@@ -167,8 +200,10 @@ def _file_name(name: str) -> str:
     return re.sub(r"[^\w.-]+", "_", name).strip("._") or "drop"
 
 
-def _write_page(drops: Sequence[Reported], made_at: datetime, path: Path) -> None:
+def _write_page(drops: Sequence[Reported], parts: PageParts, made_at: datetime, path: Path) -> None:
     from tfsat_host.report import render
     from tfsat_host.report.contents.building import document_of
 
-    path.write_text(render(document_of(drops, made_at)), encoding="utf-8")
+    path.write_text(
+        render(document_of(drops, made_at, tables=parts.tables, lacking=parts.lacking)), encoding="utf-8"
+    )

@@ -41,6 +41,7 @@ _SCRIPTS = (
     "verdict",  # verdict, key numbers, what could not be used
     "comparison",  # several drops: which one, and their numbers side by side
     "tables",  # tables, licences
+    "contents",  # the sections by name, drops that are missing
     "page",  # all of it
 )
 

@@ -6,7 +6,7 @@ there. Strings may come from a hostile log: the page shows them as text, whateve
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 FORMAT = 1
 """Version of this layout; the page says so when it gets another one."""
@@ -21,13 +21,14 @@ class Verdict(TypedDict):
 
 
 class KeyNumber(TypedDict):
-    """A result and its standard deviation, both in `unit`."""
+    """A result and its standard deviation, both in `unit`. Those of one `row` stand side by side under its name."""
 
     label: str
     value: float | None
     std: float | None
     unit: str
     note: str
+    row: NotRequired[str]
 
 
 class Event(TypedDict):
@@ -90,6 +91,13 @@ class Replay(TypedDict):
     model: list[list[list[float | None]]] | None
 
 
+class Fold(TypedDict):
+    """Rows of a table from `first` on are folded away under these words."""
+
+    first: int
+    words: str
+
+
 class Table(TypedDict):
     """Rows of text under column heads."""
 
@@ -97,6 +105,7 @@ class Table(TypedDict):
     columns: list[str]
     rows: list[list[str]]
     caption: str
+    fold: NotRequired[Fold]
 
 
 class Drop(TypedDict):
@@ -115,10 +124,12 @@ class Drop(TypedDict):
 
 
 class Document(TypedDict):
-    """One page."""
+    """One page. `lacking` says which drops should be here and are not; `tables` are of all drops together."""
 
     format: int
     title: str
     made_by: str
     made_at: str
+    lacking: list[str]
+    tables: list[Table]
     drops: list[Drop]

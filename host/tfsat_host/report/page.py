@@ -14,6 +14,7 @@ from typing import Any
 
 from tfsat_host.report import assets
 from tfsat_host.report.embedding import embeddable
+from tfsat_host.report.results import without_script
 from tfsat_host.report.shortening import shortened
 
 _PAGE = """<!doctype html>
@@ -27,8 +28,11 @@ _PAGE = """<!doctype html>
 <style>{style}</style>
 </head>
 <body>
-<noscript>This report draws itself with JavaScript, which is switched off here. The same results as text:
-tfsat-host evaluate.</noscript>
+<noscript>
+{results}
+<p>Plots and replay draw themselves with JavaScript, which is switched off here. All results as text:
+tfsat-host evaluate.</p>
+</noscript>
 <script type="application/json" id="document">{document}</script>
 <script type="application/json" id="licences">{licences}</script>
 <script>{script}</script>
@@ -48,10 +52,12 @@ def render(document: Mapping[str, Any]) -> str:
         TypeError: The document holds something that JSON cannot.
     """
     script, style = assets.script(), assets.style()
+    cut = shortened(document)
     return _PAGE.format(
         policy=_policy(script, style),
         style=style,
-        document=embeddable(shortened(document)),
+        results=without_script(cut),
+        document=embeddable(cut),
         licences=embeddable(dict(assets.licences())),
         script=script,
     )

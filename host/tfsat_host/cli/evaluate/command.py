@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tfsat_host.evaluation.verdict import Verdict
     from tfsat_host.robot import RobotModel
 
-_MARKER = '"made_by": "tfsat-host evaluate'
+MARKER = b'"made_by": "tfsat-host evaluate'
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     check_run_arguments(args)
     if args.out is not None:
-        check_may_write(args.out, marker=_MARKER.encode(), force=args.force)
+        check_may_write(args.out, marker=MARKER, force=args.force)
     robot = robot_of(args)
     if len(args.runs) > 1:
         return _run_several(args, robot, out)
@@ -169,6 +169,6 @@ def _write(args: argparse.Namespace, result: dict[str, Any], out: Output) -> Non
     from tfsat_host.cli.output import jsonable
 
     text = json.dumps(jsonable(result), indent=1, allow_nan=False) + "\n"
-    file = OutputFile(args.out, _MARKER.encode(), lambda path: path.write_text(text, encoding="utf-8"))
+    file = OutputFile(args.out, MARKER, lambda path: path.write_text(text, encoding="utf-8"))
     write_all([file], force=args.force)
     out.note(f"Written to {printable(args.out)}.")

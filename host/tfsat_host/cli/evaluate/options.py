@@ -69,6 +69,14 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def options_given(args: argparse.Namespace) -> tuple[str, ...]:
+    """What of these was typed, as it is typed, RUN aside; for the provenance of results."""
+    named = ("maneuver", "calibration", "robot", "video", "laser", "facility")
+    given = [f"--{name} {getattr(args, name)}" for name in named if getattr(args, name) is not None]
+    given += [f"--session {args.session:08x}"] if args.session is not None else []
+    return (*given, *(f"--{name}" for name in ("masses", "inertias", "swarm") if getattr(args, name)))
+
+
 def check_run_arguments(args: argparse.Namespace) -> None:
     """What belongs to one drop only is refused for several.
 

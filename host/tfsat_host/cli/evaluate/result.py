@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from tfsat_host.evaluation.evaluation import Evaluation, Turn
     from tfsat_host.evaluation.initial_rates import InitialRate
     from tfsat_host.evaluation.motion.motion import Motion
+    from tfsat_host.evaluation.strokes.standing_joints import Standing
     from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
     from tfsat_host.evaluation.verdict import Verdict
 
@@ -30,6 +31,7 @@ def result_of(run: EvaluatedRun) -> Json:
         "initial_rate_deg_s": _degrees(found.initial_rates[0].rate_rad_s),
         "initial_rate_deg_s_std": _degrees(found.initial_rates[0].std_rad_s),
         "strokes": [_stroke(stroke) for stroke in found.strokes],
+        "standing": [_standing(one) for one in found.standing],
         **model_as_dict(found),
         "checks": [_check(check) for check in found.checks],
         "bodies": [
@@ -109,7 +111,23 @@ def _stroke(stroke: FlownStroke) -> Json:
         "peak_rate_deg_s": _degree(stroke.peak_rate_rad_s),
         "overshoot_deg": _degree(stroke.overshoot_rad),
         "settling_s": stroke.settling_s,
+        "unfinished": stroke.unfinished,
         "remark": stroke.remark,
+    }
+
+
+def _standing(one: Standing) -> Json:
+    return {
+        "joint": one.joint,
+        "from_s": one.from_s,
+        "until_s": one.until_s,
+        "drift_deg": _degree(one.drift_rad),
+        "drift_deg_std": _degree(one.drift_std_rad),
+        "greatest_deg": _degree(one.greatest_rad),
+        "greatest_at_s": one.greatest_at_s,
+        "unexpected": one.unexpected,
+        "crept": one.crept,
+        "remark": one.remark,
     }
 
 

@@ -21,6 +21,7 @@ def model_as_dict(found: Evaluation) -> Json:
 
     from tfsat_host.evaluation.model_fit.offsets import COM_BODIES
     from tfsat_host.evaluation.model_fit.trades import trades
+    from tfsat_host.report.contents.correction import significance, worth_of
 
     explained = found.explained
     fit, before, after = explained.fit, explained.before.error, explained.after.error
@@ -35,6 +36,13 @@ def model_as_dict(found: Evaluation) -> Json:
             "after": float(np.rad2deg(after.final_norm_rad)),
         },
         "attitude_error": {"before": _error(before), "after": _error(after)},
+        "correction": {
+            "worth": worth_of(found),
+            "significance": significance(found),
+            "offered": explained.offered,
+            "withheld": list(explained.withheld),
+            "converged": fit.converged,
+        },
         "momentum_kg_m2_s": fit.momentum_kg_m2_s.tolist(),
         "excess_variance": fit.excess,
         "identifiability": _identifiability(found.identifiability),
@@ -48,6 +56,10 @@ def _swarm(swarm: SwarmFit) -> Json:
         "com_offset_mm": swarm.values.reshape(-1, 3).tolist(),
         "spread_mm": swarm.spread.reshape(-1, 3).tolist(),
         "searches": len(swarm.each),
+        "particles": swarm.particles,
+        "iterations": swarm.iterations,
+        "converged": swarm.converged,
+        "sentences": list(swarm.sentences()),
         "objective_kg_m2_s": {
             "before": swarm.objective_before,
             "swarm": swarm.objective,

@@ -20,17 +20,25 @@ class Comparison:
 
     Attributes:
         runs: The drops.
-        combined: The offsets of all of them together.
-        left_out: For each drop, how the others' offsets do in it.
+        combined: The offsets of all of them together whose correction is not withheld; None: it is in every drop.
+        left_out: For each drop that others can judge, how their offsets do in it.
+        remarks: Which drops correct no other, and why; sentences.
     """
 
     def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
-        from tfsat_host.evaluation.model_fit.cross_validation import combine, cross_validate
+        from tfsat_host.evaluation.model_fit.cross_validation import (
+            combine,
+            cross_validate,
+            left_aside,
+            trusted,
+        )
 
         self.runs = tuple(runs)
         drops = [_fitted(run) for run in runs]
-        self.combined: Combined = combine([drop.fit for drop in drops])
+        fits = [drop.fit for drop in trusted(drops)]
+        self.combined: Combined | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
+        self.remarks: tuple[str, ...] = left_aside(drops)
 
 
 def _fitted(run: EvaluatedRun) -> Any:
@@ -43,19 +51,28 @@ def _fitted(run: EvaluatedRun) -> Any:
     def error_deg(values: Any) -> float:
         return float(np.rad2deg(explained.driven.beside(values).error.final_norm_rad))
 
-    return FittedDrop(str(run.place), explained.driven.flown, explained.fit, error_deg)
+    against = (*_failures(run), *explained.withheld)
+    return FittedDrop(str(run.place), explained.driven.flown, explained.fit, error_deg, against)
+
+
+def _failures(run: EvaluatedRun) -> tuple[str, ...]:
+    names = ", ".join(check.name for check in run.found.failed_checks)
+    return (f"Checks failed: {names}.",) if names else ()
 
 
 def comparison_as_dict(found: Comparison) -> Json:
     """For `--json`, under `comparison`."""
-    offsets = found.runs[0].found.explained.fit.offsets
+    offsets, combined = found.runs[0].found.explained.fit.offsets, found.combined
     return {
-        "offsets": [
+        "offsets": None
+        if combined is None
+        else [
             {"name": name, "unit": unit, "value": float(value), "std": float(std)}
             for name, unit, value, std in zip(
-                offsets.names, offsets.units, found.combined.values, found.combined.std, strict=True
+                offsets.names, offsets.units, combined.values, combined.std, strict=True
             )
         ],
+        "remarks": list(found.remarks),
         "cross_validation": [
             {
                 "drop": one.name,
@@ -94,15 +111,29 @@ def row_of(run: EvaluatedRun) -> tuple[object, ...]:
 
 def show_comparison(found: Comparison, out: Output) -> None:
     """What the drops say together, and of each other."""
+    from tfsat_host.report.contents.tables.together import INDEPENDENT
+
+    if found.combined is None:
+        out.line("No correction of all drops together: that of each drop is withheld.")
+    else:
+        _show_combined(found, found.combined, out)
+        _show_left_out(found.left_out, out)
+    sentences((*found.remarks, INDEPENDENT), out)
+
+
+def _show_combined(found: Comparison, combined: Combined, out: Output) -> None:
     offsets = found.runs[0].found.explained.fit.offsets
     rows: list[tuple[object, ...]] = [
         (name, unit, plus_minus(float(value), float(std), sign=True), *_each(found, index))
         for index, (name, unit, value, std) in enumerate(
-            zip(offsets.names, offsets.units, found.combined.values, found.combined.std, strict=True)
+            zip(offsets.names, offsets.units, combined.values, combined.std, strict=True)
         )
     ]
     columns = ("offset", "unit", "all drops", *[f"drop {n}" for n in range(1, len(found.runs) + 1)])
     out.table(columns, rows, title="Corrections of the model")
+
+
+def _show_left_out(left_out: Sequence[LeftOut], out: Output) -> None:
     out.table(
         ("left out", "model / deg", "with the others' / deg", "with its own / deg", "own off / stds"),
         [
@@ -113,19 +144,12 @@ def show_comparison(found: Comparison, out: Output) -> None:
                 number(one.error_own, 3),
                 number(one.own_off_std, 1),
             )
-            for one in found.left_out
+            for one in left_out
         ],
         title="Attitude error at the end with the corrections of the other drops",
     )
-    better = sum(one.improved for one in found.left_out)
-    sentences(
-        [
-            f"The other drops' corrections made the model better in {better} of {len(found.left_out)} drops.",
-            "Standard deviations of all drops together take the drops as independent: errors of a calibration that "
-            "they share are not made smaller.",
-        ],
-        out,
-    )
+    better = sum(one.improved for one in left_out)
+    out.line(f"The other drops' corrections made the model better in {better} of {len(left_out)} drops.")
 
 
 def _each(found: Comparison, index: int) -> list[str]:

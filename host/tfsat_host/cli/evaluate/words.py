@@ -37,21 +37,16 @@ def show(run: EvaluatedRun, out: Output) -> None:
 
 def _show_verdict(run: EvaluatedRun, out: Output) -> None:
     """Each reason once; a check's comes with its cause and cure."""
+    from tfsat_host.report.contents.reasons import reasons_of
+
     labelled("Verdict", f"{run.verdict.level.upper()}. {run.verdict.sentence}", out)
-    failed = {check.sentence: check for check in run.found.failed_checks}
-    bullets([_explained(failed[text]) if text in failed else text for text in run.verdict.reasons], out)
-
-
-def _explained(check: Check) -> str:
-    """What was found, why, and what to do."""
-    parts = [f"{check.name}: {check.sentence}"]
-    parts += [f"Likely cause: {check.cause}"] if check.cause else []
-    parts += [check.next_step] if check.next_step else []
-    return " ".join(part if part.endswith((".", "!", "?")) else f"{part}." for part in parts)
+    bullets(reasons_of(run.found, run.verdict), out)
 
 
 def _show_drop(run: EvaluatedRun, out: Output) -> None:
     import numpy as np
+
+    from tfsat_host.report.contents.correction import MISSED
 
     found, turn = run.found, run.found.reorientation
     bridged = ", with parts of it bridged from other bodies" if turn.bridged else ""
@@ -75,9 +70,9 @@ def _show_drop(run: EvaluatedRun, out: Output) -> None:
     before, after = found.explained.before.error, found.explained.after.error
     labelled(
         "Model",
-        f"misses the attitude by {number(np.rad2deg(before.final_norm_rad), 3)} deg at the end "
-        f"({before.mahalanobis:.1f} stds); corrected, by {number(np.rad2deg(after.final_norm_rad), 3)} deg "
-        f"({after.mahalanobis:.1f} stds)",
+        f"misses the attitude by {number(np.rad2deg(before.final_norm_rad), 3)} deg at the end, "
+        f"{before.mahalanobis:.1f} standard deviations; corrected, by {number(np.rad2deg(after.final_norm_rad), 3)} "
+        f"deg, {after.mahalanobis:.1f} ({MISSED})",
         out,
     )
     labelled("Gyros", _lag_words(found), out)
@@ -126,7 +121,8 @@ def _lag_words(found: Evaluation) -> str:
 
 def _clock_words(fit: ClockFit) -> str:
     return (
-        f"the {fit.name}'s runs fast by {plus_minus(fit.rate_ppm, fit.rate_ppm_std, sign=True)} ppm, and was zero "
+        f"the {fit.name}'s runs {'slow' if fit.rate_ppm < 0.0 else 'fast'} by "
+        f"{plus_minus(abs(fit.rate_ppm), fit.rate_ppm_std)} ppm, and was zero "
         f"{plus_minus(1e3 * fit.offset_s, 1e3 * fit.offset_std_s, sign=True)} ms after the release"
     )
 

@@ -19,13 +19,14 @@ _BODIES = (1, 2, 3)
 def show_model(found: Evaluation, out: Output) -> None:
     """Attitude errors before and after, offsets, and what the data cannot tell."""
     from tfsat_host.evaluation.model_fit.trades import trades
+    from tfsat_host.report.contents.correction import correction_sentences
 
     _show_errors(found, out)
     fit = found.explained.fit
     _show_centers(fit, out)
     _show_others(fit, out)
     _show_swarm(found.swarm, out)
-    sentences(found.identifiability.sentences(), out)
+    sentences((*correction_sentences(found), *found.identifiability.sentences()), out)
     if set(fit.offsets.kinds) != {"com"}:
         sentences([trade.sentence() for trade in trades(fit, found.explained.driven.flown)], out)
     out.line()
@@ -43,7 +44,7 @@ def _show_errors(found: Evaluation, out: Output) -> None:
     rows += [
         ("norm of the three / deg", *[number(np.rad2deg(error.final_norm_rad), 3) for error in sides]),
         ("rms over the fall / deg", *[number(np.rad2deg(error.rms_rad), 3) for error in sides]),
-        ("distance from zero / stds", *[number(error.mahalanobis, 1) for error in sides]),
+        ("standard deviations from zero", *[number(error.mahalanobis, 1) for error in sides]),
     ]
     columns = ("Euler angle", "model as it is", "model corrected")
     out.table(columns, rows, title="Attitude of body 1, measured less predicted")
@@ -81,11 +82,7 @@ def _show_swarm(swarm: SwarmFit | None, out: Output) -> None:
         f"Its objective, the sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s as it is, {swarm.objective:.3g} by "
         f"the swarm, {swarm.objective_gauss_newton:.3g} by Gauss and Newton's offsets above."
     )
-    if swarm.objective > min(swarm.objective_before, swarm.objective_gauss_newton):
-        out.line(
-            "The swarm did not converge: with the paper's 48 particles and 50 iterations it stopped above a minimum "
-            "that is known. Its offsets are shown for comparison and mean nothing."
-        )
+    sentences(swarm.sentences(), out)
 
 
 def _show_others(fit: ModelFit, out: Output) -> None:

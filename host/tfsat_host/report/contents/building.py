@@ -14,18 +14,27 @@ from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts.of_drop import charts_of
 from tfsat_host.report.contents.events import events_of
 from tfsat_host.report.contents.key_numbers import key_numbers_of
+from tfsat_host.report.contents.reasons import reasons_of
 from tfsat_host.report.contents.replay import replay_of
 from tfsat_host.report.contents.reported import Reported
 from tfsat_host.report.contents.tables.of_drop import tables_of
-from tfsat_host.report.document import FORMAT, Document, Drop, Verdict
+from tfsat_host.report.document import FORMAT, Document, Drop, Table, Verdict
 
 
-def document_of(drops: Sequence[Reported], made_at: datetime) -> Document:
+def document_of(
+    drops: Sequence[Reported],
+    made_at: datetime,
+    *,
+    tables: Sequence[Table] = (),
+    lacking: Sequence[str] = (),
+) -> Document:
     """All drops in one document.
 
     Args:
         drops: One or more; their names differ.
         made_at: With its time zone; it stands in the document.
+        tables: Of all drops together.
+        lacking: Which drops were asked for and are not here, and why; a sentence or more each.
     """
     robots = dict.fromkeys(drop.evaluation.model.name for drop in drops)
     return Document(
@@ -33,6 +42,8 @@ def document_of(drops: Sequence[Reported], made_at: datetime) -> Document:
         title=f"{', '.join(robots)}: {', '.join(drop.name for drop in drops)}",
         made_by=f"tfsat-host {__version__}",
         made_at=f"{made_at.astimezone(UTC):%Y-%m-%d %H:%M} UTC",
+        lacking=list(lacking),
+        tables=list(tables),
         drops=[_drop(drop) for drop in drops],
     )
 
@@ -43,7 +54,9 @@ def _drop(drop: Reported) -> Drop:
     samples = found.motion.samples
     return Drop(
         name=drop.name,
-        verdict=Verdict(level=verdict.level, sentence=verdict.sentence, reasons=list(verdict.reasons)),
+        verdict=Verdict(
+            level=verdict.level, sentence=verdict.sentence, reasons=list(reasons_of(found, verdict))
+        ),
         key_numbers=key_numbers_of(found),
         notes=_notes(drop),
         t_s=found.motion.t_s.tolist(),

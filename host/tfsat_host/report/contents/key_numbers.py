@@ -10,9 +10,15 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.comparison import AttitudeError
 from tfsat_host.evaluation.model_fit.explained import BODY_1
 from tfsat_host.report.contents.chart import AXES
-from tfsat_host.report.contents.tables.cells import number
+from tfsat_host.report.contents.correction import distance_words, worth_of
+from tfsat_host.report.contents.tables.cells import number, significant
 from tfsat_host.report.document import KeyNumber
 from tfsat_host.sdlog import DropLog
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+MM_S2 = "mm/s²"
+MM_S2_PER_G = 1e3 * STANDARD_GRAVITY_M_S2
+"""Thousandths of gravity would be taken for milligrams."""
 
 
 def key_numbers_of(found: Evaluation) -> list[KeyNumber]:
@@ -31,15 +37,20 @@ def key_numbers_of(found: Evaluation) -> list[KeyNumber]:
     ]
 
 
-def _number(label: str, value: float, std: float | None, unit: str, note: str) -> KeyNumber:
+def _number(
+    label: str, value: float, std: float | None, unit: str, note: str, row: str | None = None
+) -> KeyNumber:
     known = np.isfinite(value)
-    return KeyNumber(
+    made = KeyNumber(
         label=label,
         value=float(value) if known else None,
         std=float(std) if known and std is not None and np.isfinite(std) else None,
         unit=unit,
         note=note,
     )
+    if row is not None:
+        made["row"] = row
+    return made
 
 
 def _reorientation(found: Evaluation) -> KeyNumber:
@@ -55,10 +66,7 @@ def _error(label: str, error: AttitudeError) -> KeyNumber:
     norm = error.final_norm_rad
     along = error.final_rad / norm if norm > 0.0 else np.zeros(3)
     std = float(np.sqrt(along @ error.covariance @ along)) if norm > 0.0 else float("nan")
-    rms_deg = np.rad2deg(error.rms_rad)
-    note = (
-        f"at the end; {error.mahalanobis:.1f} times what the sensors' errors explain, rms {rms_deg:.2f} deg"
-    )
+    note = f"at the end, {distance_words(error)}; rms {significant(np.rad2deg(error.rms_rad), 2)} deg"
     return _number(label, np.rad2deg(norm), np.rad2deg(std), "deg", note)
 
 
@@ -68,7 +76,14 @@ def _largest_correction(found: Evaluation) -> KeyNumber:
     if not of_com:
         return _number("Largest CoM correction", float("nan"), None, "mm", "none was free")
     greatest = max(of_com, key=lambda index: abs(fit.values[index]))
+    worth = worth_of(found)
     note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
+    if worth != "to be made":
+        note += (
+            "; no correction is called for"
+            if worth == "not called for"
+            else "; withheld: change nothing by it"
+        )
     return _number("Largest CoM correction", fit.values[greatest], fit.std[greatest], "mm", note)
 
 
@@ -78,7 +93,12 @@ def _initial_rates(found: Evaluation) -> Iterator[KeyNumber]:
         AXES, np.rad2deg(initial.rate_rad_s), np.rad2deg(initial.std_rad_s), strict=True
     ):
         yield _number(
-            f"Initial rate {axis}", rate, std, "deg/s", "of body 1, between release and first stroke"
+            f"Initial rate {axis}",
+            rate,
+            std,
+            "deg/s",
+            "",
+            row="Initial rates of body 1, until the first stroke",
         )
 
 
@@ -93,6 +113,7 @@ def _strokes(found: Evaluation) -> Iterator[KeyNumber]:
             np.rad2deg(stroke.size_std_rad),
             "deg",
             note,
+            row="Strokes",
         )
 
 
@@ -126,12 +147,15 @@ def _change_of_force(found: Evaluation) -> KeyNumber:
     norms = np.linalg.norm(changes, axis=1)
     label = "Micro-gravity"
     if not np.isfinite(norms).any():
-        return _number(label, float("nan"), None, "mg", "too few samples in one of the quiet windows")
+        return _number(label, float("nan"), None, MM_S2, "too few samples in one of the quiet windows")
     body = int(np.nanargmax(norms))
     along = changes[body] / norms[body] if norms[body] > 0.0 else np.zeros(3)
     std = float(np.sqrt(((along * stds[body]) ** 2).sum()))
-    note = f"change of the force from before the first stroke to after the last, greatest at body {body + 1}"
-    return _number(label, 1e3 * norms[body], 1e3 * std, "mg", note)
+    note = (
+        f"{significant(1e3 * norms[body], 2)} · 10⁻³ of gravity: change from before the first stroke to "
+        f"after the last, greatest at body {body + 1}"
+    )
+    return _number(label, MM_S2_PER_G * norms[body], MM_S2_PER_G * std, MM_S2, note)
 
 
 def _completeness(log: DropLog) -> KeyNumber:

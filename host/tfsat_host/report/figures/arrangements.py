@@ -144,7 +144,12 @@ def _momentum_panel(axes: Axes, drawn: Drawn, kind: Kind) -> None:
     draw_raw(axes, drawn.t_s, drawn.charts["momentum_raw"].of_kind(kind))
     draw_lines(axes, drawn.t_s, lines, {kind: style.PLAIN})
     over_time(axes, chart, drawn.events, drawn.window_s)
-    legend(axes, components_of(lines, _MOMENTA), {kind: style.PLAIN})
+    legend(
+        axes,
+        components_of(lines, _MOMENTA),
+        {kind: style.PLAIN},
+        {"averaged": style.PLAIN, "samples": style.RAW},
+    )
 
 
 def _spectrum_panel(

@@ -80,11 +80,24 @@ def over_frequency(axes: Axes, chart: Chart) -> None:
     axes.set_ylabel(chart.y_label)
 
 
-def legend(axes: Axes, names: Mapping[int, str], kinds: Mapping[Kind, style.LineStyle]) -> None:
-    """Above the panel, where it hides nothing: colors by component, styles by kind; a single kind needs no word."""
+def legend(
+    axes: Axes,
+    names: Mapping[int, str],
+    kinds: Mapping[Kind, style.LineStyle],
+    others: Mapping[str, style.LineStyle] | None = None,
+) -> None:
+    """Above the panel, where it hides nothing: colors by component, styles by kind; a single kind needs no word.
+
+    Args:
+        axes: The panel.
+        names: Of the components.
+        kinds: Styles of the kinds.
+        others: Further styles, such as thick and thin, by their words.
+    """
     handles = [_handle(style.COLORS[component], style.PLAIN, name) for component, name in names.items()]
     if len(kinds) > 1:
         handles += [_handle("#555555", drawn, KIND_WORDS[kind]) for kind, drawn in kinds.items()]
+    handles += [_handle("#555555", drawn, words) for words, drawn in (others or {}).items()]
     axes.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1
     )

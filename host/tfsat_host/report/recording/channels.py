@@ -13,7 +13,7 @@ from tfsat_host.evaluation.model_fit.explained import Sides
 from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum
 from tfsat_host.evaluation.quick.body_frames import WORLD, frame_name
 from tfsat_host.report.contents.attitudes import euler_angles
-from tfsat_host.report.contents.charts.momentum import G_M2_S, averages_of, bodies_of
+from tfsat_host.report.contents.charts.momentum import PER_KG_M2_S, averages_of, bodies_of
 from tfsat_host.report.contents.poses import body_poses
 from tfsat_host.report.recording.schemas import message_classes
 from tfsat_host.sdlog.mcap_channels import Channel, Messages, Stamp
@@ -110,14 +110,18 @@ class Topics:
                 f"/{MODELS[kind]}/momentum",
                 message,
                 flown.t_s,
-                G_M2_S * inertial_momentum(body, flown),
+                PER_KG_M2_S * inertial_momentum(body, flown),
                 _set_momentum,
             )
             for kind, body in bodies_of(self._found)
         ]
         return every + [
             self._channel(
-                f"/{MODELS[kind]}/momentum_averaged", message, one.t_s, G_M2_S * one.values, _set_momentum
+                f"/{MODELS[kind]}/momentum_averaged",
+                message,
+                one.t_s,
+                PER_KG_M2_S * one.values,
+                _set_momentum,
             )
             for kind, one in averages_of(self._found)
         ]

@@ -19,13 +19,30 @@ function axesOf({ x_label, y_label, log_x = false, log_y = false }, view, showsX
     scales: {
       // uPlot would snap a logarithmic axis to whole decades; what is shown is the view's affair.
       x: { time: false, distr: log_x ? 3 : 1, range: () => [view.min, view.max] },
-      y: { distr: log_y ? 3 : 1 },
+      y: log_y ? { distr: 3, range: (plot, low, high) => decadesBetween(Math.max(low, highest(plot) * FLOOR_SHARE), high) } : { distr: 1 },
     },
     axes: [
       { ...ruled, label: x_label, labelSize: 20, size: 32, show: showsX, values: log_x ? decades : plain },
       { ...ruled, label: y_label, labelSize: 20, size: LEFT_PX - 20, values: log_y ? decades : plain },
     ],
   };
+}
+
+// What lies so far below a spectrum's peak is rounding, and would press the rest together.
+const FLOOR_SHARE = 1e-5;
+
+function highest(plot) {
+  let most = 0;
+  plot.series.forEach((series, i) => {
+    if (i > 0 && series.show) for (const value of plot.data[i]) if (value > most) most = value;
+  });
+  return most;
+}
+
+function decadesBetween(low, high) {
+  if (!(low > 0 && high > 0)) return [0.1, 1];
+  const [from, to] = [Math.floor(Math.log10(low) + 1e-9), Math.ceil(Math.log10(high) - 1e-9)];
+  return [10 ** from, 10 ** Math.max(to, from + 1)];
 }
 
 // Ticks beyond thousands and thousandths share one power of ten, which stands with each of them.

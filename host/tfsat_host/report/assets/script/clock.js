@@ -6,7 +6,13 @@ function createCursor(first, last) {
     now: first,
     first,
     last,
+    // Where it stood when the page was opened, which is no place to play from.
+    opened: null,
     on: moved.on,
+    open(value) {
+      this.set(value);
+      this.opened = this.now;
+    },
     set(value) {
       this.now = Math.min(this.last, Math.max(this.first, value));
       moved.tell();
@@ -24,7 +30,7 @@ function createPlayer(cursor) {
     on: changed.on,
     play() {
       if (player.playing) return;
-      if (cursor.now >= cursor.last) cursor.set(cursor.first);
+      if (cursor.now >= cursor.last || cursor.now === cursor.opened) cursor.set(cursor.first);
       player.playing = true;
       before = null;
       changed.tell();

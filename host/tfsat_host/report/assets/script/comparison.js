@@ -30,7 +30,8 @@ function dropChoice(drop, index) {
   );
 }
 
-function comparisonTable() {
+// Key numbers beside each other, and what the drops say of the model together.
+function comparisonSection() {
   const labels = [...new Set(drops.flatMap((drop) => drop.key_numbers.map((number) => number.label)))];
   const head = drops.map((drop, index) =>
     el("th", { scope: "col" }, el("span", { class: "letter" }, letter(index)), " ", said(drop.name)));
@@ -48,6 +49,7 @@ function comparisonTable() {
         el("tbody", {}, verdicts, ...labels.map(comparisonRow)),
       ),
     ),
+    el("div", { class: "all-tables" }, ...(report.tables ?? []).map(tableOf)),
   );
 }
 

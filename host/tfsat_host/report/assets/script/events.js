@@ -41,7 +41,11 @@ function ruleMoments(plot, drop) {
   for (const event of drop.events.filter((each) => !isSpan(each))) ruleAt(plot, event.t_s, palette().quiet, [4, 3]);
 }
 
+const SAME_MOMENT_S = 5e-4;
+
 function inWords(drop, t) {
+  const end = Math.min(drop.window_s[1], drop.t_s.at(-1) ?? Infinity);
+  if (Math.abs(t - end) < SAME_MOMENT_S) return "end of the evaluation";
   const spans = drop.events.filter((event) => isSpan(event) && t >= event.t_s && t <= event.until_s);
   if (spans.length > 0) return spans.map((event) => event.label).join(", ");
   const past = drop.events.filter((event) => event.t_s <= t);

@@ -11,7 +11,8 @@ const KEYS_HELP = [
 ];
 
 const TURN_RAD = 0.12;
-const OWN_KEYS = "input, select, textarea, button, a, summary, .scrolling";
+const ALL_KEYS_ITS_OWN = "input:not([type=checkbox]), select, textarea, .scrolling";
+const PRESSED_BY_SPACE = "input, button, a, summary";
 
 const onPlots = {
   ArrowLeft: ({ cursor, view }, shift) => (shift ? view.pan(-0.1) : cursor.set(view.beside(cursor.now, -0.005))),
@@ -38,13 +39,18 @@ const onReplay = {
 // `groupAt(element)` is the group of the plot that holds the element, or that of time.
 function listenToKeys(groupAt, replay) {
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(OWN_KEYS)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isItsOwn(event)) return;
     if (event.key === " ") groupAt(null).player.toggle();
     else if (event.target === replay.canvas && onReplay[event.key]) onReplay[event.key](replay.camera);
     else if (onPlots[event.key]) moveByKey(groupAt(event.target), event);
     else return;
     event.preventDefault();
   });
+}
+
+// What has the focus keeps the keys that it needs itself: a button that was clicked does not need the arrows.
+function isItsOwn({ key, target }) {
+  return Boolean(target.closest?.(ALL_KEYS_ITS_OWN) || (key === " " && target.closest?.(PRESSED_BY_SPACE)));
 }
 
 function moveByKey(group, event) {

@@ -18,7 +18,8 @@ function linesOf(id) {
       const line = { series, inFront, index, x, column, shown: true, isMain, dash: isMain ? SOLID : dashOf(series) };
       block.push(drawable(series.values, plot.log_y));
       column += 1;
-      if (inFront && series.std) {
+      // Bands of all lines would hide each other; the legend tells every line's deviation.
+      if (inFront && isMain && series.std) {
         block.push(edge(series, 1, plot.log_y), edge(series, -1, plot.log_y));
         [line.high, line.low] = [column, column + 1];
         column += 2;

@@ -38,20 +38,23 @@ function showPage() {
     for (const each of undo) each();
     const drop = chosenDrop();
     groups = createGroups();
+    // What the robot came to is what one wants to see first.
     if (before) groups.time.cursor.set(before.cursor.now);
+    else groups.time.cursor.open(drop.window_s[1]);
     const timeline = createTimeline(groups.time);
     const drawable = drop.plots.filter((plot) => (plot.x ?? drop.t_s).length > 1);
     const plots = drawable.map((plot) => ({ overTime: plot.x === null, group: groups.of(plot), ...createPlot(plot, groups.of(plot)) }));
     const transport = createTransport(groups.time, replay.modelChoice);
     groupOf = new Map(plots.map((plot) => [plot.figure, plot.group]));
-    main.replaceChildren(...sectionsOf(drop, timeline, plots, replay, transport).filter(Boolean));
+    const sections = sectionsOf(drop, timeline, plots, replay, transport).filter(Boolean);
+    main.replaceChildren(contentsOf(sections), ...sections);
     // All widths before the first drawing: each would have the browser lay out the page anew.
     const charts = [timeline, ...plots].map((each) => ({ each, width: each.figure.clientWidth }));
     for (const { each, width } of charts) each.mount(width);
     undo = [replay.show(groups.time), transport.destroy, timeline.destroy, ...plots.map((plot) => plot.destroy)];
   }
 
-  document.body.append(header(), ...(drops.length > 1 ? [dropChooser()] : []), main, footer());
+  document.body.append(header(), ...[lackingDrops(), drops.length > 1 ? dropChooser() : null].filter(Boolean), main, footer());
   listenToKeys((element) => groupOf.get(element?.closest("figure.plot")) ?? groups.time, replay);
   choice.changed.on(showDrop);
   showDrop();
@@ -62,7 +65,7 @@ function sectionsOf(drop, timeline, plots, replay, transport) {
   const spectra = figures(false);
   return [
     el("div", { class: "answer" }, verdictOf(drop), keyNumbersOf(drop), notesOf(drop)),
-    drops.length > 1 ? comparisonTable() : null,
+    drops.length > 1 ? comparisonSection() : null,
     el(
       "section",
       { class: "motion", "aria-labelledby": "motion-head" },

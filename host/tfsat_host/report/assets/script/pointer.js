@@ -19,6 +19,7 @@ function followPointer(chart, group) {
     if (event.pointerType !== "mouse") return;
     over.setPointerCapture(event.pointerId);
     drag = { from: leftOf(event), last: leftOf(event), pans: event.shiftKey };
+    over.classList.add(drag.pans ? "pans" : "selects");
   });
   over.addEventListener("pointermove", (event) => {
     if (drag === null) {
@@ -27,7 +28,10 @@ function followPointer(chart, group) {
     }
     const left = leftOf(event);
     if (drag.pans) group.view.pan((drag.last - left) / over.clientWidth);
-    else showSelection(drag.from, left);
+    else {
+      showSelection(drag.from, left);
+      read(event);
+    }
     drag.last = left;
   });
   over.addEventListener("pointerup", () => {
@@ -47,6 +51,7 @@ function followPointer(chart, group) {
   }
   function forget() {
     drag = null;
+    over.classList.remove("pans", "selects");
     selection.hidden = true;
   }
 }

@@ -26,7 +26,7 @@ function createReplay() {
   const element = el(
     "figure",
     { class: "replay", "aria-label": "Replay in three dimensions" },
-    el("div", { class: "stage" }, canvas, triad.canvas, el("p", { class: "caption" }, when, what)),
+    el("div", { class: "stage" }, canvas, triad.canvas, el("p", { class: "caption" }, when, el("span", { class: "separator" }, "·"), what)),
     names,
     note,
   );

@@ -5,21 +5,34 @@ const scrolling = (table) => el("div", { class: "scrolling", tabindex: "0", role
 
 const LOOKS_LIKE_NUMBER = /^[−+-]?[\d.,]+( ?± ?[\d.,]+)?( ?[^\d\s]{1,8})?$/;
 
-function tableOf({ title, columns, rows, caption }) {
+const WIDE_COLUMNS = 5;
+
+function tableOf({ title, columns, rows, caption, fold }) {
+  const open = fold ? rows.slice(0, fold.first) : rows;
+  const isWide = columns.length > WIDE_COLUMNS || fold;
   return el(
     "section",
-    { class: "table" },
+    { class: isWide ? "table wide" : "table" },
     said(title, "h3"),
-    scrolling(
-      el(
-        "table",
-        {},
-        said(caption || title, "caption"),
-        el("thead", {}, el("tr", {}, ...columns.map(columnHead))),
-        el("tbody", {}, ...rows.map((row) => el("tr", {}, ...row.map(cell)))),
-      ),
-    ),
+    caption ? said(caption, "p") : null,
+    open.length > 0 ? scrolling(rowsUnder(title, columns, open)) : null,
+    fold ? folded(fold.words, rowsUnder(`${title}: ${fold.words}`, columns, rows.slice(fold.first))) : null,
   );
+}
+
+const rowsUnder = (name, columns, rows) =>
+  el(
+    "table",
+    { "aria-label": name },
+    el("thead", {}, el("tr", {}, ...columns.map(columnHead))),
+    el("tbody", {}, ...rows.map((row) => el("tr", {}, ...row.map(cell)))),
+  );
+
+// Paper has nothing to click on: what is folded is printed as well.
+function folded(words, table) {
+  const details = el("details", { class: "folded" }, said(words, "summary"), scrolling(table));
+  addEventListener("beforeprint", () => (details.open = true));
+  return details;
 }
 
 function columnHead(text) {
@@ -28,10 +41,16 @@ function columnHead(text) {
   return head;
 }
 
+const SHORT_TEXT = 22;
+const LONG_TEXT = 60;
+
 function cell(text, column) {
   const made = said(text, column === 0 ? "th" : "td");
   if (column === 0) made.setAttribute("scope", "row");
   else if (LOOKS_LIKE_NUMBER.test(text)) made.classList.add("number");
+  // On a narrow screen the table scrolls rather than break its names and squeeze its sentences.
+  made.classList.toggle("short", text.length <= SHORT_TEXT);
+  made.classList.toggle("long", text.length > LONG_TEXT);
   // Words wrap whole; only what no column could hold is broken anywhere.
   made.classList.toggle("unbroken", /\S{25}/.test(text));
   return made;

@@ -38,30 +38,39 @@ function createTimeline(group) {
   };
 }
 
-// Each name in the first lane where it does not touch the name before.
+// Each name in the first lane where it touches no other; strokes first, and in short where there is no room.
 function nameEvents(plot, events) {
   const { ctx, bbox } = plot;
   const ratio = uPlot.pxRatio;
-  const ends = Array(LANES).fill(-Infinity);
+  const taken = Array.from({ length: LANES }, () => []);
   ctx.save();
   ctx.font = `${12 * ratio}px ${palette().font}`;
   ctx.textAlign = "left";
   ctx.textBaseline = "middle";
-  for (const event of events) {
+  for (const event of [...events.filter(isSpan), ...events.filter((each) => !isSpan(each))]) {
     const from = plot.valToPos(event.t_s, "x", true);
     const to = isSpan(event) ? plot.valToPos(event.until_s, "x", true) : from;
     if (to < bbox.left || from > bbox.left + bbox.width) continue;
-    const text = clipped(event.label);
-    const width = ctx.measureText(text).width;
-    const wanted = isSpan(event) ? (from + to - width) / 2 : from + 4 * ratio;
-    const left = Math.max(bbox.left + 2 * ratio, Math.min(bbox.left + bbox.width - width - 2 * ratio, wanted));
-    const lane = ends.findIndex((end) => end < left - 8 * ratio);
-    if (lane < 0) continue;
-    ends[lane] = left + width;
-    ctx.fillStyle = isSpan(event) ? palette().ink : palette().quiet;
-    ctx.fillText(text, left, bbox.top + (lane + 0.6) * LANE_PX * ratio);
+    for (const text of namesOf(event)) {
+      const width = ctx.measureText(text).width;
+      const wanted = isSpan(event) ? (from + to - width) / 2 : from + 4 * ratio;
+      const left = Math.max(bbox.left + 2 * ratio, Math.min(bbox.left + bbox.width - width - 2 * ratio, wanted));
+      const [begin, end] = [left - 4 * ratio, left + width + 4 * ratio];
+      const lane = taken.findIndex((names) => names.every(([first, last]) => end < first || begin > last));
+      if (lane < 0) continue;
+      taken[lane].push([begin, end]);
+      ctx.fillStyle = isSpan(event) ? palette().ink : palette().quiet;
+      ctx.fillText(text, left, bbox.top + (lane + 0.6) * LANE_PX * ratio);
+      break;
+    }
   }
   ctx.restore();
+}
+
+// Of "2: joint 1, +59.0 deg" also "2: joint 1" and "2".
+function namesOf({ label }) {
+  const names = [label, label.split(",")[0], label.split(":")[0]];
+  return [...new Set(names)].map(clipped);
 }
 
 const LONGEST_NAME = 28;

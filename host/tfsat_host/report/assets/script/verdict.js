@@ -33,9 +33,15 @@ function keyNumbersOf(drop) {
     { class: "key-numbers", "aria-labelledby": "numbers-head" },
     el("h2", { id: "numbers-head" }, "Key numbers"),
     el("p", { class: "note" }, "± is one standard deviation."),
-    el("dl", {}, ...drop.key_numbers.map(keyNumber)),
+    el("dl", { class: "leading" }, ...drop.key_numbers.filter((number) => !number.row).map(keyNumber)),
+    ...rowNames(drop).map((row) => numberRow(row, drop.key_numbers.filter((number) => number.row === row))),
   );
 }
+
+const rowNames = (drop) => [...new Set(drop.key_numbers.map((number) => number.row).filter(Boolean))];
+
+const numberRow = (name, numbers) =>
+  el("div", { class: "number-row" }, said(name, "h3"), el("dl", {}, ...numbers.map(keyNumber)));
 
 const keyNumber = (number) =>
   el(

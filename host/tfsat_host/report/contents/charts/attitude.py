@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.comparison import AttitudeError
-from tfsat_host.report.contents.attitudes import euler_angles
+from tfsat_host.report.contents.attitudes import EulerAngles, euler_angles
 from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line, padded
 from tfsat_host.report.contents.charts.words import WORDS
 
@@ -43,8 +43,18 @@ def euler_chart(found: Evaluation) -> Chart:
         "z-y-x Euler angle (deg)",
         tuple(lines),
         "Since the release. The models are driven by the measured joint angles and begin where the measured attitude "
-        "is when the release has settled. Band: one standard deviation.",
+        "is when the release has settled. The error below compares what the gyros show late with a model made as late: "
+        f"these curves differ from it by up to {_beside_error_deg(found, angles):.2g} deg while joints move and by "
+        f"{_beside_error_deg(found, angles, last=True):.2g} deg at the end. Band: one standard deviation.",
     )
+
+
+def _beside_error_deg(found: Evaluation, angles: EulerAngles, *, last: bool = False) -> float:
+    """How far measured less predicted curves are from the attitude error: at most, or at the end."""
+    driven = np.isfinite(angles.before_rad[:, 0])
+    apart = (angles.measured_rad - angles.before_rad)[driven] - found.explained.before.error.euler_zyx_rad
+    size = np.rad2deg(np.abs(np.remainder(apart + np.pi, 2.0 * np.pi) - np.pi))
+    return float(size[-1].max() if last else size.max())
 
 
 def attitude_error_chart(found: Evaluation) -> Chart:

@@ -16,9 +16,9 @@ from tfsat_host.report.contents.charts.words import WORDS
 
 FloatArray = NDArray[np.float64]
 
-G_M2_S = 1e3
-"""Of one kg m²/s."""
-UNIT = "g m²/s"
+PER_KG_M2_S = 1e3
+"""Of one kg m²/s, which is one N m s."""
+UNIT = "mN m s"
 
 
 def bodies_of(found: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
@@ -34,7 +34,7 @@ def momentum_chart(found: Evaluation) -> Chart:
     rows = found.motion.t_s >= flown.t_s[0]
     lines = []
     for kind, body in bodies_of(found):
-        momentum = padded(rows, G_M2_S * inertial_momentum(body, flown))
+        momentum = padded(rows, PER_KG_M2_S * inertial_momentum(body, flown))
         lines += [_line(axis, kind, momentum[:, axis]) for axis in range(3)]
     return Chart(
         "momentum_raw",
@@ -51,7 +51,7 @@ def averaged_momentum_chart(found: Evaluation) -> Chart:
     lines = []
     for kind, average in averages.items():
         rows = np.isin(found.motion.t_s, average.t_s)
-        momentum = padded(rows, G_M2_S * average.values)
+        momentum = padded(rows, PER_KG_M2_S * average.values)
         lines += [_line(axis, kind, momentum[:, axis]) for axis in range(3)]
     cutoff = averages["before"].cutoff_hz
     strayed = [1e6 * float(average.strayed.mean()) for average in averages.values()]
@@ -61,8 +61,8 @@ def averaged_momentum_chart(found: Evaluation) -> Chart:
         f"momentum ({UNIT})",
         tuple(lines),
         f"In inertial axes, moving average over {PAPER_SIZE} samples (cutoff {cutoff:.1f} Hz). From its first value it "
-        f"strays by {strayed[0]:.3g} mg m²/s on average with the model as filed, by {strayed[1]:.3g} with the "
-        "corrected one.",
+        f"strays by {strayed[0]:.3g} µN m s on average with the model as filed, by {strayed[1]:.3g} "
+        "with the corrected one.",
     )
 
 
@@ -76,7 +76,7 @@ def averages_of(found: Evaluation) -> tuple[tuple[Kind, Averaged], ...]:
 def momentum_spectrum_chart(found: Evaluation) -> Chart:
     """Of every sample."""
     flown = found.explained.driven.flown
-    before, after = (G_M2_S * inertial_momentum(body, flown) for _, body in bodies_of(found))
+    before, after = (PER_KG_M2_S * inertial_momentum(body, flown) for _, body in bodies_of(found))
     return spectrum_chart(
         "momentum_spectrum",
         "Spectrum of the momentum",

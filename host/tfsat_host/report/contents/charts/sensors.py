@@ -70,6 +70,10 @@ def specific_force_g(found: Evaluation) -> FloatArray:
 
 
 def _averaged(values: FloatArray) -> FloatArray:
-    """(n, 3) moving average; NaN where a sample of it is missing."""
-    weights = np.full(AVERAGED, 1.0 / AVERAGED)
-    return np.column_stack([np.convolve(column, weights, mode="same") for column in values.T])
+    """(n, 3) moving average; NaN where a sample of it is missing, as at both ends."""
+    weights, half = np.full(AVERAGED, 1.0 / AVERAGED), AVERAGED // 2
+    averaged = np.full(values.shape, np.nan)
+    if len(values) >= AVERAGED:
+        inner = [np.convolve(column, weights, mode="valid") for column in values.T]
+        averaged[half : len(values) - half] = np.column_stack(inner)
+    return averaged

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.report.contents.tables.cells import number, utc
+from tfsat_host.report.contents.tables.cells import decimals_of, number, utc
 from tfsat_host.report.contents.tables.evidence import release_time
 from tfsat_host.report.document import Table
 
@@ -22,7 +22,7 @@ def calibration_table(found: Evaluation) -> Table:
     for gyro in calibration.gyros:
         name = f"bias of body {gyro.body}"
         std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
-        rows.append([name, _each(np.rad2deg(gyro.bias_rad_s), std, 3), "deg/s", taken(name)])
+        rows.append([name, _each(np.rad2deg(gyro.bias_rad_s), std), "deg/s", taken(name)])
     rows += [
         [*_mounting(gyro, found), taken(f"misalignment of body {gyro.body}")] for gyro in calibration.gyros
     ]
@@ -30,7 +30,7 @@ def calibration_table(found: Evaluation) -> Table:
     for joint in calibration.joints:
         name = f"zero point of joint {joint.joint}"
         std = np.rad2deg(np.sqrt(np.diag(joint.zero_covariance)))
-        rows.append([name, _each(np.rad2deg(joint.zero_rad) % 360.0, std, 3), "deg", taken(name)])
+        rows.append([name, _each(np.rad2deg(joint.zero_rad) % 360.0, std), "deg", taken(name)])
     return Table(
         title="Calibration",
         columns=["quantity", "value", "unit", "taken"],
@@ -67,15 +67,16 @@ def _mounting(gyro: GyroCalibration, found: Evaluation) -> list[str]:
     turn = gyro.rotation @ found.model.imus[gyro.body - 1].sensor_to_body.T
     angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
     std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))
-    return [f"misalignment of body {gyro.body}", _each(np.array([angle]), std, 2), "deg"]
+    return [f"misalignment of body {gyro.body}", _each(np.array([angle]), std), "deg"]
 
 
 def _scale(gyro: GyroCalibration) -> list[str]:
     """About each body axis."""
     values, std = np.array([gyro.scale_about(axis) for axis in range(3)]).T
-    return [f"scale factors of body {gyro.body}", _each(values, std, 4), "1"]
+    return [f"scale factors of body {gyro.body}", _each(values, std), "1"]
 
 
-def _each(values: FloatArray, std: FloatArray, digits: int) -> str:
+def _each(values: FloatArray, std: FloatArray) -> str:
+    digits = decimals_of(float(std.max()))
     shown = " ".join(number(value, digits) for value in values)
     return f"{shown} ± {number(std.max(), digits)}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from datetime import UTC, datetime
 
 import numpy as np
 
 NOTHING = "–"
+_MOST_DECIMALS = 6
 MINUS = "−"
 """As the page writes it: a hyphen is shorter than a plus."""
 
@@ -25,10 +27,18 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}".replace("-", MINUS) if np.isfinite(value) else NOTHING
 
 
-def with_std(value: float, std: float, digits: int, *, signed: bool = False) -> str:
-    """`+54.95 ± 0.02`."""
+def decimals_of(std: float, least: int = 2) -> int:
+    """With so many decimals a standard deviation has two significant digits; `least` where there is none."""
+    if not np.isfinite(std) or std <= 0.0:
+        return least
+    return min(max(1 - math.floor(math.log10(std)), 0), _MOST_DECIMALS)
+
+
+def with_std(value: float, std: float, *, signed: bool = False) -> str:
+    """`+54.950 ± 0.023`: as many decimals as the standard deviation has a meaning with."""
     if not np.isfinite(value):
         return NOTHING
+    digits = decimals_of(std)
     return f"{number(value, digits, signed=signed)} ± {number(std, digits)}"
 
 

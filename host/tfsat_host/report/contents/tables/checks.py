@@ -5,15 +5,16 @@ from __future__ import annotations
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.report.contents.tables.cells import NOTHING, significant
-from tfsat_host.report.document import Table
+from tfsat_host.report.document import Fold, Table
 
 _ORDER = ("failed", "not possible", "passed")
 
 
 def check_table(found: Evaluation) -> Table:
-    """What failed stands first."""
+    """What failed stands first; what passed is folded."""
     checks = sorted(found.checks, key=lambda check: _ORDER.index(check.verdict))
-    return Table(
+    passed = sum(check.verdict == "passed" for check in checks)
+    table = Table(
         title="Integrity checks",
         columns=["check", "verdict", "found", "at most", "what it says"],
         rows=[
@@ -28,6 +29,10 @@ def check_table(found: Evaluation) -> Table:
         ],
         caption="They need no truth: sensors that contradict each other, or free fall, cannot all be right.",
     )
+    if passed:
+        words = f"{passed} of {len(checks)} checks passed"
+        table["fold"] = Fold(first=len(checks) - passed, words=words)
+    return table
 
 
 def _with_unit(value: float, unit: str) -> str:

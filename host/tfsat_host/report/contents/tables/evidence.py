@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from tfsat_host import __version__
+from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.report.contents.reported import Reported
@@ -39,13 +40,10 @@ def provenance_table(drop: Reported) -> Table:
             f"± {header.gyro_range_deg_s} deg/s, low-pass setting {header.dlpf_cfg}, WHO_AM_I {header.who_am_i.hex()}",
         ],
         ["robot", f"{found.model.name} ({found.model.path})"],
-        [
-            "calibration",
-            "none"
-            if drop.certificate is None
-            else f"{drop.certificate}, written {utc(found.calibration.written)}",
-        ],
+        ["calibration", "none" if drop.certificate is None else f"{drop.certificate}, {_taken(found)}"],
         ["maneuver", _maneuver(found)],
+        *([source.what, f"{source.path}, SHA-256 {source.sha256}"] for source in drop.sources),
+        ["options", " ".join(drop.options) or "none"],
         ["tfsat-host", f"{__version__}, protocol {PROTOCOL_HASH.hex()}"],
     ]
     return Table(title="Provenance", columns=["what", "is"], rows=rows, caption="")
@@ -57,8 +55,8 @@ def clock_table(found: Evaluation) -> Table | None:
     rows = [
         [
             fit.name,
-            with_std(1e3 * fit.offset_s, 1e3 * fit.offset_std_s, 3, signed=True),
-            with_std(fit.rate_ppm, fit.rate_ppm_std, 0, signed=True),
+            with_std(1e3 * fit.offset_s, 1e3 * fit.offset_std_s, signed=True),
+            with_std(fit.rate_ppm, fit.rate_ppm_std, signed=True),
             f"{sum(one.used for one in fit.residuals)} of {len(fit.residuals)}",
             number(
                 max((1e3 * abs(one.residual_s) for one in fit.residuals if one.used), default=float("nan")), 3
@@ -83,6 +81,15 @@ def _logger(found: Evaluation) -> str:
     kind = "emulated" if header.image_crc == 0 else f"image {header.image_crc:08x}"
     serial = header.board_serial.hex() if any(header.board_serial) else "unknown"
     return f"serial {serial}, firmware {firmware} ({kind}), protocol {header.protocol_hash.hex()}"
+
+
+def _taken(found: Evaluation) -> str:
+    """When its quantities were measured: when the file was written says only who touched it last."""
+    taken = sorted(one.taken for one in quantities(found.calibration) if one.taken is not None)
+    if not taken:
+        return "nothing in it was ever measured"
+    first, last = utc(taken[0]), utc(taken[-1])
+    return f"measured {first}" if first == last else f"measured from {first} to {last}"
 
 
 def _maneuver(found: Evaluation) -> str:

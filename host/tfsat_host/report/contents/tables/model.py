@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.report.contents.tables.cells import number, significant, with_std
+from tfsat_host.report.contents.correction import correction_sentences
+from tfsat_host.report.contents.tables.cells import decimals_of, number, significant, with_std
 from tfsat_host.report.document import Table
 
 
@@ -20,14 +20,10 @@ def offset_table(found: Evaluation) -> Table:
             [
                 name,
                 unit,
-                with_std(fit.values[index], std, 2, signed=True),
+                with_std(fit.values[index], std, signed=True),
                 f"± {significant(prior)}",
                 f"{100.0 * std / prior:.0f} %",
-                *(
-                    []
-                    if swarm is None
-                    else [with_std(swarm.values[index], swarm.spread[index], 2, signed=True)]
-                ),
+                *([] if swarm is None else [with_std(swarm.values[index], swarm.spread[index], signed=True)]),
             ]
         )
     return Table(
@@ -37,11 +33,12 @@ def offset_table(found: Evaluation) -> Table:
             *([] if swarm is None else ["paper's swarm ± its spread"]),
         ],
         rows=rows,
-        caption=" ".join([*_stuck(fit), *found.identifiability.sentences()]),
+        caption=" ".join([*correction_sentences(found), *_stuck(found), *found.identifiability.sentences()]),
     )
 
 
-def _stuck(fit: ModelFit) -> list[str]:
+def _stuck(found: Evaluation) -> list[str]:
+    fit = found.explained.fit
     names = [name for name, at in zip(fit.offsets.names, fit.at_bound, strict=True) if at]
     return [f"Stopped at its bound: {', '.join(names)}."] if names else []
 
@@ -52,12 +49,13 @@ def error_table(found: Evaluation) -> Table:
     for name, sides in (("as filed", found.explained.before), ("corrected", found.explained.after)):
         error = sides.error
         final, std = np.rad2deg(error.final_rad), np.rad2deg(error.std_rad[-1])
+        digits = decimals_of(float(std.min()))
         rows.append(
             [
                 name,
-                *(with_std(value, spread, 3, signed=True) for value, spread in zip(final, std, strict=True)),
-                number(np.rad2deg(error.final_norm_rad), 3),
-                number(np.rad2deg(error.rms_rad), 3),
+                *(with_std(value, spread, signed=True) for value, spread in zip(final, std, strict=True)),
+                number(np.rad2deg(error.final_norm_rad), digits),
+                number(np.rad2deg(error.rms_rad), digits),
                 ", ".join(number(score, 1, signed=True) for score in error.z_scores),
             ]
         )

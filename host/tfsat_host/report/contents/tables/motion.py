@@ -20,8 +20,8 @@ def stroke_table(found: Evaluation) -> Table | None:
         [
             f"{stroke.number}: joint {stroke.joint}",
             number(_deg(stroke.commanded_rad), 2, signed=True),
-            with_std(_deg(stroke.size_rad), _deg(stroke.size_std_rad), 2, signed=True),
-            with_std(stroke.start_s, stroke.start_std_s, 4),
+            with_std(_deg(stroke.size_rad), _deg(stroke.size_std_rad), signed=True),
+            with_std(stroke.start_s, stroke.start_std_s),
             number(1e3 * stroke.dead_time_s, 1),
             number(stroke.end_s, 3),
             number(_deg(stroke.peak_rate_rad_s), 0, signed=True),
@@ -49,6 +49,28 @@ def stroke_table(found: Evaluation) -> Table | None:
     )
 
 
+def standing_table(found: Evaluation) -> Table | None:
+    """Joints that nothing commanded; None if nobody said what was commanded."""
+    rows = [
+        [
+            f"joint {one.joint}",
+            f"{number(one.from_s, 2)} to {number(one.until_s, 2)}",
+            with_std(_deg(one.drift_rad), _deg(one.drift_std_rad), signed=True),
+            f"{number(_deg(one.greatest_rad), 3, signed=True)} at {number(one.greatest_at_s, 2)} s",
+            "moved" if one.unexpected else "crept" if one.crept else "stood",
+        ]
+        for one in found.standing
+    ]
+    if not rows:
+        return None
+    return Table(
+        title="Joints between their strokes",
+        columns=["joint", "time (s)", "drift (deg)", "farthest (deg)", "it"],
+        rows=rows,
+        caption="Drift: from the first samples to the last. Farthest: from the first samples, noise included.",
+    )
+
+
 def joint_table(found: Evaluation) -> Table:
     """Where the joints were at the release and at the end, and whether their sensors agree."""
     motion = found.motion
@@ -59,8 +81,8 @@ def joint_table(found: Evaluation) -> Table:
         rows.append(
             [
                 f"joint {joint.joint}",
-                with_std(_deg(joint.angle_rad[release]), std[release], 3, signed=True),
-                with_std(_deg(joint.angle_rad[-1]), std[-1], 3, signed=True),
+                with_std(_deg(joint.angle_rad[release]), std[release], signed=True),
+                with_std(_deg(joint.angle_rad[-1]), std[-1], signed=True),
                 *(_beside(one) for one in joint.sensors),
             ]
         )
@@ -77,5 +99,5 @@ def _beside(sensor: SensorDisagreement) -> str:
     """An angle sensor beside the fused angle."""
     if not np.isfinite(sensor.mean_rad):
         return "never answered"
-    mean = with_std(_deg(sensor.mean_rad), _deg(sensor.expected_rad), 2, signed=True)
+    mean = with_std(_deg(sensor.mean_rad), _deg(sensor.expected_rad), signed=True)
     return f"{mean}, rms {number(_deg(sensor.rms_rad), 2)}"

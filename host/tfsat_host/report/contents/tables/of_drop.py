@@ -7,7 +7,7 @@ from tfsat_host.report.contents.tables.calibration import calibration_table
 from tfsat_host.report.contents.tables.checks import check_table
 from tfsat_host.report.contents.tables.evidence import clock_table, provenance_table
 from tfsat_host.report.contents.tables.model import error_table, offset_table
-from tfsat_host.report.contents.tables.motion import joint_table, stroke_table
+from tfsat_host.report.contents.tables.motion import joint_table, standing_table, stroke_table
 from tfsat_host.report.document import Table
 
 
@@ -17,6 +17,7 @@ def tables_of(drop: Reported) -> list[Table]:
     tables = (
         stroke_table(found),
         joint_table(found),
+        standing_table(found),
         error_table(found),
         offset_table(found),
         check_table(found),

@@ -1,0 +1,81 @@
+"""The pictures of docs/report.md: pages of emulated drops as a browser shows them.
+
+python -m tests.report.screenshots docs/screenshots
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.evaluation.run_folder import run_folder
+from tests.report.conftest import launched
+from tfsat_host.cli.main import main as tfsat_host
+
+MOST_BYTES = 250_000
+_DESKTOP = {"width": 1440, "height": 900}
+_PHONE = {"width": 420, "height": 900}
+_MID_STROKE_S = "1.25"
+_DROPS = (1, 2, 3)
+
+
+def take(folder: Path) -> None:
+    """Makes the drops, their reports and the pictures.
+
+    Raises:
+        SystemExit: a report was not made, or a picture is too large for a repository.
+    """
+    with tempfile.TemporaryDirectory(prefix="tfsat-screenshots-") as name, sync_playwright() as playwright:
+        place = Path(name)
+        one, several = _reports(place)
+        chromium = launched(playwright, place, ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+        folder.mkdir(parents=True, exist_ok=True)
+        _opened(chromium, one, _DESKTOP).screenshot(path=folder / "report.png")
+        _mid_stroke(_opened(chromium, one, _DESKTOP)).screenshot(path=folder / "replay.png")
+        _compared(_opened(chromium, several, _DESKTOP)).screenshot(path=folder / "several.png")
+        _mid_stroke(_opened(chromium, one, _PHONE)).screenshot(path=folder / "narrow.png")
+        chromium.close()
+    for picture in sorted(folder.glob("*.png")):
+        size = picture.stat().st_size
+        sys.stdout.write(f"{picture}: {size} bytes\n")
+        if size > MOST_BYTES:
+            sys.exit(f"{picture} is larger than {MOST_BYTES} bytes.")
+
+
+def _reports(place: Path) -> tuple[Path, Path]:
+    runs = [place / f"drop {seed}" for seed in _DROPS]
+    for seed, run in zip(_DROPS, runs, strict=True):
+        run_folder(run, seed)
+    one, several = place / "one.html", place / "several.html"
+    for asked, page in ((runs[:1], one), (runs, several)):
+        code = tfsat_host(["report", *map(str, asked), "--out", str(page), "--json"])
+        if code != 0:
+            sys.exit(f"tfsat-host report ended with {code}.")
+    return one, several
+
+
+def _opened(chromium: Browser, page: Path, size: dict[str, int]) -> Page:
+    opened = chromium.new_page(viewport=size)  # type: ignore[arg-type]
+    opened.goto(page.as_uri())
+    return opened
+
+
+def _mid_stroke(page: Page) -> Page:
+    page.get_by_label("Time after release").fill(_MID_STROKE_S)
+    page.locator("#motion-head").evaluate("head => head.scrollIntoView()")
+    return page
+
+
+def _compared(page: Page) -> Page:
+    page.locator("#comparison-head").evaluate("head => head.scrollIntoView()")
+    return page
+
+
+if __name__ == "__main__":
+    if shutil.which("chromium") is None and shutil.which("chromium-browser") is None:
+        sys.exit("Chromium is missing: tools/install-toolchain.sh installs it")
+    take(Path(sys.argv[1]))
