@@ -116,7 +116,7 @@ def test_switches_reach_the_boards(
 def test_help_names_every_command(person: Person) -> None:
     assert person("help") == person("HELP")
     for word in ("hold", "swing", "sweep", "turn", "seat", "press", "release", "knock", "power", "cable", "reset",
-                 "drop", "angles", "card", "time", "wait", "quit"):  # fmt: skip
+                 "fault", "drop", "angles", "card", "time", "wait", "quit"):  # fmt: skip
         assert word in person("help")
 
 
@@ -167,6 +167,24 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("cable logger on", "plug or pull"),
         ("reset", "Write: reset watchdog|brown-out|button"),
         ("reset power", "no reset 'power': watchdog, brown-out, button"),
+        ("fault", "Write: fault none|imu"),
+        ("fault me", "no fault of 'me': imu, bus, angle, servo, switch, bounce, card, clock"),
+        ("fault imu", "Write: fault imu BODY dead|frozen|saturated|none"),
+        ("fault imu 5 dead", "no body 5"),
+        ("fault imu 1 tired", "no such fault of IMUs as 'tired'"),
+        ("fault imu 1 swapped", "swapped with that of another body"),
+        ("fault imu 1 dead 2", "swapped with that of another body"),
+        ("fault bus 1 dead", "'dead' is not understood: stuck or none"),
+        ("fault angle 1 turned", "turned magnet has an angle"),
+        ("fault angle 1 turned far", "'far' is no angle"),
+        ("fault servo 1 fast", "no such fault of servos"),
+        ("fault switch 1 stuck", "no such fault of switches"),
+        ("fault bounce 2s", "at most 1 s"),
+        ("fault card 400", "at most 100 s"),
+        ("fault clock logger 1e6", "'1e6' is no number of ppm"),
+        ("fault clock logger 30000", "only by 20000 either way"),
+        ("fault clock robot 1", "no board 'robot'"),
+        ("fault none now", "Write: fault none"),
         ("drop soon", "'soon' is no duration"),
         ("drop 1e9", "no duration"),
         ("card", "no recording on the card"),

@@ -1,4 +1,4 @@
-"""The emulated robot's parts, by their C++ tests: servo, hands, MPU-6050, I2C bus, angle sensor, card, clock."""
+"""The emulated robot's parts, by their C++ tests: servo, hands, IMU, I2C bus, angle sensor, card, clock, switches."""
 
 from __future__ import annotations
 
@@ -20,6 +20,14 @@ PARTS = {
     "bus_and_angle": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp", "sensors/angle_sensor.cpp"],
     "block_device": ["card/block_device.cpp"],
     "board_clock": [],
+    "release_switches": ["physics/release_switches.cpp"],
+    "part_faults": [
+        *SERVO,
+        "sensors/mpu6050.cpp",
+        "sensors/low_pass.cpp",
+        "sensors/angle_sensor.cpp",
+        "card/block_device.cpp",
+    ],
 }
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from tfsat_host.calibration.steps.step import TURN_ROUNDS
 from tfsat_host.emulated.card import CardDefect
+from tfsat_host.emulated.control_faults import FAULT_USAGE, break_or_heal
 from tfsat_host.emulated.control_words import ControlError, axis_of, board, choice, decimal, duration_s, whole
 from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.motions import sweep_motion, turn_axis, turn_motion
@@ -179,6 +180,11 @@ def _reset(bench: Bench, words: list[str]) -> str:
     return ""
 
 
+def _fault(bench: Bench, words: list[str]) -> str:
+    break_or_heal(bench.robot.faults, words)
+    return ""
+
+
 def _drop(bench: Bench, words: list[str]) -> str:
     _not_falling(bench)
     fall_s = duration_s(words[0], LONGEST_FALL_S) if words else FALL_S
@@ -247,6 +253,7 @@ _VERBS = {
     "power": _Verb("power sequencer|logger on|off", (2, 2), _power),
     "cable": _Verb("cable sequencer|logger plug|pull", (2, 2), _cable),
     "reset": _Verb("reset watchdog|brown-out|button", (1, 1), _reset),
+    "fault": _Verb(FAULT_USAGE, (1, 4), _fault),
     "drop": _Verb("drop [DURATION]", (0, 1), _drop),
     "angles": _Verb("angles", (0, 0), _angles),
     "card": _Verb("card [remove|insert|fill|write-protect|unformat|fail|FILE]", (0, 1), _card),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 
 import numpy as np
@@ -15,13 +15,15 @@ FloatArray = NDArray[np.float64]
 
 _GYRO_NOISE_DEG_S_RTHZ = 0.005  # PS-MPU-6000A rev. 3.4, section 6.1
 _ACCEL_NOISE_G_RTHZ = 400e-6  # PS-MPU-6000A rev. 3.4, section 6.2
+GYRO_WANDER_S = 100.0
+"""Correlation time of a gyro's wandering bias; assumed."""
 _CRYSTAL_STD_PPM = 20.0
 _CRYSTAL_MOST_PPM = 50.0
 
 
 @dataclass(frozen=True, eq=False)
 class Imperfections:
-    """The hidden truth of one robot's sensors, servos and clocks.
+    """The hidden truth of one robot's sensors, servos and clocks. `draw` leaves out what is zero by default.
 
     Attributes:
         mounting: (4, 3, 3) rotation of each IMU from where the design puts it, in body axes.
@@ -43,6 +45,14 @@ class Imperfections:
         sequencer_clock_ppm: By how much the sequencer's time runs faster than true time, up to 20,000 either way.
             Its strokes come as much earlier, and its servo pulses are as much shorter.
         logger_clock_ppm: The same of the logger: its samples, and the times that it notes.
+        gyro_g_sensitivity_rad_s_g: (4, 3, 3) rate that a specific force of 1 g makes a gyro show, all in sensor axes.
+        gyro_bias_slope_rad_s_c: (4, 3) by how much the bias changes with each deg C that the die gets warmer.
+        warming_c: By how much the dies get warmer in the end than at power-up: warming_c (1 - exp(-t / warming_s)).
+        warming_s: See there.
+        gyro_wander_rad_s: Standard deviation of what each bias has on top, which changes over GYRO_WANDER_S
+            (a first-order Gauss-Markov process): the in-run bias stability.
+        gyro_shock_limit_g: A blow harder than this drives the gyros' proof masses against their stops: all axes show
+            the ends of their ranges as long as it lasts. At 0 none does.
         logger_serial: 8 bytes that the logger gives as its serial number: robots of other errors are other robots.
     """
 
@@ -60,6 +70,12 @@ class Imperfections:
     servo_repeat_rad: FloatArray
     sequencer_clock_ppm: float = 0.0
     logger_clock_ppm: float = 0.0
+    gyro_g_sensitivity_rad_s_g: FloatArray = field(default_factory=lambda: np.zeros((4, 3, 3)))
+    gyro_bias_slope_rad_s_c: FloatArray = field(default_factory=lambda: np.zeros((4, 3)))
+    warming_c: float = 0.0
+    warming_s: float = 180.0
+    gyro_wander_rad_s: float = 0.0
+    gyro_shock_limit_g: float = 0.0
     logger_serial: bytes = b"emuLATED"
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import secrets
 from collections.abc import Sequence
-from enum import IntEnum
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -13,9 +12,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.emulated.boards import BoardIndex as BoardIndex
+from tfsat_host.emulated.boards import Reset as Reset
 from tfsat_host.emulated.build import Variant, ensure_built
 from tfsat_host.emulated.card import CardSlot
 from tfsat_host.emulated.errors import EmulationError as EmulationError
+from tfsat_host.emulated.faults import Faults
 from tfsat_host.emulated.hands import HandsOn
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library
@@ -36,21 +38,6 @@ PUSH_OFF_M_S = (0.0, 0.0, -0.04)
 """The switches push the robot off (paper, sec. release): its center of mass, in the world."""
 
 
-class BoardIndex(IntEnum):
-    """Boards as api.h numbers them."""
-
-    SEQUENCER = 0
-    LOGGER = 1
-
-
-class Reset(IntEnum):
-    """Restarts of the sequencer with its supply on, as api.h numbers them."""
-
-    WATCHDOG = 0
-    BROWN_OUT = 1
-    BUTTON = 2
-
-
 class EmulatedRobot:
     """The robot on the bench: powered, cables plugged, hanging in the releaser.
 
@@ -58,6 +45,7 @@ class EmulatedRobot:
 
     Attributes:
         card_slot: The logger's card, and what a person can do to it.
+        faults: What can break, and heal, at any time.
         hands: What hands can do to the robot beyond `hold` and the exact `swing`.
 
     Args:
@@ -111,6 +99,7 @@ class EmulatedRobot:
         if logger_memory is not None:
             self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
         self.card_slot = CardSlot(self._library, self._robot)
+        self.faults = Faults(self._library, self._robot)
         self.hands = HandsOn(self._library, self._robot)
         for board in BoardIndex:
             self.set_power(board, True)

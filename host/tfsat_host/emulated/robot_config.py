@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from tfsat_host.emulated.errors import EmulationError
-from tfsat_host.emulated.imperfections import Imperfections
+from tfsat_host.emulated.imperfections import GYRO_WANDER_S, Imperfections
 from tfsat_host.emulated.library import RobotConfig
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT
 from tfsat_host.robot import RobotModel
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 
 def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> RobotConfig:
@@ -50,6 +51,8 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         ],
         "gyro_bias_rad_s": wrong.gyro_bias_rad_s,
         "gyro_scale": wrong.gyro_scale,
+        "gyro_g_sensitivity": wrong.gyro_g_sensitivity_rad_s_g / STANDARD_GRAVITY_M_S2,
+        "gyro_bias_slope_rad_s_c": wrong.gyro_bias_slope_rad_s_c,
         "angle_zero_offset_rad": wrong.angle_zero_rad
         + [sensor.zero_offset_rad for sensor in model.angle_sensors],
         "angle_nonlinearity_rad": wrong.angle_nonlinearity_rad,
@@ -59,6 +62,11 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         field[:] = np.ravel(np.asarray(value)).tolist()
     config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
     config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
+    config.gyro_wander_rad_s = wrong.gyro_wander_rad_s
+    config.gyro_wander_s = GYRO_WANDER_S
+    config.gyro_shock_limit_m_s2 = wrong.gyro_shock_limit_g * STANDARD_GRAVITY_M_S2
+    config.warming_c = wrong.warming_c
+    config.warming_s = wrong.warming_s
     config.angle_noise_rad = wrong.angle_noise_rad
     config.sequencer_clock_ppm = wrong.sequencer_clock_ppm
     config.logger_clock_ppm = wrong.logger_clock_ppm

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "api_config.h"
+#include "api_robot.h"
 #include "boards/native_sequencer.h"
 
 #ifdef TFSAT_WITH_SIMAVR
@@ -13,13 +14,6 @@
 #endif
 
 using namespace tfsat::emulator;
-
-struct TfsatRobot {
-  TfsatRobot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> sequencer)
-      : robot(parameters, std::move(sequencer)) {}
-  Robot robot;
-  std::string crash;
-};
 
 namespace {
 

@@ -41,10 +41,17 @@ typedef struct {
   double gyro_scale[4][3];
   double gyro_noise_rad_s_rthz;
   double accel_noise_m_s2_rthz;
+  double gyro_g_sensitivity[4][9];       // (rad/s) / (m/s^2): this and the next four as in sensors/mpu6050.h
+  double gyro_bias_slope_rad_s_c[4][3];
+  double gyro_wander_rad_s;
+  double gyro_wander_s;
+  double gyro_shock_limit_m_s2;
   double angle_zero_offset_rad[6];
   double angle_nonlinearity_rad[6][4];  // bend_rad of sensors/angle_sensor.h
   double angle_noise_rad;
   double temperature_c;
+  double warming_c;  // of the IMUs' dies, from power-up on: RobotParameters of robot.h
+  double warming_s;
   double sequencer_clock_ppm;  // BoardClock of boards/board_clock.h; positive: fast
   double logger_clock_ppm;
   uint8_t logger_serial[8];  // what tells this robot's logger from another's
@@ -74,6 +81,12 @@ enum {
   TFSAT_CARD_UNREADABLE = 2,
   TFSAT_CARD_FAILING = 3,
 };
+
+// What can be broken: the fault enums of sensors/, physics/servo.h and physics/release_switches.h.
+enum { TFSAT_IMU_GOOD = 0, TFSAT_IMU_DEAD = 1, TFSAT_IMU_FROZEN = 2, TFSAT_IMU_SATURATED = 3 };
+enum { TFSAT_ANGLE_GOOD = 0, TFSAT_ANGLE_DEAD = 1, TFSAT_ANGLE_FROZEN = 2 };
+enum { TFSAT_SERVO_GOOD = 0, TFSAT_SERVO_DEAD = 1, TFSAT_SERVO_SLOW = 2, TFSAT_SERVO_REVERSED = 3 };
+enum { TFSAT_SWITCH_GOOD = 0, TFSAT_SWITCH_STUCK_CLOSED = 1, TFSAT_SWITCH_STUCK_OPEN = 2 };
 
 // To see that caller and library mean the same structure.
 size_t tfsat_config_bytes(void);
@@ -123,6 +136,20 @@ void tfsat_card_put_file(TfsatRobot* robot, int number, const uint8_t* data, siz
 void tfsat_card_set_present(TfsatRobot* robot, int present);
 void tfsat_card_set_defect(TfsatRobot* robot, int defect);
 void tfsat_card_fill(TfsatRobot* robot, uint32_t free_blocks);
+
+// What breaks at once, or is well again (..._GOOD, 0). Bodies, joints, buses and switches from 0 on.
+void tfsat_fault_imu(TfsatRobot* robot, int body, int kind);
+void tfsat_swap_imus(TfsatRobot* robot, int body, int other);  // twice: as it was
+void tfsat_fault_bus(TfsatRobot* robot, int bus, int stuck);
+void tfsat_fault_angle_sensor(TfsatRobot* robot, int sensor, int kind);
+void tfsat_slip_magnet(TfsatRobot* robot, int sensor, double slip_rad);
+void tfsat_fault_servo(TfsatRobot* robot, int joint, int kind);
+void tfsat_fault_switch(TfsatRobot* robot, int index, int kind);
+// How long the switches' contacts chatter at the next release; 0: as the data sheet has it.
+void tfsat_set_bounce(TfsatRobot* robot, uint64_t bounce_us);
+void tfsat_card_stalls(TfsatRobot* robot, uint64_t stall_us, uint64_t every_us);
+// 0, or -1 for a clock that no board has.
+int tfsat_set_clock(TfsatRobot* robot, int board, double ppm);
 
 // What a person does.
 void tfsat_seat(TfsatRobot* robot);

@@ -39,6 +39,8 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
   out.sequencer_clock_ppm = c.sequencer_clock_ppm;
   out.logger_clock_ppm = c.logger_clock_ppm;
   out.temperature_c = c.temperature_c;
+  out.warming_c = c.warming_c;
+  out.warming_s = c.warming_s;
   std::copy_n(c.logger_serial, out.logger_serial.size(), out.logger_serial.begin());
   for (size_t i = 0; i < kServoJoints; ++i) {
     ServoParameters& servo = out.servos[i];
@@ -60,6 +62,12 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
     imu.gyro_scale = vector(c.gyro_scale[i]);
     imu.gyro_noise_rad_s_rthz = c.gyro_noise_rad_s_rthz;
     imu.accel_noise_m_s2_rthz = c.accel_noise_m_s2_rthz;
+    imu.gyro_g_sensitivity = matrix(c.gyro_g_sensitivity[i]);
+    imu.gyro_bias_slope_rad_s_c = vector(c.gyro_bias_slope_rad_s_c[i]);
+    imu.reference_c = c.temperature_c;
+    imu.gyro_wander_rad_s = c.gyro_wander_rad_s;
+    imu.gyro_wander_s = c.gyro_wander_s;
+    imu.gyro_shock_limit_m_s2 = c.gyro_shock_limit_m_s2;
     imu.seed = c.seed * 31 + i;
   }
   for (size_t i = 0; i < kAngleSensors; ++i) {

@@ -1,6 +1,7 @@
 #include "robot.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tfsat {
 namespace emulator {
@@ -10,12 +11,6 @@ namespace {
 // The world moves in steps of this length; servos and bodies change little in between.
 constexpr uint64_t kStepUs = 500;
 constexpr uint8_t kStrokeLinePin = 3;
-constexpr uint8_t kImuAddresses[2] = {0x68, 0x69};
-// The switches do not open at the same instant, and their contacts chatter (OMRON SS-5GL data sheet:
-// a few milliseconds).
-constexpr double kSwitchSpreadUs = 600.0;
-constexpr double kChatterUs = 1500.0;
-constexpr int kMaxChatter = 3;
 
 LoggerBoardParameters logger_parameters(const RobotParameters& robot) {
   LoggerBoardParameters parameters;
@@ -33,11 +28,14 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
       card_(parameters.card),
       chain_(parameters.tree),
       logger_(parameters.session_seed, logger_parameters(parameters)),
-      bounce_(parameters.seed ^ 0xB0C4CEu) {
+      switches_(parameters.seed ^ 0xB0C4CEu, [this](int index, bool closed) {
+        sequencer_->set_switch(index, closed);
+        logger_.set_switch(index, closed);
+      }) {
   for (const Mpu6050Parameters& imu : parameters.imus) imus_.emplace_back(imu);
   for (const AngleSensorParameters& sensor : parameters.angle_sensors) angle_sensors_.emplace_back(sensor);
   for (const ServoParameters& servo : parameters.servos) servos_.emplace_back(servo);
-  for (size_t i = 0; i < kImus; ++i) buses_[i / 2].attach(kImuAddresses[i % 2], imus_[i]);
+  for (size_t i = 0; i < kImus; ++i) bus_of_slot(i).attach(kImuAddresses[i % 2], imus_[i]);
   logger_.attach(buses_, angle_sensors_, card_);
   seat();
   feed_sensors();
@@ -47,14 +45,14 @@ void Robot::advance_to(uint64_t t_us) {
   while (now_us_ < t_us) {
     const uint64_t next_sample_us = logger_clock_.virtual_us(logger_.next_sample_us());
     uint64_t next = std::min({t_us, (now_us_ / kStepUs + 1) * kStepUs, std::max(next_sample_us, now_us_ + 1)});
-    if (!switch_changes_.empty()) next = std::min(next, std::max(switch_changes_.front().t_us, now_us_ + 1));
+    next = std::min(next, std::max(switches_.next_us(), now_us_ + 1));
     step_to(next);
   }
 }
 
 // The sensors are brought to the step's end before the logger, whose samples lie there, reads them.
 void Robot::step_to(uint64_t t_us) {
-  apply_due_switch_changes();
+  switches_.apply_due(now_us_);
   sequencer_->advance_to(sequencer_clock_.board_us(t_us));
   take_sequencer_outputs();
   move_bodies(t_us);
@@ -62,14 +60,6 @@ void Robot::step_to(uint64_t t_us) {
   feed_sensors();
   logger_.advance_to(logger_clock_.board_us(t_us));
   keep_truth();
-}
-
-void Robot::apply_due_switch_changes() {
-  while (!switch_changes_.empty() && switch_changes_.front().t_us <= now_us_) {
-    const SwitchChange change = switch_changes_.front();
-    switch_changes_.pop_front();
-    set_switch(change.index, change.closed);
-  }
 }
 
 void Robot::take_sequencer_outputs() {
@@ -105,17 +95,24 @@ void Robot::move_bodies(uint64_t t_us) {
 }
 
 void Robot::feed_sensors() {
+  const double temperature_c = die_temperature_c();
   for (int i = 0; i < kAngleSensors; ++i) logger_.set_joint_angle(i, chain_.joints().angle_rad[i / 2]);
   for (int i = 0; i < kImus; ++i) {
     const size_t at = static_cast<size_t>(i);
     imus_[at].sample(now_us_, chain_.rate_rad_s(i),
-                     chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at]), parameters_.temperature_c);
+                     chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at]), temperature_c);
   }
+}
+
+double Robot::die_temperature_c() const {
+  if (parameters_.warming_c == 0.0) return parameters_.temperature_c;
+  const double powered_s = static_cast<double>(now_us_ - imus_powered_us_) * 1e-6;
+  return parameters_.temperature_c - parameters_.warming_c * std::expm1(-powered_s / parameters_.warming_s);
 }
 
 void Robot::seat() {
   hold(1u << 0);
-  switch_changes_.clear();
+  switches_.clear();
   for (int i = 0; i < kSwitches; ++i) set_switch(i, true);
 }
 
@@ -169,44 +166,15 @@ bool Robot::swinging() {
 
 void Robot::set_logger_power(bool on) {
   if (!on) card_.power_cut(PowerCut::kLosesCache);
+  if (on && !logger_powered_) power_imus();
+  logger_powered_ = on;
   logger_.set_power(on);
-}
-
-void Robot::set_switch(int index, bool closed) {
-  sequencer_->set_switch(index, closed);
-  logger_.set_switch(index, closed);
-}
-
-void Robot::knock(int index, uint64_t open_us) {
-  set_switch(index, false);
-  const SwitchChange close{now_us_ + open_us, index, true};
-  const auto later = std::find_if(switch_changes_.begin(), switch_changes_.end(),
-                                  [&](const SwitchChange& change) { return change.t_us > close.t_us; });
-  switch_changes_.insert(later, close);
-}
-
-void Robot::schedule_bounce(int index, uint64_t open_at_us) {
-  switch_changes_.push_back({open_at_us, index, false});
-  const int chatter = static_cast<int>(bounce_.uniform() * (kMaxChatter + 1));
-  uint64_t t_us = open_at_us;
-  for (int i = 0; i < chatter; ++i) {
-    t_us += 30 + static_cast<uint64_t>(bounce_.uniform() * kChatterUs / kMaxChatter);
-    switch_changes_.push_back({t_us, index, true});
-    t_us += 20 + static_cast<uint64_t>(bounce_.uniform() * 200.0);
-    switch_changes_.push_back({t_us, index, false});
-  }
 }
 
 void Robot::drop(const DropParameters& parameters) {
   drop_ = parameters;
   begin_holding(HoldingHand(), 0);
-  switch_changes_.clear();
-  const int first = bounce_.uniform() < 0.5 ? 0 : 1;
-  schedule_bounce(first, now_us_);
-  released_us_ = now_us_ + static_cast<uint64_t>(bounce_.uniform() * kSwitchSpreadUs);
-  schedule_bounce(1 - first, released_us_);
-  std::stable_sort(switch_changes_.begin(), switch_changes_.end(),
-                   [](const SwitchChange& a, const SwitchChange& b) { return a.t_us < b.t_us; });
+  released_us_ = switches_.release(now_us_);
   chain_.release(parameters.residual_rate_rad_s, parameters.com_velocity_m_s);
 }
 

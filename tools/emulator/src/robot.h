@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "card/block_device.h"
 #include "physics/chain.h"
 #include "physics/hands.h"
+#include "physics/release_switches.h"
 #include "physics/servo.h"
 #include "sensors/angle_sensor.h"
 #include "sensors/i2c_bus.h"
@@ -25,7 +25,9 @@ namespace emulator {
 constexpr int kImus = 4;
 constexpr int kServoJoints = 3;
 constexpr int kAngleSensors = 6;
-constexpr int kSwitches = 2;
+constexpr int kSwitches = ReleaseSwitches::kCount;
+constexpr int kBuses = 2;
+constexpr uint8_t kImuAddresses[2] = {0x68, 0x69};  // on each bus
 
 // What the robot is made of, imperfections included.
 struct RobotParameters {
@@ -36,7 +38,9 @@ struct RobotParameters {
   std::array<AngleSensorParameters, kAngleSensors> angle_sensors;
   // A few blocks in the card's own RAM, as real cards have them: a power cut takes what was not synced.
   CardParameters card{250, 1000, 8};
-  double temperature_c = 25.0;
+  double temperature_c = 25.0;  // of the air, and of the IMUs when they get their supply
+  double warming_c = 0.0;       // by how much their dies get warmer in the end
+  double warming_s = 180.0;     // time constant of that
   uint64_t seed = 1;          // of noise and contact bounce
   uint64_t session_seed = 1;  // of the logger's session ids
   double sequencer_clock_ppm = 0.0;  // within BoardClock::takes
@@ -90,13 +94,28 @@ class Robot {
   bool set_joint(int joint, double angle_rad);
   // A hand moves a joint or turns the robot.
   bool swinging();
-  void set_switch(int index, bool closed);
+  void set_switch(int index, bool closed) { switches_.set(index, closed); }
   // A knock: the switch opens for `open_us`, then closes.
-  void knock(int index, uint64_t open_us);
+  void knock(int index, uint64_t open_us) { switches_.knock(index, now_us_, open_us); }
   // Lets go now; the switches open with contact bounce, and the robot lands after the fall.
   void drop(const DropParameters& parameters);
-  // The logger's supply, and with it the card's: what the card had not programmed is lost.
+  // The logger's supply, and with it the card's and the IMUs': what the card had not programmed is lost.
   void set_logger_power(bool on);
+  // What breaks, at once, and what is well again (robot_faults.cpp).
+  void set_imu_fault(int body, Mpu6050Fault fault);
+  // Exchanges the plugs of two IMUs: each answers at the other's bus and address. Twice: as it was.
+  void swap_imus(int body, int other);
+  // A slave holds the bus low; nine clocks do not free it, a loss of the logger's supply does.
+  void set_bus_stuck(int bus, bool stuck);
+  void set_angle_sensor_fault(int sensor, AngleSensorFault fault);
+  void set_magnet_slip(int sensor, double slip_rad);
+  void set_servo_fault(int joint, ServoFault fault);
+  void set_switch_fault(int index, SwitchFault fault) { switches_.set_fault(index, fault); }
+  void set_bounce(uint64_t bounce_us) { switches_.set_bounce(bounce_us); }
+  // Within BoardClock::takes.
+  void set_sequencer_clock(double ppm) { sequencer_clock_.set_ppm(now_us_, ppm); }
+  void set_logger_clock(double ppm) { logger_clock_.set_ppm(now_us_, ppm); }
+
   bool falling() const { return chain_.mode() == ChainMode::kFree; }
 
   // Keeps a TruthRow each `period_us` from now on; 0 ends it.
@@ -107,28 +126,23 @@ class Robot {
   Vec3 com_position_m() const { return chain_.com_position_m(); }
 
  private:
-  // A change of a switch that lies ahead.
-  struct SwitchChange {
-    uint64_t t_us;
-    int index;
-    bool closed;
-  };
-
   void step_to(uint64_t t_us);
-  void apply_due_switch_changes();
-  void schedule_bounce(int index, uint64_t open_at_us);
   void take_sequencer_outputs();
   void move_bodies(uint64_t t_us);
   void begin_holding(const HoldingHand& hand, int joint);
   void feed_sensors();
   void keep_truth();
+  double die_temperature_c() const;
+  void power_imus();
+  I2cBus& bus_of_slot(size_t slot) { return buses_[slot / 2]; }
 
   RobotParameters parameters_;
   std::unique_ptr<SequencerBoard> sequencer_;
   BoardClock sequencer_clock_;
   BoardClock logger_clock_;
   BlockDevice card_;
-  std::array<I2cBus, 2> buses_;
+  std::array<I2cBus, kBuses> buses_;
+  std::array<size_t, kImus> plug_{{0, 1, 2, 3}};  // of each body's IMU: its place on the buses
   std::vector<Mpu6050> imus_;
   std::vector<AngleSensor> angle_sensors_;
   std::vector<Servo> servos_;
@@ -137,8 +151,7 @@ class Robot {
   int holding_joint_ = 0;
   uint64_t holding_since_us_ = 0;
   LoggerBoard logger_;
-  Noise bounce_;
-  std::deque<SwitchChange> switch_changes_;  // in order of time
+  ReleaseSwitches switches_;
   std::array<uint64_t, kServoJoints> pulse_rise_ns_{};
   DropParameters drop_;
   std::vector<TruthRow> truth_;
@@ -146,6 +159,8 @@ class Robot {
   uint64_t next_truth_us_ = 0;
   uint64_t now_us_ = 0;
   uint64_t released_us_ = 0;
+  uint64_t imus_powered_us_ = 0;
+  bool logger_powered_ = false;
 };
 
 }  // namespace emulator

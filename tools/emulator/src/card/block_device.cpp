@@ -64,7 +64,7 @@ CardResult BlockDevice::write(uint64_t t_us, uint32_t block_index, const uint8_t
     cache_.pop_front();
   }
   ++blocks_written_;
-  busy_until_us_ = t_us + parameters_.write_us;
+  busy_until_us_ = t_us + parameters_.write_us + stall_of_block(t_us);
   return CardResult::kOk;
 }
 
@@ -148,6 +148,19 @@ std::vector<uint8_t> BlockDevice::file(uint16_t number) const {
 }
 
 void BlockDevice::stall_until(uint64_t t_us) { busy_until_us_ = std::max(busy_until_us_, t_us); }
+
+void BlockDevice::set_stalls(uint64_t stall_us, uint64_t every_us) {
+  stall_us_ = stall_us;
+  stall_every_us_ = every_us;
+  next_stall_us_ = 0;
+}
+
+uint64_t BlockDevice::stall_of_block(uint64_t t_us) {
+  if (stall_us_ == 0 || t_us < next_stall_us_) return 0;
+  const double apart = (0.5 + stall_random_.uniform()) * static_cast<double>(stall_every_us_);
+  next_stall_us_ = t_us + stall_us_ + static_cast<uint64_t>(apart);
+  return stall_us_;
+}
 
 void BlockDevice::set_present(bool present) {
   if (!present) power_cut(PowerCut::kLosesCache);

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "../sensors/noise.h"
+
 namespace tfsat {
 namespace emulator {
 
@@ -68,6 +70,9 @@ class BlockDevice {
   // Somebody else's files leave it so much room; more than it has: there are none.
   void fill_up_to(uint32_t free_blocks);
   void stall_until(uint64_t t_us);     // the next transfers find the card busy until then
+  // From now on a block now and then keeps it busy for `stall_us`: the first, and then one each
+  // `every_us`, give or take half. With 0 each block does. A `stall_us` of 0 ends it.
+  void set_stalls(uint64_t stall_us, uint64_t every_us);
   // Out of its contacts the card has no supply: what it had not programmed is lost.
   void set_present(bool present);
   bool present() const { return present_; }
@@ -92,6 +97,7 @@ class BlockDevice {
   CardResult state() const;
   uint32_t used_blocks() const;
   const std::vector<uint8_t>* find_file(uint16_t number) const;
+  uint64_t stall_of_block(uint64_t t_us);
   static void program(const CachedBlock& block, size_t n_bytes, std::vector<uint8_t>& medium);
   void flush();
 
@@ -105,6 +111,10 @@ class BlockDevice {
   uint64_t busy_until_us_ = 0;
   uint64_t blocks_written_ = 0;
   bool present_ = true;
+  uint64_t stall_us_ = 0;
+  uint64_t stall_every_us_ = 0;
+  uint64_t next_stall_us_ = 0;
+  Noise stall_random_{0x57A11u};
 };
 
 }  // namespace emulator

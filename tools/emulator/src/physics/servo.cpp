@@ -21,15 +21,36 @@ Servo::Servo(const ServoParameters& parameters, double angle_rad)
 
 void Servo::pulse(uint64_t t_us, double width_us) {
   if (!(width_us >= parameters_.min_pulse_us && width_us <= parameters_.max_pulse_us)) return;
+  if (fault_ == ServoFault::kDead) return;
   const ServoMotion now = motion(t_us);
-  const double nominal = parameters_.reference_angle_rad +
-                         (width_us - parameters_.reference_pulse_us) / parameters_.pulse_us_per_rad;
   if (!driven_) linkage_.take_up(now.angle_rad);
-  const double goal = linkage_.goal(t_us, nominal);
+  const double goal = linkage_.goal(t_us, nominal_rad(width_us));
   const double target = std::fmax(parameters_.min_angle_rad, std::fmin(parameters_.max_angle_rad, goal));
   if (!driven_ || by_hand() || target != target_rad_) go_to(t_us, now, target);
   last_pulse_us_ = t_us;
   driven_ = true;
+}
+
+double Servo::nominal_rad(double width_us) const {
+  const double from_reference = (width_us - parameters_.reference_pulse_us) / parameters_.pulse_us_per_rad;
+  return parameters_.reference_angle_rad + (fault_ == ServoFault::kReversed ? -from_reference : from_reference);
+}
+
+double Servo::rate_limit_rad_s() const {
+  return fault_ == ServoFault::kSlow ? kSlowPart * parameters_.max_rate_rad_s : parameters_.max_rate_rad_s;
+}
+
+void Servo::set_fault(uint64_t t_us, ServoFault fault) {
+  const ServoMotion now = motion(t_us);
+  fault_ = fault;
+  if (!driven_) return;
+  if (fault == ServoFault::kDead) {
+    driven_ = false;
+    last_pulse_us_ = kNever;
+    brake(t_us, now);
+  } else {
+    go_to(t_us, now, target_rad_);
+  }
 }
 
 bool Servo::swing(uint64_t t_us, double amplitude_rad, double period_s, unsigned cycles) {
@@ -104,9 +125,11 @@ void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
   const double direction = target_rad >= rest ? 1.0 : -1.0;
   const double way = direction * (target_rad - from.angle_rad);
   const double rate = direction * from.rate_rad_s;
-  const double peak = std::fmin(parameters_.max_rate_rad_s,
-                                std::sqrt(std::fmax(0.0, a * way + 0.5 * rate * rate)));
-  const double ramps = (peak * peak - rate * rate) / (2.0 * a) + peak * peak / (2.0 * a);
+  const double peak = std::fmin(rate_limit_rad_s(), std::sqrt(std::fmax(0.0, a * way + 0.5 * rate * rate)));
+  // It became slow on its way: first it brakes to what it still can.
+  const bool too_fast = fault_ == ServoFault::kSlow && rate > peak;
+  const double ramps =
+      too_fast ? rate * rate / (2.0 * a) : (peak * peak - rate * rate) / (2.0 * a) + peak * peak / (2.0 * a);
   swing_cycles_ = 0;
   hand_.reset();
   target_rad_ = target_rad;
@@ -114,10 +137,10 @@ void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
   profile_.start_us = t_us;
   profile_.angle_rad = from.angle_rad;
   profile_.rate_rad_s = from.rate_rad_s;
-  profile_.duration_s[0] = std::fmax(0.0, (peak - rate) / a);
+  profile_.duration_s[0] = too_fast ? (rate - peak) / a : std::fmax(0.0, (peak - rate) / a);
   profile_.duration_s[1] = peak > 0.0 ? std::fmax(0.0, (way - ramps) / peak) : 0.0;
   profile_.duration_s[2] = peak / a;
-  profile_.acceleration_rad_s2[0] = direction * a;
+  profile_.acceleration_rad_s2[0] = too_fast ? -direction * a : direction * a;
   profile_.acceleration_rad_s2[2] = -direction * a;
 }
 

@@ -24,6 +24,13 @@ struct ServoParameters {
   ServoErrors errors;
 };
 
+enum class ServoFault : uint8_t {
+  kNone,
+  kDead,      // its motor does not turn: the joint stays where it is, and limp
+  kSlow,      // it reaches a quarter of its rate
+  kReversed,  // pulses mean the mirrored angle: those of the reference pulse stay
+};
+
 struct ServoMotion {
   double angle_rad = 0.0, rate_rad_s = 0.0, acceleration_rad_s2 = 0.0;
 };
@@ -47,6 +54,9 @@ class Servo {
   // that still gets pulses starts again towards its target with the next one.
   void stop_at(uint64_t t_us, double angle_rad);
 
+  // From `t_us` on. A dead servo brakes, a slow one begins its way anew, one that is well again waits for a pulse.
+  void set_fault(uint64_t t_us, ServoFault fault);
+
   bool limp(uint64_t t_us) const { return last_pulse_us_ == kNever || t_us > limp_time_us(); }
   // By a hand, in either way.
   bool swinging(uint64_t t_us) const { return by_hand() && t_us < hand_end_us_; }
@@ -56,6 +66,7 @@ class Servo {
 
  private:
   static constexpr uint64_t kNever = UINT64_MAX;
+  static constexpr double kSlowPart = 0.25;
   // Constant-acceleration pieces from a start: speed up, cruise, slow down.
   struct Profile {
     uint64_t start_us = 0;
@@ -64,6 +75,8 @@ class Servo {
     double acceleration_rad_s2[3] = {};
   };
   uint64_t limp_time_us() const { return last_pulse_us_ + parameters_.limp_after_us; }
+  double nominal_rad(double width_us) const;
+  double rate_limit_rad_s() const;
   void go_to(uint64_t t_us, const ServoMotion& from, double target_rad);
   void brake(uint64_t t_us, const ServoMotion& from);
   void settle(uint64_t t_us);
@@ -79,6 +92,7 @@ class Servo {
   double target_rad_;
   uint64_t last_pulse_us_ = kNever;
   bool driven_ = false;  // following pulses; false once limp
+  ServoFault fault_ = ServoFault::kNone;
   ServoLinkage linkage_;
   uint64_t hand_start_us_ = 0, hand_end_us_ = 0;
   std::shared_ptr<const JointHand> hand_;

@@ -27,6 +27,8 @@ class AngleSensor {
   explicit AngleSensor(const AngleSensorParameters& parameters = AngleSensorParameters());
 
   void set_fault(AngleSensorFault fault) { fault_ = fault; }
+  // Its magnet has slipped on the axis: from now on it stands this far from where it was glued.
+  void set_slip(double slip_rad) { slip_rad_ = slip_rad; }
   // One conversion of the true joint angle: 0..4095, wrapping at a full turn.
   uint16_t convert(double joint_angle_rad);
 
@@ -34,6 +36,7 @@ class AngleSensor {
   AngleSensorParameters parameters_;
   Noise noise_;
   AngleSensorFault fault_ = AngleSensorFault::kNone;
+  double slip_rad_ = 0.0;
   uint16_t last_ = 0;
 };
 

@@ -26,6 +26,12 @@ class I2cBus {
     return true;
   }
 
+  // Another device answers at an address that is taken: its plug was put there.
+  void plug(uint8_t address, I2cDevice& device) {
+    for (Slot& slot : slots_)
+      if (slot.device != nullptr && slot.address == address) slot.device = &device;
+  }
+
   // False: nobody acknowledged, or a line is held low and no transfer is possible.
   bool write(uint8_t address, uint8_t reg, const uint8_t* data, size_t n) {
     I2cDevice* device = stuck_ ? nullptr : find(address);

@@ -14,6 +14,9 @@ namespace {
 constexpr double kStandardGravity_m_s2 = 9.80665;
 constexpr double kRadPerDeg = 0.017453292519943295;
 constexpr uint64_t kTick_us = 125;  // 8 kHz
+constexpr uint64_t kWanderTicks = 80;  // 10 ms
+constexpr double kStop_rad_s = 5000.0 * kRadPerDeg;  // beyond every range, so that it clips behind every filter
+constexpr double kSaturatedGain = 10.0;
 
 // RM register 26 (CONFIG): bandwidth and delay for DLPF_CFG 0..7. For 7 ("reserved", 8 kHz) no
 // figures are given: nothing is filtered.
@@ -34,7 +37,8 @@ bool gyro_at_8khz(uint8_t config) { return (config & 7u) == 0 || (config & 7u) =
 Mpu6050::Mpu6050(const Mpu6050Parameters& parameters)
     : parameters_(parameters),
       noise_(parameters.seed),
-      temperature_noise_(~parameters.seed) {
+      temperature_noise_(~parameters.seed),
+      wander_noise_(parameters.seed ^ 0x3A4DE5u) {
   reset_registers();
 }
 
@@ -102,9 +106,14 @@ Mpu6050::Truth Mpu6050::measured(const Vec3& rate_rad_s, const Vec3& specific_fo
   const Mat3 to_sensor = transpose(p.sensor_to_body);
   const Vec3 force = to_sensor * specific_force_m_s2;
   const Vec3 rate = to_sensor * rate_rad_s;
-  const Vec3 drag = p.gyro_bias_rad_s + p.gyro_g_sensitivity * force;
-  return {{p.gyro_scale.x * rate.x + drag.x, p.gyro_scale.y * rate.y + drag.y,
-           p.gyro_scale.z * rate.z + drag.z, p.accel_scale.x * force.x + p.accel_bias_m_s2.x,
+  const Vec3 drag = p.gyro_bias_rad_s + p.gyro_g_sensitivity * force +
+                    (temperature_c - p.reference_c) * p.gyro_bias_slope_rad_s_c;
+  Vec3 shown{p.gyro_scale.x * rate.x + drag.x, p.gyro_scale.y * rate.y + drag.y, p.gyro_scale.z * rate.z + drag.z};
+  if (p.gyro_shock_limit_m_s2 > 0.0 && dot(force, force) > p.gyro_shock_limit_m_s2 * p.gyro_shock_limit_m_s2) {
+    shown = {std::copysign(kStop_rad_s, force.x), std::copysign(kStop_rad_s, force.y),
+             std::copysign(kStop_rad_s, force.z)};
+  }
+  return {{shown.x, shown.y, shown.z, p.accel_scale.x * force.x + p.accel_bias_m_s2.x,
            p.accel_scale.y * force.y + p.accel_bias_m_s2.y,
            p.accel_scale.z * force.z + p.accel_bias_m_s2.z},
           temperature_c};
@@ -141,13 +150,14 @@ void Mpu6050::tick(const Truth& truth) {
   if ((registers_[kPwrMgmt1] & kSleep) != 0 || frozen() || fault_ == Mpu6050Fault::kDead) {
     return;
   }
+  if (parameters_.gyro_wander_rad_s > 0.0 && tick_ % kWanderTicks == 0) wander();
   // White noise of density d has the standard deviation d sqrt(rate / 2) at the conversion rate.
   const double spread = std::sqrt(0.5 / LowPass::kTick_s);
   for (int i = 0; i < 6; ++i) {
     const double density =
         i < 3 ? parameters_.gyro_noise_rad_s_rthz : parameters_.accel_noise_m_s2_rthz;
     const double noise = density > 0.0 ? density * spread * noise_.normal() : 0.0;
-    const double value = truth.channel[i] + noise;
+    const double value = truth.channel[i] + noise + (i < 3 ? wander_rad_s_[i] : 0.0);
     if (fill_filters_) filters_[i].reset(value);
     filters_[i].push(value);
   }
@@ -160,8 +170,15 @@ void Mpu6050::tick(const Truth& truth) {
   if (tick_ % period == 0) update_data_registers(truth.temperature_c);
 }
 
+void Mpu6050::wander() {
+  const double kept = std::exp(-static_cast<double>(kWanderTicks) * LowPass::kTick_s / parameters_.gyro_wander_s);
+  const double drawn = parameters_.gyro_wander_rad_s * std::sqrt(1.0 - kept * kept);
+  for (double& rate : wander_rad_s_) rate = kept * rate + drawn * wander_noise_.normal();
+}
+
 void Mpu6050::update_data_registers(double temperature_c) {
-  const double gyro_lsb = kGyroLsbPerDegS[(registers_[kGyroConfig] >> 3) & 3u] / kRadPerDeg;
+  const double gain = fault_ == Mpu6050Fault::kSaturated ? kSaturatedGain : 1.0;
+  const double gyro_lsb = gain * kGyroLsbPerDegS[(registers_[kGyroConfig] >> 3) & 3u] / kRadPerDeg;
   const double accel_lsb =
       kAccelLsbPerG[(registers_[kAccelConfig] >> 3) & 3u] / kStandardGravity_m_s2;
   for (int i = 0; i < 3; ++i) {

@@ -41,6 +41,13 @@ struct Mpu6050Parameters {
   Vec3 gyro_scale{1.0, 1.0, 1.0};          // reading / truth
   double gyro_noise_rad_s_rthz = 0.0;      // white; PS 6.1 typical: 0.005 deg/s/sqrt(Hz)
   Mat3 gyro_g_sensitivity;                 // (rad/s) / (m/s^2); PS 6.1 typical: 0.1 deg/s/g
+  Vec3 gyro_bias_slope_rad_s_c;            // of the bias with the temperature, from reference_c on
+  double reference_c = 25.0;
+  // In-run wander of each axis' bias: standard deviation of a first-order Gauss-Markov process.
+  double gyro_wander_rad_s = 0.0;
+  double gyro_wander_s = 100.0;            // its correlation time; assumed
+  // A blow harder than this drives the gyros' proof masses against their stops; 0: none does.
+  double gyro_shock_limit_m_s2 = 0.0;
   Vec3 accel_bias_m_s2;
   Vec3 accel_scale{1.0, 1.0, 1.0};
   double accel_noise_m_s2_rthz = 0.0;      // white; PS 6.2 typical: 400 ug/sqrt(Hz)
@@ -57,6 +64,7 @@ enum class Mpu6050Fault : uint8_t {
   kDead,              // no acknowledge
   kFrozen,            // the data registers keep their values, whatever the master does
   kFrozenUntilReset,  // the same until DEVICE_RESET or a loss of power
+  kSaturated,         // the gyros' drive loop has lost its gain control: a tenth of the range fills the converter
 };
 
 class Mpu6050 : public I2cDevice {
@@ -95,6 +103,7 @@ class Mpu6050 : public I2cDevice {
   void configure_filters();
   void write_register(uint8_t reg, uint8_t value);
   void tick(const Truth& truth);
+  void wander();
   void update_data_registers(double temperature_c);
   void put_word(uint8_t reg, double value);
 
@@ -102,8 +111,10 @@ class Mpu6050 : public I2cDevice {
   Mpu6050Fault fault_ = Mpu6050Fault::kNone;
   Noise noise_;
   Noise temperature_noise_;
+  Noise wander_noise_;
   uint8_t registers_[128] = {};
   LowPass filters_[6];
+  double wander_rad_s_[3] = {};
   double accel_held_[3] = {};       // the accelerometer's output changes at 1 kHz
   Truth last_truth_ = {};
   bool has_truth_ = false;

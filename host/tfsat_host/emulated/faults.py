@@ -1,0 +1,175 @@
+"""What can break on the emulated robot, where it breaks, at any virtual time; and how it heals."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from typing import Literal, get_args
+
+from tfsat_host.emulated.errors import EmulationError
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT, SWITCH_COUNT
+
+ImuFault = Literal["dead", "frozen", "saturated", "swapped"]
+"""An IMU does not answer; its registers stand still; its gyros fill their converters at a tenth of the range (the
+drive loop has lost its gain control: rates come ten times too large); its plug is exchanged with another's."""
+AngleSensorFault = Literal["dead", "frozen", "turned"]
+"""A wire is open, and a pull-down makes it read 0; the output stands still; the magnet has slipped on its axis."""
+ServoFault = Literal["dead", "slow", "reversed"]
+"""Its motor does not turn; it reaches a quarter of its rate; its pulses mean the angle mirrored at the reference."""
+SwitchFault = Literal["stuck-closed", "stuck-open"]
+"""What its wire shows both boards, whatever the releaser does."""
+ClockedBoard = Literal["sequencer", "logger"]
+
+BUS_COUNT = IMU_COUNT // IMUS_PER_BUS
+MOST_PPM = 20_000.0
+"""A board's clock is off by no more (board_clock.h)."""
+_IMU_KINDS = ("dead", "frozen", "saturated")  # from 1 on as api.h numbers them, like all of these
+_ANGLE_SENSOR_KINDS = ("dead", "frozen")
+
+
+class Faults:
+    """Breaks and heals one robot. Valid as long as the robot is.
+
+    Each call takes effect at the present virtual time and replaces what the same part had before; None heals it.
+    Every method raises EmulationError, and changes nothing, for a part or a kind that does not exist.
+    """
+
+    def __init__(self, library: ctypes.CDLL, robot: int) -> None:
+        self._library = library
+        self._robot = robot
+        self._swapped: dict[int, int] = {}
+
+    def imu(self, body: int, kind: ImuFault | None, other: int | None = None) -> None:
+        """The IMU of a body (1 to 4).
+
+        Args:
+            body: Which.
+            kind: What happens to it.
+            other: Of "swapped", and only of it: the body whose plug is exchanged with this one's.
+        """
+        _require("body", body, IMU_COUNT)
+        _require_kind("IMUs", kind, get_args(ImuFault))
+        if (kind == "swapped") != (other is not None) or other == body:
+            raise _refusal(
+                "An IMU is swapped with that of another body, and nothing else takes a second body"
+            )
+        if other is not None:
+            _require("body", other, IMU_COUNT)
+        self._plug_back(body)
+        self._library.tfsat_fault_imu(
+            self._robot, body - 1, 1 + _IMU_KINDS.index(kind) if kind in _IMU_KINDS else 0
+        )
+        if other is not None:
+            self._plug_back(other)
+            self._library.tfsat_swap_imus(self._robot, body - 1, other - 1)
+            self._swapped |= {body: other, other: body}
+
+    def bus(self, bus: int, stuck: bool) -> None:
+        """A slave holds an I2C bus (1: IMUs 1 and 2; 2: IMUs 3 and 4) low.
+
+        The nine clocks that free a bus do not free this one. The logger's next power-up does.
+        """
+        _require("bus", bus, BUS_COUNT)
+        self._library.tfsat_fault_bus(self._robot, bus - 1, int(stuck))
+
+    def angle_sensor(
+        self, index: int, kind: AngleSensorFault | None, turned_deg: float | None = None
+    ) -> None:
+        """An angle sensor (1 to 6, in the log's order: two a joint).
+
+        Args:
+            index: Which.
+            kind: What happens to it.
+            turned_deg: Of "turned", and only of it: by how much the magnet has slipped, in the sensor's sense.
+        """
+        _require("angle sensor", index, ANGLE_SENSOR_COUNT)
+        _require_kind("angle sensors", kind, get_args(AngleSensorFault))
+        if (kind == "turned") != (turned_deg is not None) or not math.isfinite(turned_deg or 0.0):
+            raise _refusal("A turned magnet has an angle, and nothing else takes one")
+        number = 1 + _ANGLE_SENSOR_KINDS.index(kind) if kind in _ANGLE_SENSOR_KINDS else 0
+        self._library.tfsat_fault_angle_sensor(self._robot, index - 1, number)
+        self._library.tfsat_slip_magnet(self._robot, index - 1, math.radians(turned_deg or 0.0))
+
+    def servo(self, joint: int, kind: ServoFault | None) -> None:
+        """The servo of a joint (1 to 3)."""
+        _require("joint", joint, JOINT_COUNT)
+        self._library.tfsat_fault_servo(self._robot, joint - 1, _number("servos", kind, get_args(ServoFault)))
+
+    def switch(self, index: int, kind: SwitchFault | None) -> None:
+        """A release switch (1 or 2)."""
+        _require("release switch", index, SWITCH_COUNT)
+        self._library.tfsat_fault_switch(
+            self._robot, index - 1, _number("switches", kind, get_args(SwitchFault))
+        )
+
+    def bounce(self, duration_us: int | None) -> None:
+        """Both switches' contacts chatter for so long at the next release, not the data sheet's 1.5 ms or so."""
+        if duration_us is not None and not 0 < duration_us <= 1_000_000:
+            raise _refusal(f"Contacts do not bounce for {duration_us} us: more than 0, at most 1,000,000")
+        self._library.tfsat_set_bounce(self._robot, duration_us or 0)
+
+    def card_stalls(self, stall_us: int | None, every_us: int = 2_000_000) -> None:
+        """A slow card: now and then one block keeps it busy.
+
+        Args:
+            stall_us: For so long. The ring bridges `ring_blocks`; the logger takes a card that is busy for more
+                than 1 s for gone.
+            every_us: Between two of them, give or take half; at 0 each block does.
+        """
+        if stall_us is not None and not (0 < stall_us <= 100_000_000 and 0 <= every_us <= 1_000_000_000):
+            raise _refusal(f"A card does not stall for {stall_us} us each {every_us} us")
+        self._library.tfsat_card_stalls(self._robot, stall_us or 0, every_us)
+
+    def clock(self, board: ClockedBoard, ppm: float) -> None:
+        """A board's time runs that much faster than true time from now on; up to 20,000 ppm (2 %) either way.
+
+        What its imperfections said until now is replaced.
+        """
+        boards = get_args(ClockedBoard)
+        if board not in boards:
+            raise _refusal(f"There is no board {board!r}: {', '.join(boards)}")
+        if self._library.tfsat_set_clock(self._robot, boards.index(board), ppm) != 0:
+            raise _refusal(f"A board's clock cannot be off by {ppm:g} ppm, only by {MOST_PPM:g} either way")
+
+    def heal(self) -> None:
+        """Everything that these methods break is well again; the clocks stay as they are."""
+        for body in range(1, IMU_COUNT + 1):
+            self.imu(body, None)
+        for bus in range(1, BUS_COUNT + 1):
+            self.bus(bus, False)
+        for index in range(1, ANGLE_SENSOR_COUNT + 1):
+            self.angle_sensor(index, None)
+        for joint in range(1, JOINT_COUNT + 1):
+            self.servo(joint, None)
+        for index in range(1, SWITCH_COUNT + 1):
+            self.switch(index, None)
+        self.bounce(None)
+        self.card_stalls(None)
+
+    def _plug_back(self, body: int) -> None:
+        other = self._swapped.pop(body, None)
+        if other is not None:
+            del self._swapped[other]
+            self._library.tfsat_swap_imus(self._robot, body - 1, other - 1)
+
+
+def _number(parts: str, kind: str | None, kinds: tuple[str, ...]) -> int:
+    """As api.h numbers kinds: 0 is well."""
+    _require_kind(parts, kind, kinds)
+    return 0 if kind is None else 1 + kinds.index(kind)
+
+
+def _require(part: str, number: int, count: int) -> None:
+    if not 1 <= number <= count:
+        raise _refusal(f"There is no {part} {number}: 1 to {count}")
+
+
+def _require_kind(parts: str, kind: str | None, kinds: tuple[str, ...]) -> None:
+    if kind is not None and kind not in kinds:
+        raise _refusal(f"There is no such fault of {parts} as {kind!r}: {', '.join(kinds)}")
+
+
+def _refusal(what: str) -> EmulationError:
+    return EmulationError(
+        what=f"{what}.", meaning="Nothing was changed.", next_step="docs/emulator.md, Faults."
+    )
