@@ -104,7 +104,7 @@ calibration-report: compiler venv  ## calibrate a hundred emulated robots (a qua
 
 # One core a process: the campaign has two of them.
 .PHONY: evaluation-report
-evaluation-report: compiler venv  ## evaluate two hundred emulated drops (half an hour) and write docs/evaluation-proof.md
+evaluation-report: compiler venv  ## evaluate a hundred emulated drops (a quarter of an hour) and write docs/evaluation-proof.md
 	$(call say,how far evaluations are from the truth)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation_proof
 

@@ -1,4 +1,4 @@
-"""`make evaluation-report`: evaluates two hundred emulated drops and writes docs/evaluation-proof.md."""
+"""`make evaluation-report`: evaluates a hundred emulated drops and writes docs/evaluation-proof.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.evaluation_proof.summary import judged
 from tfsat_host.emulated.build import ensure_built
 
 PAGE = Path(__file__).parents[2] / "docs" / "evaluation-proof.md"
-ROBOTS = 100
+ROBOTS = 50
 PROCESSES = 2
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.calibration_proof.robots import Errors
-from tests.evaluation_proof.flights import BODIES, Flight, drops_of, flights_of, with_dead_gyro
+from tests.evaluation_proof.flights import BODIES, Flight, drops_of, flights_of, with_dead_gyro, without_calibration
 from tests.evaluation_proof.paper_setting import Replay, replays_of
 from tests.evaluation_proof.robots import robot_of
 
@@ -45,11 +45,13 @@ class Proof:
 
     Attributes:
         flights: By low-pass.
+        bare: By low-pass, its drops evaluated without any calibration.
         deaf: Its drop at 42 Hz with the gyro of each body (1 to 4) dead; empty for most robots.
         replays: In the paper's way.
     """
 
     flights: Mapping[str, Flight]
+    bare: Mapping[str, Mapping[str, Errors]]
     deaf: Mapping[int, Mapping[str, Errors]]
     replays: Mapping[str, Replay]
 
@@ -66,6 +68,7 @@ def _proven(seed: int) -> Proof:
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
         flights_of(robot, drops),
+        {low_pass: without_calibration(robot, one) for low_pass, one in drops.items()},
         {body: with_dead_gyro(robot, drops["42 Hz"], body) for body in bodies},
         replays_of(robot, drops["5 Hz"]),
     )

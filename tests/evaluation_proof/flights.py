@@ -125,6 +125,11 @@ def _flight(one: Drop, found: Evaluation, other: Evaluation) -> Flight:
     )
 
 
+def without_calibration(robot: Robot, one: Drop) -> dict[str, Errors]:
+    """The same drop, had nobody ever calibrated a sensor."""
+    return errors_of(one, evaluate(one.log, robot.model, None, one.schedule))
+
+
 def with_dead_gyro(robot: Robot, one: Drop, body: int) -> dict[str, Errors]:
     """The same drop, had the IMU of a body (1 to 4) not answered at all."""
     valid = one.log.imu_valid.copy()

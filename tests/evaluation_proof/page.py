@@ -66,6 +66,15 @@ there to the end finds the objective least. With calibrated sensors the objectiv
 long before its minimum.
 
 """
+_BARE = """
+## No calibration at all
+
+The same drops once more, evaluated as if nobody had ever calibrated a sensor: mountings to 5 deg, scale factors to 3 %,
+biases from the rest before the release, joints taken to hang within 6 deg of where their servos start. Four gyros
+measure twelve numbers of a motion that has six, and the angle sensors three of these twice more; with the model that is
+enough to calibrate them from the drop itself. A joint's angle can then be told but for where it began.
+
+"""
 _DEAF = """
 ## A dead gyro
 
@@ -110,6 +119,7 @@ def page(proofs: Proofs) -> str:
             _model(proofs),
             _SWARM,
             _swarm(proofs),
+            _bare(proofs),
             _deaf(proofs),
             paper_page(proofs),
             _ROWS,
@@ -185,6 +195,16 @@ def _swarm(proofs: Proofs) -> str:
         for what in ("Gauss-Newton", "swarm", "spread", "least")
     ]
     return table(("offset", *columns), rows)
+
+
+def _bare(proofs: Proofs) -> str:
+    rows = [
+        (quantity, low_pass, *figures(joined(proof.bare[low_pass][quantity] for proof in proofs.values())))
+        for quantity in LABELS
+        for low_pass in LOW_PASSES
+    ]
+    columns = ("quantity", "low-pass", "rms", "largest", "stated std, median", "z", "95 % hold")
+    return _BARE + table(columns, rows, 2)
 
 
 def _deaf(proofs: Proofs) -> str:

@@ -112,10 +112,9 @@ def _conclusions(off: list[Replay], exact: list[Replay]) -> str:
 and the other eight by {others:.1f} mm. Part of that is the search, which stops early: searched to the end, the
 objective is least {least_2_z:.1f} mm rms from the truth there, and {least_others:.1f} mm for the others. That much
 the unknown scale factors do, and most where the paper's largest correction is: nobody can tell its 7.10 mm from
-them. It is not the recording that is to blame. A fit that has the scale factors among its unknowns finds, from the
-same drops, body 2 z to {ours_2_z:.1f} mm and all nine to {rms(ours.error):.1f} mm (its intervals are then too narrow,
-z = {z_rms(ours):.1f}: it is made for the small errors of calibrated sensors), and with all sensors calibrated to
-{rms(_joined(exact, "calibrated_fit").error):.2f} mm.
+them. It is not the recording that is to blame. An evaluation that has the scale factors among its unknowns finds, from
+the same drops, body 2 z to {ours_2_z:.2f} mm and all nine to {rms(ours.error):.2f} mm (z = {z_rms(ours):.1f}), and with
+all sensors calibrated to {rms(_joined(exact, "calibrated_fit").error):.2f} mm.
 
 **The model's error, {PAPER_BEFORE_DEG} deg.** An exact model, seen by gyros whose scale factors are
 unknown, is {middle:.2f} deg from the measurement (median), and in {same_before} of the drops at least

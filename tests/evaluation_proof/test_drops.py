@@ -1,6 +1,6 @@
 """An evaluation finds what a drop's hidden truth was, and how sure it is.
 
-The full campaign of a hundred robots is `make evaluation-report`; these are some of its drops again.
+The full campaign of fifty robots is `make evaluation-report`; these are some of its drops again.
 """
 
 from __future__ import annotations
