@@ -82,7 +82,8 @@ class Output:
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
         """A table of the result for people; nothing with `--json`. Numbers are aligned right.
 
-        No word is broken: where the table's columns are too many for the terminal, each row is a block of lines.
+        A cell may be Rich's `Text`, with its colours. No word is broken: where the table's columns are too many for the
+        terminal, each row is a block of lines.
         """
         if self.json_mode:
             return
@@ -91,9 +92,16 @@ class Output:
         from tfsat_host.cli.tables import table_of
 
         console = self._console(self._stdout)
-        cells = [[_cell(value) for value in row] for row in rows]
+        listed = list(rows)
+        cells = [[_cell(value) for value in row] for row in listed]
         numeric = [bool(cells) and all(row[index][1] for row in cells) for index in range(len(columns))]
-        texts = [[Text(text) for text, _ in row] for row in cells]
+        texts = [
+            [
+                value if isinstance(value, Text) else Text(text)
+                for value, (text, _) in zip(row, shown, strict=True)
+            ]
+            for row, shown in zip(listed, cells, strict=True)
+        ]
         console.print(table_of([Text(name) for name in columns], texts, numeric, title, console.width))
 
     def stream(self, data: Mapping[str, Any]) -> None:

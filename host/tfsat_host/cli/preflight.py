@@ -1,0 +1,149 @@
+"""`tfsat-host preflight`: GO or NO-GO before a drop, with the evidence for it."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.advice import Interrupted
+from tfsat_host.cli.options import add_device_options, file_name, port_name
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import RefusedError
+
+if TYPE_CHECKING:
+    from tfsat_host.cli.preflight_files import RunFiles
+    from tfsat_host.preflight.evidence import Evidence
+
+DROPS = 10
+"""A day's, with rehearsals in the releaser."""
+_NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The run, its files, what the boards should run, and where they are."""
+    parser.description = (
+        "Look at everything that must be right before a drop, and say GO or NO-GO. Nothing moves; a recording of some "
+        "seconds is made on the card, read back and removed. The result goes into RUN/preflight.json and, by its hash, "
+        "into the run's record. Exit code 0 for GO, 4 for NO-GO. docs/preflight.md explains every check."
+    )
+    parser.add_argument(
+        "run",
+        metavar="RUN",
+        nargs="?",
+        type=file_name,
+        default=Path(),
+        help="folder of the drop, with maneuver.toml and calibration.toml (default: the current one)",
+    )
+    files = parser.add_argument_group("what the drop is checked against")
+    for name, text in (
+        ("maneuver", "what is to be flown (default: maneuver.toml in RUN)"),
+        ("calibration", "certificate of the sensors (default: calibration.toml in RUN or here; of an emulated robot "
+         "calibration-emulated.toml)"),
+        ("robot", "a robot file, or the name of a robot that tfsat brings along (default: drop_tower)"),
+        ("facility", "a facility file (default: COSMOTORRE's)"),
+    ):  # fmt: skip
+        files.add_argument(f"--{name}", metavar="FILE", type=file_name, help=text)
+    files.add_argument(
+        "--drops",
+        metavar="N",
+        type=_count,
+        default=DROPS,
+        help=f"for how many recordings the card must have room (default {DROPS})",
+    )
+    files.add_argument(
+        "--sequencer-image",
+        metavar="HEX",
+        type=file_name,
+        help="HEX that the sequencer should run, or its CRC (default: that of make firmware in this checkout)",
+    )
+    files.add_argument(
+        "--logger-image",
+        metavar="CRC",
+        type=_crc,
+        help="CRC of the image that the logger should run, 8 hex digits: image_crc of tfsat-host status --json right "
+        "after it was flashed",
+    )
+    parser.add_argument(
+        "--logger-port",
+        metavar="PORT",
+        type=port_name,
+        help="serial port of the logger, beside the sequencer's --port; without it TFSAT_LOGGER_PORT, "
+        "else, without --port, the one port that looks like this board",
+    )
+    add_device_options(parser, "sequencer")
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Asks, judges, writes, shows."""
+    from tfsat_host import __version__
+    from tfsat_host.cli.preflight_commands import typed_here
+    from tfsat_host.cli.preflight_files import Written, run_files, write_result
+    from tfsat_host.cli.preflight_words import as_json, show
+    from tfsat_host.preflight import judge, may_drop
+
+    files = run_files(args)
+    evidence, left = _evidence(args, files, out)
+    emulated = any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
+    checks = typed_here(judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated)
+    result: dict[str, Any] = {
+        "verdict": "go" if may_drop(checks) else "no-go",
+        "at": evidence.now.astimezone(UTC).isoformat(),
+        "tfsat_version": __version__,
+        "emulated": emulated,
+        "reasons": [check.name for check in checks if check.blocks],
+        "checks": [as_json(check) for check in checks],
+        "boards": _boards(evidence),
+        "files": files.hashes(evidence.calibration_file),
+        "left_on_the_boards": left,
+    }
+    written: Written = write_result(files.folder, result, evidence.now)
+    shown = {**result, "file": str(written.file), "signed": written.sha256}
+    out.result(shown, lambda: show(checks, evidence, written, args, out, emulated=emulated))
+    if left:
+        out.warn(left)
+    if written.error is not None:
+        raise written.error
+    return 0 if may_drop(checks) else RefusedError.exit_code
+
+
+def _evidence(args: argparse.Namespace, files: RunFiles, out: Output) -> tuple[Evidence, str]:
+    """Everything that is known, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
+    from tfsat_host.cli.preflight_boards import ask_boards, interruptible_by_signals
+    from tfsat_host.preflight.trial import Trace
+
+    trace = Trace()
+    try:
+        with ExitStack() as stack, interruptible_by_signals():
+            return ask_boards(args, files, trace, stack, out, datetime.now(UTC)), trace.left
+    except (KeyboardInterrupt, Interrupted):
+        raise Interrupted(
+            what="Interrupted.",
+            meaning=f"{trace.left or _NOTHING_LEFT} There is no result, and none was written.",
+            next_step="tfsat-host record stop, then tfsat-host log list shows what to erase."
+            if trace.left
+            else "Run the same command again when ready.",
+        ) from None
+
+
+def _boards(evidence: Evidence) -> dict[str, Any]:
+    from tfsat_host.preflight.evidence import Missing
+
+    return {
+        board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
+        for board in (evidence.sequencer_board, evidence.logger_board)
+    }
+
+
+def _count(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and 0 < len(text) < 4 and int(text)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of drops: write 1 to 999")
+    return int(text)
+
+
+def _crc(text: str) -> str:
+    if len(text) != 8 or any(digit not in "0123456789abcdefABCDEF" for digit in text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no CRC: write its 8 hexadecimal digits")
+    return text.lower()

@@ -1,0 +1,59 @@
+"""One line of a preflight: what was looked at, and whether the robot may be dropped as far as that goes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+
+class Verdict(StrEnum):
+    """What a check says."""
+
+    GO = "go"
+    NO_GO = "no-go"
+    """What was looked at is wrong."""
+    NOT_MADE = "not-made"
+    """It could not be looked at: as good as NO-GO, unless the check is optional."""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One check.
+
+    Attributes:
+        name: Stable; scripts rely on it.
+        verdict: See `Verdict`.
+        sentence: What was found, for a person.
+        evidence: The numbers behind it, with units in their names; what JSON can hold.
+        next_step: What to do about it, a command to type where there is one; empty if GO.
+        optional: By design it does not stand against a drop when it cannot be made.
+    """
+
+    name: str
+    verdict: Verdict
+    sentence: str
+    evidence: Mapping[str, Any] = field(default_factory=dict)
+    next_step: str = ""
+    optional: bool = False
+
+    @property
+    def blocks(self) -> bool:
+        """It stands against a drop."""
+        return self.verdict == Verdict.NO_GO or (self.verdict == Verdict.NOT_MADE and not self.optional)
+
+
+def go(name: str, sentence: str, /, **evidence: Any) -> Check:
+    """Nothing against a drop."""
+    return Check(name, Verdict.GO, sentence, evidence)
+
+
+def no_go(name: str, sentence: str, next_step: str, /, **evidence: Any) -> Check:
+    """Something is wrong."""
+    return Check(name, Verdict.NO_GO, sentence, evidence, next_step)
+
+
+def not_made(name: str, reason: str, next_step: str, /, **evidence: Any) -> Check:
+    """It could not be looked at; `reason` is a sentence."""
+    return Check(name, Verdict.NOT_MADE, reason, evidence, next_step)

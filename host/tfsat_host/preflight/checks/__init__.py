@@ -1,0 +1,1 @@
+"""The checks, by what they look at: each takes the evidence and gives one line."""

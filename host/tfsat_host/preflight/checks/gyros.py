@@ -1,0 +1,234 @@
+"""The IMUs while the robot hangs still: there, measuring, plausible, and of one mind.
+
+The limits of stillness are those of `calibrate bias` (calibration/gyros/bias.py).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.gyros.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
+from tfsat_host.dynamics import Multibody, poses
+from tfsat_host.preflight.check import Check, go, no_go, not_made
+from tfsat_host.preflight.evidence import Evidence, Missing, unreached
+from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of
+from tfsat_host.protocol.limits import IMU_COUNT
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+FloatArray = NDArray[np.float64]
+
+WHO_AM_I_MPU6050 = 0x68
+MOST_BIAS_DEG_S = 20.0
+"""Zero-rate output of an MPU-6050 at 25 deg C (PS-MPU-6000A rev. 3.4, section 6.1)."""
+MOST_APART_DEG_S = 0.5
+"""After power-up a bias comes back within some tenths of that; more is another sensor, or a broken one."""
+MOST_APART_DEG_S_C = 20.0 / 62.5
+"""And moves with the die's temperature: by 20 deg/s from 25 to -40 or +85 deg C (the same table)."""
+MOST_GRAVITY_APART_DEG = 12.0
+"""Zero-g outputs within 50 mg, 80 mg for z (section 6.2), tilt what two accelerometers call down by up to so much."""
+_AGAIN = "Let the robot hang without touching it, then run this preflight again."
+
+
+def check_imus(evidence: Evidence) -> Check:
+    """Each IMU is an MPU-6050, answered at every sample, measured, and was at no end of its range."""
+    name = "gyros-present"
+    if isinstance(evidence.logger, Missing):
+        return unreached(name, evidence.logger)
+    sensors = sensors_of(evidence)
+    if isinstance(sensors, Missing):
+        return unreached(name, sensors)
+    counts = sensors.live.counts
+    who = evidence.logger.later.who_am_i
+    numbers = {
+        "who_am_i": [f"{one:02x}" for one in who],
+        "samples": len(counts.t_us),
+        "valid_samples": counts.imu_valid.sum(axis=0).tolist(),
+        "clipped_samples": counts.clipped.sum(axis=0).tolist(),
+    }
+    said = []
+    for body in range(IMU_COUNT):
+        if who[body] not in (0, WHO_AM_I_MPU6050):
+            said.append(f"that of body {body + 1} is no MPU-6050 (WHO_AM_I 0x{who[body]:02x})")
+        elif not counts.imu_valid[:, body].any():
+            said.append(f"that of body {body + 1} does not answer, or repeats one reading")
+        elif not counts.imu_valid[:, body].all():
+            share = 100 * (1 - counts.imu_valid[:, body].mean())
+            said.append(f"that of body {body + 1} gave nothing in {share:.2g} % of the samples")
+        elif counts.clipped[:, body].any():
+            said.append(f"that of body {body + 1} is at the end of its range")
+    if said:
+        return no_go(
+            name,
+            f"Of the IMUs {'; '.join(said)}.",
+            "tfsat-host status and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
+            "switch the power off and on.",
+            **numbers,
+        )
+    return go(name, f"All {IMU_COUNT} IMUs answered in all {len(counts.t_us)} samples.", **numbers)
+
+
+def check_stillness(evidence: Evidence) -> Check:
+    """No gyro scatters or drifts, no accelerometer shakes, each reads 1 g: the robot hangs still, on sound sensors."""
+    name = "gyros-still"
+    sensors = sensors_of(evidence)
+    if isinstance(sensors, Missing):
+        return unreached(name, sensors)
+    bodies = _answering(sensors)
+    if not len(bodies):
+        return not_made(name, "No IMU answered.", "See gyros-present.")
+    rates = sensors.si.rate_rad_s[:, bodies]
+    forces_g = sensors.si.accel_m_s2[:, bodies] / STANDARD_GRAVITY_M_S2
+    first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
+    scatter = rates.std(axis=0).max(axis=1)
+    drift = np.abs(second - first).max(axis=1)
+    shake = forces_g.std(axis=0).max(axis=1)
+    weight = np.linalg.norm(forces_g.mean(axis=0), axis=1)
+    constant = ~np.ptp(rates, axis=0).any(axis=1)
+    numbers = {
+        "bodies": (bodies + 1).tolist(),
+        "scatter_deg_s": np.rad2deg(scatter).tolist(),
+        "drift_deg_s": np.rad2deg(drift).tolist(),
+        "shake_g": shake.tolist(),
+        "gravity_g": weight.tolist(),
+    }
+    said = []
+    for k, body in enumerate(bodies + 1):
+        if constant[k]:
+            said.append(f"the gyro of body {body} gave one value only")
+        if scatter[k] > STILL_RATE_RAD_S:
+            said.append(f"body {body} turns to and fro by {np.rad2deg(scatter[k]):.1f} deg/s")
+        elif drift[k] > DRIFT_RAD_S:
+            said.append(f"the rate of body {body} changed by {np.rad2deg(drift[k]):.2f} deg/s")
+        if shake[k] > SHAKE_G:
+            said.append(f"body {body} is shaken by {shake[k]:.2f} g")
+        elif not GRAVITY_G[0] <= weight[k] <= GRAVITY_G[1]:
+            said.append(f"the accelerometer of body {body} reads {weight[k]:.2f} g, not 1 g")
+    if said:
+        return no_go(
+            name,
+            f"Not still, or not sound: {'; '.join(said)}.",
+            f"{_AGAIN} If one body alone stays so, replace its IMU.",
+            **numbers,
+        )
+    return go(
+        name,
+        f"Still: gyros scatter by at most {np.rad2deg(scatter.max()):.2f} deg/s, all accelerometers read 1 g.",
+        **numbers,
+    )
+
+
+def check_biases(evidence: Evidence) -> Check:
+    """What each gyro reads at rest lies within its data sheet."""
+    name = "gyro-biases"
+    sensors = sensors_of(evidence)
+    if isinstance(sensors, Missing):
+        return unreached(name, sensors)
+    bodies = _answering(sensors)
+    if not len(bodies):
+        return not_made(name, "No IMU answered.", "See gyros-present.")
+    biases_deg_s = np.rad2deg(sensors.si.rate_rad_s[:, bodies].mean(axis=0))
+    numbers = {"bodies": (bodies + 1).tolist(), "reading_deg_s": biases_deg_s.tolist()}
+    worst = np.abs(biases_deg_s).max(axis=1)
+    beyond = [
+        f"body {body}: {worst[k]:.1f} deg/s"
+        for k, body in enumerate(bodies + 1)
+        if worst[k] > MOST_BIAS_DEG_S
+    ]
+    if beyond:
+        return no_go(
+            name,
+            f"At rest a gyro reads more than {MOST_BIAS_DEG_S:g} deg/s: {', '.join(beyond)}.",
+            "Wait until the robot hangs still; if it stays so, replace that IMU and calibrate it.",
+            **numbers,
+        )
+    return go(
+        name,
+        f"At rest no gyro reads more than {worst.max():.1f} deg/s ({MOST_BIAS_DEG_S:g} are allowed).",
+        **numbers,
+    )
+
+
+def check_agreement(evidence: Evidence) -> Check:
+    """Calibrated, the gyros of the held robot read one rate, and the accelerometers point one way down.
+
+    A body of which the calibration does not hold stands out: other IMU, plugs exchanged, mounting moved, gain lost.
+    """
+    name = "gyros-agree"
+    sensors = sensors_of(evidence)
+    if isinstance(sensors, Missing):
+        return unreached(name, sensors)
+    calibration = certificate_of_these(evidence)
+    if isinstance(calibration, Missing):
+        return unreached(name, calibration)
+    bodies = _answering(sensors)
+    if len(bodies) < 2:
+        return not_made(name, "Fewer than two IMUs answered.", "See gyros-present.")
+    angles = joint_angles(sensors, evidence)
+    if isinstance(angles, Missing):
+        return unreached(name, angles)
+    to_base = _to_base(evidence, angles)
+    rates, warmer_c, down = _calibrated(sensors, calibration, bodies, to_base)
+    allowed = MOST_APART_DEG_S + MOST_APART_DEG_S_C * warmer_c
+    apart = np.abs(rates - np.median(rates, axis=0)).max(axis=1)
+    middle = np.median(down, axis=0)
+    tilt = np.rad2deg(np.arccos(np.clip(down @ middle / np.linalg.norm(middle), -1.0, 1.0)))
+    numbers = {
+        "bodies": (bodies + 1).tolist(),
+        "rate_deg_s": rates.tolist(),
+        "apart_deg_s": apart.tolist(),
+        "allowed_deg_s": allowed.tolist(),
+        "down_apart_deg": tilt.tolist(),
+        "allowed_down_deg": MOST_GRAVITY_APART_DEG,
+    }
+    said = []
+    for k, body in enumerate(bodies + 1):
+        if apart[k] > allowed[k]:
+            said.append(f"the gyro of body {body} is {apart[k]:.1f} deg/s away from the others")
+        if tilt[k] > MOST_GRAVITY_APART_DEG:
+            said.append(
+                f"the IMU of body {body} sees gravity {tilt[k]:.0f} deg away from where the others do"
+            )
+    if said:
+        return no_go(
+            name,
+            f"Calibrated, {'; '.join(said)}.",
+            "Are two IMUs' plugs exchanged, was one replaced or moved? If not: tfsat-host calibrate bias, "
+            "and misalignment of what was moved.",
+            **numbers,
+        )
+    return go(
+        name,
+        f"Calibrated, all gyros agree within {2 * apart.max():.2f} deg/s and on where down is "
+        f"within {2 * tilt.max():.1f} deg.",
+        **numbers,
+    )
+
+
+def _answering(sensors: Sensors) -> NDArray[np.intp]:
+    """Bodies from 0 whose IMU gave anything."""
+    return np.flatnonzero(sensors.live.counts.imu_valid.any(axis=0))
+
+
+def _to_base(evidence: Evidence, angles_rad: FloatArray) -> FloatArray:
+    """(n, 3, 3) from each body's axes to the base's; a joint whose sensors are silent counts as closed."""
+    angles = believed(angles_rad)
+    return poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
+
+
+def _calibrated(
+    sensors: Sensors, calibration: Calibration, bodies: NDArray[np.intp], to_base: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(m, 3) mean rates, base axes, deg/s; (m,) how much warmer or colder than calibrated, deg C; (m, 3) unit down."""
+    rates, warmer, down = [], [], []
+    for body in bodies:
+        valid = sensors.live.counts.imu_valid[:, body]
+        gyro = calibration.gyros[body]
+        reading = sensors.si.rate_rad_s[valid, body].mean(axis=0)
+        rates.append(np.rad2deg(to_base[body] @ gyro.body_rates(reading[None, :])[0]))
+        temperature_c = float(sensors.si.temperature_c[valid, body].mean())
+        warmer.append(abs(temperature_c - gyro.temperature_c) if np.isfinite(gyro.temperature_c) else 0.0)
+        force = to_base[body] @ gyro.rotation @ sensors.si.accel_m_s2[valid, body].mean(axis=0)
+        down.append(-force / max(float(np.linalg.norm(force)), 1e-9))
+    return np.array(rates), np.array(warmer), np.array(down)

@@ -1,0 +1,107 @@
+"""The joints' absolute angle sensors: both of each joint of one mind, and the joint at its start pose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfsat_host.calibration.joints.joint_sensors import sensor_columns, wrapped
+from tfsat_host.calibration.joints.zero import MOST_DISAGREEMENT_RAD
+from tfsat_host.preflight.check import Check, go, no_go, not_made
+from tfsat_host.preflight.evidence import Evidence, Missing, unreached
+from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of
+from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
+
+START_POSE_DEG = START_POSE_TOLERANCE_CDEG / 100.0
+_LEAST_SAMPLES = 200
+"""Noise of half a count lets a sensor show one value so many times with a probability below 1e-30."""
+
+
+def check_sensors(evidence: Evidence) -> Check:
+    """Every angle sensor answers, has its noise, and says what the other one of its joint says."""
+    name = "joint-sensors"
+    sensors = sensors_of(evidence)
+    if isinstance(sensors, Missing):
+        return unreached(name, sensors)
+    angles = joint_angles(sensors, evidence)
+    if isinstance(angles, Missing):
+        return unreached(name, angles)
+    valid = sensors.live.counts.angle_valid
+    apart = np.abs(wrapped(angles[:, 0] - angles[:, 1]))
+    numbers = {
+        "joint_deg": np.rad2deg(angles).tolist(),
+        "apart_deg": np.rad2deg(apart).tolist(),
+        "allowed_deg": float(np.rad2deg(MOST_DISAGREEMENT_RAD)),
+        "valid_samples": valid.sum(axis=0).tolist(),
+    }
+    frozen = _frozen(sensors, evidence)
+    said = []
+    for row, joint in enumerate(range(1, len(angles) + 1)):
+        columns = sensor_columns(evidence.robot, joint)
+        for k, column in enumerate(columns, 1):
+            if not valid[:, column].all():
+                said.append(f"sensor {k} of joint {joint} does not answer at every sample")
+            elif column in frozen:
+                said.append(f"sensor {k} of joint {joint} shows one value without any noise")
+        if np.isfinite(apart[row]) and apart[row] > MOST_DISAGREEMENT_RAD:
+            first, second = np.rad2deg(angles[row])
+            said.append(f"the two of joint {joint} say {first:+.1f} and {second:+.1f} deg")
+    if said:
+        return no_go(
+            name,
+            f"Of the angle sensors {'; '.join(said)}.",
+            "tfsat-host monitor shows them: check wire and magnet. One whose magnet had slipped needs "
+            "tfsat-host calibrate zero --joint N --anew",
+            **numbers,
+        )
+    return go(
+        name,
+        f"Both sensors of each joint answer and agree within {np.rad2deg(apart.max()):.1f} deg.",
+        **numbers,
+    )
+
+
+def check_start_pose(evidence: Evidence) -> Check:
+    """Each joint is where ARM wants it, by its calibrated sensors."""
+    name = "start-pose"
+    sensors = sensors_of(evidence)
+    if isinstance(sensors, Missing):
+        return unreached(name, sensors)
+    angles = joint_angles(sensors, evidence)
+    if isinstance(angles, Missing):
+        return unreached(name, angles)
+    degrees = np.rad2deg(believed(angles))
+    if not np.isfinite(degrees).all():
+        return not_made(name, "A joint has no sensor that answers.", "See joint-sensors.")
+    numbers = {"joint_deg": degrees.tolist(), "allowed_deg": START_POSE_DEG}
+    away = [
+        f"joint {joint} is at {angle:+.1f} deg"
+        for joint, angle in enumerate(degrees, 1)
+        if abs(angle) > START_POSE_DEG
+    ]
+    if away:
+        return no_go(
+            name,
+            f"The start pose is 0 ± {START_POSE_DEG:g} deg, but {', '.join(away)}.",
+            "Bring the joint to 0 deg by hand or with tfsat-host jog, then run this preflight again.",
+            **numbers,
+        )
+    return go(
+        name,
+        f"All joints are at the start pose: {', '.join(f'{angle:+.1f}' for angle in degrees)} deg.",
+        **numbers,
+    )
+
+
+def _frozen(sensors: Sensors, evidence: Evidence) -> set[int]:
+    """Columns of sensors that showed one value, although their calibration found noise of half a count or more."""
+    counts = sensors.live.counts
+    calibration = certificate_of_these(evidence)
+    if isinstance(calibration, Missing) or len(counts.t_us) < _LEAST_SAMPLES:
+        return set()
+    found = set()
+    for joint in calibration.joints:
+        for k, column in enumerate(sensor_columns(evidence.robot, joint.joint)):
+            noisy = joint.noise_rad[k] >= 0.5 * sensors.si.angle_step_rad
+            if noisy and not np.ptp(counts.angle_counts[:, column]):
+                found.add(column)
+    return found

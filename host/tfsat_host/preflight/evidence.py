@@ -1,0 +1,225 @@
+"""What a preflight knows: answers of both boards, a short recording, the run's files and the computer's clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.evidence import Origin
+from tfsat_host.devices.identity import BoardIdentity
+from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
+from tfsat_host.facility import Check as FacilityCheck
+from tfsat_host.maneuver import Schedule
+from tfsat_host.preflight.check import Check, not_made
+from tfsat_host.protocol.messages import LoggerSettings, LoggerStatusReply, SequencerStatusReply
+from tfsat_host.robot import RobotModel
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """Something that could not be had.
+
+    Attributes:
+        reason: Why, a sentence.
+        next_step: What to do about it.
+    """
+
+    reason: str
+    next_step: str
+
+
+@dataclass(frozen=True, slots=True)
+class Failed(Missing):
+    """Something that was tried and went wrong: a finding, not a want of evidence."""
+
+
+def unreached(name: str, missing: Missing) -> Check:
+    """A check that could not be made for want of that."""
+    return not_made(name, missing.reason, missing.next_step)
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """A board's clock against the computer's over the preflight.
+
+    Attributes:
+        board_s: Time that passed on the board.
+        computer_s: Time that passed on the computer.
+        doubt_s: By how much their difference is unsure: how long the answers took, and the board's milliseconds.
+    """
+
+    board_s: float
+    computer_s: float
+    doubt_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class SequencerAnswers:
+    """What the sequencer said.
+
+    Attributes:
+        status, later: At the beginning and at the end.
+        maneuver: As read back; Missing: what was read does not fit its own CRC.
+        settings: Of the servos.
+        pace: Of its clock; None: it restarted meanwhile.
+    """
+
+    status: SequencerStatusReply
+    later: SequencerStatusReply
+    maneuver: StoredManeuver | Missing
+    settings: StoredSettings
+    pace: Pace | None
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A short recording as it was read back from the card.
+
+    Attributes:
+        verdict: Of the decoder.
+        samples, samples_dropped: By its footer.
+        samples_lost, blocks_lost: By the decoder, on the card too.
+        duration_s: From the first sample to the last.
+        stall_max_ms: Longest time that the card took nothing.
+        ring_peak_blocks, ring_blocks: Most blocks that ever waited, and how many the ring holds.
+    """
+
+    verdict: str
+    samples: int
+    samples_dropped: int
+    samples_lost: int
+    blocks_lost: int
+    duration_s: float
+    stall_max_ms: int
+    ring_peak_blocks: int
+    ring_blocks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A recording of somebody else's that goes on, watched.
+
+    Attributes:
+        session: Its id.
+        watched_s: For how long.
+        blocks: That the card took meanwhile.
+        samples_dropped: Since its beginning.
+        ring_peak_blocks, ring_blocks: Most blocks that ever waited, and how many the ring holds.
+        block_s: Time that a block stands for.
+    """
+
+    session: int
+    watched_s: float
+    blocks: int
+    samples_dropped: int
+    ring_peak_blocks: int
+    ring_blocks: int
+    block_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class LiveSamples:
+    """Live samples of some seconds.
+
+    Attributes:
+        counts: Raw.
+        index: (n,) number of each sample since the logger started.
+    """
+
+    counts: Counts
+    index: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class LoggerAnswers:
+    """What the logger said.
+
+    Attributes:
+        status, later: At the beginning, before any recording of the preflight's own, and at the end.
+        computer_unix_s: The computer's time of day when `status` came.
+        settings: In force.
+        live: None came: Missing.
+        card: What the card did with a short recording, or with one that runs already; Failed: it did not take one.
+        recording_since: When the last recording began; None: nobody had told the logger the time.
+        pace: Of its clock; None: it restarted meanwhile.
+        left: What the preflight could not put back as it was; empty: nothing.
+    """
+
+    status: LoggerStatusReply
+    later: LoggerStatusReply
+    computer_unix_s: float
+    settings: LoggerSettings
+    live: LiveSamples | Missing
+    card: Trial | Running | Missing
+    recording_since: datetime | None
+    pace: Pace | None
+    left: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The image that a board should run.
+
+    Attributes:
+        crc: CRC-32/ISO-HDLC, 8 hexadecimal digits.
+        source: Who says so, such as a file.
+    """
+
+    crc: str
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class BoardEvidence:
+    """One board.
+
+    Attributes:
+        name: For people and in names of checks.
+        identity: By HELLO; Missing: nobody answered.
+        image: What it should run.
+    """
+
+    name: Literal["sequencer", "logger"]
+    identity: BoardIdentity | Missing
+    image: Reference | Missing
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Everything.
+
+    Attributes:
+        sequencer_board, logger_board: Who they are.
+        sequencer, logger: What they said; Missing: not reached, or of another protocol.
+        origin: Whose sensors hang on the logger; None: not reached.
+        robot: By design.
+        schedule: What the run is to fly.
+        facility: Its checks; Missing: there is no schedule.
+        calibration: The run's certificate.
+        calibration_file: Its name, for people and commands.
+        recordings: For how many the card must have room.
+        now: By the computer's clock.
+        newest_file: The youngest of the run's files, and its name: the clock must not be behind it.
+        servos_too: Whether the servos' calibration counts.
+    """
+
+    sequencer_board: BoardEvidence
+    logger_board: BoardEvidence
+    sequencer: SequencerAnswers | Missing
+    logger: LoggerAnswers | Missing
+    origin: Origin | None
+    robot: RobotModel
+    schedule: Schedule | Missing
+    facility: tuple[FacilityCheck, ...] | Missing
+    calibration: Calibration | Missing
+    calibration_file: str
+    recordings: int
+    now: datetime
+    newest_file: tuple[datetime, str] | None
+    servos_too: bool = True

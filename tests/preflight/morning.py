@@ -1,0 +1,128 @@
+"""The morning of a drop on an emulated robot: everything is right, until a test breaks one thing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.calibration.some_calibration import servo_map
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.file import format_calibration
+from tfsat_host.cli.main import main
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.transport import Transport
+from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.errors import TfsatError
+from tfsat_host.maneuver import format_maneuver, four_stroke, schedule_maneuver
+
+SEED = 4
+TRUTH = draw_as_built(SEED)
+CERTIFICATE = "calibration-emulated.toml"
+MANEUVER = four_stroke(59.0, 70.0)
+
+
+@dataclass(eq=False)
+class Morning:
+    """A robot in its releaser, and a run's folder.
+
+    Attributes:
+        robot: Settled, the maneuver uploaded.
+        folder: With maneuver and certificate.
+        calibration: What the certificate says.
+        set_clock: Somebody tells the logger the time of day before the preflight, so many seconds off; None: nobody.
+        links: What the command finds at the ends of its cables; those that are not here are the robot's.
+    """
+
+    robot: EmulatedRobot
+    folder: Path
+    calibration: Calibration
+    capture: pytest.CaptureFixture[str]
+    set_clock: float | None = 0.0
+    links: dict[str, Transport | TfsatError] | None = None
+
+    def sequencer(self) -> SequencerClient:
+        return SequencerClient.connect(EmulatedTransport(self.robot, BoardIndex.SEQUENCER))
+
+    def logger(self) -> LoggerClient:
+        return LoggerClient.connect(EmulatedTransport(self.robot, BoardIndex.LOGGER))
+
+    def certify(self, calibration: Calibration) -> None:
+        """Another certificate in the run's folder."""
+        self.calibration = calibration
+        (self.folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")
+
+    def preflight(self, *arguments: str, expect: int) -> dict[str, Any]:
+        """Runs the command; what it prints as JSON."""
+        self.capture.readouterr()
+        code = main(["preflight", str(self.folder), "--json", *arguments])
+        said = self.capture.readouterr()
+        assert code == expect, said
+        shown: dict[str, Any] = json.loads(said.out)
+        return shown
+
+
+def found_wrong(result: dict[str, Any]) -> set[str]:
+    """Checks that found something wrong."""
+    return {one["name"] for one in result["checks"] if one["verdict"] == "no-go"}
+
+
+def not_made(result: dict[str, Any]) -> set[str]:
+    """Checks that could not be made, the optional ones aside."""
+    return {one["name"] for one in result["checks"] if one["verdict"] == "not-made" and not one["optional"]}
+
+
+def check(result: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(one for one in result["checks"] if one["name"] == name)
+
+
+def certificate_of(robot: EmulatedRobot, truth: Imperfections, taken: datetime) -> Calibration:
+    """A whole one, servos included."""
+    careful = careful_certificate(robot.model, truth, SEED, taken)
+    rng = np.random.default_rng(SEED)
+    return replace(
+        careful, servo_maps=tuple(servo_map(rng, joint) for joint in (1, 2, 3)), servo_taken=(taken,) * 3
+    )
+
+
+@contextmanager
+def morning_of(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capture: pytest.CaptureFixture[str],
+    truth: Imperfections = TRUTH,
+    certified: Imperfections | None = None,
+) -> Iterator[Morning]:
+    """A robot of these errors, with a certificate that was taken an hour ago of it (or of `certified`)."""
+    folder.mkdir(exist_ok=True)
+    monkeypatch.chdir(folder.parent)
+    (folder / "maneuver.toml").write_text(format_maneuver(MANEUVER), encoding="utf-8")
+    with EmulatedRobot(imperfections=truth, seed=SEED) as robot:
+        robot.advance(SETTLE_US)
+        taken = (datetime.now(UTC) - timedelta(hours=1)).replace(microsecond=0)
+        morning = Morning(robot, folder, certificate_of(robot, certified or truth, taken), capture)
+        morning.certify(morning.calibration)
+        morning.sequencer().upload(schedule_maneuver(MANEUVER))
+        robot.advance(3_000_000)  # the logger has looked at its card
+
+        def transports(*_: object) -> dict[str, Transport | TfsatError]:
+            if morning.set_clock is not None:
+                now_s = datetime.now(UTC).timestamp() + morning.set_clock
+                morning.logger().set_clock(round(now_s * 1e6))
+            return {board.name.lower(): EmulatedTransport(robot, board) for board in BoardIndex} | (
+                morning.links or {}
+            )
+
+        monkeypatch.setattr("tfsat_host.cli.preflight_boards.transports", transports)
+        yield morning

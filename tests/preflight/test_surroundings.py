@@ -1,0 +1,149 @@
+"""What is wrong lies around the robot: facility, files, cables, images, a card that goes in the middle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.preflight.morning import MANEUVER, Morning, check, found_wrong, not_made
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.devices.client import Client
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.emulated.robot import BoardIndex
+from tfsat_host.facility import default_facility_path
+from tfsat_host.maneuver import format_maneuver
+from tfsat_host.protocol.enums import Board
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "red"),
+    [
+        ("clearance_mm = 21.0", "clearance_mm = 24.0", "pause"),
+        ("margin_s = 1.0", "margin_s = 1.2", "duration"),
+        ("envelope_radius_mm = 165.0", "envelope_radius_mm = 120.0", "envelope"),
+        ("usable_vertical_travel_mm = 250.0", "usable_vertical_travel_mm = 100.0", "envelope"),
+    ],
+)
+def test_a_maneuver_beyond_the_facility(morning: Morning, entry: str, value: str, red: str) -> None:
+    text = default_facility_path().read_text(encoding="utf-8")
+    assert f"\n{entry}" in text
+    facility = morning.folder / "tower.toml"
+    facility.write_text(text.replace(f"\n{entry}", f"\n{value}"), encoding="utf-8")
+    result = morning.preflight("--facility", str(facility), expect=4)
+    assert (found_wrong(result), not_made(result)) == ({red}, set())
+
+
+def test_a_card_that_is_pulled_during_the_trial(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+    taken = LoggerClient.wait_for_card
+
+    def pulled(self: LoggerClient) -> Any:
+        status = taken(self)
+        morning.robot.card_slot.remove()
+        return status
+
+    monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
+    result = morning.preflight(expect=4)
+    assert found_wrong(result) == {"card-writing"}
+
+
+def test_samples_that_come_unevenly(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Counts.from_live
+
+    def uneven(*args: Any) -> Counts:
+        counts = made(*args)
+        noise = np.random.default_rng(1).normal(0.0, 300.0, len(counts.t_us)).astype(np.int64)
+        return replace(counts, t_us=counts.t_us + noise)
+
+    monkeypatch.setattr(Counts, "from_live", uneven)
+    result = morning.preflight(expect=4)
+    assert (found_wrong(result), not_made(result)) == ({"sampling"}, set())
+
+
+def test_a_host_of_another_release(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+    morning.set_clock = None
+    monkeypatch.setattr("tfsat_host.devices.identity.PROTOCOL_HASH", b"another!")
+    result = morning.preflight(expect=4)
+    assert found_wrong(result) == {"protocol"}
+    assert {"maneuver", "switches", "card", "sampling"} <= not_made(result)
+
+
+@pytest.fixture
+def flashed(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> Morning:
+    """The boards say that they run images, as real ones do; the certificate is of real ones."""
+    identify = Client.identify
+    images = {Board.SEQUENCER: "5e0e0ce2", Board.LOGGER: "10660001"}
+
+    def as_flashed(self: Client, expected: Board | None = None) -> Any:
+        identity = identify(self, expected)
+        return replace(identity, image_crc=images[identity.board])
+
+    monkeypatch.setattr(Client, "identify", as_flashed)
+    subject = replace(morning.calibration.subject, emulated=False)
+    morning.certify(replace(morning.calibration, subject=subject))
+    return morning
+
+
+@pytest.mark.parametrize(
+    ("sequencer", "logger", "red", "in_the_dark"),
+    [
+        ("5e0e0ce2", "10660001", set(), set()),
+        ("5e0e0ce3", "10660001", {"sequencer-image"}, set()),
+        ("5E0E0CE2", "10660002", {"logger-image"}, set()),
+        ("5e0e0ce2", None, set(), {"logger-image"}),
+    ],
+)
+def test_images(
+    flashed: Morning, sequencer: str, logger: str | None, red: set[str], in_the_dark: set[str]
+) -> None:
+    certificate = ("--calibration", str(flashed.folder / "calibration-emulated.toml"))
+    images = ["--sequencer-image", sequencer, *(["--logger-image", logger] if logger else [])]
+    result = flashed.preflight(*certificate, *images, expect=4 if red or in_the_dark else 0)
+    assert (found_wrong(result), not_made(result)) == (red, in_the_dark)
+
+
+def test_a_logger_that_is_not_there(morning: Morning) -> None:
+    morning.robot.set_cable(BoardIndex.LOGGER, False)
+    morning.set_clock = None
+    result = morning.preflight(expect=4)
+    assert found_wrong(result) == set()
+    assert {"gyros-present", "card", "clock", "switches", "calibration", "protocol"} <= not_made(result)
+    assert check(result, "maneuver")["verdict"] == "go"
+
+
+def test_a_sequencer_that_is_not_there(morning: Morning) -> None:
+    morning.robot.set_power(BoardIndex.SEQUENCER, False)
+    result = morning.preflight(expect=4)
+    assert found_wrong(result) == set()
+    assert {"maneuver", "sequencer-state", "restarts", "switches", "protocol"} <= not_made(result)
+    assert check(result, "card-writing")["verdict"] == "go"
+
+
+def test_a_logger_whose_cable_is_pulled_in_the_middle_is_said_to_keep_a_recording(
+    morning: Morning, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken = LoggerClient.wait_for_card
+
+    def pulled(self: LoggerClient) -> Any:
+        status = taken(self)
+        morning.robot.set_cable(BoardIndex.LOGGER, False)
+        return status
+
+    monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
+    result = morning.preflight(expect=4)
+    assert "card-writing" in not_made(result)
+    assert "still on the" in result["left_on_the_boards"]
+
+
+def test_no_maneuver_in_the_run(morning: Morning) -> None:
+    (morning.folder / "maneuver.toml").unlink()
+    result = morning.preflight(expect=4)
+    assert (found_wrong(result), not_made(result)) == (set(), {"maneuver", "pause", "duration", "envelope"})
+
+
+def test_a_maneuver_of_another_speed_is_another_maneuver(morning: Morning) -> None:
+    other = replace(MANEUVER, speed_deg_s=171.0)
+    (morning.folder / "maneuver.toml").write_text(format_maneuver(other), encoding="utf-8")
+    assert "maneuver" in found_wrong(morning.preflight(expect=4))

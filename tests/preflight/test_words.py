@@ -1,0 +1,107 @@
+"""What is recommended can be typed as it stands; verdicts have colours on a terminal only."""
+
+from __future__ import annotations
+
+import argparse
+import io
+from pathlib import Path
+
+import pytest
+
+from tests.preflight.morning import Morning, check
+from tfsat_host.cli.main import main
+from tfsat_host.cli.output import Output
+from tfsat_host.cli.preflight_boards import transports
+from tfsat_host.cli.preflight_commands import typed_here
+from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.preflight.check import no_go
+
+
+def arguments(**given: object) -> argparse.Namespace:
+    return argparse.Namespace(**{"port": None, "logger_port": None, "emulated": False, **given})
+
+
+@pytest.mark.parametrize(
+    ("step", "typed"),
+    [
+        ("tfsat-host disarm", "tfsat-host disarm --port /dev/s"),
+        (
+            "tfsat-host logger-settings set --clock (or",
+            "tfsat-host logger-settings set --clock --port /dev/l (or",
+        ),
+        ("a, tfsat-host log fetch ram if", "a, tfsat-host log fetch ram --port /dev/l if"),
+        (
+            "tfsat-host upload-sequence --file maneuver.toml, then",
+            "tfsat-host upload-sequence --file 'a run/maneuver.toml' --port /dev/s, then",
+        ),
+        (
+            "tfsat-host calibrate scale --turn z 360, and",
+            "tfsat-host calibrate scale --turn z 360 --out 'a run/calibration.toml' --port /dev/l, and",
+        ),
+        ("tfsat-host calibrate show", "tfsat-host calibrate show --out 'a run/calibration.toml'"),
+    ],
+)
+def test_commands_name_this_runs_files_and_devices(step: str, typed: str) -> None:
+    run = Path("a run")
+    (told,) = typed_here(
+        [no_go("any", "Wrong.", step)],
+        arguments(port="/dev/s", logger_port="/dev/l"),
+        run / "maneuver.toml",
+        str(run / "calibration.toml"),
+        emulated=False,
+    )
+    assert told.next_step == typed
+
+
+def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def no_port(board: str, explicit: str | None, _out: Output) -> object:
+        asked.append((board, explicit))
+        raise PortError(PortProblem.MISSING, what="Not there.", next_step="Plug it in.")
+
+    from contextlib import ExitStack
+
+    monkeypatch.setattr("tfsat_host.cli.connection.open_port", no_port)
+    for given, expected in (
+        ({}, [("sequencer", None), ("logger", None)]),
+        ({"port": "/dev/s"}, [("sequencer", "/dev/s")]),
+        ({"port": "/dev/s", "logger_port": "/dev/l"}, [("sequencer", "/dev/s"), ("logger", "/dev/l")]),
+    ):
+        asked.clear()
+        with ExitStack() as stack:
+            found = transports(arguments(**given), None, stack, Output(stderr=io.StringIO()))  # type: ignore[arg-type]
+        assert asked == expected
+        assert all(isinstance(one, PortError) for one in found.values())
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_verdicts_are_green_and_red_on_a_terminal(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR")
+    monkeypatch.setenv("TERM", "xterm")
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    morning.robot.set_switch(1, False)
+    assert main(["preflight", str(morning.folder)]) == 4
+    said = terminal.getvalue()
+    assert "\x1b[32mGO" in said and "\x1b[1;31mNO-GO" in said
+
+
+def test_the_emulated_robot_of_the_command_is_asked_with_its_own_clock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nobody could have set it, and calibration has not been made: those, and no others."""
+    import json
+
+    monkeypatch.chdir(tmp_path)
+    assert main(["preflight", "--emulated", "--json"]) == 4
+    result = json.loads(capsys.readouterr().out)
+    assert check(result, "clock")["verdict"] == "go"
+    assert {"calibration", "maneuver", "card"} & {
+        one["name"] for one in result["checks"] if one["verdict"] != "go"
+    } == {"calibration", "maneuver"}
+    assert "--emulated" in check(result, "calibration")["next_step"]
