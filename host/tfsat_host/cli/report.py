@@ -81,6 +81,27 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return _finish(done, refused, files, args, out)
 
 
+def report_on(args: argparse.Namespace, out: Output) -> tuple[EvaluatedRun, list[Path]]:
+    """Evaluates one drop and writes its page, for a command that wants both; what it was worth, and the files.
+
+    Args:
+        args: Of a parser with `configure`, one RUN typed.
+        out: For progress.
+
+    Raises:
+        TfsatError: it cannot be evaluated.
+    """
+    from tfsat_host.cli.evaluate.one_run import robot_of
+
+    check_run_arguments(args)
+    files = ReportFiles.of(args)
+    done = _evaluated(args.runs[0], args, robot_of(args), out)
+    drop = reported(files.drops[done.files.recording].name, done, args)
+    return done, files.write(
+        [drop], PageParts(), datetime.now(UTC), force=args.force, progress=lambda _: None
+    )
+
+
 def _check_mcap(args: argparse.Namespace) -> None:
     if len(args.runs) > 1 and args.mcap not in (None, BESIDE):
         raise UsageError(
@@ -103,8 +124,8 @@ def _finish(
     args: argparse.Namespace,
     out: Output,
 ) -> int:
-    drops = [_reported(files.drops[one.files.recording].name, one, args) for one in done]
-    page = PageParts(tables=_together(drops, done), lacking=[_lacking(*one) for one in refused])
+    drops = [reported(files.drops[one.files.recording].name, one, args) for one in done]
+    page = PageParts(tables=together(drops, done), lacking=[lacking(*one) for one in refused])
     with out.progress("Writing the report", total=1.0) as advance:
         written = files.write(drops, page, datetime.now(UTC), force=args.force, progress=advance)
     result = {
@@ -119,7 +140,8 @@ def _finish(
     return DataLossError.exit_code if any(one.verdict.level != "good" for one in done) else 0
 
 
-def _reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reported:
+def reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reported:
+    """A drop as a page has it; `args` of a parser with `add_run_arguments`."""
     from tfsat_host.report.contents.reported import Reported, Source, sha256_of
 
     certificate = None if run.held is None else run.held.path
@@ -138,7 +160,7 @@ def _reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reporte
     )
 
 
-def _together(drops: list[Reported], done: list[EvaluatedRun]) -> list[Table]:
+def together(drops: list[Reported], done: list[EvaluatedRun]) -> list[Table]:
     """What several drops say of the model together."""
     if len(done) < 2:
         return []
@@ -158,7 +180,8 @@ def _together(drops: list[Reported], done: list[EvaluatedRun]) -> list[Table]:
     ]
 
 
-def _lacking(place: Path, refusal: TfsatError) -> str:
+def lacking(place: Path, refusal: TfsatError) -> str:
+    """Why a drop is not in the page."""
     return f"{place} could not be evaluated: {refusal.what} {refusal.next_step}"
 
 

@@ -1,0 +1,131 @@
+"""Two results held against each other, number by number.
+
+Numbers that were computed twice from the same raw data are the same bit for bit on the same machine with the same
+packages. On another one, sums are taken in another order. So two numbers count as the same within a tolerance relative
+to the larger of the two or, in a list, to the largest of the list (where 1e-17 beside 1 means zero), or within an
+absolute one. In sentences, numbers with decimals may differ by one in their last digit; all else must be equal.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+_DECIMAL = re.compile(r"(?<![\w.])[+\-−]?\d+\.\d+(?:e[+-]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
+NOT_THERE = "not there"
+_WHOLE_MAX = 10**300
+"""Greater whole numbers are no float, and none of ours."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far two numbers may be apart: a share of the larger one, or that much."""
+
+    relative: float
+    absolute: float
+
+
+EVALUATION_TOLERANCE = Tolerance(1e-5, 1e-9)
+"""Of results. Other kernels of the linear algebra (no AVX2, no FMA) move the directions of `identifiability` by up to
+4e-6 and everything else by less than 1e-6; the standard deviations are some 1e-4 of their values."""
+REPORT_TOLERANCE = Tolerance(1e-4, 1e-9)
+"""Of the page's curves, which are rounded to five digits of their span."""
+CERTIFICATE_TOLERANCE = Tolerance(1e-6, 1e-12)
+"""Of a calibration, which is written with twelve digits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One thing that differs.
+
+    Attributes:
+        key: Where, such as `strokes[1].size_deg`.
+        bundled, recomputed: Both values.
+        relative: By how much of the larger one; None: they are no numbers.
+    """
+
+    key: str
+    bundled: Any
+    recomputed: Any
+    relative: float | None
+
+
+def differences(bundled: Any, recomputed: Any, tolerance: Tolerance, key: str = "") -> list[Difference]:
+    """What differs in two JSON values; of lists and tables that are on one side only, how long they are."""
+    try:
+        return list(_walk(bundled, recomputed, tolerance, key, 0.0))
+    except RecursionError:  # nothing of ours is nested so deeply: the other one is not of ours
+        return [Difference(key, "nested too deeply", "a result", None)]
+
+
+def _walk(one: Any, two: Any, tolerance: Tolerance, key: str, scale: float) -> Iterator[Difference]:
+    if isinstance(one, dict) and isinstance(two, dict):
+        for name in dict.fromkeys((*one, *two)):
+            inner = f"{key}.{name}" if key else str(name)
+            yield from _walk(one.get(name, NOT_THERE), two.get(name, NOT_THERE), tolerance, inner, 0.0)
+    elif isinstance(one, list) and isinstance(two, list):
+        if len(one) != len(two):
+            yield Difference(f"{key} (length)", len(one), len(two), None)
+        scale = max(scale, _largest(one), _largest(two))
+        for index, (a, b) in enumerate(zip(one, two, strict=False)):
+            yield from _walk(a, b, tolerance, f"{key}[{index}]", scale)
+    elif _is_number(one) and _is_number(two):
+        if _apart(one, two, tolerance, scale):
+            yield Difference(key, one, two, abs(one - two) / max(abs(one), abs(two)))
+    elif isinstance(one, str) and isinstance(two, str):
+        if not same_text(one, two):
+            yield Difference(key, one, two, None)
+    elif type(one) is not type(two) or one != two:
+        yield Difference(key, _shown(one), _shown(two), None)
+
+
+def _shown(value: Any) -> Any:
+    return f"{len(value)} entries" if isinstance(value, list | dict) else value
+
+
+def same_text(one: str, two: str) -> bool:
+    """Whether two sentences say the same, but for one in the last digit of their decimals."""
+    if one == two:
+        return True
+    if _DECIMAL.sub("#", one) != _DECIMAL.sub("#", two):
+        return False
+    return all(
+        abs(_value(a) - _value(b)) <= 1.001 * max(_last_digit(a), _last_digit(b))
+        for a, b in zip(_DECIMAL.findall(one), _DECIMAL.findall(two), strict=True)
+    )
+
+
+def _value(text: str) -> float:
+    return float(text.replace("−", "-"))
+
+
+def _last_digit(text: str) -> float:
+    mantissa, _, exponent = text.lower().partition("e")
+    return float(10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2])))
+
+
+def _apart(one: float, two: float, tolerance: Tolerance, scale: float) -> bool:
+    if one == two:
+        return False
+    allowed = max(tolerance.relative * max(abs(one), abs(two), scale), tolerance.absolute)
+    return not abs(one - two) <= allowed < math.inf
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, float) or (type(value) is int and abs(value) < _WHOLE_MAX)
+
+
+def _largest(values: list[Any]) -> float:
+    """Of the numbers in a list of numbers or of such lists; 0 if anything else is in it but None."""
+    largest = 0.0
+    for value in values:
+        if isinstance(value, list):
+            largest = max(largest, _largest(value))
+        elif _is_number(value):
+            largest = max(largest, abs(float(value)))
+        elif value is not None:
+            return 0.0
+    return largest

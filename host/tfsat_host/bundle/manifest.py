@@ -1,0 +1,193 @@
+"""What a bundle says of itself: its files with their hashes, how they were evaluated, and what is missing."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tfsat_host.bundle.errors import BundleError
+
+MANIFEST = "manifest.json"
+EVALUATION = "evaluation.json"
+REPORT = "report.html"
+ENVIRONMENT = "environment.json"
+FORMAT = 1
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+_SESSION = re.compile(r"[0-9a-f]{8}")
+_FILES = ("maneuver", "calibration", "robot", "facility", "video", "laser")
+_FLAGS = ("masses", "inertias", "swarm")
+
+
+@dataclass(frozen=True, slots=True)
+class BundledFile:
+    """A file as it was bundled: SHA-256 of its bytes, hexadecimal, and how many there are."""
+
+    sha256: str
+    bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What a whole bundle would have.
+
+    Attributes:
+        what: Such as `preflight.json`.
+        why: A sentence.
+        lost: It was there once, or should have been; otherwise it is merely not there.
+    """
+
+    what: str
+    why: str
+    lost: bool = False
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """How the drop was evaluated, by names in the bundle; None: none was used.
+
+    Attributes:
+        recording: The raw log.
+        maneuver, calibration, robot, facility, video, laser: Files.
+        session: Which recording of the file, 8 hexadecimal digits; None: as `decode` chooses.
+        masses, inertias, swarm: As the options of `evaluate`.
+    """
+
+    recording: str
+    maneuver: str | None = None
+    calibration: str | None = None
+    robot: str | None = None
+    facility: str | None = None
+    video: str | None = None
+    laser: str | None = None
+    session: str | None = None
+    masses: bool = False
+    inertias: bool = False
+    swarm: bool = False
+
+    def options(self) -> tuple[str, ...]:
+        """As they are typed for `evaluate`, with the bundle's names."""
+        named = (*_FILES, "session")
+        given = [f"--{name} {getattr(self, name)}" for name in named if getattr(self, name) is not None]
+        return (*given, *(f"--{name}" for name in _FLAGS if getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """All that stands in `manifest.json`.
+
+    Attributes:
+        made_by: Command and version.
+        name: Of the drop.
+        evaluated: How.
+        images: Hashes of the firmware that flew, by board.
+        files: All files but the manifest, by name.
+        missing: What is not there.
+        record: What is not as the run's record says; sentences.
+        left_out: Files of the run that were not taken, and why.
+    """
+
+    made_by: str
+    name: str
+    evaluated: Evaluated
+    images: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, BundledFile] = field(default_factory=dict)
+    missing: tuple[Missing, ...] = ()
+    record: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "made_by": self.made_by,
+            "format": FORMAT,
+            "name": self.name,
+            "evaluated": vars(self.evaluated),
+            "images": dict(self.images),
+            "missing": [{"what": one.what, "why": one.why, "lost": one.lost} for one in self.missing],
+            "record": list(self.record),
+            "left_out": dict(self.left_out),
+            "files": {
+                name: {"sha256": file.sha256, "bytes": file.bytes}
+                for name, file in sorted(self.files.items())
+            },
+        }
+
+
+def format_manifest(manifest: Manifest) -> str:
+    """The file's text."""
+    return json.dumps(manifest.as_dict(), indent=1) + "\n"
+
+
+def parse_manifest(data: bytes, source: str) -> Manifest:
+    """What `format_manifest` wrote; `source` is the name that errors give it.
+
+    Raises:
+        BundleError: it is no manifest, or one of another format.
+    """
+    try:
+        values = json.loads(data.decode("utf-8"))
+        if values["format"] != FORMAT:
+            raise ValueError(f"its format is {values['format']!r}, this program reads {FORMAT}")
+        return Manifest(
+            made_by=_text(values["made_by"]),
+            name=_text(values["name"]),
+            evaluated=_evaluated(values["evaluated"]),
+            images=_table(values["images"]),
+            files={_text(name): _file(file) for name, file in _table(values["files"]).items()},
+            missing=tuple(
+                Missing(_text(one["what"]), _text(one["why"]), one["lost"] is True)
+                for one in values["missing"]
+            ),
+            record=tuple(_text(one) for one in values["record"]),
+            left_out={_text(name): _text(why) for name, why in _table(values["left_out"]).items()},
+        )
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise BundleError(
+            what=f"The manifest of {source} cannot be understood: {type(error).__name__}, {error}.",
+            meaning="What the bundle should hold is not known; nothing was unpacked.",
+            next_step="Take the bundle from a copy, or use the tfsat-host that made it.",
+        ) from error
+
+
+def _evaluated(values: dict[str, Any]) -> Evaluated:
+    def named(key: str) -> str | None:
+        return None if values[key] is None else _text(values[key])
+
+    session = named("session")
+    if session is not None and not _SESSION.fullmatch(session):
+        raise ValueError(f"{session!r} is no recording's id")
+    return Evaluated(
+        recording=_text(values["recording"]),
+        maneuver=named("maneuver"),
+        calibration=named("calibration"),
+        robot=named("robot"),
+        facility=named("facility"),
+        video=named("video"),
+        laser=named("laser"),
+        session=session,
+        masses=values["masses"] is True,
+        inertias=values["inertias"] is True,
+        swarm=values["swarm"] is True,
+    )
+
+
+def _file(values: dict[str, Any]) -> BundledFile:
+    sha256, size = values["sha256"], values["bytes"]
+    if not _SHA256.fullmatch(sha256) or type(size) is not int or size < 0:
+        raise ValueError(f"{sha256!r} and {size!r} are no hash and size")
+    return BundledFile(sha256, size)
+
+
+def _table(value: object) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise TypeError(f"{value!r} is no table")
+    return value
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is no text")
+    return value

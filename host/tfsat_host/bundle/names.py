@@ -1,0 +1,60 @@
+"""Names of files in an archive that are safe to make below a folder, on every system."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+
+PATH_CHARACTERS_MAX = 400
+_PART_BYTES_MAX = 200
+_FORBIDDEN = re.compile(r'[\x00-\x1f\x7f<>:"|?*\\]')
+_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)
+
+
+def trouble_with_name(name: str) -> str | None:
+    """Why a file of that name must not be made, as the end of a sentence; None: it may be."""
+    if not name or len(name) > PATH_CHARACTERS_MAX:
+        return f"has {len(name)} characters"
+    if name.startswith("/") or re.match(r"[A-Za-z]:", name):
+        return "is absolute: it would be written outside of the folder"
+    if _FORBIDDEN.search(name):
+        return "holds a character that not every system allows in a name"
+    for part in name.split("/"):
+        if part == "..":
+            return "leads out of the folder by `..`"
+        if part in ("", "."):
+            return "has an empty part"
+        if part[-1] in ". " or part[0] == " ":
+            return "has a part that ends in a dot or a space, or begins with one"
+        if _DEVICE.fullmatch(part):
+            return "is a device on Windows"
+        try:
+            if len(part.encode("utf-8")) > _PART_BYTES_MAX:
+                return "has a part that is too long"
+        except UnicodeEncodeError:
+            return "is no valid text"
+    return None
+
+
+def collision_among(names: Iterable[str]) -> tuple[str, str] | None:
+    """Two names that some system takes for one, or of which one is a folder of the other; None: there are none."""
+    files: dict[str, str] = {}
+    folders: dict[str, str] = {}
+    for name in names:
+        parts = name.split("/")
+        key = _folded(name)
+        if key in files or key in folders:
+            return files.get(key) or folders[key], name
+        files[key] = name
+        for depth in range(1, len(parts)):
+            folder = "/".join(parts[:depth])
+            key = _folded(folder)
+            if key in files or folders.setdefault(key, folder) != folder:
+                return files.get(key) or folders[key], name
+    return None
+
+
+def _folded(name: str) -> str:
+    """As the least careful file system sees it: without case, in one normal form."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())

@@ -1,0 +1,121 @@
+"""A calibration computed anew from the recordings that it rests on."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from tfsat_host.bundle.comparing import CERTIFICATE_TOLERANCE, Difference, differences
+from tfsat_host.calibration.certificate.archive import recordings_folder
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.servos.reached import servo_map_of
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
+from tfsat_host.robot import RobotModel
+
+
+@dataclass(frozen=True)
+class Recalibrated:
+    """What came of it.
+
+    Attributes:
+        differs: From the certificate; None: it could not be computed.
+        sentence: Of what, or why not.
+    """
+
+    differs: tuple[Difference, ...] | None
+    sentence: str
+
+
+def recalibrate(certificate: Path, recordings: Path, model: RobotModel) -> Recalibrated:
+    """Computes a certificate from its recordings and compares.
+
+    Args:
+        certificate: Its file.
+        recordings: The folder of its recordings; see `recordings_of`.
+        model: The robot.
+
+    Raises:
+        CalibrationError: the certificate cannot be read.
+    """
+    found = read_calibration(certificate)
+    if not found.papers:
+        return Recalibrated(None, "The certificate names no recordings: its values cannot be computed anew.")
+    try:
+        evidence = [_read(recordings / paper.file, paper.sha256) for paper in found.papers]
+        tried = [_differences(found, evidence, model, landing) for landing in _landings(found)]
+    except CalibrationError as error:
+        return Recalibrated(None, f"The calibration cannot be computed anew: {error.what}")
+    best = min(tried, key=len)
+    return Recalibrated(tuple(best), f"The calibration was computed anew from {len(evidence)} recordings.")
+
+
+def recordings_of(certificate: Path) -> Path:
+    """Where a certificate's recordings lie: it is the present one, or one that was kept among them."""
+    beside = recordings_folder(certificate)
+    return beside if beside.is_dir() else certificate.parent
+
+
+def _landings(found: Calibration) -> list[datetime | None]:
+    """Which landing may have been the last that was known when the certificate was computed.
+
+    One that is noted later stands in the certificate, too, and did not change its values.
+    """
+    newest = max(paper.taken for paper in found.papers)
+    known = [landing.at for landing in found.landings]
+    before = [at for at in known if at <= newest]
+    return list(dict.fromkeys([*reversed(before), None, *(at for at in known if at > newest)]))
+
+
+def _differences(
+    found: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
+) -> list[Difference]:
+    solution = solve(evidence, model, landing)
+    servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
+    again = replace(
+        found,
+        gyros=solution.gyros,
+        joints=solution.joints,
+        servo_maps=tuple(servo_map_of(one, joints, model) for one, joints in servos),
+        servo_taken=tuple(one.taken for one, _ in servos),
+    )
+    return list(differences(_values(found), _values(again), CERTIFICATE_TOLERANCE))
+
+
+def _values(calibration: Calibration) -> dict[str, Any]:
+    """As the certificate's file has them, times as text."""
+    values: dict[str, Any] = _plain(tomllib.loads(format_calibration(calibration)))
+    return values
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return value.isoformat() if isinstance(value, datetime) else value
+
+
+def _read(path: Path, expected_sha256: str) -> Evidence:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        raise _gone(path, "is not there") from error
+    if sha256(data) != expected_sha256:
+        raise _gone(path, "is not the one on which it rests: its SHA-256 differs")
+    return from_bytes(data, source=path.name)
+
+
+def _gone(path: Path, what: str) -> CalibrationError:
+    return CalibrationError(
+        what=f"the recording {path.name} {what}.",
+        meaning="Its step cannot be computed again.",
+        next_step="Copy it beside the certificate and bundle the run again.",
+    )

@@ -1,0 +1,222 @@
+"""Unpacking an archive that anybody may have made: all is checked before a byte is written, and counted while it is."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import stat
+import tempfile
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from tfsat_host.bundle.errors import BundleError
+from tfsat_host.bundle.manifest import MANIFEST, Manifest, parse_manifest
+from tfsat_host.bundle.names import collision_among, trouble_with_name
+
+_CHUNK_BYTES = 1 << 20
+_LOCAL_HEADER_BYTES = 30
+_ENCRYPTED = 0x1
+_SHOWN = 8
+_NOTHING = "Nothing was unpacked."
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What no honest bundle exceeds.
+
+    Attributes:
+        files: Entries in the archive.
+        bytes: Of all files, unpacked.
+        ratio: Unpacked over packed, of each file above `free_bytes` and of all.
+        free_bytes: Below, any ratio will do.
+        manifest_bytes: Of the manifest, which is read into memory.
+    """
+
+    files: int = 10_000
+    bytes: int = 16 << 30
+    ratio: int = 200
+    free_bytes: int = 1 << 20
+    manifest_bytes: int = 16 << 20
+
+
+LIMITS = Limits()
+
+
+def unpack(archive: Path, folder: Path, limits: Limits = LIMITS) -> tuple[Manifest, str]:
+    """Unpacks a bundle into a new folder, every file checked against the manifest; gives it, and its SHA-256.
+
+    The folder appears whole or not at all.
+
+    Raises:
+        BundleError: the archive is no bundle, is not safe, or a file is not what the manifest says.
+        OSError: something cannot be read or written.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BundleError(
+            what=f"{folder} is there already, and not empty.",
+            meaning=f"Files of two origins would mix. {_NOTHING}",
+            next_step="Name a new folder with --out.",
+        )
+    try:
+        with zipfile.ZipFile(archive) as opened:
+            return _unpack(opened, archive, folder, limits)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
+        raise BundleError(
+            what=f"{archive} is no ZIP archive, or it is damaged: {error}.",
+            meaning=_NOTHING,
+            next_step="Take the bundle from a copy; tfsat-host bundle makes one.",
+        ) from error
+
+
+def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits) -> tuple[Manifest, str]:
+    entries = _checked_entries(opened, archive, limits)
+    if MANIFEST not in entries:
+        _refuse(archive, f"has no {MANIFEST}: it is no bundle")
+    if entries[MANIFEST].file_size > limits.manifest_bytes:
+        _refuse(archive, f"has a {MANIFEST} of {entries[MANIFEST].file_size} bytes")
+    data = _read(opened, entries[MANIFEST], limits.manifest_bytes, archive)
+    manifest = parse_manifest(data, str(archive))
+    _check_listed(manifest, entries, archive)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    try:
+        (beside / MANIFEST).write_bytes(data)
+        wrong = [
+            name
+            for name, file in sorted(manifest.files.items())
+            if _extract(opened, entries[name], beside / name, archive) != file.sha256
+        ]
+        if wrong:
+            raise BundleError(
+                what=f"{len(wrong)} of {len(manifest.files)} files in {archive} are not what its manifest says: "
+                f"{_listed(wrong)}.",
+                meaning=f"They were damaged or changed after the bundle was made. {_NOTHING}",
+                next_step="Take the bundle from a copy.",
+            )
+        beside.chmod(0o755)
+        if folder.exists():
+            folder.rmdir()  # empty; Windows renames onto no folder
+        beside.rename(folder)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return manifest, hashlib.sha256(data).hexdigest()
+
+
+def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> dict[str, zipfile.ZipInfo]:
+    """The archive's files by name; folders are made as they are needed."""
+    listed = opened.infolist()
+    if len(listed) > limits.files:
+        _refuse(archive, f"holds {len(listed)} files; {limits.files} are allowed")
+    for entry in listed:
+        _check_entry(entry, archive, limits)
+    entries = [entry for entry in listed if not entry.is_dir()]
+    collision = collision_among(entry.filename for entry in entries)
+    if collision:
+        one, two = collision
+        _refuse(archive, f"holds {one!r} and {two!r}, which some system takes for one")
+    total, packed = sum(entry.file_size for entry in entries), sum(entry.compress_size for entry in entries)
+    if total > limits.bytes:
+        _refuse(archive, f"would unpack to {total} bytes; {limits.bytes} are allowed")
+    if total > limits.free_bytes and total > limits.ratio * packed:
+        _refuse(archive, f"would unpack {packed} bytes to {total}: no bundle is packed so tightly")
+    _check_apart(entries, archive)
+    return {entry.filename: entry for entry in entries}
+
+
+def _check_entry(entry: zipfile.ZipInfo, archive: Path, limits: Limits) -> None:
+    name = entry.orig_filename
+    trouble = trouble_with_name(name.removesuffix("/"))
+    if trouble is None and entry.filename != name:
+        trouble = "is not written as it is read"
+    if trouble:
+        _refuse(archive, f"holds a file whose name {trouble}: {name[:200]!r}")
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    if kind not in (0, stat.S_IFDIR if entry.is_dir() else stat.S_IFREG):
+        what = "a link" if kind == stat.S_IFLNK else "neither a file nor a folder"
+        _refuse(archive, f"holds {name!r}, which is {what}")
+    if entry.is_dir() and entry.file_size:
+        _refuse(archive, f"holds {name!r}, a folder with contents")
+    if entry.flag_bits & _ENCRYPTED:
+        _refuse(archive, f"holds {name!r}, which is encrypted")
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        _refuse(archive, f"holds {name!r}, packed by method {entry.compress_type}; only 0 and 8 are read")
+    if entry.file_size > limits.free_bytes and entry.file_size > limits.ratio * entry.compress_size:
+        _refuse(
+            archive,
+            f"holds {name!r}, which would unpack {entry.compress_size} bytes to {entry.file_size}: "
+            "no bundle is packed so tightly",
+        )
+
+
+def _check_apart(entries: list[zipfile.ZipInfo], archive: Path) -> None:
+    """Files that lie over each other unpack the same bytes many times (D. Fifield, A better zip bomb, 2019)."""
+    end = 0
+    for entry in sorted(entries, key=lambda entry: entry.header_offset):
+        if entry.header_offset < end:
+            _refuse(archive, f"holds {entry.filename!r}, which lies over another file")
+        end = entry.header_offset + _LOCAL_HEADER_BYTES + entry.compress_size
+
+
+def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archive: Path) -> None:
+    there, listed = entries.keys() - {MANIFEST}, manifest.files.keys()
+    if there - listed:
+        _refuse(archive, f"holds files that its manifest does not name: {_listed(sorted(there - listed))}")
+    if listed - there:
+        _refuse(archive, f"lacks files that its manifest names: {_listed(sorted(listed - there))}")
+    for name, file in manifest.files.items():
+        if entries[name].file_size != file.bytes:
+            _refuse(
+                archive,
+                f"holds {name!r} with {entries[name].file_size} bytes; its manifest says {file.bytes}",
+            )
+    used = manifest.evaluated
+    named = (
+        used.recording,
+        used.maneuver,
+        used.calibration,
+        used.robot,
+        used.facility,
+        used.video,
+        used.laser,
+    )
+    for one in named:
+        if one is not None and one not in listed:
+            _refuse(archive, f"was evaluated with {one!r}, which is not in it")
+
+
+def _read(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, most: int, archive: Path) -> bytes:
+    with opened.open(entry) as source:
+        data = source.read(most + 1)
+    if len(data) != entry.file_size:
+        _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
+    return data
+
+
+def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path) -> str:
+    """Writes one file, never more than it says of itself; gives the SHA-256 of what came."""
+    to.parent.mkdir(parents=True, exist_ok=True)
+    digest, left = hashlib.sha256(), entry.file_size
+    with opened.open(entry) as source, to.open("xb") as target:
+        while chunk := source.read(min(_CHUNK_BYTES, left + 1)):
+            left -= len(chunk)
+            if left < 0:
+                _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
+            digest.update(chunk)
+            target.write(chunk)
+    return digest.hexdigest()
+
+
+def _listed(names: list[str]) -> str:
+    shown = [name if name.isprintable() else repr(name) for name in names[:_SHOWN]]
+    return ", ".join(shown) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+
+
+def _refuse(archive: Path, what: str) -> NoReturn:
+    raise BundleError(
+        what=f"{archive} {what}.",
+        meaning=f"No tfsat-host made it so: it is damaged, or meant to do harm. {_NOTHING}",
+        next_step="Ask whom you have it from for another copy, and for the manifest's SHA-256 from their logbook.",
+    )

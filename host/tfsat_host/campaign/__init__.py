@@ -1,0 +1,1 @@
+"""A folder of numbered drops with an index that people can read."""

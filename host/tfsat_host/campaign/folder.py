@@ -1,0 +1,215 @@
+"""A campaign on disk: numbered folders, an index, and a lock for two terminals at once.
+
+Every drop's folder holds its own copy of its entry: an index that is lost or damaged is rebuilt from them.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from tfsat_host.campaign.entries import (
+    NUMBER_MAX,
+    DropEntry,
+    folder_name,
+    format_drop,
+    format_index,
+    number_of,
+    parse_drop,
+    parse_index,
+)
+from tfsat_host.campaign.errors import CampaignError
+from tfsat_host.record.lock import one_at_a_time
+from tfsat_host.record.whole_file import write_whole
+
+INDEX = "campaign.json"
+DROP = "drop.json"
+STAGING = ".adding-"
+_LOCK = ".campaign.lock"
+_INDEX_BYTES_MAX = 64_000_000
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a campaign holds.
+
+    Attributes:
+        drops: By number.
+        findings: What is wrong with the index or the folders; a sentence each.
+        numbers_seen: The greatest number that an entry or a folder has; 0: there is none.
+        index_damaged: It cannot be read.
+    """
+
+    drops: tuple[DropEntry, ...]
+    findings: tuple[str, ...]
+    numbers_seen: int
+    index_damaged: bool
+
+    @property
+    def next_number(self) -> int:
+        """Of the next drop: one more than any before, whether it is still there or not."""
+        return self.numbers_seen + 1
+
+
+def init(folder: Path) -> None:
+    """Makes an empty campaign.
+
+    Raises:
+        CampaignError: there is one already, or the folder holds drops of one.
+        OSError: it cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with one_at_a_time(folder / _LOCK, f"the campaign {folder}"):
+        if (folder / INDEX).exists() or _folders(folder):
+            raise CampaignError(
+                what=f"{folder} is a campaign already.",
+                meaning="Nothing was changed.",
+                next_step=f"tfsat-host campaign list {folder}",
+            )
+        write_whole(folder / INDEX, format_index(()).encode())
+
+
+def read(folder: Path) -> Contents:
+    """What is there.
+
+    Raises:
+        CampaignError: it is no campaign.
+        OSError: something cannot be read.
+    """
+    folders = _folders(folder) if folder.is_dir() else {}
+    index = folder / INDEX
+    if not index.is_file() and not folders:
+        raise CampaignError(
+            what=f"{folder} is no campaign: it holds neither {INDEX} nor drops.",
+            meaning="Nothing was done.",
+            next_step=f"Make it one: tfsat-host campaign init {folder}",
+        )
+    known, findings, damaged = _indexed(index)
+    found = {drop.number: drop for drop in known}
+    for number, path in sorted(folders.items()):
+        if number not in found:
+            entry, sentence = _adopted(path, number)
+            findings.append(sentence)
+            if entry is not None:
+                found[number] = entry
+    findings += [
+        f"{folder / drop.folder} is in the index and not there any more."
+        for drop in known
+        if drop.number not in folders
+    ]
+    drops = tuple(found[number] for number in sorted(found))
+    return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
+
+
+def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> DropEntry:
+    """Gives a drop the next number and its place.
+
+    Args:
+        folder: Of the campaign.
+        staged: The drop's folder, whole, in the campaign's folder under a name that begins with `STAGING`. It is moved.
+        entry_of: Makes the entry when the number is known.
+
+    Raises:
+        CampaignError: it is no campaign, it holds this recording already, or it is full. Nothing was changed.
+        BusyError: another program is writing it.
+        OSError: something cannot be written.
+    """
+    with one_at_a_time(folder / _LOCK, f"the campaign {folder}"):
+        contents = read(folder)
+        if contents.next_number > NUMBER_MAX:
+            raise CampaignError(
+                what=f"{folder} has had {NUMBER_MAX} drops.",
+                meaning="Nothing was added.",
+                next_step="Begin another one: tfsat-host campaign init",
+            )
+        entry = entry_of(contents.next_number)
+        same = next((drop for drop in contents.drops if drop.sha256 == entry.sha256), None)
+        if same is not None:
+            raise CampaignError(
+                what=f"This recording is drop {same.number} of {folder} already ({same.folder}).",
+                meaning="One drop counts once; nothing was added.",
+                next_step=f'To write something about it: tfsat-host campaign note {folder} {same.number} "…"',
+            )
+        (staged / DROP).write_text(format_drop(entry), encoding="utf-8")
+        staged.rename(folder / entry.folder)
+        _write(folder, contents, (*contents.drops, entry), entry.added)
+    return entry
+
+
+def note(folder: Path, number: int, text: str, at: datetime) -> DropEntry:
+    """Adds a note to a drop.
+
+    Raises:
+        CampaignError: it is no campaign, or there is no such drop.
+        BusyError: another program is writing it.
+        OSError: something cannot be written.
+    """
+    with one_at_a_time(folder / _LOCK, f"the campaign {folder}"):
+        contents = read(folder)
+        before = drop_of(folder, contents.drops, number)
+        changed = before.with_note(at, text)
+        if (folder / changed.folder).is_dir():
+            write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
+        drops = [changed if drop.number == number else drop for drop in contents.drops]
+        _write(folder, contents, drops, at)
+    return changed
+
+
+def drop_of(folder: Path, drops: Sequence[DropEntry], number: int) -> DropEntry:
+    """The drop of that number. Raises CampaignError: there is none."""
+    found = next((drop for drop in drops if drop.number == number), None)
+    if found is None:
+        there = ", ".join(str(drop.number) for drop in drops) or "none yet"
+        raise CampaignError(
+            what=f"{folder} has no drop {number}; there are: {there}.",
+            meaning="Nothing was changed.",
+            next_step=f"tfsat-host campaign list {folder}",
+        )
+    return found
+
+
+def remove_staged(staged: Path) -> None:
+    """What was copied for a drop that did not come in."""
+    shutil.rmtree(staged, ignore_errors=True)
+
+
+def _write(folder: Path, before: Contents, drops: Sequence[DropEntry], at: datetime) -> None:
+    if before.index_damaged:
+        (folder / INDEX).replace(folder / f"campaign.damaged-{at:%Y%m%dT%H%M%S}.json")
+    write_whole(folder / INDEX, format_index(drops).encode())
+
+
+def _folders(folder: Path) -> dict[int, Path]:
+    found = ((number_of(path.name), path) for path in folder.iterdir() if path.is_dir())
+    return {number: path for number, path in found if number is not None}
+
+
+def _indexed(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
+    """The entries, what is wrong, and whether the index is damaged."""
+    if not index.is_file():
+        return (), [f"{index} is not there: it was rebuilt from the drops' folders."], False
+    try:
+        if index.stat().st_size > _INDEX_BYTES_MAX:
+            raise ValueError("it is too large")
+        return parse_index(index.read_text(encoding="utf-8")), [], False
+    except ValueError as error:
+        sentence = f"{index} is damaged ({error}): it was rebuilt from the drops' folders."
+        return (), [sentence], True
+
+
+def _adopted(path: Path, number: int) -> tuple[DropEntry | None, str]:
+    """The entry that a drop's folder holds, and that the index lacks it."""
+    try:
+        entry = parse_drop((path / DROP).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        return None, f"{path} is not in the index, and its own {DROP} cannot be read: {reason}."
+    if entry.number != number:
+        return (
+            None,
+            f"{path} holds the {DROP} of {folder_name(entry.number)}: it was renamed or copied by hand.",
+        )
+    return entry, f"{path} was not in the index: it was taken from its own {DROP}."

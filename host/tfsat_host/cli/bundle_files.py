@@ -1,0 +1,256 @@
+"""Which files make up a drop: those of the run, and those that its evaluation rests on wherever they lie."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.bundle.manifest import Evaluated, Missing
+from tfsat_host.bundle.names import collision_among, trouble_with_name
+from tfsat_host.cli.calibration_notice import find_certificate, origin_of_log
+from tfsat_host.cli.evaluate.run_files import RunFiles, run_files
+from tfsat_host.errors import TfsatError
+from tfsat_host.record.entries import parse_record
+from tfsat_host.record.run_record import RECORD
+
+if TYPE_CHECKING:
+    from tfsat_host.sdlog import DropLog
+
+RUN = "run"
+_TAKEN = (
+    RECORD,
+    "preflight.json",
+    "drop.json",
+    "evaluation.json",
+    "report.html",
+    "summary.json",
+    "truth.*",
+    "*.md",
+    "*.txt",
+)
+"""Of what may lie in the folder of a run: what people wrote, and what was said of it then."""
+_MADE_AGAIN = "not needed: it can be made again from the recording, or is no part of the drop"
+
+
+@dataclass
+class Collected:
+    """What is to be bundled.
+
+    Attributes:
+        folder: Of the run.
+        recording: The raw log.
+        log: What it holds; None: it cannot be decoded.
+        files: By their names in the bundle.
+        missing: What is not there.
+        left_out: Files of the run that are not taken, and why.
+    """
+
+    folder: Path
+    recording: Path
+    log: DropLog | None
+    files: dict[str, Path] = field(default_factory=dict)
+    missing: list[Missing] = field(default_factory=list)
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    def add(self, path: Path | None, kind: str) -> str | None:
+        """Takes a file, under `run/` if it lies there, else in a folder of its kind; gives its name in the bundle."""
+        if path is None:
+            return None
+        inside = path.resolve().is_relative_to(self.folder.resolve())
+        name = (
+            f"{RUN}/{path.resolve().relative_to(self.folder.resolve()).as_posix()}"
+            if inside
+            else f"{kind}/{path.name}"
+        )
+        if trouble_with_name(name) or collision_among({*self.files, name} - ({name} & self.files.keys())):
+            name = f"{kind}/{len(self.files)}-{re.sub(r'[^A-Za-z0-9.-]+', '_', path.name).strip('._')}"
+        self.files[name] = path
+        return name
+
+
+def collect(place: Path, args: argparse.Namespace) -> tuple[Collected, Evaluated]:
+    """Looks for all files of a drop, as `evaluate` would.
+
+    Args:
+        place: RUN as it was typed.
+        args: Of a parser with `add_run_arguments`.
+
+    Raises:
+        TfsatError: there is no recording, or a file that was named is not there.
+    """
+    from tfsat_host.facility.tower import default_facility_path
+    from tfsat_host.robot import find_robot
+
+    files = run_files(place, args.maneuver)
+    found = Collected(files.recording.parent, files.recording, _log(files, args.session))
+    certificate = _certificate(found, args.calibration)
+    for named in (files.maneuver, certificate, args.facility, args.video, args.laser):
+        _require(named)
+    evaluated = Evaluated(
+        recording=str(found.add(files.recording, RUN)),
+        maneuver=found.add(files.maneuver, "maneuver"),
+        calibration=found.add(certificate, "calibration"),
+        robot=found.add(find_robot(args.robot), "robot"),
+        facility=found.add(args.facility or default_facility_path(), "facility"),
+        video=found.add(args.video, "witnesses"),
+        laser=found.add(args.laser, "witnesses"),
+        session=None if args.session is None else f"{args.session:08x}",
+        masses=args.masses,
+        inertias=args.inertias,
+        swarm=args.swarm,
+    )
+    if certificate is not None and evaluated.calibration is not None:
+        _add_recordings(found, certificate, evaluated.calibration)
+    _add_signed(found)
+    _add_others(found, listed=place.is_dir())
+    found.missing += _not_there(found, evaluated)
+    return found, evaluated
+
+
+def images_of(log: DropLog | None, preflight: Any) -> tuple[dict[str, Any], list[Missing]]:
+    """Hashes of the firmware that flew: the logger's from the recording, the sequencer's from the preflight."""
+    images: dict[str, Any] = {}
+    missing = []
+    if log is None:
+        missing.append(Missing("image of the logger", "The recording that would tell it cannot be decoded."))
+    else:
+        origin = origin_of_log(log.header)
+        images["logger"] = {
+            "firmware": origin.firmware,
+            "image_crc": origin.image_crc,
+            "serial": origin.logger_serial,
+            "emulated": origin.emulated,
+        }
+    sequencer = _identity_in(preflight, "sequencer")
+    if sequencer is None:
+        missing.append(Missing("image of the sequencer", "No preflight.json tells it."))
+    else:
+        images["sequencer"] = sequencer
+    return images, missing
+
+
+def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
+    """What is said of a board that has an `image_crc`, wherever it stands."""
+    if isinstance(value, list):
+        return next((one for item in value if (one := _identity_in(item, board)) is not None), None)
+    if not isinstance(value, dict):
+        return None
+    one = value.get(board)
+    if isinstance(one, dict) and "image_crc" in one:
+        return one
+    return _identity_in(list(value.values()), board)
+
+
+def _log(files: RunFiles, session: int | None) -> DropLog | None:
+    from tfsat_host.sdlog.load import load
+
+    try:
+        return load(files.recording, session=session)
+    except TfsatError:
+        return None  # the evaluation says why, and its error is bundled
+
+
+def _certificate(found: Collected, named: Path | None) -> Path | None:
+    emulated = (False, True) if found.log is None else (origin_of_log(found.log.header).emulated,)
+    tried = (find_certificate(named, found.folder, Path(), emulated=one) for one in emulated)
+    return next((one for one in tried if one is not None), None)
+
+
+def _require(path: Path | None) -> None:
+    if path is not None and not path.is_file():
+        raise TfsatError(
+            what=f"There is no file {path}.",
+            meaning="The drop cannot be bundled without it; nothing was written.",
+            next_step="Name a file that exists.",
+        )
+
+
+def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
+    """The recordings beside a certificate keep their place beside it; what it rests on and is gone is named."""
+    from tfsat_host.calibration.certificate.archive import recordings_folder
+    from tfsat_host.calibration.certificate.file import read_calibration
+    from tfsat_host.calibration.steps.evidence import sha256
+
+    folder = recordings_folder(certificate)
+    inside = f"{name.removesuffix('.toml')}-recordings"
+    if folder.is_dir():
+        for path in sorted(folder.iterdir()):
+            if path.is_file() and path.suffix in (".npz", ".toml") and not path.name.startswith("."):
+                _add_named(found, f"{inside}/{path.name}", path)
+    try:
+        papers = read_calibration(certificate).papers
+    except TfsatError as error:
+        found.missing.append(Missing("raw data of the calibration", error.what, lost=True))
+        return
+    if not papers:
+        why = "The certificate names no recordings that it was computed from."
+        found.missing.append(Missing("raw data of the calibration", why))
+    for paper in papers:
+        path = folder / paper.file
+        if not path.is_file():
+            found.missing.append(Missing(f"{inside}/{paper.file}", f"{path} is not there.", lost=True))
+        elif sha256(path.read_bytes()) != paper.sha256:
+            why = f"{path} is not the recording that the certificate rests on: its SHA-256 differs."
+            found.missing.append(Missing(f"{inside}/{paper.file}", why, lost=True))
+
+
+def _add_signed(found: Collected) -> None:
+    """What the run's record vouches for, so that it can be verified in the bundle, too."""
+    from tfsat_host.record.run_record import is_inside
+
+    record = found.folder / RECORD
+    if not record.is_file():
+        return
+    try:
+        entries, _ = parse_record(record.read_text(encoding="utf-8"))
+    except ValueError:
+        return  # told with all else that is wrong with the record
+    for name in sorted({file.name for entry in entries for file in entry.files if is_inside(file.name)}):
+        if (found.folder / name).is_file():
+            _add_named(found, f"{RUN}/{name}", found.folder / name)
+
+
+def _add_others(found: Collected, *, listed: bool) -> None:
+    """What people wrote and said; everything else in the folder of a run is named as left out."""
+    taken = {path.resolve() for path in found.files.values()}
+    for path in sorted(found.folder.iterdir()):
+        if path.name.startswith(".") or path.resolve() in taken:
+            continue
+        if path.is_file() and any(path.match(pattern) for pattern in _TAKEN):
+            _add_named(found, f"{RUN}/{path.name}", path)
+        elif listed and not _holds_any(path, taken):
+            found.left_out[path.name + ("/" if path.is_dir() else "")] = _MADE_AGAIN
+
+
+def _add_named(found: Collected, name: str, path: Path) -> None:
+    if name in found.files:
+        return
+    trouble = trouble_with_name(name)
+    if trouble is None and collision_among((*found.files, name)):
+        trouble = "is another's on some systems"
+    if trouble:
+        found.left_out[name] = f"its name {trouble}"
+    else:
+        found.files[name] = path
+
+
+def _holds_any(folder: Path, taken: Iterable[Path]) -> bool:
+    return folder.is_dir() and any(path.is_relative_to(folder.resolve()) for path in taken)
+
+
+def _not_there(found: Collected, evaluated: Evaluated) -> list[Missing]:
+    expected = {
+        "maneuver": (evaluated.maneuver, "No maneuver.toml lies beside the recording, and none was named."),
+        "calibration": (evaluated.calibration, "No certificate was found, and none was named."),
+        "preflight.json": (f"{RUN}/preflight.json", "The run has none: tfsat-host preflight RUN writes it."),
+        RECORD: (f"{RUN}/{RECORD}", "The run has none: nothing in it was signed."),
+    }
+    return [
+        Missing(what, why)
+        for what, (name, why) in expected.items()
+        if name is None or (name.startswith(f"{RUN}/") and name not in found.files)
+    ]

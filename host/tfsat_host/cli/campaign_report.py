@@ -1,0 +1,137 @@
+"""`tfsat-host campaign report`: all drops so far evaluated, compared and drawn over each other."""
+
+from __future__ import annotations
+
+import argparse
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import DataLossError, TfsatError
+
+if TYPE_CHECKING:
+    from tfsat_host.campaign.entries import DropEntry
+    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
+    from tfsat_host.cli.evaluate.several import Comparison
+
+_Tried = tuple["DropEntry", "EvaluatedRun | TfsatError"]
+
+
+def report(args: argparse.Namespace, out: Output) -> int:
+    """A drop that cannot be evaluated is named and does not keep the others from being compared."""
+    from tfsat_host.campaign.folder import read
+    from tfsat_host.cli.evaluate.one_run import robot_of
+    from tfsat_host.cli.report_files import PAGE, ReportFiles
+
+    contents = read(args.dir)
+    present = [drop for drop in contents.drops if (args.dir / drop.folder / drop.recording).is_file()]
+    if not present:
+        raise TfsatError(
+            what=f"{args.dir} has no drops with a recording.",
+            meaning="There is nothing to compare; no report was written.",
+            next_step=f"tfsat-host campaign add {args.dir} RUN",
+        )
+    options = _options(args, present, args.out or args.dir / PAGE)
+    files = ReportFiles.of(options)
+    files.check(force=args.force)
+    robot = robot_of(options)
+    tried = [_tried(drop, args.dir, options, robot, out) for drop in present]
+    page, compared = _write(tried, files, options, out)
+    result = {
+        "campaign": str(args.dir),
+        "report": None if page is None else str(page),
+        "drops": [_as_dict(one) for one in tried],
+        "comparison": _comparison(compared),
+        "findings": list(contents.findings),
+    }
+    out.result(result, lambda: _show(tried, compared, page, out))
+    for sentence in contents.findings:
+        out.warn(sentence)
+    good = all(not isinstance(one, TfsatError) and one.verdict.level == "good" for _, one in tried)
+    return 0 if good and not contents.findings else DataLossError.exit_code
+
+
+def _options(args: argparse.Namespace, drops: list[DropEntry], page: Path) -> argparse.Namespace:
+    """`report` with all drops."""
+    from tfsat_host.cli.campaign_add import no_options
+
+    options = vars(no_options()) | {
+        "runs": [args.dir / drop.folder / drop.recording for drop in drops],
+        "robot": args.robot,
+        "out": page,
+        "figures": None,
+        "mcap": None,
+        "force": args.force,
+    }
+    return argparse.Namespace(**options)
+
+
+def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, robot: Any, out: Output) -> _Tried:
+    from tfsat_host.cli.evaluate.one_run import evaluate_run
+
+    try:
+        return drop, evaluate_run(folder / drop.folder / drop.recording, options, robot, out)
+    except TfsatError as error:
+        return drop, error
+
+
+def _write(
+    tried: list[_Tried], files: Any, options: argparse.Namespace, out: Output
+) -> tuple[Path | None, Comparison | None]:
+    """The page, of those that can be evaluated, and how they compare."""
+    from tfsat_host.cli.evaluate.several import Comparison
+    from tfsat_host.cli.report import lacking, reported, together
+    from tfsat_host.cli.report_files import PageParts
+
+    done = [(drop, one) for drop, one in tried if not isinstance(one, TfsatError)]
+    refused = [(drop, one) for drop, one in tried if isinstance(one, TfsatError)]
+    if not done:
+        return None, None
+    drops = [reported(drop.folder, one, options) for drop, one in done]
+    runs = [one for _, one in done]
+    parts = PageParts(
+        tables=together(drops, runs), lacking=[lacking(Path(drop.folder), one) for drop, one in refused]
+    )
+    with out.progress("Writing the report", total=1.0) as advance:
+        files.write(drops, parts, datetime.now(UTC), force=options.force, progress=advance)
+    return files.page, Comparison(runs) if len(runs) > 1 else None
+
+
+def _comparison(compared: Comparison | None) -> dict[str, Any] | None:
+    if compared is None:
+        return None
+    from tfsat_host.cli.evaluate.several import comparison_as_dict
+
+    return comparison_as_dict(compared)
+
+
+def _as_dict(tried: _Tried) -> dict[str, Any]:
+    from tfsat_host.cli.evaluate.result import result_of
+    from tfsat_host.cli.output import error_as_dict
+
+    drop, one = tried
+    if isinstance(one, TfsatError):
+        return {**drop.as_dict(), "error": error_as_dict(one), "evaluation": None}
+    return {**drop.as_dict(), "evaluation": result_of(one)}
+
+
+def _show(tried: list[_Tried], compared: Comparison | None, page: Path | None, out: Output) -> None:
+    from tfsat_host.cli.evaluate.phrases import printable
+    from tfsat_host.cli.evaluate.several import row_of, show_comparison
+
+    rows = []
+    for drop, one in tried:
+        notes = "; ".join(printable(note.text) for note in drop.notes) or "–"
+        found = ("failed", "–", "–", "–") if isinstance(one, TfsatError) else row_of(one)[1:]
+        rows.append((str(drop.number), *found, notes))
+    columns = ("drop", "verdict", "reorientation / deg", "model off / deg", "corrected / deg", "notes")
+    out.table(columns, rows, title="All drops")
+    for drop, one in tried:
+        if isinstance(one, TfsatError):
+            out.line(
+                f"Drop {drop.number} cannot be evaluated: {printable(one.what)} {printable(one.next_step)}"
+            )
+    if compared is not None:
+        show_comparison(compared, out)
+    out.line("No report was written." if page is None else f"Written  {printable(page)}")

@@ -1,0 +1,232 @@
+"""`tfsat-host reproduce`: a bundled drop computed anew from raw, and what differs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.output import Output
+from tfsat_host.errors import DataLossError
+
+if TYPE_CHECKING:
+    from tfsat_host.bundle.comparing import Difference
+    from tfsat_host.bundle.manifest import Manifest
+    from tfsat_host.cli.recomputing import Recomputed
+
+_SHOWN = 20
+_OF_ITS_TIME = ("made_by", "made_at")
+"""Of a result: who made it and when differs rightly."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One part of a bundle, computed anew.
+
+    Attributes:
+        what: `evaluation`, `report` or `calibration`.
+        differs: How; None: it could not be computed anew, and that is no difference.
+        sentence: What was done, or why not.
+    """
+
+    what: str
+    differs: Sequence[Difference] | None
+    sentence: str
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """The bundle, and where to unpack."""
+    parser.description = (
+        "Unpack a bundle into a new folder, check every file's hash, compute calibration, evaluation and report anew "
+        "from the raw data, and say what differs, number by number. Ends with 0 if nothing does, with 3 if something "
+        "does, with 1 if the archive is damaged or not safe: then nothing is unpacked."
+    )
+    parser.add_argument("bundle", metavar="BUNDLE", type=file_name, help="what `tfsat-host bundle` made")
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        type=file_name,
+        help="a new folder to unpack into (default: the bundle's name without its ending, here)",
+    )
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """Unpacks, computes, compares."""
+    from tfsat_host.bundle.environment import changed_since
+    from tfsat_host.bundle.manifest import ENVIRONMENT
+    from tfsat_host.bundle.unpacking import unpack
+    from tfsat_host.cli.bundle_files import RUN
+    from tfsat_host.cli.evaluate.phrases import printable
+    from tfsat_host.cli.recomputing import recompute
+    from tfsat_host.record.run_record import verify
+
+    folder = args.out or Path(args.bundle.name.removesuffix(".zip").removesuffix(".tfsat") + "-reproduced")
+    with out.progress("Unpacking and checking"):
+        manifest, manifest_sha256 = unpack(args.bundle, folder)
+    with out.progress(f"Computing {printable(manifest.name)} anew"):
+        done = recompute(folder, manifest.name, manifest.evaluated)
+        compared = [
+            _evaluation(folder, done),
+            _report(folder, done),
+            *_calibrations(folder, manifest, done),
+        ]
+    record = [finding.sentence for finding in verify(folder / RUN)] if (folder / RUN).is_dir() else []
+    environment = changed_since(_load(folder / ENVIRONMENT))
+    same = not any(one.differs for one in compared)
+    result = {
+        "same": same,
+        "bundle": str(args.bundle),
+        "manifest_sha256": manifest_sha256,
+        "folder": str(folder),
+        "name": manifest.name,
+        "files": len(manifest.files),
+        "compared": [_as_dict(one) for one in compared],
+        "record": record,
+        "missing": manifest.as_dict()["missing"],
+        "environment": environment,
+    }
+    out.result(result, lambda: _show(result, compared, out))
+    return 0 if same else DataLossError.exit_code
+
+
+def _evaluation(folder: Path, done: Recomputed) -> Compared:
+    from tfsat_host.bundle.comparing import EVALUATION_TOLERANCE
+    from tfsat_host.bundle.manifest import EVALUATION
+
+    bundled = _load(folder / EVALUATION)
+    differs = _differences(bundled, done.evaluation, EVALUATION_TOLERANCE)
+    if "error" in done.evaluation:
+        return Compared("evaluation", differs, f"It cannot be evaluated: {done.evaluation['error']['what']}")
+    count = _numbers(done.evaluation)
+    return Compared("evaluation", differs, f"{count} numbers were decoded and evaluated anew.")
+
+
+def _report(folder: Path, done: Recomputed) -> Compared:
+    from tfsat_host.bundle.comparing import NOT_THERE, REPORT_TOLERANCE, Difference
+    from tfsat_host.bundle.manifest import REPORT
+    from tfsat_host.cli.recomputing import document_in
+
+    try:
+        bundled = document_in((folder / REPORT).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        if done.page is None:
+            return Compared("report", None, "There is none, now as then.")
+        return Compared(
+            "report", [Difference("report", NOT_THERE, "a page", None)], "The bundle has no report."
+        )
+    except ValueError as error:
+        sentence = f"The bundled page cannot be read: {error}."
+        return Compared("report", [Difference("report", "unreadable", "a page", None)], sentence)
+    if done.page is None:
+        sentence = "The bundle has a report, and none can be made."
+        return Compared("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
+    document = document_in(done.page)
+    differs = _differences(bundled, document, REPORT_TOLERANCE)
+    return Compared("report", differs, f"{_numbers(document)} numbers of the page were made anew.")
+
+
+def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Compared]:
+    """The certificate that lay there, and the one before it if that held at the release."""
+    from tfsat_host.bundle.recalibrating import recalibrate, recordings_of
+    from tfsat_host.errors import TfsatError
+    from tfsat_host.robot import load_robot
+
+    used = manifest.evaluated
+    if used.calibration is None:
+        return [Compared("calibration", None, "The bundle has no certificate.")]
+    found = []
+    names = dict.fromkeys([used.calibration, *([done.certificate] if done.certificate else [])])
+    for name in (name for name in names if name in manifest.files):
+        try:
+            robot = load_robot(None if used.robot is None else folder / used.robot)
+            again = recalibrate(folder / name, recordings_of(folder / name), robot)
+        except TfsatError as error:
+            found.append(Compared("calibration", None, error.what))
+            continue
+        found.append(Compared("calibration", again.differs, f"{name}: {again.sentence}"))
+    return found
+
+
+def _differences(bundled: Any, recomputed: Any, tolerance: Any) -> list[Difference]:
+    from tfsat_host.bundle.comparing import differences
+
+    return [one for one in differences(bundled, recomputed, tolerance) if one.key not in _OF_ITS_TIME]
+
+
+def _load(path: Path) -> Any:
+    """A JSON file of the bundle, whose hash is right; None if it is none."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError, RecursionError):
+        return None
+
+
+def _numbers(value: Any) -> int:
+    if isinstance(value, dict):
+        return sum(map(_numbers, value.values()))
+    if isinstance(value, list):
+        return sum(map(_numbers, value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _as_dict(one: Compared) -> dict[str, Any]:
+    differs = None if one.differs is None else [vars_of(difference) for difference in one.differs]
+    return {"what": one.what, "sentence": one.sentence, "differences": differs}
+
+
+def vars_of(difference: Difference) -> dict[str, Any]:
+    """For JSON."""
+    return {
+        "key": difference.key,
+        "bundled": difference.bundled,
+        "recomputed": difference.recomputed,
+        "relative": difference.relative,
+    }
+
+
+def _show(result: dict[str, Any], compared: Sequence[Compared], out: Output) -> None:
+    from tfsat_host.cli.evaluate.phrases import printable
+
+    out.line(f"Unpacked  {printable(result['folder'])}: {result['files']} files, every hash is right.")
+    out.line(f"Manifest  SHA-256 {result['manifest_sha256']}: compare it with the logbook's.")
+    for one in compared:
+        word = "not done" if one.differs is None else f"{len(one.differs)} DIFFER" if one.differs else "same"
+        out.line(f"{one.what.capitalize()}: {word}. {printable(one.sentence)}")
+        if one.differs:
+            rows = [_row(difference) for difference in one.differs[:_SHOWN]]
+            out.table(("what", "bundled", "recomputed", "relative"), rows)
+            if len(one.differs) > _SHOWN:
+                out.line(f"… and {len(one.differs) - _SHOWN} more: --json has all.")
+    for missing in result["missing"]:
+        out.line(
+            f"{'LOST' if missing['lost'] else 'Missing'} when bundled: {printable(missing['what'])}: "
+            f"{printable(missing['why'])}"
+        )
+    for sentence in result["record"]:
+        out.line(f"CHANGED   {printable(sentence)}")
+    if result["environment"]:
+        out.line(f"Computed with something else than then: {printable(' '.join(result['environment']))}")
+    out.line("SAME: the raw data give what was bundled." if result["same"] else "NOT THE SAME: see above.")
+
+
+def _row(difference: Difference) -> tuple[object, ...]:
+    from tfsat_host.cli.evaluate.phrases import printable
+
+    relative = "–" if difference.relative is None else f"{difference.relative:.1e}"
+    return (
+        printable(difference.key),
+        _value(difference.bundled),
+        _value(difference.recomputed),
+        relative,
+    )
+
+
+def _value(value: object) -> str:
+    from tfsat_host.cli.evaluate.phrases import printable
+
+    return f"{value:.9g}" if isinstance(value, float) else printable(str(value)[:80])

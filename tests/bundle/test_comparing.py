@@ -1,0 +1,87 @@
+"""What counts as the same, and what as a difference."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tfsat_host.bundle.comparing import EVALUATION_TOLERANCE, Tolerance, differences, same_text
+
+STRICT = Tolerance(1e-6, 1e-9)
+_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+)
+
+
+def keys(one: object, two: object) -> list[str]:
+    found = [difference.key for difference in differences(one, two, STRICT)]
+    assert len(found) == len(list(differences(two, one, STRICT))), "it does not matter who is first"
+    return found
+
+
+@given(_JSON)
+def test_whatever_it_is_it_is_the_same_as_itself(value: object) -> None:
+    assert keys(value, value) == []
+
+
+def test_numbers_are_held_against_the_larger_or_the_largest_of_their_list() -> None:
+    assert keys({"a": 1.0}, {"a": 1.0 + 0.9e-6}) == []
+    assert keys({"a": 1.0}, {"a": 1.0 + 1.2e-6}) == ["a"]
+    assert keys({"a": 1e-7}, {"a": 1.02e-7}) == ["a"], "beyond the absolute one"
+    assert keys({"a": 1e-10}, {"a": -1e-10}) == []
+    assert keys([1000.0, 1e-4], [1000.0, 5e-4]) == [], "beside 1000, 1e-4 is nothing"
+    assert keys([[1000.0, 1e-4], [0.0, 2e-3]], [[1000.0, 1e-4], [0.0, 4e-3]]) == ["[1][1]"]
+    assert keys({"a": 1000.0, "b": 1e-4}, {"a": 1000.0, "b": 5e-4}) == ["b"], "no list"
+
+
+def test_how_far_apart_is_said() -> None:
+    (one,) = differences({"a": [{"b": 10.0}]}, {"a": [{"b": 11.0}]}, EVALUATION_TOLERANCE)
+    assert (one.key, one.bundled, one.recomputed) == ("a[0].b", 10.0, 11.0)
+    assert one.relative == pytest.approx(1.0 / 11.0)
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [
+        (True, 1),
+        (None, 0.0),
+        (0.0, None),
+        ("1", 1),
+        ([1], [1, 2]),
+        ({"a": 1}, {}),
+        ([], {}),
+        (1, [1]),
+        ("a", "b"),
+    ],
+)
+def test_what_is_of_another_kind_differs(one: object, two: object) -> None:
+    assert len(keys({"k": one}, {"k": two})) == 1
+
+
+def test_sentences_may_differ_in_their_last_digit_only() -> None:
+    assert same_text("turned by 25.64 ± 0.01 deg", "turned by 25.65 ± 0.02 deg")
+    assert not same_text("turned by 25.64 ± 0.01 deg", "turned by 25.66 ± 0.01 deg")
+    assert same_text("1.0e-05 of it", "1.1e-05 of it")
+    assert not same_text("22 checks", "21 checks"), "counts are exact"
+    assert not same_text("recording 910a2dec", "recording 911a2dec")
+    assert not same_text("file 1.5a", "file 1.6a")
+    assert not same_text("2.5 deg", "2.5 mm")
+    assert not same_text("released 2026-01-05", "released 2026-01-06")
+
+
+def nested(depth: int) -> object:
+    value: object = 1.0
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+@pytest.mark.parametrize("hostile", [nested(5000), 10**400, float("nan"), float("inf"), {"a": nested(5000)}])
+def test_what_nobody_would_write_is_a_difference(hostile: object) -> None:
+    for ours in (1.0, [1.0], nested(5), {"a": [1.0, [2.0]]}):
+        for one, two in ((hostile, ours), (ours, hostile)):
+            found = list(differences({"k": one}, {"k": two}, STRICT))
+            assert found
+            repr(found)
