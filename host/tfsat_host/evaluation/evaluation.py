@@ -254,6 +254,12 @@ def _notes_of(motion: Motion) -> list[str]:
         for joint in motion.joints
         if not joint.sensed
     ]
+    notes += [
+        f"Angle sensor {sensed.distrusted + 1} of joint {sensed.sensors.joint} contradicts the other one, which began "
+        "nearer to where the servo held the joint: it is not used."
+        for sensed in motion.fusion.joints
+        if sensed.distrusted is not None
+    ]
     if motion.lag.implausible_s is not None:
         notes.append(
             f"The strokes tell a delay of {1e3 * motion.lag.implausible_s:.1f} ms for the gyros, which no chip has "

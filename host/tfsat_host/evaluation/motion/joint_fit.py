@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.joints.joint_sensors import JointSensors, wrapped
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -28,6 +28,10 @@ numbers with one error have no better mean than either: its variance taken so of
 SENSOR_FLOOR_RAD = np.deg2rad(0.01)
 """No angle sensor is better than that, however quiet its samples look."""
 _NUISANCES = 10
+_APART_RAD = np.deg2rad(5.0)
+"""Two sensors of one joint that differ by more, and by more than their zero points and bends may be off, are not both
+right: a magnet has slipped, or a wire is loose."""
+_APART_STDS = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,18 +43,24 @@ class SensedJoint:
         shown_rad: (n, 2) what they show; NaN where one did not answer.
         angle_rad: (n, 2) the joint's angle by each.
         noise_rad: (2,) standard deviation of a sample of each.
+        distrusted: 0 or 1, the sensor that is not used, as the other one contradicts it; None: both are.
     """
 
     sensors: JointSensors
     shown_rad: FloatArray
     angle_rad: FloatArray
     noise_rad: FloatArray
+    distrusted: int | None
 
     @classmethod
-    def of(cls, sensors: JointSensors, shown_rad: FloatArray) -> SensedJoint:
-        """Of samples (n, 2)."""
+    def of(cls, sensors: JointSensors, shown_rad: FloatArray, held_rad: float) -> SensedJoint:
+        """Of samples (n, 2) of a joint that its servo held at an angle to begin with."""
         angle = sensors.each(shown_rad)
-        return cls(sensors, shown_rad, angle, np.array([sample_noise_rad(angle[:, k]) for k in range(2)]))
+        distrusted = _distrusted(sensors, angle, held_rad)
+        if distrusted is not None:
+            angle[:, distrusted] = np.nan
+        noise = np.array([sample_noise_rad(angle[:, k]) for k in range(2)])
+        return cls(sensors, shown_rad, angle, noise, distrusted)
 
     @property
     def answered(self) -> bool:
@@ -67,6 +77,18 @@ class SensedJoint:
         known = np.isfinite(each)
         total = np.where(known, each, 0.0).sum(axis=1)
         return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
+
+
+def _distrusted(sensors: JointSensors, angle_rad: FloatArray, held_rad: float) -> int | None:
+    """Of two that contradict each other, the one that began farther from where the servo held the joint."""
+    both = np.isfinite(angle_rad).all(axis=1)
+    if not both.any():
+        return None
+    apart = wrapped(angle_rad[both, 1] - angle_rad[both, 0])
+    zeros = np.trace(sensors.zero_covariance) + np.trace(sensors.bend_covariance)
+    if np.median(np.abs(apart)) < max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros))):
+        return None
+    return int(np.abs(wrapped(angle_rad[both][0] - held_rad)).argmax())
 
 
 def errors_by_sensors(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.joints.joint_sensors import JointSensors, wrapped
 from tfsat_host.evaluation.motion.joint_fit import SensedJoint
 
 FloatArray = NDArray[np.float64]
@@ -79,7 +79,7 @@ class JointMotion:
 
 
 def _disagreement(sensed: SensedJoint, k: int, angle_rad: FloatArray) -> SensorDisagreement:
-    off = sensed.angle_rad[:, k] - angle_rad
+    off = wrapped(sensed.sensors.each(sensed.shown_rad)[:, k] - angle_rad)
     off = off[np.isfinite(off)]
     if not len(off):
         return SensorDisagreement(k + 1, *[float("nan")] * 4)

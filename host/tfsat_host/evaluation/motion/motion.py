@@ -85,8 +85,10 @@ def motion_of(
         dlpf_cfg: Setting of the gyros' low-pass.
     """
     sensed = tuple(
-        SensedJoint.of(sensors, samples.sensor_angle_rad[:, sensor_columns(model, sensors.joint)])
-        for sensors in calibration.joints
+        SensedJoint.of(
+            sensors, samples.sensor_angle_rad[:, sensor_columns(model, sensors.joint)], servo.start_rad
+        )
+        for sensors, servo in zip(calibration.joints, model.servos, strict=True)
     )
     fusion = SensorFusion.of(samples, sensed, calibration, model, densities, dlpf_cfg)
     solved = fusion.solved()
