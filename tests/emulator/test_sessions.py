@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from tests.rehearsal.as_filed import dropped
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.emulated.rehearsal import rehearse
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
@@ -18,7 +18,7 @@ def first_session(**seeds: int) -> int:
 
 def rehearsed_session(first_deg: float, seed: int, rate_rad_s: tuple[float, float, float]) -> int:
     schedule = schedule_maneuver(four_stroke(first_deg, 70))
-    return rehearse(schedule, seed=seed, residual_rate_rad_s=rate_rad_s).recording.session
+    return dropped(schedule, seed=seed, rate_rad_s=rate_rad_s).recording.session
 
 
 def test_without_a_seed_each_robot_has_its_own() -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.rehearsal.as_filed import dropped
 from tests.sdlog.motion import FALL_S, RATE_COUNTS, REST_S, moving_log
-from tfsat_host.emulated.rehearsal import rehearse
 from tfsat_host.evaluation.quick.body_frames import body_frames
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import load_robot
@@ -150,7 +150,7 @@ def test_a_robot_that_was_handled_before_its_release_is_doubtful(log: DropLog) -
 
 def test_the_emulated_robot_s_bodies_are_where_they_truly_were(tmp_path: Path) -> None:
     """Its IMUs sit up to some degrees askew, which turns the axis of the base's rotation, not its angle."""
-    flight = rehearse(schedule_maneuver(four_stroke(59.0, 70.0)), seed=4)
+    flight = dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=4)
     (tmp_path / "SD.bin").write_bytes(flight.card)
     log = load(tmp_path / "SD.bin")
     found = tracks(log)

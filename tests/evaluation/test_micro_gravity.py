@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,11 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import whole_calibration
 from tests.evaluation.clock_log import log_with
+from tests.rehearsal.as_filed import WholeDrop, dropped
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.gyros.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.emulated.rehearsal import Rehearsal, rehearse
 from tfsat_host.evaluation.fall.arms import sensor_arms_m
 from tfsat_host.evaluation.fall.fall_instants import (
     ACCEL_DELAY_S,
@@ -291,15 +292,15 @@ def as_designed() -> Calibration:
 
 
 @pytest.fixture(scope="module")
-def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[Rehearsal, DropLog, Calibrated]:
-    flown = rehearse(schedule_maneuver(four_stroke(59, 70)), seed=4)
+def drop(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeDrop, DropLog, Calibrated]:
+    flown = dropped(schedule_maneuver(four_stroke(59, 70)), seed=4)
     card = tmp_path_factory.mktemp("card") / "SD.bin"
     card.write_bytes(flown.card)
     log = load(card)
     return flown, log, apply_calibration(Counts.from_log(log), as_designed(), MODEL)
 
 
-def test_the_emulated_drop_s_instants(drop: tuple[Rehearsal, DropLog, Calibrated]) -> None:
+def test_the_emulated_drop_s_instants(drop: tuple[WholeDrop, DropLog, Calibrated]) -> None:
     flown, log, samples = drop
     found = fall_instants(log, samples)
     assert found.findings == ()
@@ -311,7 +312,7 @@ def test_the_emulated_drop_s_instants(drop: tuple[Rehearsal, DropLog, Calibrated
     assert found.landing_logged_s > found.landing.t_s
 
 
-def test_the_emulated_drop_s_quality(drop: tuple[Rehearsal, DropLog, Calibrated]) -> None:
+def test_the_emulated_drop_s_quality(drop: tuple[WholeDrop, DropLog, Calibrated]) -> None:
     _, log, samples = drop
     found = micro_gravity(samples, log.t_s, WINDOWS)
     assert found.findings == () and found.notes == ()
@@ -320,10 +321,10 @@ def test_the_emulated_drop_s_quality(drop: tuple[Rehearsal, DropLog, Calibrated]
     assert all(check.less_fall_norm_g == pytest.approx(1.0, abs=0.003) for check in found.gravity)
 
 
-def test_what_does_not_agree_is_said(drop: tuple[Rehearsal, DropLog, Calibrated]) -> None:
+def test_what_does_not_agree_is_said(drop: tuple[WholeDrop, DropLog, Calibrated]) -> None:
     _, log, samples = drop
     late = fall_instants(log, shifted(log, samples, 0.2)).findings
-    assert "200 ms after the switches opened: the robot hung on" in late[0]
+    assert re.search("(199|200|201) ms after the switches opened: the robot hung on", late[0])
     assert "The landing was felt at 2.699 s, but the logger noted it at 2.50" in late[1]
     early = fall_instants(log, shifted(log, samples, -0.2)).findings
     assert "ms before the switches opened: the magnet held the robot" in early[0]

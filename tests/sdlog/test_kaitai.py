@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from compile_kaitai import compiled_hash, grammar_hash
+from tests.rehearsal.as_filed import dropped
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, event
 from tests.sdlog.kaitai.tfsat_log import TfsatLog
 from tests.sdlog.test_values import write
-from tfsat_host.emulated.rehearsal import rehearse
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import EventCode
 from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC
@@ -33,7 +33,7 @@ def encoded_log() -> bytes:
 
 def flown_log() -> bytes:
     """What the logger's own core wrote in a rehearsed drop."""
-    return rehearse(schedule_maneuver(four_stroke(59.0, 70.0)), seed=7).card
+    return dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=7).card
 
 
 @pytest.fixture(scope="module", params=[encoded_log, flown_log], ids=["encoder", "logger"])

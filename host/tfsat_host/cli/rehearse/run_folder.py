@@ -11,8 +11,8 @@ from tfsat_host.cli.outputs import was_made_with
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
-    from tfsat_host.emulated.rehearsal import Rehearsal
     from tfsat_host.maneuver import Maneuver
+    from tfsat_host.rehearsal.day import Drop
     from tfsat_host.sdlog import DropLog
 
 MARK_FILE = ".tfsat-rehearsal"
@@ -49,29 +49,34 @@ class RunFolder:
                 "Give another folder with --out, or add --force.",
             )
 
-    def write(self, maneuver: Maneuver, flight: Rehearsal) -> DropLog:
-        """Writes what the drop left, decodes the card from its file and exports it; gives the log."""
+    def write(self, maneuver: Maneuver, drop: Drop, truth_text: str) -> DropLog | None:
+        """Writes what the day left, decodes the card from its file and exports it; gives the log, if there is one."""
         from tfsat_host.calibration.certificate.text import format_calibration
         from tfsat_host.cli.calibrate.options import EMULATED_CERTIFICATE
-        from tfsat_host.cli.decoded_files import write_decoded
         from tfsat_host.emulated.truth import format_truth
         from tfsat_host.maneuver import format_maneuver
-        from tfsat_host.sdlog import load
 
         self.path.mkdir(parents=True, exist_ok=True)
         self.removed = _derived_in(self.path)
         for stale in self.removed:
             stale.unlink()
         (self.path / MARK_FILE).write_text("made by tfsat-host rehearse\n", encoding="utf-8")
-        card = self._file("SD.bin")
-        card.write_bytes(flight.card)
-        self.files.append(self.maneuver)
-        self.maneuver.write_text(format_maneuver(maneuver), encoding="utf-8")
-        self._file(EMULATED_CERTIFICATE).write_text(format_calibration(flight.calibration), encoding="utf-8")
-        self._file("truth.csv").write_text(format_truth(flight.truth, flight.released_s), encoding="utf-8")
-        log = load(card)
-        written = write_decoded(log, self.path / "SD", ("csv",), force=True)
-        self.files += (*written.files.values(), self.path / SUMMARY)
+        self._file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
+        self._file(EMULATED_CERTIFICATE).write_text(format_calibration(drop.calibration), encoding="utf-8")
+        self._file("truth.json").write_text(truth_text, encoding="utf-8")
+        if drop.released_s is not None:
+            self._file("truth.csv").write_text(format_truth(drop.truth, drop.released_s), encoding="utf-8")
+        self.files.append(self.path / SUMMARY)
+        return self._write_card(drop.card) if drop.card else None
+
+    def _write_card(self, card: bytes) -> DropLog:
+        from tfsat_host.cli.decoded_files import write_decoded
+        from tfsat_host.sdlog import load
+
+        path = self._file("SD.bin")
+        path.write_bytes(card)
+        log = load(path)
+        self.files += write_decoded(log, self.path / "SD", ("csv",), force=True).files.values()
         return log
 
     def write_summary(self, result: Mapping[str, Any]) -> None:

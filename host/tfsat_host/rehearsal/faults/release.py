@@ -1,0 +1,86 @@
+"""Faults of the switches, the lift and the release."""
+
+from __future__ import annotations
+
+from tfsat_host.emulated.robot import BoardIndex
+from tfsat_host.rehearsal.day import Day
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome
+from tfsat_host.rehearsal.moment import Moment
+
+BOUNCE_US = 50_000
+KNOCK_US = 4_000
+"""Both switches open for 5 ms are a release, whoever opened them."""
+
+
+def _stuck_closed(day: Day) -> None:
+    day.robot.faults.switch(1, "stuck-closed")
+
+
+def _stuck_open(day: Day) -> None:
+    day.robot.faults.switch(1, "stuck-open")
+
+
+def _bounce(day: Day) -> None:
+    day.robot.faults.bounce(BOUNCE_US)
+
+
+def _knock_both(day: Day) -> None:
+    for switch in (1, 2):
+        day.robot.knock(switch, KNOCK_US)
+
+
+def _not_armed(day: Day) -> None:
+    day.skipped.add("arm")
+
+
+def _cable_pulled(day: Day) -> None:
+    day.robot.set_cable(BoardIndex.SEQUENCER, False)
+
+
+RELEASE_FAULTS = (
+    Fault(
+        "switch-stuck-closed",
+        "Switch 1 shows closed for ever, and only switch 2 opens at the release.",
+        Moment.ARMED,
+        _stuck_closed,
+        Outcome.STANDS_STILL,
+        noticed="no release",
+    ),
+    Fault(
+        "switch-stuck-open",
+        "Switch 1 shows open while the robot hangs in the releaser.",
+        Moment.POWERED,
+        _stuck_open,
+        Outcome.NOT_DROPPED,
+        noticed="switch",
+    ),
+    Fault(
+        "switch-bounce",
+        f"Both switches' contacts chatter for {BOUNCE_US // 1000} ms at the release.",
+        Moment.RELEASE,
+        _bounce,
+        Outcome.FLIES,
+    ),
+    Fault(
+        "lift-knock",
+        f"A blow in the lift opens both switches for {KNOCK_US // 1000} ms.",
+        Moment.LIFTED,
+        _knock_both,
+        Outcome.FLIES,
+    ),
+    Fault(
+        "release-before-arming",
+        "The robot is let go although nobody has armed it.",
+        Moment.POWERED,
+        _not_armed,
+        Outcome.STANDS_STILL,
+        noticed="did not move",
+    ),
+    Fault(
+        "cable-pulled-while-armed",
+        "The sequencer's cable is pulled right after arming.",
+        Moment.ARMED,
+        _cable_pulled,
+        Outcome.FLIES,
+    ),
+)

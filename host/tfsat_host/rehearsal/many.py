@@ -1,0 +1,190 @@
+"""Many drops, each of another robot, and how their results are distributed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.maneuver import Schedule
+from tfsat_host.rehearsal.compared import Compared, compared
+from tfsat_host.rehearsal.day import DROPPED, Drop, rehearse
+from tfsat_host.rehearsal.faults.known import fault_named
+from tfsat_host.rehearsal.truth import drawn_truth, hash_of, truth_as_filed
+from tfsat_host.robot import RobotModel
+from tfsat_host.sdlog import DropLog, load
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """What is the same for all of them.
+
+    Attributes:
+        schedule: What flies.
+        filed: The robot as its file has it.
+        seed: All robots are drawn from this one.
+        as_filed: None of them is: each is what the file says.
+        hex_path: The sequencer's image; None: its core natively.
+        faults: By name.
+    """
+
+    schedule: Schedule
+    filed: RobotModel
+    seed: int
+    as_filed: bool = False
+    hex_path: Path | None = None
+    faults: tuple[str, ...] = ()
+
+    def seed_of(self, number: int) -> int:
+        """Of drop `number`, from 1, whoever flies it; the first is that of `rehearse` alone."""
+        return self.seed if number == 1 else hash_of(self.seed, number)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Of one drop.
+
+    Attributes:
+        number: From 1.
+        seed: That flies it again.
+        refused: Why nothing was dropped; empty: something was.
+        verdict: Of the evaluation; `none` without one.
+        samples_lost: In the recording; -1 without one.
+        strokes_off_us: When each stroke came, less when it was scheduled.
+        compared: Found and true.
+    """
+
+    number: int
+    seed: int
+    refused: str
+    verdict: str
+    samples_lost: int
+    strokes_off_us: tuple[float, ...]
+    compared: tuple[Compared, ...]
+
+
+def fly_many(
+    campaign: Campaign, runs: int, workers: int | None = None, progress: Callable[[], None] = lambda: None
+) -> tuple[Outcome, ...]:
+    """Every drop, in order; the same to the bit whatever the number of workers.
+
+    Args:
+        campaign: What to fly.
+        runs: How often.
+        workers: Processes; None: one for each core.
+        progress: Told after each drop.
+    """
+    found = []
+    # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
+    with (
+        _environment(dict.fromkeys(_THREADS, "1")),
+        ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as pool,
+    ):
+        for outcome in pool.map(_flown, [campaign] * runs, range(1, runs + 1)):
+            found.append(outcome)
+            progress()
+    return tuple(found)
+
+
+@contextmanager
+def _environment(names: dict[str, str]) -> Iterator[None]:
+    """For processes that are started meanwhile."""
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(names)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _flown(campaign: Campaign, number: int) -> Outcome:
+    seed, filed = campaign.seed_of(number), campaign.filed
+    truth = truth_as_filed(filed, seed) if campaign.as_filed else drawn_truth(filed, seed)
+    faults = tuple(fault_named(name) for name in campaign.faults)
+    drop = rehearse(campaign.schedule, filed, truth, hex_path=campaign.hex_path, faults=faults)
+    if drop.refused is not None or not drop.card:
+        why = "no recording" if drop.refused is None else drop.refused.what
+        return Outcome(number, seed, why, "none", -1, (), ())
+    log = _decoded(drop)
+    try:
+        found = evaluate(log, filed, drop.calibration, campaign.schedule, recorded=DROPPED)
+    except TfsatError:
+        return Outcome(number, seed, "", "none", log.samples_lost, (), ())
+    off = [1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in found.strokes]
+    beside = compared(found, drop, truth, filed)
+    return Outcome(number, seed, "", verdict_of(found).level, log.samples_lost, tuple(off), beside)
+
+
+def _decoded(drop: Drop) -> DropLog:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "SD.bin"
+        path.write_bytes(drop.card)
+        return load(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """Of one number over all drops.
+
+    Attributes:
+        name: Of it.
+        unit: Of all but `held`.
+        mean_true: What it truly was, on average.
+        spread_true: Its standard deviation over the robots.
+        rms_error: Of what was found.
+        largest_error: In magnitude.
+        stated_std: Median.
+        held: Share of the 95 % intervals that hold the truth.
+        count: Drops that told it.
+    """
+
+    name: str
+    unit: str
+    mean_true: float
+    spread_true: float
+    rms_error: float
+    largest_error: float
+    stated_std: float
+    held: float
+    count: int
+
+
+def distributions(outcomes: Sequence[Outcome]) -> tuple[Distribution, ...]:
+    """Of every number that was compared, in the order of the first drop that told it."""
+    by_name: dict[str, list[Compared]] = {}
+    for outcome in outcomes:
+        for one in outcome.compared:
+            by_name.setdefault(one.name, []).append(one)
+    return tuple(_distribution(name, ones) for name, ones in by_name.items())
+
+
+def _distribution(name: str, ones: Sequence[Compared]) -> Distribution:
+    true, error = np.array([one.true for one in ones]), np.array([one.found - one.true for one in ones])
+    std = np.array([one.std for one in ones])
+    return Distribution(
+        name,
+        ones[0].unit,
+        float(true.mean()),
+        float(true.std()),
+        float(np.sqrt((error**2).mean())),
+        float(np.abs(error).max()),
+        float(np.median(std)),
+        float((np.abs(error) <= 1.96 * std).mean()),
+        len(ones),
+    )

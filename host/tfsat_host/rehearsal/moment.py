@@ -1,0 +1,19 @@
+"""The moments of the day at which something may go wrong, in their order."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Moment(Enum):
+    """Each is named after what has just been done, or is just about to be."""
+
+    POWERED = "boards have started"
+    UPLOADED = "maneuver uploaded and read back"
+    RECORDING = "recording, hanging in the releaser"
+    ARMED = "armed"
+    LIFTED = "cables pulled, on the crane's hook"
+    RELEASE = "about to be let go"
+    FALLING = "halfway through the fall"
+    BEFORE_LANDING = "100 ms before the landing"
+    LANDED = "100 ms after the landing"
