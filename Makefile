@@ -35,7 +35,8 @@ demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs P
 	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
 	$(call say,results in build/demo)
 	@ls build/demo | sed 's/^/  /'
-	@echo "What they show: the maneuver that was uploaded came back from the card, stroke by stroke."
+	@echo "What they show: the maneuver that was uploaded came back from the card, stroke by stroke, and what the"
+	@echo "evaluation of the recording found beside the robot's hidden truth. To look at: build/demo/report.html"
 	@echo "Look closer:    $(BIN)/tfsat-host decode build/demo/SD.bin --force"
 
 .PHONY: test
@@ -113,6 +114,13 @@ screenshots: compiler venv  ## draw the pictures of docs/report.md anew (needs C
 	$(call say,pictures of the report)
 	@$(BIN)/python -m tests.report.screenshots docs/screenshots
 
+# A dead link or an unknown name is an error. What a page calls is imported: numpy, not a board.
+.PHONY: guide
+guide: venv  ## build the user guide as a site, build/guide/index.html
+	$(call say,the user guide)
+	@$(BIN)/python -m sphinx -W --keep-going -q -c docs -d build/guide-doctrees . build/guide
+	@echo "Open build/guide/index.html"
+
 .PHONY: firmware
 firmware: venv  ## build both firmwares for their boards
 	$(call say,firmware of the sequencer (Arduino Micro))
@@ -154,7 +162,7 @@ lock: python  ## choose new versions of all dependencies and write requirements.
 	$(call say,locking dependencies)
 	@[ -x build/lock/bin/uv ] || { $(MAKE_VENV) build/lock && build/lock/bin/pip install -qq uv; }
 	@build/lock/bin/uv pip compile --no-config --quiet --upgrade --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra mcap --extra dask --extra simulators --extra ferraris \
+	  --generate-hashes --no-emit-index-url --extra dev --extra figures --extra parquet --extra mcap --extra dask --extra simulators --extra ferraris --extra guide \
 	  --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 	@! grep -n '://' requirements.lock || { echo "Error: requirements.lock names a host" >&2; exit 1; }
 

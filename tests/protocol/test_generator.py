@@ -21,6 +21,7 @@ GENERATED_FOLDERS = (
     "firmware/teensy_logger/src/release",
     "host/tfsat_host/protocol",
 )
+PAGES = ("log-format.md", "guide/troubleshooting.md")
 SEQUENCER_CORE = "firmware/arduino_sequencer/src/core"
 
 
@@ -36,7 +37,9 @@ def tree(tmp_path: Path) -> Path:
     shutil.copy(REPOSITORY / "tools" / "generate_protocol.py", _folder(tmp_path / "tools"))
     for folder in ("tools/protocol_generator", "protocol", SEQUENCER_CORE, *GENERATED_FOLDERS):
         shutil.copytree(REPOSITORY / folder, tmp_path / folder, ignore=no_caches)
-    shutil.copy(REPOSITORY / "docs" / "log-format.md", _folder(tmp_path / "docs"))
+    _folder(tmp_path / "docs" / "guide")
+    for page in PAGES:
+        shutil.copy(REPOSITORY / "docs" / page, tmp_path / "docs" / page)
     return tmp_path
 
 
@@ -65,7 +68,8 @@ def test_every_generated_file_is_watched(tree: Path) -> None:
                 path.unlink()
     for name in ("reference.md", "tfsat_log.ksy", "golden_vectors.json", "golden_vectors.h"):
         (tree / "protocol" / name).unlink()
-    (tree / "docs" / "log-format.md").unlink()
+    for page in PAGES:
+        (tree / "docs" / page).unlink()
     missing = set(before) - set(files(tree))
     assert len(missing) > 20
     done = generate(tree)

@@ -9,7 +9,7 @@ import argparse
 import importlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from io import TextIOWrapper
 from typing import NamedTuple, NoReturn, Protocol, cast
 
@@ -71,6 +71,13 @@ COMMANDS = (
     Command(
         "report", "tfsat_host.cli.report", "an evaluated drop as one offline page with plots and a replay"
     ),
+    Command(
+        "bundle", "tfsat_host.cli.bundle", "all of one drop in one archive, to be kept and computed anew"
+    ),
+    Command("reproduce", "tfsat_host.cli.reproduce", "compute a bundle anew from raw, and say what differs"),
+    Command(
+        "campaign", "tfsat_host.cli.campaign", "a folder of numbered drops: notes, comparison, one report"
+    ),
     Command("record", "tfsat_host.cli.record", "start or stop the recording of a drop on the logger's card"),
     Command("log", "tfsat_host.cli.log", "list, fetch or erase the logger's recordings over the cable"),
     Command(
@@ -79,6 +86,9 @@ COMMANDS = (
         "show or change the logger's rate, ranges and times",
     ),
     Command("status", "tfsat_host.cli.status", "what both boards are doing, and what stands against a drop"),
+    Command(
+        "preflight", "tfsat_host.cli.preflight", "GO or NO-GO before a drop, with evidence for every check"
+    ),
     Command("arm", "tfsat_host.cli.arming", "let the next release start the maneuver"),
     Command("disarm", "tfsat_host.cli.arming", "back to safe: nothing moves, faults are cleared"),
     Command("jog", "tfsat_host.cli.jog", "move one joint slowly, for calibration, then let it go"),
@@ -89,6 +99,7 @@ COMMANDS = (
     Command(
         "emulate", "tfsat_host.cli.emulate", "serve both boards of the emulated robot for other commands"
     ),
+    Command("completion", "tfsat_host.cli.completion", "print what teaches a shell to complete commands"),
 )
 
 
@@ -178,6 +189,13 @@ def _dispatch(argv: Sequence[str], out: Output) -> int:
 
 def _parser_for(argv: Sequence[str]) -> tuple[Parser, CommandModule | None]:
     """A parser that knows all names, and the arguments of the one command that was chosen."""
+    chosen = next((word for word in argv if not word.startswith("-")), "")
+    parser, modules = parser_with((chosen,))
+    return parser, modules.get(chosen)
+
+
+def parser_with(names: Container[str]) -> tuple[Parser, dict[str, CommandModule]]:
+    """A parser that knows all commands' names and the arguments of these, and the modules of these."""
     parser = Parser(
         prog="tfsat-host",
         description="Ground tools of a transformable CubeSat robot: from a typed maneuver to a decoded card.",
@@ -188,8 +206,7 @@ def _parser_for(argv: Sequence[str]) -> tuple[Parser, CommandModule | None]:
     )
     parser.add_argument("--version", action="version", version=f"tfsat-host {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command")
-    chosen = next((word for word in argv if not word.startswith("-")), None)
-    module: CommandModule | None = None
+    modules: dict[str, CommandModule] = {}
     for command in COMMANDS:
         description = command.help[:1].upper() + command.help[1:] + "."
         subparser = subparsers.add_parser(
@@ -199,13 +216,14 @@ def _parser_for(argv: Sequence[str]) -> tuple[Parser, CommandModule | None]:
             formatter_class=_command_formatter,
             allow_abbrev=False,
         )
-        if command.name == chosen:
+        if command.name in names:
             from tfsat_host.cli.options import accept_negative_numbers
 
             module = cast(CommandModule, importlib.import_module(command.module))
             accept_negative_numbers(subparser)
             module.configure(subparser)
-    return parser, module
+            modules[command.name] = module
+    return parser, modules
 
 
 def _overview_formatter(prog: str) -> argparse.HelpFormatter:

@@ -91,7 +91,7 @@ def open_error(path: str, code: int | None, text: str, *, platform: str = sys.pl
         what = f"You are not permitted to open {path}."
         next_step = (
             "Join the group that owns serial ports, then log out and in: sudo usermod -aG dialout $USER\n"
-            'Or give the boards a udev rule with MODE="0660", TAG+="uaccess".'
+            "Or, on Linux, install tools/udev/60-tfsat.rules; docs/guide/computer.md says how."
         )
     elif problem is PortProblem.NO_SERIAL_PORT:
         what = f"{path} is no serial port."
