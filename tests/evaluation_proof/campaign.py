@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from tests.calibration_proof.robots import Errors
-from tests.evaluation_proof.flights import BODIES, Flight, drops_of, flights_of, with_dead_gyro, without_calibration
+from tests.evaluation_proof.flights import (
+    BODIES,
+    Flight,
+    drops_of,
+    flights_of,
+    with_dead_gyro,
+    without_calibration,
+)
 from tests.evaluation_proof.paper_setting import Replay, replays_of
 from tests.evaluation_proof.robots import robot_of
 

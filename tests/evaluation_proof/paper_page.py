@@ -105,7 +105,7 @@ def _conclusions(off: list[Replay], exact: list[Replay]) -> str:
     worse_exact = share(exact, lambda one: one.judged_after.final_deg > one.judged_before.final_deg)
     middle = np.median([one.before.final_deg for one in exact])
     judged = np.median([one.judged_after.final_deg for one in exact])
-    stated = np.median(_values(exact, "true_model_std_deg"), axis=0)
+    learnt = np.median([one.learnt.final_deg for one in exact])
     calibrated = np.median([one.judged_before.final_deg for one in exact])
     return filled(f"""**The offsets.** With a model that is exact the swarm still moves the center of mass of body
 2 along z by {body_2_z:.1f} mm rms, in {beyond} of the drops by the paper's {PAPER_BODY_2_Z_MM:.2f} mm or more,
@@ -118,8 +118,8 @@ all sensors calibrated to {rms(_joined(exact, "calibrated_fit").error):.2f} mm.
 
 **The model's error, {PAPER_BEFORE_DEG} deg.** An exact model, seen by gyros whose scale factors are
 unknown, is {middle:.2f} deg from the measurement (median), and in {same_before} of the drops at least
-the paper's {PAPER_BEFORE_DEG} deg; seen by calibrated ones it is {calibrated:.3f} deg from it. (The
-evaluation itself states {stated[0]:.2f}, {stated[1]:.2f} and {stated[2]:.2f} deg for the three angles.)
+the paper's {PAPER_BEFORE_DEG} deg; seen by calibrated ones it is {calibrated:.3f} deg from it, and by gyros
+whose scale factors are learnt from the same drop, as `evaluate` does, {learnt:.3f} deg.
 So {PAPER_BEFORE_DEG} deg is what the paper's sensors make of a perfect model. It may conclude that its
 model is right to about a degree, which is what it says; it cannot say how much better, nor that any of
 the {PAPER_BEFORE_DEG} deg is the model's.

@@ -2,7 +2,7 @@
 
     The sensors are those of its section "Calibrations": biases, zero points and misalignments are calibrated, every
     scale factor is taken for one and is off by up to 3 %. The offsets are searched by its objective with N = 25, and
-    beside that by our fit, which is told how far the scale factors may be off.
+    beside that by our evaluation, which is told how far the scale factors may be off and learns them from the drop.
 
 Each robot flies twice: once with its centers of mass up to 10 mm from where its model has them, and once exactly as its
 model says, so that whatever is then corrected is the sensors' error.
@@ -20,6 +20,7 @@ from tests.evaluation.drops import DLPF_5_HZ, Drop
 from tests.evaluation_proof.flights import Difference, dropped
 from tests.evaluation_proof.objective import least_of_objective
 from tests.evaluation_proof.robots import Robot
+from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
 from tfsat_host.sdlog import DropLog
@@ -29,6 +30,7 @@ FloatArray = NDArray[np.float64]
 PAPER_RATE_RAD_S = np.deg2rad([-0.73, -0.48, -0.77])
 SENSED_UNTIL_S = 0.6
 """The first stroke is at 0.7 s: until then the angle sensors tell where the joints are."""
+_UNDOUBTED_STD = 1e-6
 _EXACT = 2
 """Number of the drop of a robot that is as its model."""
 
@@ -43,7 +45,7 @@ class Replay:
         least_error_mm: (9,) where the paper's objective is really least, less the truth.
         fit: Our fit on the same data: error, and std as stated, mm.
         true_model: The difference that the robot's true model shows: all of it is the sensors'.
-        true_model_std_deg: (3,) of its z-y-x Euler angles, as stated.
+        learnt: The same with the scale factors that our evaluation learns.
         before: The model as its file has it.
         after: With the swarm's offsets.
         calibrated_fit: Our fit of the same drop, all sensors calibrated and used.
@@ -56,7 +58,7 @@ class Replay:
     least_error_mm: FloatArray
     fit: Errors
     true_model: Difference
-    true_model_std_deg: FloatArray
+    learnt: Difference
     before: Difference
     after: Difference
     calibrated_fit: Errors
@@ -71,25 +73,37 @@ def replays_of(robot: Robot, drop_5_hz: Drop) -> dict[str, Replay]:
 
 
 def _replay(robot: Robot, one: Drop) -> Replay:
-    found = evaluate(_sensed_at_first(one.log), robot.model, robot.paper_calibration, one.schedule)
+    log = _sensed_at_first(one.log)
+    taken = evaluate(log, robot.model, _taken_for_one(robot.paper_calibration), one.schedule)
+    found = evaluate(log, robot.model, robot.paper_calibration, one.schedule)
     calibrated = evaluate(one.log, robot.model, robot.calibration, one.schedule)
-    driven, fit = found.explained.driven, found.explained.fit
+    driven = taken.explained.driven
     # One search, as the paper has one.
-    swarm = swarm_fit(fit, driven.flown, seeds=[robot.seed])
-    true = driven.beside(one.true_com_offsets_mm)
+    swarm = swarm_fit(taken.explained.fit, driven.flown, seeds=[robot.seed])
     return Replay(
         swarm.values,
         swarm.values - one.true_com_offsets_mm,
         least_of_objective(driven, swarm.values) - one.true_com_offsets_mm,
         _errors(one, found),
-        Difference.of(true),
-        np.rad2deg(true.error.std_rad[-1]),
-        Difference.of(found.explained.before),
+        Difference.of(driven.beside(one.true_com_offsets_mm)),
+        Difference.of(found.explained.driven.beside(one.true_com_offsets_mm)),
+        Difference.of(taken.explained.before),
         Difference.of(driven.beside(swarm.values)),
         _errors(one, calibrated),
         Difference.of(calibrated.explained.before),
         Difference.of(calibrated.explained.driven.beside(swarm.values)),
     )
+
+
+def _taken_for_one(calibration: Calibration) -> Calibration:
+    """Scale factors that nobody doubts: so no sensor corrects another."""
+    gyros = []
+    for gyro in calibration.gyros:
+        covariance = gyro.covariance.copy()
+        covariance[6:], covariance[:, 6:] = 0.0, 0.0
+        covariance[6:, 6:] = _UNDOUBTED_STD**2 * np.eye(3)
+        gyros.append(replace(gyro, covariance=covariance))
+    return replace(calibration, gyros=tuple(gyros))
 
 
 def _errors(one: Drop, found: Evaluation) -> Errors:
