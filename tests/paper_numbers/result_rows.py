@@ -49,7 +49,7 @@ def result_rows(robot: RobotModel) -> list[Row]:
             "-0.73, -0.48, -0.77 deg/s",
             "-",
             "given",
-            "Rehearsals start with them.",
+            "Rehearsals of the robot as filed start with them.",
         ),
         row(
             "cutoff of a moving average over 25 samples",

@@ -33,6 +33,7 @@ from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
 from tfsat_host.evaluation.motion.body_motion import BodyMotion
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
+from tfsat_host.evaluation.notes import notes_of
 from tfsat_host.evaluation.stand_ins import with_stand_ins
 from tfsat_host.evaluation.strokes.standing_joints import Standing, standing_joints
 from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
@@ -209,7 +210,7 @@ def evaluate(
         model=model,
         calibration=used,
         schedule=schedule,
-        notes=(*stand_ins.notes, *_notes_of(motion), *(clocks.notes if clocks else ()), *against),
+        notes=(*stand_ins.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
         rest=rest,
         instants=fall_instants(log, whole),
         micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),
@@ -237,42 +238,6 @@ def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | No
         )
     edges = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
     return min((t_s for t_s in edges if t_s > 0.0), default=until_s)
-
-
-def _notes_of(motion: Motion) -> list[str]:
-    notes = []
-    fall = motion.samples.fall
-    for body, bridged in enumerate((~motion.samples.answered[fall]).sum(axis=0), 1):
-        if bridged:
-            share = 100.0 * bridged / fall.sum()
-            notes.append(
-                f"The gyro of body {body} lacks {bridged} of {int(fall.sum())} samples ({share:.0f} %): they are "
-                "bridged from its neighbours and the angle sensors, and its uncertainty is larger."
-            )
-    notes += [
-        f"No angle sensor of joint {joint.joint} answered: its angle is counted from where its servo starts."
-        for joint in motion.joints
-        if not joint.sensed
-    ]
-    notes += [
-        f"Angle sensor {sensed.distrusted + 1} of joint {sensed.sensors.joint} contradicts the other one, which began "
-        "nearer to where the servo held the joint: it is not used."
-        for sensed in motion.fusion.joints
-        if sensed.distrusted is not None
-    ]
-    if motion.lag.implausible_s is not None:
-        notes.append(
-            f"The strokes tell a delay of {1e3 * motion.lag.implausible_s:.1f} ms for the gyros, which no chip has "
-            "with this low-pass: the data sheet's is taken off instead. The gyros contradict the angle sensors."
-        )
-    if motion.contradicted:
-        notes.append(
-            "The sensors would have the gyros farther off than their calibration allows: one of them is wrong, and "
-            "none was corrected by another."
-        )
-    if motion.lag.implausible_s is None and not motion.lag.measured:
-        notes.append("No joint moved far enough to measure the gyros' delay: the data sheet's is taken off.")
-    return notes
 
 
 def _micro_gravity(

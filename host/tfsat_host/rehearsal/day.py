@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,6 @@ from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal.moment import Moment
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
-
-if TYPE_CHECKING:
-    from tfsat_host.rehearsal.faults.fault import Fault
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -108,13 +105,24 @@ class Day:
         self.logger = LoggerClient.connect(EmulatedTransport(self.robot, BoardIndex.LOGGER))
 
 
+class Trouble(Protocol):
+    """What goes wrong; see `faults.fault.Fault`."""
+
+    @property
+    def name(self) -> str:
+        """To type."""
+
+    def strike(self, day: Day, moment: Moment) -> None:
+        """Goes wrong, if its moment has come."""
+
+
 def rehearse(
     schedule: Schedule,
     filed: RobotModel,
     truth: Truth,
     *,
     hex_path: Path | None = None,
-    faults: Sequence[Fault] = (),
+    faults: Sequence[Trouble] = (),
     progress: Progress = lambda _: None,
 ) -> Drop:
     """Lives through one day, from power-up to the card on the desk.
@@ -149,7 +157,7 @@ def rehearse(
         return _lived(day, truth, faults, progress)
 
 
-def _lived(day: Day, truth: Truth, faults: Sequence[Fault], progress: Progress) -> Drop:
+def _lived(day: Day, truth: Truth, faults: Sequence[Trouble], progress: Progress) -> Drop:
     def at(moment: Moment) -> None:
         for fault in faults:
             fault.strike(day, moment)
@@ -241,7 +249,7 @@ def _collected(day: Day, upload: UploadResult | None, refused: TfsatError | None
     )
 
 
-def _session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
+def _session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Trouble]) -> int:
     """Another one for everything that makes another drop, the same for the same drop."""
     image = b"" if hex_path is None else hex_path.read_bytes()
     names = tuple(fault.name for fault in faults)

@@ -10,7 +10,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.output import Output
-from tfsat_host.cli.rehearse.command import image_of
+from tfsat_host.cli.rehearse.prepared import image_of
 from tfsat_host.errors import DataLossError
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.output import Output
-from tfsat_host.cli.rehearse.command import image_of, strokes_of, truth_of
 from tfsat_host.cli.rehearse.one_words import show, simulate_command
+from tfsat_host.cli.rehearse.prepared import image_of, strokes_of, truth_of
 from tfsat_host.cli.rehearse.run_folder import RunFolder
 from tfsat_host.errors import DataLossError, TfsatError
 
