@@ -46,6 +46,7 @@ class JointMotion:
         basis: (n, r) the angle by the slow errors.
         covariance: (r, r) of those.
         noise_rad: (2,) standard deviation of a sample of either sensor.
+        smoothing_rad: (n,) what is left of that noise in the angle, where no gyro tells the joint's rate; else 0.
         sensors: What each sensor says beside the fused angle.
         sensed: Angle sensors have answered.
     """
@@ -55,27 +56,35 @@ class JointMotion:
     basis: FloatArray
     covariance: FloatArray
     noise_rad: FloatArray
+    smoothing_rad: FloatArray
     sensors: tuple[SensorDisagreement, ...]
     sensed: bool
 
     @classmethod
     def of(
-        cls, sensed: SensedJoint, angle_rad: FloatArray, basis: FloatArray, covariance: FloatArray
+        cls,
+        sensed: SensedJoint,
+        angle_rad: FloatArray,
+        basis: FloatArray,
+        covariance: FloatArray,
+        smoothing_rad: FloatArray,
     ) -> JointMotion:
-        """Of its angle (n,) and what the slow errors do to it."""
+        """Of its angle (n,), what the slow errors do to it, and what noise is left in it."""
         disagreements = tuple(_disagreement(sensed, k, angle_rad) for k in range(2))
         joint = sensed.sensors.joint
-        return cls(joint, angle_rad, basis, covariance, sensed.noise_rad, disagreements, sensed.answered)
+        noise = sensed.noise_rad
+        return cls(joint, angle_rad, basis, covariance, noise, smoothing_rad, disagreements, sensed.answered)
 
     def std_rad(self) -> FloatArray:
         """(n,) standard deviation of the angle."""
-        variance = ((self.basis @ self.covariance) * self.basis).sum(axis=1)
+        variance = ((self.basis @ self.covariance) * self.basis).sum(axis=1) + self.smoothing_rad**2
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
     def difference_std_rad(self, first: int, second: int) -> float:
         """Standard deviation of the angle's change between two samples."""
         change = self.basis[second] - self.basis[first]
-        return float(np.sqrt(change @ self.covariance @ change))
+        noise = self.smoothing_rad[first] ** 2 + self.smoothing_rad[second] ** 2
+        return float(np.sqrt(change @ self.covariance @ change + noise))
 
 
 def _disagreement(sensed: SensedJoint, k: int, angle_rad: FloatArray) -> SensorDisagreement:

@@ -92,8 +92,11 @@ def motion_of(
     )
     fusion = SensorFusion.of(samples, sensed, calibration, model, densities, dlpf_cfg)
     solved = fusion.solved()
+    left = fusion.smoothing_rad(solved.fused)
     joints = tuple(
-        JointMotion.of(one, solved.angles_rad[:, j], solved.slow.angles[:, j], solved.slow.covariance)
+        JointMotion.of(
+            one, solved.angles_rad[:, j], solved.slow.angles[:, j], solved.slow.covariance, left[:, j]
+        )
         for j, one in enumerate(sensed)
     )
     return Motion(samples, densities, fusion, solved, joints, _bodies(samples, solved, fusion.variance))

@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 _SMOOTHING_ORDER = 3
 SMOOTHED = 9
 """Over so many samples a cubic is laid through a joint's sensed angles: a servo's ramp takes a dozen."""
+SMOOTHED_SHARE = 0.505
+"""So much of a sample's noise that cubic leaves at its middle: the square root of its largest coefficient, 59 / 231."""
 _UNSENSED_VARIANCE = np.deg2rad(200.0) ** 2
 """Of the rate of a joint that nothing tells: servos turn no faster."""
 

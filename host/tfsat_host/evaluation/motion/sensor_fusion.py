@@ -24,7 +24,7 @@ from tfsat_host.evaluation.motion.neighbour_fit import information_by_neighbours
 from tfsat_host.evaluation.motion.noise import sample_variance
 from tfsat_host.evaluation.motion.readings import Readings
 from tfsat_host.evaluation.motion.samples import Samples
-from tfsat_host.evaluation.motion.sensed_slopes import SMOOTHED, Slopes, slopes_of
+from tfsat_host.evaluation.motion.sensed_slopes import SMOOTHED, SMOOTHED_SHARE, Slopes, slopes_of
 from tfsat_host.evaluation.motion.slow_errors import SlowErrors, Spread, gyro_errors, slow_errors
 from tfsat_host.evaluation.motion.walk import Walk, walk_of
 from tfsat_host.robot import RobotModel
@@ -146,6 +146,10 @@ class SensorFusion:
         """The same with so much more of the slow errors (r,) taken off."""
         total, angles = solved.errors + errors, solved.angles_rad + solved.slow.angles @ errors
         return self._carried(total, angles, solved.slow.covariance)
+
+    def smoothing_rad(self, fused: Fused) -> FloatArray:
+        """(n, 3) standard deviation of what smoothing leaves of the angle sensors' noise where they tell the rate."""
+        return np.where(fused.by_slopes > _BY_SLOPE, SMOOTHED_SHARE * self.slopes.angle_std_rad, 0.0)
 
     def _moved(self) -> bool:
         """A joint with angle sensors moved far enough to tell of the lag."""
