@@ -33,6 +33,7 @@ CORE_SOURCES: dict[str, list[str]] = {
     "board": LOGGER,
     "requests": LOGGER,
     "long_wait": LOGGER,
+    "chatter": LOGGER,
 }
 IMU = ["sensors/mpu6050", "sensors/low_pass"]
 BOARD = [*IMU, "sensors/angle_sensor", "card/block_device", "boards/logger_board"]
@@ -42,6 +43,7 @@ EMULATED = {
     "board": BOARD,
     "requests": BOARD,
     "long_wait": BOARD,
+    "chatter": BOARD,
 }
 
 

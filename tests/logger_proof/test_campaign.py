@@ -74,12 +74,12 @@ DEFECTS = {
         "an IMU is called valid that gave nothing",
     ),
     "every second stroke is not logged": (
-        Edit(LOGGER, "event.value = edge.lost;", "event.value = edge.lost;\n  if (strokes_ % 2 && strokes_++) return;"),
+        Edit(LOGGER, "  if (is_stroke) ++strokes_;\n", "  if (is_stroke && strokes_++ % 2) return;\n"),
         (Kind.SPOILED, 1),
         "no stroke is in the log",
     ),
     "edges that were not kept are not told": (
-        Edit(LOGGER, "  event.value = edge.lost;\n", ""),
+        Edit(LOGGER, "  edges_not_kept_ += edge.lost;\n", ""),
         (Kind.SPOILED, 4),
         "no stroke is in the log",
     ),

@@ -31,6 +31,9 @@ void DropWatch::reset(float counts_per_g) {
 
 void DropWatch::on_edge(const Edge& edge) {
   if (!seated_ || edge.source != Edge::Source::kSwitch) return;
+  const uint8_t bit = static_cast<uint8_t>(1u << edge.index);
+  moved_ = static_cast<uint8_t>(moved_ | bit);
+  open_by_edges_ = static_cast<uint8_t>(edge.open ? open_by_edges_ | bit : open_by_edges_ & ~bit);
   detector_.on_edge(sequencer::SwitchEdge{ticks(edge.t_us), edge.index, edge.open});
 }
 
@@ -45,6 +48,7 @@ void DropWatch::poll(uint64_t t_us, uint8_t switches_open, uint32_t peak_counts)
 
 void DropWatch::seat(uint64_t t_us) {
   detector_.reset(ticks(t_us), 0);
+  moved_ = 0;
   seated_ = true;
 }
 
@@ -68,8 +72,12 @@ void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
   seat(t_us);
 }
 
+// The pins are read after the edges were taken: a switch that chatters may have moved again, and
+// that edge is still to come. Its level tells of a missed edge only at an instant without one.
 void DropWatch::note_release(uint64_t t_us, uint8_t switches_open) {
-  if (!seated_ || !detector_.poll(ticks(t_us), switches_open)) return;
+  const uint8_t open = static_cast<uint8_t>((switches_open & ~moved_) | (open_by_edges_ & moved_));
+  moved_ = 0;
+  if (!seated_ || !detector_.poll(ticks(t_us), open)) return;
   const uint32_t ago_ticks = ticks(t_us) - detector_.released_at();
   released_us_ = t_us - sequencer::us_from_ticks(ago_ticks);
   released_low_us_ = static_cast<uint32_t>(released_us_);

@@ -67,6 +67,8 @@ class DropWatch {
   std::atomic<bool> hangs_{false};
   std::atomic<uint32_t> released_low_us_{0};  // of released_us_: 64 bits could be read half-changed
   uint64_t closed_since_us_ = 0;
+  uint8_t moved_ = 0;          // switches that had an edge since the last poll()
+  uint8_t open_by_edges_ = 0;  // of these, which the last edge left open
   bool closed_ = false;  // both switches, since closed_since_us_
   bool seated_ = false;  // the detector watches
 };

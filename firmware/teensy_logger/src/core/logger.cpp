@@ -69,7 +69,10 @@ void Logger::collect_events(uint64_t t_us) {
   if (!recorder_.watching() || recorder_.session() != session_) {
     session_ = recorder_.session();
     strokes_ = 0;
-    if (!recorder_.continued()) events_.clear();
+    if (!recorder_.continued()) {
+      events_.clear();
+      edges_not_kept_ = 0;
+    }
   }
   for (uint8_t i = 0; i < instant_.event_count; ++i) events_.push(instant_.events[i]);
   protocol::Event event = {};
@@ -81,21 +84,31 @@ void Logger::collect_events(uint64_t t_us) {
     events_.push(event);
   }
   Edge edge;
-  while (events_.room() > kOwnEvents && inputs_.take_edge(edge)) push_edge(edge);
+  for (uint32_t i = 0; i < kEdgesAnInstant && inputs_.take_edge(edge); ++i) push_edge(edge);
   if (recorder_.watching()) {
     recorder_.watch().poll(t_us, inputs_.switches_open(), peak_accel_counts(instant_.sample));
   }
   while (events_.room() > kOwnEvents && recorder_.take_event(event)) events_.push(event);
 }
 
+// The watch must have every edge before it looks at the levels, with room for it in the log or not.
 void Logger::push_edge(const Edge& edge) {
   if (recorder_.watching()) recorder_.watch().on_edge(edge);
+  const bool is_stroke = edge.source == Edge::Source::kStroke;
+  const uint8_t stroke = strokes_;
+  if (is_stroke) ++strokes_;
+  edges_not_kept_ += edge.lost;
+  if (events_.room() <= kOwnEvents) {
+    ++edges_not_kept_;
+    return;
+  }
   protocol::Event event = {};
   event.time_us = edge.t_us;
-  event.value = edge.lost;
-  if (edge.source == Edge::Source::kStroke) {
+  event.value = static_cast<int32_t>(edges_not_kept_);
+  edges_not_kept_ = 0;
+  if (is_stroke) {
     event.code = protocol::EventCode::kStroke;
-    event.index = strokes_++;
+    event.index = stroke;
   } else {
     event.code = protocol::EventCode::kSwitchEdge;
     event.index = edge.index;

@@ -42,6 +42,8 @@ class Logger final : private Control {
   // A chattering input leaves room in the queue for what one instant may add: each IMU's fault, a
   // late tick, a high water.
   static constexpr uint32_t kOwnEvents = protocol::kImuCount + 2;
+  // All that the board keeps between two instants; noise gets no more of the interrupt's time.
+  static constexpr uint32_t kEdgesAnInstant = 64;
 
   bool apply(const protocol::LoggerSettings& settings) override;
   void set_live(bool enabled) override { live_ = enabled; }
@@ -61,6 +63,7 @@ class Logger final : private Control {
   uint32_t sample_index_ = 0;
   uint32_t session_ = 0;  // of the recording that the next two belong to
   uint8_t strokes_ = 0;
+  uint32_t edges_not_kept_ = 0;  // since the last one that was
   EventQueue events_;
 
   // Both.

@@ -15,8 +15,8 @@
 namespace tfsat {
 namespace logger {
 
-// Events on their way into the log.
-typedef SpscQueue<protocol::Event, 64> EventQueue;
+// Events on their way into the log. The worst chatter of a release leaves half of it empty.
+typedef SpscQueue<protocol::Event, 256> EventQueue;
 
 class Recorder {
  public:
