@@ -15,6 +15,7 @@ SERVO = ["physics/servo.cpp", "physics/servo_linkage.cpp", *HANDS]
 PARTS = {
     "servo": SERVO,
     "servo_errors": SERVO,
+    "servo_overshoot": SERVO,
     "hands": [*HANDS, "physics/chain.cpp", "physics/body_tree.cpp"],
     "mpu6050": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp"],
     "bus_and_angle": ["sensors/mpu6050.cpp", "sensors/low_pass.cpp", "sensors/angle_sensor.cpp"],

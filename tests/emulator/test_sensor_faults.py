@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from tests.emulator.fault_bench import bench, nothing, read_card, record
 from tfsat_host.emulated.errors import EmulationError
+from tfsat_host.emulated.faults import Faults
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.robot import load_robot
@@ -191,7 +194,7 @@ def test_a_slipped_magnet_can_make_the_sensor_wrap_within_its_joints_range() -> 
         (lambda faults: faults.clock("robot", 1.0), "no board 'robot'"),
     ],
 )
-def test_what_does_not_exist_cannot_break(break_it, reason: str) -> None:  # type: ignore[no-untyped-def]
+def test_what_does_not_exist_cannot_break(break_it: Callable[[Faults], object], reason: str) -> None:
     with EmulatedRobot(seed=1) as robot, pytest.raises(EmulationError, match=reason):
         break_it(robot.faults)
 

@@ -10,14 +10,18 @@ from __future__ import annotations
 from datetime import datetime
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.calibration.certificate.certificate import Calibration, Subject
 from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics
+from tfsat_host.emulated.careful_servos import careful_servo_maps
 from tfsat_host.emulated.imperfections import Imperfections
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.robot import RobotModel
+
+FloatArray = NDArray[np.float64]
 
 WHO_AM_I = "68" * IMU_COUNT
 """Of the emulated MPU-6050s."""
@@ -28,14 +32,19 @@ _MOUNTING_STD_RAD = np.deg2rad(0.005)
 _SCALE_STD = 4e-4
 _ZERO_STD_RAD = np.deg2rad(0.002)
 _BEND_STD_RAD = np.deg2rad(0.02)
-_GYRO_NOISE_RAD_S = np.deg2rad(0.04)
+_NOISE_BANDWIDTH_HZ = 64.0
+"""White noise that passes an IMU's low-pass; of 0.005 deg/s/sqrt(Hz) it leaves 0.04 deg/s in a sample."""
+_RESOLUTION_STD_RAD_S = np.deg2rad(1.0 / 65.5) / 12.0**0.5
+"""Of a MPU-6050's count at 500 deg/s full scale: no reading is quieter."""
+_UP = np.array([0.0, 0.0, 1.0])
+"""In every body, for all axes are parallel at the start pose."""
 _ANGLE_NOISE_RAD = np.deg2rad(0.053)
 
 
 def careful_certificate(
     model: RobotModel, truth: Imperfections, seed: int, measured: datetime
 ) -> Calibration:
-    """Gyros and angle sensors; servos are not in it.
+    """Gyros, angle sensors and servos.
 
     Args:
         model: The robot by design.
@@ -47,7 +56,8 @@ def careful_certificate(
     gyros = tuple(_gyro(model, truth, body, random, measured) for body in range(IMU_COUNT))
     joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
     subject = Subject(model.name, truth.logger_serial.hex(), WHO_AM_I, True)
-    return Calibration(subject, gyros, joints, (), (), (), (), measured)
+    servos = careful_servo_maps(model, truth, seed)
+    return Calibration(subject, gyros, joints, servos, (measured,) * JOINT_COUNT, (), (), measured)
 
 
 def _gyro(
@@ -58,15 +68,24 @@ def _gyro(
     mounted = truth.mounting[body] @ model.imus[body].sensor_to_body
     return GyroCalibration(
         body=body + 1,
-        bias_rad_s=truth.gyro_bias_rad_s[body] + off[:3],
+        bias_rad_s=_bias_on_the_bench(truth, body, mounted) + off[:3],
         rotation=mounted @ Rotation.from_rotvec(off[3:6]).as_matrix(),
         scale=truth.gyro_scale[body] + off[6:],
         covariance=np.diag(std**2),
-        noise_rad_s=np.full(3, _GYRO_NOISE_RAD_S),
+        noise_rad_s=np.full(
+            3, max(truth.gyro_noise_rad_s_rthz * np.sqrt(_NOISE_BANDWIDTH_HZ), _RESOLUTION_STD_RAD_S)
+        ),
         temperature_c=TEMPERATURE_C,
         axes={"x": measured, "y": measured},
         scaled={"x": measured, "y": measured, "z": measured},
         bias_taken=measured,
+    )
+
+
+def _bias_on_the_bench(truth: Imperfections, body: int, mounted: FloatArray) -> FloatArray:
+    """(3,) what a gyro shows of a robot that stands still and cold: what gravity makes it show is in it."""
+    return np.asarray(
+        truth.gyro_bias_rad_s[body] + truth.gyro_g_sensitivity_rad_s_g[body] @ (mounted.T @ _UP)
     )
 
 

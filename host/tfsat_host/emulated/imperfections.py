@@ -42,6 +42,9 @@ class Imperfections:
         servo_repeat_rad: (3,) standard deviation of where a motion ends, drawn anew when the command changes
             after 0.3 s of standing, when it turns back, and after the servo was limp. It takes effect over
             the first 5 deg of the way, so that small steps of a jog have no jumps.
+        servo_overshoot_rad: (3,) a motion that gets to the servo's full rate runs so far beyond where it ends, others
+            as the square of the rate they get to; its farthest comes when the braking is over, and after as long
+            again the joint is back. A mechanical stop ends it. The joint stands, play and all, where it would without.
         sequencer_clock_ppm: By how much the sequencer's time runs faster than true time, up to 20,000 either way.
             Its strokes come as much earlier, and its servo pulses are as much shorter.
         logger_clock_ppm: The same of the logger: its samples, and the times that it notes.
@@ -68,6 +71,7 @@ class Imperfections:
     servo_offset_rad: FloatArray
     servo_backlash_rad: FloatArray
     servo_repeat_rad: FloatArray
+    servo_overshoot_rad: FloatArray = field(default_factory=lambda: np.zeros(3))
     sequencer_clock_ppm: float = 0.0
     logger_clock_ppm: float = 0.0
     gyro_g_sensitivity_rad_s_g: FloatArray = field(default_factory=lambda: np.zeros((4, 3, 3)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import NoReturn
 
 import numpy as np
@@ -100,13 +99,18 @@ def load_imu(name_or_path: str | Path) -> ImuPart:
     return _ImuFile(file, text, values).part()
 
 
-def imperfections_with(part: ImuPart, seed: int) -> Imperfections:
-    """A robot whose four IMUs are such parts; all else, their mounting included, is what `draw(seed)` gives.
+def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = None) -> Imperfections:
+    """A robot whose four IMUs are such parts; all else, their mounting included, is that of another one.
 
     Two parts with the same seed have the same draws, each by its own standard deviations: what differs between the
     two robots is the part and nothing else.
+
+    Args:
+        part: That it gets.
+        seed: Of the parts' errors.
+        robot: That gets them; None: `draw(seed)`.
     """
-    as_it_comes = draw(seed)
+    as_it_comes = draw(seed) if robot is None else robot
     random = np.random.default_rng([seed, 6])
     bias, slope, scale, axes = random.standard_normal((4, 4, 3))
     sensitivity = random.standard_normal((4, 3, 3))
@@ -119,12 +123,17 @@ def imperfections_with(part: ImuPart, seed: int) -> Imperfections:
         gyro_scale=1.0 + part.gyro_scale_std * scale,
         gyro_noise_rad_s_rthz=float(np.deg2rad(part.gyro_noise_deg_s_rthz)),
         gyro_g_sensitivity_rad_s_g=np.deg2rad(part.gyro_g_sensitivity_std_deg_s_g) * sensitivity,
-        gyro_wander_rad_s=float(np.deg2rad(part.gyro_bias_stability_deg_h / 3600.0)) / _GREATEST_DEVIATION,
+        gyro_wander_rad_s=float(np.deg2rad(wander_std_deg_s(part))),
         gyro_shock_limit_g=part.gyro_shock_limit_g,
         accel_noise_m_s2_rthz=part.accel_noise_g_rthz * STANDARD_GRAVITY_M_S2,
         warming_c=part.die_warming_c,
         warming_s=part.die_warming_s,
     )
+
+
+def wander_std_deg_s(part: ImuPart) -> float:
+    """Standard deviation of the wandering whose greatest Allan deviation is the part's bias stability."""
+    return part.gyro_bias_stability_deg_h / 3600.0 / _GREATEST_DEVIATION
 
 
 class _ImuFile:
@@ -150,7 +159,7 @@ class _ImuFile:
         for table in _TABLES:
             known = {name.removeprefix(f"{table}_") for name in figures if name.startswith(f"{table}_")}
             self._refuse_others(known, self._table(table), table)
-        return ImuPart(name=name, **figures, sources=MappingProxyType(sources))
+        return ImuPart(name=name, **figures, sources=sources)
 
     def _figure(self, table: str, key: str) -> tuple[float, str]:
         found = self._table(table).get(key)

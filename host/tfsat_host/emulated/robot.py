@@ -133,6 +133,15 @@ class EmulatedRobot:
                 next_step="This is a bug of the firmware: keep the command line and report it.",
             )
 
+    def wait(self, duration_s: float) -> None:
+        """Minutes in which nothing happens, compressed: the dies get warmer and the gyros' biases wander on.
+
+        Virtual time stands and neither firmware runs: the next sample shows what changed. ValueError below zero.
+        """
+        if not duration_s >= 0.0:
+            raise ValueError(f"{duration_s} s cannot be waited")
+        self._library.tfsat_pass_slowly(self._robot, duration_s)
+
     def write(self, board: BoardIndex, data: bytes) -> int:
         """Offers bytes to a board; returns how many it took."""
         return int(self._library.tfsat_write(self._robot, board, data, len(data)))

@@ -43,6 +43,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         "servo_offset_rad": wrong.servo_offset_rad,
         "servo_backlash_rad": wrong.servo_backlash_rad,
         "servo_repeat_rad": wrong.servo_repeat_rad,
+        "servo_overshoot_rad": wrong.servo_overshoot_rad,
         "joint_min_rad": model.joint_limits_rad[:, 0],
         "joint_max_rad": model.joint_limits_rad[:, 1],
         "imu_position_m": [imu.position_m for imu in model.imus],

@@ -117,6 +117,8 @@ int tfsat_advance_to(TfsatRobot* robot, uint64_t t_us) {
 
 const char* tfsat_crash(const TfsatRobot* robot) { return robot->crash.c_str(); }
 
+void tfsat_pass_slowly(TfsatRobot* robot, double duration_s) { robot->robot.pass_slowly(duration_s); }
+
 size_t tfsat_write(TfsatRobot* robot, int board, const uint8_t* data, size_t n) {
   return board == TFSAT_SEQUENCER ? robot->robot.sequencer().write(data, n) : robot->robot.logger().write(data, n);
 }

@@ -33,6 +33,7 @@ typedef struct {
   double servo_offset_rad[3];
   double servo_backlash_rad[3];
   double servo_repeat_rad[3];
+  double servo_overshoot_rad[3];
   double joint_min_rad[3];
   double joint_max_rad[3];
   double imu_position_m[4][3];
@@ -102,6 +103,8 @@ uint64_t tfsat_now_us(const TfsatRobot* robot);
 // 0, or -1 when the emulated processor crashed: tfsat_crash() tells how, and time stands still.
 int tfsat_advance_to(TfsatRobot* robot, uint64_t t_us);
 const char* tfsat_crash(const TfsatRobot* robot);
+// Robot::pass_slowly of robot.h: minutes of warming and wandering in no virtual time.
+void tfsat_pass_slowly(TfsatRobot* robot, double duration_s);
 
 // Boards: bytes over the cable, power, cable.
 size_t tfsat_write(TfsatRobot* robot, int board, const uint8_t* data, size_t n);

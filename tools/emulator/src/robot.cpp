@@ -50,6 +50,12 @@ void Robot::advance_to(uint64_t t_us) {
   }
 }
 
+void Robot::pass_slowly(double duration_s) {
+  if (!logger_powered_) return;
+  slow_s_ += duration_s;
+  for (Mpu6050& imu : imus_) imu.wander(duration_s);
+}
+
 // The sensors are brought to the step's end before the logger, whose samples lie there, reads them.
 void Robot::step_to(uint64_t t_us) {
   switches_.apply_due(now_us_);
@@ -106,7 +112,7 @@ void Robot::feed_sensors() {
 
 double Robot::die_temperature_c() const {
   if (parameters_.warming_c == 0.0) return parameters_.temperature_c;
-  const double powered_s = static_cast<double>(now_us_ - imus_powered_us_) * 1e-6;
+  const double powered_s = static_cast<double>(now_us_ - imus_powered_us_) * 1e-6 + slow_s_;
   return parameters_.temperature_c - parameters_.warming_c * std::expm1(-powered_s / parameters_.warming_s);
 }
 

@@ -76,6 +76,9 @@ class Robot {
 
   // Runs everything to this virtual time.
   void advance_to(uint64_t t_us);
+  // Lets so much time pass for what is slow: the dies' warmth and the wandering of the gyros' biases. Virtual time
+  // stands, neither board runs, nothing moves; without the logger's supply nothing passes.
+  void pass_slowly(double duration_s);
 
   // Hangs the robot in the releaser: held by body 1's plate, both switches closed, as it stands.
   void seat();
@@ -160,6 +163,7 @@ class Robot {
   uint64_t now_us_ = 0;
   uint64_t released_us_ = 0;
   uint64_t imus_powered_us_ = 0;
+  double slow_s_ = 0.0;  // that passed with the IMUs powered and is not in virtual time
   bool logger_powered_ = false;
 };
 

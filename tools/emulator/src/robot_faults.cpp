@@ -17,6 +17,7 @@ void Robot::set_bus_stuck(int bus, bool stuck) { buses_[static_cast<size_t>(bus)
 // A slave that holds its bus lets go with its supply.
 void Robot::power_imus() {
   imus_powered_us_ = now_us_;
+  slow_s_ = 0.0;
   for (Mpu6050& imu : imus_) imu.power_up(now_us_);
   for (I2cBus& bus : buses_) bus.set_stuck(false);
 }

@@ -1,6 +1,8 @@
 // A quantity of time with its first two derivatives, and what can be made of such.
 #pragma once
 
+#include <cmath>
+
 namespace tfsat {
 namespace emulator {
 
@@ -25,6 +27,13 @@ inline Jet smooth_step(double t_s, double duration_s) {
   const double u = t_s / duration_s, left = 1.0 - u;
   return {u * u * u * (10.0 + u * (6.0 * u - 15.0)), 30.0 * u * u * left * left / duration_s,
           60.0 * u * left * (1.0 - 2.0 * u) / (duration_s * duration_s)};
+}
+
+// size sin^4(pi t / period): from 0 to the size and back once a period, smooth to the third derivative at its zeros.
+inline Jet there_and_back(double t_s, double period_s, double size) {
+  const double k = 3.14159265358979323846 / period_s;
+  const double s = std::sin(k * t_s), c = std::cos(k * t_s);
+  return {size * s * s * s * s, 4.0 * k * size * s * s * s * c, 4.0 * k * k * size * s * s * (3.0 * c * c - s * s)};
 }
 
 // How far a quantity that must not be negative is from there: 0 at 0 with no slope, 1 far off, one half at

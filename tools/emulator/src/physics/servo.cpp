@@ -6,8 +6,6 @@ namespace tfsat {
 namespace emulator {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 double seconds_between(uint64_t from_us, uint64_t to_us) {
   return to_us > from_us ? 1e-6 * static_cast<double>(to_us - from_us) : 0.0;
 }
@@ -26,7 +24,10 @@ void Servo::pulse(uint64_t t_us, double width_us) {
   if (!driven_) linkage_.take_up(now.angle_rad);
   const double goal = linkage_.goal(t_us, nominal_rad(width_us));
   const double target = std::fmax(parameters_.min_angle_rad, std::fmin(parameters_.max_angle_rad, goal));
-  if (!driven_ || by_hand() || target != target_rad_) go_to(t_us, now, target);
+  if (!driven_ || by_hand() || std::fabs(target - target_rad_) > kSameTarget_rad)
+    go_to(t_us, now, target);
+  else if (target != target_rad_)
+    correct(t_us, target);
   last_pulse_us_ = t_us;
   driven_ = true;
 }
@@ -91,6 +92,7 @@ void Servo::stop_at(uint64_t t_us, double angle_rad) {
   swing_cycles_ = 0;
   hand_.reset();
   profile_ = Profile();
+  overshoot_ = ServoOvershoot();
   profile_.start_us = t_us;
   profile_.angle_rad = angle_rad;
   driven_ = false;
@@ -142,11 +144,28 @@ void Servo::go_to(uint64_t t_us, const ServoMotion& from, double target_rad) {
   profile_.duration_s[2] = peak / a;
   profile_.acceleration_rad_s2[0] = too_fast ? -direction * a : direction * a;
   profile_.acceleration_rad_s2[2] = -direction * a;
+  overshoot_ = overshoot(t_us, direction, peak);
+}
+
+void Servo::correct(uint64_t t_us, double target_rad) {
+  const ServoOvershoot kept = overshoot_;
+  go_to(t_us, on_trapezoid(t_us), target_rad);
+  overshoot_ = kept;
+}
+
+// By the energy that it brakes: the square of its rate. A stop of the mechanics ends it.
+ServoOvershoot Servo::overshoot(uint64_t t_us, double direction, double peak_rad_s) const {
+  const double part = peak_rad_s / parameters_.max_rate_rad_s;
+  const double room =
+      direction > 0.0 ? parameters_.max_angle_rad - target_rad_ : target_rad_ - parameters_.min_angle_rad;
+  const double size = std::fmin(parameters_.errors.overshoot_rad * part * part, room);
+  return {t_us, profile_.duration_s[0] + profile_.duration_s[1], profile_.duration_s[2], direction * size};
 }
 
 void Servo::brake(uint64_t t_us, const ServoMotion& from) {
   const double a = parameters_.acceleration_rad_s2;
   profile_ = Profile();
+  overshoot_ = ServoOvershoot();
   profile_.start_us = t_us;
   profile_.angle_rad = from.angle_rad;
   profile_.rate_rad_s = from.rate_rad_s;
@@ -155,6 +174,13 @@ void Servo::brake(uint64_t t_us, const ServoMotion& from) {
 }
 
 ServoMotion Servo::on_profile(uint64_t t_us) const {
+  const ServoMotion m = on_trapezoid(t_us);
+  if (overshoot_.none()) return m;
+  const Jet beyond = overshoot_.at(t_us);
+  return {m.angle_rad + beyond.value, m.rate_rad_s + beyond.rate, m.acceleration_rad_s2 + beyond.acceleration};
+}
+
+ServoMotion Servo::on_trapezoid(uint64_t t_us) const {
   double left = seconds_between(profile_.start_us, t_us);
   ServoMotion m;
   m.angle_rad = profile_.angle_rad;
@@ -177,14 +203,8 @@ ServoMotion Servo::on_profile(uint64_t t_us) const {
 }
 
 ServoMotion Servo::on_swing(uint64_t t_us) const {
-  const double k = kPi / swing_period_s_;
-  const double phase = k * seconds_between(hand_start_us_, t_us);
-  const double s = std::sin(phase), c = std::cos(phase);
-  ServoMotion m;
-  m.angle_rad = swing_from_rad_ + swing_amplitude_rad_ * s * s * s * s;
-  m.rate_rad_s = 4.0 * k * swing_amplitude_rad_ * s * s * s * c;
-  m.acceleration_rad_s2 = 4.0 * k * k * swing_amplitude_rad_ * s * s * (3.0 * c * c - s * s);
-  return m;
+  const Jet swung = there_and_back(seconds_between(hand_start_us_, t_us), swing_period_s_, swing_amplitude_rad_);
+  return {swing_from_rad_ + swung.value, swung.rate, swung.acceleration};
 }
 
 }  // namespace emulator

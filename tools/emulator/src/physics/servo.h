@@ -6,6 +6,7 @@
 
 #include "hands.h"
 #include "servo_linkage.h"
+#include "servo_overshoot.h"
 
 namespace tfsat {
 namespace emulator {
@@ -67,6 +68,8 @@ class Servo {
  private:
   static constexpr uint64_t kNever = UINT64_MAX;
   static constexpr double kSlowPart = 0.25;
+  // Less than the board's step of a pulse, more than what its clock rounds a pulse's length by: the same command.
+  static constexpr double kSameTarget_rad = 1e-4;
   // Constant-acceleration pieces from a start: speed up, cruise, slow down.
   struct Profile {
     uint64_t start_us = 0;
@@ -78,9 +81,13 @@ class Servo {
   double nominal_rad(double width_us) const;
   double rate_limit_rad_s() const;
   void go_to(uint64_t t_us, const ServoMotion& from, double target_rad);
+  // The target moved by next to nothing: the motion goes there instead, and keeps what it overshoots.
+  void correct(uint64_t t_us, double target_rad);
+  ServoOvershoot overshoot(uint64_t t_us, double direction, double peak_rad_s) const;
   void brake(uint64_t t_us, const ServoMotion& from);
   void settle(uint64_t t_us);
   ServoMotion on_profile(uint64_t t_us) const;
+  ServoMotion on_trapezoid(uint64_t t_us) const;
   ServoMotion on_swing(uint64_t t_us) const;
   ServoMotion by_hand_at(uint64_t t_us) const;
   bool by_hand() const { return swing_cycles_ != 0 || hand_ != nullptr; }
@@ -89,6 +96,7 @@ class Servo {
 
   ServoParameters parameters_;
   Profile profile_;
+  ServoOvershoot overshoot_;
   double target_rad_;
   uint64_t last_pulse_us_ = kNever;
   bool driven_ = false;  // following pulses; false once limp

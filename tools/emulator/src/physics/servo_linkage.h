@@ -1,4 +1,5 @@
 // What lies between a servo's command and its arm: gain, offset, play, and stopping never twice at the same place.
+// What the arm does about that place is the servo's: servo_overshoot.h.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +15,7 @@ struct ServoErrors {
   double offset_rad = 0.0;
   double backlash_rad = 0.0;   // a motion ends half of it short of its target
   double repeat_rad = 0.0;     // standard deviation of where a motion ends
+  double overshoot_rad = 0.0;  // a motion at the full rate runs so far beyond its end and comes back
   uint64_t seed = 1;
 };
 

@@ -15,6 +15,7 @@ constexpr double kStandardGravity_m_s2 = 9.80665;
 constexpr double kRadPerDeg = 0.017453292519943295;
 constexpr uint64_t kTick_us = 125;  // 8 kHz
 constexpr uint64_t kWanderTicks = 80;  // 10 ms
+constexpr double kWanderStep_s = static_cast<double>(kWanderTicks) * LowPass::kTick_s;
 constexpr double kStop_rad_s = 5000.0 * kRadPerDeg;  // beyond every range, so that it clips behind every filter
 constexpr double kSaturatedGain = 10.0;
 
@@ -150,7 +151,7 @@ void Mpu6050::tick(const Truth& truth) {
   if ((registers_[kPwrMgmt1] & kSleep) != 0 || frozen() || fault_ == Mpu6050Fault::kDead) {
     return;
   }
-  if (parameters_.gyro_wander_rad_s > 0.0 && tick_ % kWanderTicks == 0) wander();
+  if (tick_ % kWanderTicks == 0) wander(kWanderStep_s);
   // White noise of density d has the standard deviation d sqrt(rate / 2) at the conversion rate.
   const double spread = std::sqrt(0.5 / LowPass::kTick_s);
   for (int i = 0; i < 6; ++i) {
@@ -170,8 +171,9 @@ void Mpu6050::tick(const Truth& truth) {
   if (tick_ % period == 0) update_data_registers(truth.temperature_c);
 }
 
-void Mpu6050::wander() {
-  const double kept = std::exp(-static_cast<double>(kWanderTicks) * LowPass::kTick_s / parameters_.gyro_wander_s);
+void Mpu6050::wander(double duration_s) {
+  if (!(parameters_.gyro_wander_rad_s > 0.0)) return;
+  const double kept = std::exp(-duration_s / parameters_.gyro_wander_s);
   const double drawn = parameters_.gyro_wander_rad_s * std::sqrt(1.0 - kept * kept);
   for (double& rate : wander_rad_s_) rate = kept * rate + drawn * wander_noise_.normal();
 }

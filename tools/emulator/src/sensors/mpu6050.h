@@ -80,6 +80,8 @@ class Mpu6050 : public I2cDevice {
   bool write(uint8_t reg, const uint8_t* data, size_t n) override;
   bool read(uint8_t reg, uint8_t* data, size_t n) override;
 
+  // The biases go on wandering for so long, in one stride.
+  void wander(double duration_s);
   void power_up(uint64_t t_us);  // all registers as after power-on
   // Another part in this one's place: powers it up.
   void replace(uint8_t who_am_i, uint64_t t_us) {
@@ -103,7 +105,6 @@ class Mpu6050 : public I2cDevice {
   void configure_filters();
   void write_register(uint8_t reg, uint8_t value);
   void tick(const Truth& truth);
-  void wander();
   void update_data_registers(double temperature_c);
   void put_word(uint8_t reg, double value);
 
