@@ -88,6 +88,7 @@ def drawn_calibration(seed: int) -> Calibration:
             )
         ),
         when(),
+        logger_image=f"{rng.integers(2**32):08x}" if rng.random() < 0.5 else None,
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+import itertools
+import time
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
@@ -24,9 +25,10 @@ from tests.calibration.bench_day import (
 )
 from tfsat_host.calibration.certificate.campaign import Campaign, note_landing
 from tfsat_host.calibration.certificate.certificate import Landing, Subject
-from tfsat_host.calibration.certificate.kept import write_whole
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.evidence import file_name, from_bytes, to_bytes
+from tfsat_host.file_lock import one_at_a_time
 
 SUBJECT = Subject(
     "Drop-tower robot", done(REST).origin.logger_serial, done(REST).origin.who_am_i, emulated=True
@@ -52,6 +54,14 @@ def test_what_was_kept_is_read_back(certificate: Path) -> None:
     assert [one.step for one in campaign.evidence] == [REST, ZERO, *SWINGS[:2]]
     for one in campaign.evidence:
         assert np.array_equal(one.counts.imu_counts, done(one.step).counts.imu_counts)
+
+
+@pytest.mark.parametrize(("image", "kept"), [("10660001", "10660001"), ("00000000", None)])
+def test_the_image_that_the_logger_ran_is_kept(certificate: Path, image: str, kept: str | None) -> None:
+    """A core that runs natively has none, which its CRC of zeros says."""
+    step = done(SWINGS[2])
+    Campaign(certificate, MODEL, SUBJECT).accept(replace(step, origin=replace(step.origin, image_crc=image)))
+    assert read_calibration(certificate).logger_image == kept
 
 
 def test_a_refused_step_changes_nothing(certificate: Path) -> None:
@@ -104,26 +114,37 @@ def test_two_programs_at_one_certificate_lose_nothing(certificate: Path) -> None
 
 
 def test_a_writer_that_was_killed_does_not_stop_the_next_one(certificate: Path) -> None:
+    """However short ago: it may have been this very step that was begun again."""
     lock = certificate.with_name(".calibration.toml.lock")
     lock.touch()
-    os.utime(lock, (1.0, 1.0))
     Campaign(certificate, MODEL, SUBJECT).accept(done(SWINGS[2]))
     assert not lock.exists()
+
+
+def test_a_step_that_another_program_does_not_let_in_is_not_kept(
+    certificate: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = certificate.read_bytes()
+    campaign = Campaign(certificate, MODEL, SUBJECT)
+    with one_at_a_time(certificate.with_name(".calibration.toml.lock"), "it"):
+        hours_s = itertools.count(step=3600)
+        monkeypatch.setattr(time, "monotonic", lambda: next(hours_s))
+        with pytest.raises(CalibrationError, match="has been writing the calibration") as caught:
+            campaign.accept(done(SWINGS[2]))
+    assert str(certificate) in caught.value.what
+    assert caught.value.meaning == "This step was not kept."
+    assert "run this command again" in caught.value.next_step
+    assert certificate.read_bytes() == before
 
 
 def test_a_certificate_behind_a_link(certificate: Path) -> None:
     link = certificate.with_name("link.toml")
     link.symlink_to(certificate)
-    write_whole(link, b"new")
+    written_before = certificate.read_bytes()
+    assert note_landing(link, Landing(done(ZERO).taken + timedelta(minutes=90), "recording 1"))
     assert link.is_symlink()
-    assert certificate.read_bytes() == b"new"
-
-
-def test_a_file_that_cannot_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
-    (tmp_path / "taken").mkdir()
-    with pytest.raises(OSError, match="taken"):
-        write_whole(tmp_path / "taken", b"new")
-    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+    assert certificate.read_bytes() != written_before
+    assert b"recording 1" in certificate.read_bytes()
 
 
 def test_a_certificate_of_another_robot(certificate: Path) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.calibration.joints.joint_sensors import harmonics, wrapped
+from tfsat_host.angles import wrapped
+from tfsat_host.calibration.joints.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.acceptance import check_step
 from tfsat_host.calibration.steps.evidence import Evidence

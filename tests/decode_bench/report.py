@@ -76,7 +76,7 @@ the second time. The columns of {large_mb:.0f} MB of blocks are about 1.3 times 
 {fuzzed}
 ## 3. Four drops of the emulated robot
 
-`tfsat-host rehearse 59 70 --seed 1` (and 2) made the cards. What was done to them is said above each;
+`tfsat-host rehearse 59 70 --as-filed --seed 1` (and 2) made the cards. What was done to them is said above each;
 lines that are too long for this page are broken.
 """
 

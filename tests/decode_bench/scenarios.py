@@ -44,7 +44,7 @@ class Scenario:
 
 def fly(folder: Path, seed: int) -> Path:
     """One rehearsed drop; the card's file."""
-    command = [sys.executable, "-m", "tfsat_host", "rehearse", "59", "70", "--seed", str(seed)]
+    command = [sys.executable, "-m", "tfsat_host", "rehearse", "59", "70", "--as-filed", "--seed", str(seed)]
     subprocess.run([*command, "--out", str(folder)], check=True, capture_output=True)
     return folder / "SD.bin"
 

@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tfsat_host.record.entries import Entry, SignedFile, format_record, parse_record, sha256_of_entry
-from tfsat_host.record.lock import BusyError, one_at_a_time
 from tfsat_host.record.run_record import RECORD, RecordError, entries_of, sign, verify
 
 AT = datetime(2026, 7, 1, 9, 30, tzinfo=UTC)
@@ -199,15 +198,3 @@ def test_programs_at_the_same_time_lose_no_entry(run: Path) -> None:
     said = [entry.by for entry in entries_of(run)]
     assert sorted(said[3:]) == sorted(f"{who} {number}" for who in "abc" for number in range(10))
     assert verify(run) == ()
-
-
-def test_who_waits_too_long_is_told(tmp_path: Path) -> None:
-    lock = tmp_path / ".lock"
-    with (
-        one_at_a_time(lock, "the record"),
-        pytest.raises(BusyError, match="the record"),
-        one_at_a_time(lock, "the record", patience_s=0.0),
-    ):
-        raise AssertionError("two at once")
-    with one_at_a_time(lock, "the record", patience_s=0.0):
-        pass

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tfsat_host.cli.outputs import OutputFile, write_all, write_atomically
+from tfsat_host.cli.outputs import OutputFile, write_all
 from tfsat_host.errors import TfsatError
 
 MARKER = b"<!-- made by a test -->"
@@ -45,7 +45,7 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space"):
-        write_atomically(path, fail)
+        write_all([OutputFile(path, b"old", fail)], force=False)
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["SD.csv"]
 

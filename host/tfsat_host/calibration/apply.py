@@ -21,6 +21,11 @@ NOISE_STD_RAD_S = np.deg2rad(0.05)
 """Of a sample of a gyro that never rested (PS-MPU-6000A rev. 3.4, section 6.1, total RMS noise)."""
 BIAS_DRIFT_STD_RAD_S_C = np.deg2rad(20.0 / 62.5) / 3.0**0.5
 """For each degree: within 20 deg/s from 25 to -40 or +85 deg C (the same table), evenly spread."""
+WEIGHT_STD_RAD_S = np.deg2rad(0.1)
+"""Of what its own weight makes a gyro show: 0.1 deg/s for each g (the same table, linear acceleration sensitivity,
+static). On the bench and hanging on the crane it is part of the bias; in the fall it is gone."""
+IN_RUN_STD_RAD_S = np.deg2rad(0.005)
+"""How far a bias wanders from bench to drop: assumed, for the data sheet is silent."""
 TEMPERATURE_SAMPLES = 256
 """The die's temperature is the mean over so many."""
 ACCEL_SCALE_STD = 0.03 / 3.0**0.5
@@ -105,6 +110,13 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
         angle_stds,
         counts.clipped,
     )
+
+
+def weightless(parameter_covariance: FloatArray) -> FloatArray:
+    """(..., 9, 9) of gyros that fall, by that of gyros that stood or hung when their biases were taken."""
+    fallen = parameter_covariance.copy()
+    fallen[..., :3, :3] += (WEIGHT_STD_RAD_S**2 + IN_RUN_STD_RAD_S**2) * np.eye(3)
+    return fallen
 
 
 def _in_use(gyro: GyroCalibration, temperature_c: FloatArray) -> FloatArray:

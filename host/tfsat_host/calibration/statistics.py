@@ -45,3 +45,9 @@ def few(degrees_of_freedom: int) -> float:
     if degrees_of_freedom < 3:
         raise ValueError(f"{degrees_of_freedom} degrees of freedom tell no variance")
     return degrees_of_freedom / (degrees_of_freedom - 2)
+
+
+def root_of(covariance: FloatArray) -> FloatArray:
+    """(p, p) R with R Rᵀ = covariance, which may be singular: column k is what the k-th independent error does."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

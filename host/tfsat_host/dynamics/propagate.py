@@ -9,6 +9,7 @@ Mathematics 29, 1999). Steps never cross a break of the history, so that jumping
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -185,10 +186,11 @@ def propagate_divided(
     momentum = spin.momentum(attitude, release.rate)
     attitudes = np.empty((len(length) + 1, 4))
     attitudes[0] = attitude
+    # Without angular momentum no step asks for the attitude that it begins at: all of them at once.
+    turns = _turn_of(length, tableau, lambda stage, _: -spin.driven[:, stage].T) if momentum is None else None
     for i, h in enumerate(length):
-        attitude = quaternion.product(
-            attitude, quaternion.exponential(_step(spin, i, h, attitude, momentum, tableau))
-        )
+        turn = _step(spin, i, h, attitude, momentum, tableau) if turns is None else turns[:, i]
+        attitude = quaternion.product(attitude, quaternion.exponential(turn))
         attitude /= np.sqrt(attitude @ attitude)
         attitudes[i + 1] = attitude
     t_s = np.append(history.breaks_s[piece] + since, history.breaks_s[-1])
@@ -252,9 +254,20 @@ def _step(
     spin: _Spin, i: int, h: float, attitude: FloatArray, momentum: FloatArray | None, tableau: Tableau
 ) -> FloatArray:
     """Rotation vector (3,) of step i."""
-    slopes = np.empty((len(tableau.weights), 3))
+
+    def rate(stage: int, turn: FloatArray) -> FloatArray:
+        here = quaternion.product(attitude, quaternion.exponential(turn))
+        return spin.rate(i, stage, here, momentum)
+
+    return _turn_of(h, tableau, rate)
+
+
+def _turn_of(
+    h: float | FloatArray, tableau: Tableau, rate: Callable[[int, FloatArray], FloatArray]
+) -> FloatArray:
+    """Rotation vector (3, ...) of a step of length h (...); `rate` is of a stage and the turn (3, ...) until then."""
+    slopes = np.empty((len(tableau.weights), 3, *np.shape(h)))
     for stage, row in enumerate(tableau.stages):
-        turn = h * (row[:stage] @ slopes[:stage])
-        here = attitude if momentum is None else quaternion.product(attitude, quaternion.exponential(turn))
-        slopes[stage] = quaternion.inverse_differential(turn, spin.rate(i, stage, here, momentum))
-    return np.asarray(h * (tableau.weights @ slopes))
+        turn = h * np.tensordot(row[:stage], slopes[:stage], axes=1)
+        slopes[stage] = quaternion.inverse_differential(turn, rate(stage, turn))
+    return np.asarray(h * np.tensordot(tableau.weights, slopes, axes=1))

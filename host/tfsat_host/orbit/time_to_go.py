@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfsat_host.angles import wrapped
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.orbit.primitives import PrimitiveTable
@@ -58,10 +59,10 @@ class TimeToGo:
         tilt = 2.0 * np.arctan2(np.hypot(y, z), np.hypot(needed[3], x))
         # Half the sum and half the difference of the two turns about the fast axis.
         half_sum, half_difference = np.arctan2(x, needed[3]), np.arctan2(z, y)
-        turns = np.abs(_wrapped(half_sum + half_difference)) + np.abs(_wrapped(half_sum - half_difference))
+        turns = np.abs(wrapped(half_sum + half_difference)) + np.abs(wrapped(half_sum - half_difference))
         # The same with the tilt backwards: both turns half a turn further.
-        far = np.abs(_wrapped(half_sum + half_difference + np.pi)) + np.abs(
-            _wrapped(half_sum - half_difference + np.pi)
+        far = np.abs(wrapped(half_sum + half_difference + np.pi)) + np.abs(
+            wrapped(half_sum - half_difference + np.pi)
         )
         by_turns = np.minimum(turns, far) / fast + tilt / middle
         return np.asarray(np.minimum(in_parts, by_turns))
@@ -77,8 +78,3 @@ def _fastest(vectors: FloatArray, duration: FloatArray) -> tuple[FloatArray, flo
 def _perpendicular(axis: FloatArray) -> FloatArray:
     """Some vector (3,) perpendicular to `axis` (3,)."""
     return np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    """The same angle between -pi and pi."""
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)

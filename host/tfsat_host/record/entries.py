@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from typing import Any, Literal
 
+from tfsat_host import json_values
+
 MADE_BY = "tfsat-host: each entry names files by SHA-256, and the entry before it by its own"
 FORMAT = 1
-_SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
         record = json.loads(text)
         if record["format"] != FORMAT:
             raise ValueError(f"its format is {record['format']!r}, this program reads {FORMAT}")
-        return tuple(_entry(one) for one in record["entries"]), _hash(record["last"], empty=True)
+        return tuple(_entry(one) for one in record["entries"]), _hash_before(record["last"])
     except (KeyError, TypeError, RecursionError, OverflowError) as error:
         raise ValueError(f"{type(error).__name__} at {error}") from error
 
@@ -99,31 +99,22 @@ def _as_json(entry: Entry) -> dict[str, Any]:
 
 
 def _entry(one: dict[str, Any]) -> Entry:
-    at = datetime.fromisoformat(one["at"])
-    if at.tzinfo is None:
-        raise ValueError(f"{one['at']!r} has no time zone")
     return Entry(
-        at.astimezone(UTC),
-        _text(one["by"]),
+        json_values.moment(one["at"]),
+        json_values.text(one["by"], empty=False),
         tuple(_file(file) for file in one["files"]),
-        _hash(one["previous"], empty=True),
+        _hash_before(one["previous"]),
     )
 
 
 def _file(file: dict[str, Any]) -> SignedFile:
-    size = file["bytes"]
-    if type(size) is not int or size < 0:
-        raise ValueError(f"{size!r} is no number of bytes")
-    return SignedFile(_text(file["name"]), _hash(file["sha256"]), size)
+    return SignedFile(
+        json_values.text(file["name"], empty=False),
+        json_values.sha256(file["sha256"]),
+        json_values.byte_count(file["bytes"]),
+    )
 
 
-def _text(value: object) -> str:
-    if not isinstance(value, str) or not value:
-        raise ValueError(f"{value!r} is no text")
-    return value
-
-
-def _hash(value: object, *, empty: bool = False) -> str:
-    if isinstance(value, str) and (_SHA256.fullmatch(value) or (empty and not value)):
-        return value
-    raise ValueError(f"{value!r} is no SHA-256")
+def _hash_before(value: object) -> str:
+    """Of an entry; nothing before the first one."""
+    return "" if value == "" else json_values.sha256(value)

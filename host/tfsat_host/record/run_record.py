@@ -9,13 +9,14 @@ rule that out, write the hash of the last entry (`sha256_of_entry`) into a logbo
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_lock import one_at_a_time
 from tfsat_host.record.entries import (
     Entry,
     Finding,
@@ -24,12 +25,10 @@ from tfsat_host.record.entries import (
     parse_record,
     sha256_of_entry,
 )
-from tfsat_host.record.lock import one_at_a_time
-from tfsat_host.record.whole_file import write_whole
+from tfsat_host.whole_file import write_whole
 
 RECORD = "record.json"
 _LOCK = ".record.lock"
-_CHUNK_BYTES = 1 << 20
 _RECORD_BYTES_MAX = 64_000_000
 
 
@@ -168,15 +167,6 @@ def is_inside(name: str) -> bool:
     """Whether a name that somebody else wrote stays below the folder that it is relative to."""
     parts = PurePosixPath(name).parts
     return bool(parts) and not PurePosixPath(name).is_absolute() and ".." not in parts and "\0" not in name
-
-
-def sha256_of(path: Path) -> str:
-    """Of a file, hexadecimal, read piece by piece."""
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(_CHUNK_BYTES):
-            digest.update(chunk)
-    return digest.hexdigest()
 
 
 def _of(entry: Entry) -> str:

@@ -16,6 +16,10 @@ class LogError(TfsatError):
     """The file is no log, or one that would decode to wrong values (exit code 1)."""
 
 
+class NoBlockError(LogError):
+    """The file holds not one undamaged block (exit code 1)."""
+
+
 class SessionError(UsageError):
     """The recording asked for is not in the file (exit code 2)."""
 
@@ -61,7 +65,7 @@ def not_seekable(path: Path) -> LogError:
 
 def empty(path: Path) -> LogError:
     """Zero bytes."""
-    return LogError(
+    return NoBlockError(
         what=f"{path} is empty (0 bytes).",
         meaning="The logger never opened a recording in it, or the copy failed.",
         next_step=LOOK_AGAIN,
@@ -70,7 +74,7 @@ def empty(path: Path) -> LogError:
 
 def never_written(path: Path, size_bytes: int) -> LogError:
     """Preallocated by the logger, all zero."""
-    return LogError(
+    return NoBlockError(
         what=f"{path} holds {size_bytes} zero bytes and no block: "
         "it was prepared for a recording that never began.",
         meaning="Nothing was recorded in this file.",
@@ -81,7 +85,7 @@ def never_written(path: Path, size_bytes: int) -> LogError:
 
 def no_blocks(path: Path, detail: str) -> LogError:
     """Not one undamaged block of ours."""
-    return LogError(
+    return NoBlockError(
         what=f"{path} is not a tfsat log: {detail}.",
         meaning="Nothing was decoded.",
         next_step="Give a recording off the logger's card (DROP0001.BIN and up), a copy, or an image of the card.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,7 @@ def write_events_csv(log: DropLog, path: Path) -> None:
 def _rows(
     log: DropLog,
     rows: slice,
-    physical: list[tuple[CountColumn, tuple[int, NDArray[np.void]]]],
+    physical: list[tuple[CountColumn, _Texts]],
     flags: list[FlagColumn],
 ) -> bytes:
     fields = [
@@ -65,9 +66,8 @@ def _rows(
         _integers(log.t_us[rows]),
         _seconds(log.t_us[rows] - log.origin_us),
     ]
-    for column, (least, texts) in physical:
-        which = column.counts[rows].astype(np.intp) - least
-        text = texts.take(which).view(np.uint8).reshape(len(which), -1)
+    for column, texts in physical:
+        text = texts.of(column.counts[rows])
         valid = column.valid[rows]
         if not valid.all():
             text[~valid] = _PAD
@@ -83,12 +83,33 @@ def _rows(
     return text.tobytes().translate(None, bytes((_PAD,)))
 
 
-def _texts(column: CountColumn) -> tuple[int, NDArray[np.void]]:
-    """The least count that occurs, and (m,) the text of it and of each count after it."""
-    least, most = int(column.counts.min()), int(column.counts.max())
-    values = np.arange(least, most + 1) * column.scale + column.offset
+@dataclass(frozen=True, eq=False)
+class _Texts:
+    """The text of each count of a column that occurs.
+
+    Attributes:
+        least: The least of them.
+        row: (m,) by count - least, where its text stands.
+        text: (k,) those texts.
+    """
+
+    least: int
+    row: NDArray[np.intp]
+    text: NDArray[np.void]
+
+    def of(self, counts: NDArray[np.integer]) -> Text:
+        """(n, width)."""
+        found = self.text.take(self.row.take(counts.astype(np.intp) - self.least))
+        return found.view(np.uint8).reshape(len(counts), -1)
+
+
+def _texts(column: CountColumn) -> _Texts:
+    least = int(column.counts.min())
+    occurs = np.zeros(int(column.counts.max()) - least + 1, bool)
+    occurs[column.counts.astype(np.intp) - least] = True
+    values = (least + np.flatnonzero(occurs)) * column.scale + column.offset
     texts = np.array([f"{value:.{column.decimals}f}".encode() for value in values.tolist()])
-    return least, texts.view(f"V{texts.itemsize}")
+    return _Texts(least, np.cumsum(occurs) - 1, texts.view(f"V{texts.itemsize}"))
 
 
 def _seconds(time_us: NDArray[np.int64]) -> Text:

@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.certificate.kept import write_whole
 from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.whole_file import write_whole
 
 _KEPT = "certificate-%Y%m%dT%H%M%S.%f.toml"
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,13 +11,14 @@ from pathlib import Path
 from tfsat_host.calibration.certificate.archive import recordings_folder, write_certificate
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.kept import one_writer, write_whole
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.reached import servo_map_of
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.acceptance import check_step
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
+from tfsat_host.file_lock import BusyError, one_at_a_time
 from tfsat_host.robot import RobotModel
+from tfsat_host.whole_file import write_whole
 
 _Papers = Mapping[tuple[str, datetime], Paper]
 
@@ -78,7 +80,7 @@ class Campaign:
             CalibrationError: the step is not what was asked, or contradicts others; nothing was changed.
             OSError: a file cannot be written; the certificate is as before.
         """
-        with one_writer(self.certificate):
+        with _one_writer(self.certificate):
             self._catch_up()
             self._check_time(step)
             check_step(step, () if anew else self.evidence, self._model)
@@ -164,6 +166,7 @@ class Campaign:
             papers=tuple(papers[one.step.key, one.taken] for one in solution.used),
             landings=() if before is None else before.landings,
             written=datetime.now(UTC),
+            logger_image=_image_in(max(solution.used, key=lambda one: one.taken)),
         )
 
 
@@ -176,13 +179,33 @@ def note_landing(certificate: Path, landing: Landing) -> bool:
         CalibrationError: the certificate cannot be understood, or another program writes it for long.
         OSError: it cannot be written.
     """
-    with one_writer(certificate):
+    with _one_writer(certificate):
         found = read_calibration(certificate)
         changed = with_landing(found, landing)
         if changed is found:
             return False
         write_certificate(certificate, replace(changed, written=datetime.now(UTC)))
         return True
+
+
+@contextmanager
+def _one_writer(certificate: Path) -> Iterator[None]:
+    """While the block runs no other program writes the certificate. Raises CalibrationError, OSError."""
+    certificate.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with one_at_a_time(
+            certificate.with_name(f".{certificate.name}.lock"), f"the calibration {certificate}"
+        ):
+            yield
+    except BusyError as error:
+        raise CalibrationError(
+            what=error.what, meaning="This step was not kept.", next_step=error.next_step
+        ) from error
+
+
+def _image_in(step: Evidence) -> str | None:
+    """What the logger ran when that step was recorded; None: a core that ran natively, which has no image."""
+    return step.origin.image_crc if step.origin.image_crc.strip("0") else None
 
 
 def _by_step(papers: Iterable[Paper]) -> _Papers:

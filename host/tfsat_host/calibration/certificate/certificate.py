@@ -82,6 +82,8 @@ class Calibration:
         landings: In order of time.
         written: When the certificate was computed.
         tool_version, protocol_hash: Of the program that computed it.
+        logger_image: CRC of the image that the logger ran in the newest recording, 8 hexadecimal digits; None: it
+            ran natively, or nothing was recorded.
     """
 
     subject: Subject
@@ -94,6 +96,7 @@ class Calibration:
     written: datetime
     tool_version: str = __version__
     protocol_hash: str = field(default_factory=PROTOCOL_HASH.hex)
+    logger_image: str | None = None
 
     @property
     def last_landing(self) -> datetime | None:

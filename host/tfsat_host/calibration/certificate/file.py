@@ -34,6 +34,7 @@ _TOP = (
     "emulated",
     "tool_version",
     "protocol_hash",
+    "logger_image",
 )
 _TABLES = ("gyro", "joint", "servo", "recording", "landing")
 
@@ -104,6 +105,7 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
         written=top.time("written"),
         tool_version=top.text("tool_version"),
         protocol_hash=top.text("protocol_hash"),
+        logger_image=top.text("logger_image") if top.has("logger_image") else None,
     )
     _check_seal(text, source)
     return calibration

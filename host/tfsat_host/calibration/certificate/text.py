@@ -56,6 +56,7 @@ def format_calibration(calibration: Calibration) -> str:
                 emulated=subject.emulated,
                 tool_version=calibration.tool_version,
                 protocol_hash=calibration.protocol_hash,
+                logger_image=calibration.logger_image,
             ),
         ]
     ]

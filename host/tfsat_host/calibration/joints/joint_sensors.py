@@ -9,6 +9,7 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import wrapped
 from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
@@ -73,11 +74,6 @@ def harmonics(shown_rad: FloatArray) -> FloatArray:
     return np.column_stack(
         [np.sin(shown_rad), np.cos(shown_rad), np.sin(2 * shown_rad), np.cos(2 * shown_rad)]
     )
-
-
-def wrapped(angle_rad: FloatArray) -> FloatArray:
-    """Within half a turn of zero."""
-    return np.asarray(np.mod(angle_rad + np.pi, 2 * np.pi) - np.pi)
 
 
 def sensor_columns(model: RobotModel, joint: int) -> list[int]:

@@ -14,7 +14,7 @@ from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics,
 from tfsat_host.calibration.servos.fit import fit_servo_map
 from tfsat_host.calibration.servos.points import ServoPoint
 from tfsat_host.calibration.servos.servo_map import ServoMap
-from tfsat_host.calibration.statistics import mean_and_covariance
+from tfsat_host.calibration.statistics import mean_and_covariance, root_of
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Visit
 from tfsat_host.calibration.steps.recording import Recording
@@ -196,13 +196,9 @@ def _too_few(visit: Visit, valid: NDArray[np.bool_], joint: int) -> CalibrationE
 def _shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray:
     """(n, 10) by how much each visit is off for one standard deviation of each independent error of the sensors."""
     half = -0.5 * sensors.direction
-    of_zero = np.tile(half, (len(reached_rad), 1)) @ _root(sensors.zero_covariance)
+    of_zero = np.tile(half, (len(reached_rad), 1)) @ root_of(sensors.zero_covariance)
     shown = sensors.zero_rad + np.outer(reached_rad, sensors.direction)
     curves = [half[k] * (harmonics(shown[:, k]) - harmonics(sensors.zero_rad[k : k + 1])) for k in range(2)]
-    return np.concatenate([of_zero, np.concatenate(curves, axis=1) @ _root(sensors.bend_covariance)], axis=1)
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    """R with R Rᵀ = covariance, which may be singular."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+    return np.concatenate(
+        [of_zero, np.concatenate(curves, axis=1) @ root_of(sensors.bend_covariance)], axis=1
+    )

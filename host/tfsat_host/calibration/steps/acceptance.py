@@ -7,9 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import wrapped
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.gyros.bias import estimate_biases
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensor_columns, wrapped
+from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.joints.zero import estimate_zero
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.angle_checks import check_answers

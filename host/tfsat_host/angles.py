@@ -1,0 +1,13 @@
+"""Angles that differ by whole turns are one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def wrapped(angle_rad: FloatArray) -> FloatArray:
+    """The same angles in [-pi, pi): of several that differ by turns, the one within half a turn of zero. NaN stays."""
+    return np.asarray(np.mod(angle_rad + np.pi, 2.0 * np.pi) - np.pi)

@@ -1,0 +1,92 @@
+"""One program at a time, by a lock that the system takes back when its holder dies."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO
+
+from tfsat_host.errors import TfsatError
+
+PATIENCE_S = 30.0
+_POLL_S = 0.02
+
+
+class BusyError(TfsatError):
+    """Another program has held the lock for too long (exit code 1)."""
+
+
+@contextmanager
+def one_at_a_time(lock: Path, what: str, *, patience_s: float = PATIENCE_S) -> Iterator[None]:
+    """While the block runs no other program that asks likewise does.
+
+    Args:
+        lock: An empty file that is made, and removed afterwards; a system that cannot remove open files keeps it. One
+            that a killed program left behind stops nobody.
+        what: What the lock is of, for the error: `the record of RUN`.
+        patience_s: How long to wait for another one.
+
+    Raises:
+        BusyError: another one holds it.
+        OSError: the file cannot be made.
+    """
+    deadline_s = time.monotonic() + patience_s
+    while (file := _claimed(lock)) is None:
+        if time.monotonic() > deadline_s:
+            raise BusyError(
+                what=f"Another program has been writing {what} for {patience_s:g} s.",
+                meaning="Nothing was changed by this command.",
+                next_step="End the other one, then run this command again.",
+            )
+        time.sleep(_POLL_S)
+    with file:
+        try:
+            yield
+        finally:
+            _let_go(file, lock)
+
+
+def _claimed(lock: Path) -> IO[bytes] | None:
+    """The lock's file, held; None while another program holds it."""
+    file = lock.open("ab")
+    if _held(file, lock):
+        return file
+    file.close()
+    return None
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _held(file: IO[bytes], lock: Path) -> bool:  # noqa: ARG001  an open file cannot be removed: it is the lock's
+        file.seek(0)
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+
+    def _let_go(file: IO[bytes], lock: Path) -> None:  # noqa: ARG001
+        file.seek(0)
+        msvcrt.locking(file.fileno(), msvcrt.LK_UNLCK, 1)
+
+else:
+    import fcntl
+    import os
+
+    def _held(file: IO[bytes], lock: Path) -> bool:
+        """Whether it is now. The holder before removed its file: who has opened that one waits for nothing."""
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return os.path.samestat(os.fstat(file.fileno()), lock.stat())
+        except (BlockingIOError, FileNotFoundError):
+            return False
+
+    def _let_go(file: IO[bytes], lock: Path) -> None:
+        """Removed while it is held: nobody can hold the same file and another one of its name."""
+        with suppress(OSError):
+            lock.unlink()
+        fcntl.flock(file, fcntl.LOCK_UN)

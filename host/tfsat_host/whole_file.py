@@ -1,0 +1,55 @@
+"""Files that a power cut, a full disk or an interruption leaves old or new, never half."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Writes a file at once: whoever reads it finds all of what it was or all of what it is now.
+
+    Its folder is made where there is none; where `path` is a link, the file behind it is written.
+
+    Raises:
+        OSError: it cannot be written; it names `path`, which is as before.
+    """
+    fill_whole(path, lambda beside: beside.write_bytes(data))
+
+
+def fill_whole(path: Path, fill: Callable[[Path], object]) -> None:
+    """Like `write_whole`, for contents that something else writes: `fill` is given a new file beside `path`.
+
+    Raises:
+        OSError: it cannot be written; it names `path`, which is as before. What else `fill` raises passes likewise.
+    """
+    target = Path(os.path.realpath(path))
+    beside = None
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        beside = new_file_beside(target)
+        fill(beside)
+        with beside.open("r+b") as file:
+            os.fsync(file.fileno())
+        beside.chmod(0o666 & ~_umask())
+        beside.replace(target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+    finally:
+        if beside is not None:
+            beside.unlink(missing_ok=True)
+
+
+def new_file_beside(path: Path, folder: Path | None = None) -> Path:
+    """A new empty file named after `path`, in its folder or another one. Raises OSError."""
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder or path.parent)
+    os.close(descriptor)
+    return Path(name)
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current
