@@ -134,7 +134,7 @@ def test_drops_together_are_one_fit_to_all_data_also_if_one_was_widened(
     assert (np.abs(values) < 10.0).all(), "no bound is in the way"
     together = combine([sharp.fit, vague.fit])
     # Each fit took its sensors' errors off in earnest, the sum at once to first order: a fiftieth of a deviation apart.
-    np.testing.assert_allclose(together.values, values, atol=2e-3)
+    np.testing.assert_allclose(together.values, values, atol=3e-3)
     np.testing.assert_allclose(together.std, std, rtol=2e-3)
 
 

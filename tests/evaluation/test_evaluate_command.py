@@ -39,7 +39,7 @@ def test_json_holds_the_truth(good: Said) -> None:
     assert found["verdict"]["level"] == "good" and found["verdict"]["reasons"] == []
     assert found["until_s"] == pytest.approx(FALL_END_S, abs=0.01)
     true_deg = math.degrees(truth.true_turn(1, 0.0, found["until_s"]).magnitude())
-    assert abs(found["reorientation_deg"] - true_deg) < 4 * found["reorientation_deg_std"] < 0.1
+    assert abs(found["reorientation_deg"] - true_deg) < 4 * found["reorientation_deg_std"] < 0.15
     off = np.array(found["com_offset_mm"]).ravel() - truth.true_com_offsets_mm
     assert (np.abs(off) < 4.5 * np.array(found["com_offset_mm_std"]).ravel()).all()
     errors = found["attitude_error_deg"]

@@ -50,8 +50,19 @@ def test_one_alone_is_compared_with_nothing(drops: Path) -> None:
     assert found["comparison"] is None
 
 
-def test_a_copy_of_a_drop_is_no_other_drop(drops: Path) -> None:
+@pytest.mark.parametrize("named", [("1", "copy"), ("1", "2", "copy"), ("nowhere", "1", "copy/SD.bin")])
+def test_a_copy_of_a_drop_is_that_drop_named_twice(drops: Path, named: tuple[str, ...]) -> None:
     run_folder(drops / "copy")
+    said = evaluate(*named)
+    assert said.code == 2 and said.out == ""
+    assert f"{named[-1]} holds the same recording as 1" in said.err
+    assert "Nothing was evaluated" in said.err and "Name each drop once" in said.err
+
+
+def test_the_same_session_in_other_bytes_is_no_other_drop(drops: Path) -> None:
+    run_folder(drops / "copy")
+    with (drops / "copy" / "SD.bin").open("ab") as file:
+        file.write(bytes(512))
     found = evaluated("1", "copy", expect=1)
     assert "copy holds the same recording as 1" in found["drops"][1]["error"]["what"]
     assert found["comparison"] is None

@@ -137,11 +137,11 @@ def test_a_fit_that_was_widened_is_solved_anew_with_what_it_is_widened_by() -> N
 
 
 def test_a_fit_without_an_end_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    one, driven = uncalibrated(1)
+    (one, driven), (_, whole) = uncalibrated(1), explained(1)
     monkeypatch.setattr("tfsat_host.evaluation.model_fit.fit._STEPS", 2)
     fit = fit_model(com_offsets(one.model), driven)
     assert not fit.converged
-    found = replace(explained(1)[1], fit=fit)
+    found = replace(whole, fit=fit)
     assert not found.offered
     assert any("found no end in" in reason for reason in found.withheld)
 
@@ -176,13 +176,13 @@ def test_a_correction_that_was_not_thought_possible_is_withheld() -> None:
 
 
 def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgement() -> None:
-    """Gyros that are said to be ten times as exact as they are."""
+    """Gyros that are said to be far more exact than they are."""
     one, _ = explained(1)
     calibration = certificate(one, 1)
     off = np.random.default_rng(1).standard_normal((4, 9)) * [
         *[0.0] * 3,
-        *[np.deg2rad(0.3)] * 3,
-        *[0.003] * 3,
+        *[np.deg2rad(1.5)] * 3,
+        *[0.01] * 3,
     ]
     wrong = [gyro.corrected(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
     found = explain(

@@ -37,7 +37,7 @@ def test_every_body_ends_where_it_was_seen_to_end(seed: int, dlpf_cfg: int) -> N
         error, std = off_deg(one, body, track)
         assert error < 0.05
         assert error < 4.0 * std
-        assert 0.005 < std < 0.05
+        assert 0.005 < std < 0.06
 
 
 @FILTERS
@@ -95,7 +95,7 @@ def test_a_gyro_that_does_not_answer_is_bridged_and_said_to_be_less_sure(
     assert track.bridged.any()
     assert not whole.bodies[body - 1].bridged.any()
     if body in (1, 4):  # the middle ones have two neighbours, whose gyros are as good as their own
-        assert std > 1.3 * off_deg(one, body, whole.bodies[body - 1])[1]
+        assert std > 1.1 * off_deg(one, body, whole.bodies[body - 1])[1]
 
 
 def test_a_single_lost_sample_costs_next_to_nothing() -> None:

@@ -18,6 +18,8 @@ from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.emulated.calibration_day import MORNING, CalibrationDay, calibration_day
 from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
+from tfsat_host.emulated.imu_part import imperfections_with, load_imu
+from tfsat_host.rehearsal.truth import ROBOTS_IMU
 from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +52,7 @@ class Robot:
 
 def robot_of(seed: int) -> Robot:
     """Builds and calibrates it; a dozen seconds. Raises CalibrationError."""
-    model, truth = design(seed), draw_as_built(seed)
+    model, truth = design(seed), imperfections_with(load_imu(ROBOTS_IMU), seed, draw_as_built(seed))
     offsets = np.random.default_rng([seed, 9]).uniform(-COM_WITHIN_M, COM_WITHIN_M, (3, 3))
     day = calibration_day(model, truth, Hands.human(seed), seed)
     kept = tuple(one for one in day.evidence if one.step.kind in PAPER_STEPS)

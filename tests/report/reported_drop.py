@@ -14,8 +14,9 @@ from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.report.contents.building import document_of
-from tfsat_host.report.contents.reported import Reported, sha256_of
+from tfsat_host.report.contents.reported import Reported
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 

@@ -22,8 +22,8 @@ def notes_of(motion: Motion) -> list[str]:
         if not joint.sensed
     ]
     notes += [
-        f"Angle sensor {sensed.distrusted + 1} of joint {sensed.sensors.joint} contradicts the other one, which began "
-        "nearer to where the servo held the joint: it is not used."
+        f"Angle sensor {sensed.distrusted + 1} of joint {sensed.sensors.joint} contradicts the other one, which agrees "
+        "better with the gyros, or with where the servo held the joint: it is not used."
         for sensed in motion.fusion.joints
         if sensed.distrusted is not None
     ]

@@ -9,13 +9,13 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
 from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.joints.joint_sensors import (
     JointSensors,
     sensor_columns,
     sensors_by_design,
-    wrapped,
 )
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording

@@ -114,12 +114,14 @@ def _significant(value: float | None) -> float | None:
 
 def _clean(part: Any) -> Any:
     """What JSON can hold: finite numbers of Python's own kinds, strings of a length that can be read."""
+    if type(part) is float:  # nearly all of it, and told apart at once
+        return part if math.isfinite(part) else None
+    if part is None or isinstance(part, int):
+        return part
     if isinstance(part, Mapping):
         return {str(key): _clean(value) for key, value in part.items()}
     if isinstance(part, str):
         return part if len(part) <= _LONGEST_STRING else f"{part[:_LONGEST_STRING]}… ({len(part)} characters)"
     if isinstance(part, Sequence):
         return [_clean(item) for item in part]
-    if isinstance(part, np.generic):
-        return _clean(part.item())
-    return None if isinstance(part, float) and not math.isfinite(part) else part
+    return _clean(part.item()) if isinstance(part, np.generic) else part

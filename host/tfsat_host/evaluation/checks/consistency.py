@@ -59,7 +59,8 @@ class Consistency:
         answered: (n, 4).
         variance: (n, 4) of a gyro's sample.
         jacobian: (n, 4, 3, 9) of body rates by each gyro's parameters.
-        parameter_covariance: (4, 9, 9) as stated.
+        parameter_covariance: (4, 9, 9) as stated of gyros that hang.
+        fall_covariance: (4, 9, 9) of what they change by when they fall.
         rest: Before the release; None if the robot was not still.
         dlpf_cfg: As the header has it.
     """
@@ -71,6 +72,7 @@ class Consistency:
     variance: FloatArray
     jacobian: FloatArray
     parameter_covariance: FloatArray
+    fall_covariance: FloatArray
     rest: Hanging | None
     dlpf_cfg: int
     calibration: Calibration

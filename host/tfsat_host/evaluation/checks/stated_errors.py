@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.motion.joint_fit import SHARED_CAUSE, sample_noise_rad
 from tfsat_host.evaluation.motion.joints import UNSENSED_STD_RAD
@@ -74,9 +75,13 @@ def stated_errors(of: Consistency) -> StatedErrors:
     # The sheet tells nothing of the second moment: anything from one pole to a pure delay, as in `measured_lag`.
     second_std_s2 = 0.25 * sheet_lag(of.dlpf_cfg).delay_s ** 2
     roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in of.parameter_covariance]
+    in_fall = by_gyros.copy()
+    for body in range(4):
+        in_fall[of.at_rest(body)] = 0.0
     design = np.concatenate(
         [
             *(by_gyros[:, b] @ root for b, root in enumerate(roots)),
+            *(in_fall[:, b] @ root_of(changed) for b, changed in enumerate(of.fall_covariance)),
             by_delay * READ_APART_STD_S,
             by_delay.sum(axis=1, keepdims=True) * DELAY_STD_S,
             by_second.sum(axis=1, keepdims=True) * second_std_s2,
@@ -151,8 +156,8 @@ def _by_sensors(of: Consistency) -> list[FloatArray]:
             bends[rows, 4 * k : 4 * k + 4] = of.mean(curve.T).T
         columns += [
             start,
-            zeros @ _root(sensors.zero_covariance),
-            bends @ _root(SHARED_CAUSE * sensors.bend_covariance),
+            zeros @ root_of(sensors.zero_covariance),
+            bends @ root_of(SHARED_CAUSE * sensors.bend_covariance),
         ]
     return columns
 
@@ -206,8 +211,3 @@ def _known(of: Consistency) -> tuple[BoolArray, BoolArray]:
     for body in range(4):
         out[of.at_rest(body)] = np.isfinite(of.readings.rest_rad_s[body])
     return out, shown
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from tfsat_host.angles import wrapped
 from tfsat_host.dynamics import momentum as conserved
-from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.attitude import integrate_rates
 from tfsat_host.evaluation.model_fit.unexplained import Derivatives, Flown, inertial_momentum
@@ -137,25 +137,11 @@ def attitude_error(
     exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
     seen = lag.applied(flown.t_s, exact)
     ours, theirs = integrate_rates(flown.t_s, shown), integrate_rates(flown.t_s, seen)
-    by_turn = _euler_by_turn(theirs)
+    by_turn = euler_zyx_by_turn(theirs.as_matrix())
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
     difference = euler_zyx_rad(ours.as_matrix()) - euler_zyx_rad(theirs.as_matrix())
-    wrapped = np.mod(difference + np.pi, 2.0 * np.pi) - np.pi
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
-    return AttitudeError(flown.t_s, wrapped, shown - seen, std, spread[-1])
-
-
-def _euler_by_turn(attitude: Rotation) -> FloatArray:
-    """(m, 3, 3) Euler angles by a small rotation vector in inertial axes."""
-    step = 1e-6
-    columns = []
-    for axis in np.eye(3):
-        ends = [
-            euler_zyx_rad((Rotation.from_rotvec(s * step * axis) * attitude).as_matrix()) for s in (1.0, -1.0)
-        ]
-        turned = np.mod(ends[0] - ends[1] + np.pi, 2.0 * np.pi) - np.pi
-        columns.append(turned / (2.0 * step))
-    return np.stack(columns, axis=-1)
+    return AttitudeError(flown.t_s, wrapped(difference), shown - seen, std, spread[-1])
 
 
 def difference_covariance(

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.calibration.statistics import root_of
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.attitude import integrate_rates
@@ -24,7 +25,6 @@ from tfsat_host.evaluation.model_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.holes import holes_of
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.sensor_fusion import Solved
-from tfsat_host.evaluation.motion.slow_errors import root_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, wrapped
+from tfsat_host.angles import wrapped
+from tfsat_host.calibration.joints.joint_sensors import JointSensors
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -32,6 +33,8 @@ _APART_RAD = np.deg2rad(5.0)
 """Two sensors of one joint that differ by more, and by more than their zero points and bends may be off, are not both
 right: a magnet has slipped, or a wire is loose."""
 _APART_STDS = 5.0
+_LASTING = 0.05
+"""Of the samples: what lasts shorter is an outlier."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +56,15 @@ class SensedJoint:
     distrusted: int | None
 
     @classmethod
-    def of(cls, sensors: JointSensors, shown_rad: FloatArray, held_rad: float) -> SensedJoint:
-        """Of samples (n, 2) of a joint that its servo held at an angle to begin with."""
+    def of(
+        cls, sensors: JointSensors, shown_rad: FloatArray, held_rad: float, turned_rad: FloatArray
+    ) -> SensedJoint:
+        """Of samples (n, 2) of a joint that its servo held at an angle to begin with.
+
+        By its gyros it turned by (n,) since the first of them, the low-pass not taken off; NaN where that is not known.
+        """
         angle = sensors.each(shown_rad)
-        distrusted = _distrusted(sensors, angle, held_rad)
+        distrusted = _distrusted(sensors, angle, held_rad, turned_rad)
         if distrusted is not None:
             angle[:, distrusted] = np.nan
         noise = np.array([sample_noise_rad(angle[:, k]) for k in range(2)])
@@ -79,15 +87,28 @@ class SensedJoint:
         return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
 
 
-def _distrusted(sensors: JointSensors, angle_rad: FloatArray, held_rad: float) -> int | None:
-    """Of two that contradict each other, the one that began farther from where the servo held the joint."""
+def _distrusted(
+    sensors: JointSensors, angle_rad: FloatArray, held_rad: float, turned_rad: FloatArray
+) -> int | None:
+    """Of two that contradict each other, the one that moved against the gyros.
+
+    Where neither did, or no gyros tell: the one that began farther from where the servo held the joint.
+    """
     both = np.isfinite(angle_rad).all(axis=1)
     if not both.any():
         return None
     apart = wrapped(angle_rad[both, 1] - angle_rad[both, 0])
     zeros = np.trace(sensors.zero_covariance) + np.trace(sensors.bend_covariance)
-    if np.median(np.abs(apart)) < max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros))):
+    limit = max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros)))
+    if np.quantile(np.abs(apart), 1.0 - _LASTING) < limit:
         return None
+    told = both & np.isfinite(turned_rad)
+    if told.any():
+        beside = np.unwrap(angle_rad[told] - turned_rad[told, None], axis=0)
+        low, high = np.quantile(beside, [_LASTING, 1.0 - _LASTING], axis=0)
+        first, second = high - low
+        if abs(second - first) > 0.5 * limit:
+            return int(second > first)
     return int(np.abs(wrapped(angle_rad[both][0] - held_rad)).argmax())
 
 

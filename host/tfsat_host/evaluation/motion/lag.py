@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 
 FloatArray = NDArray[np.float64]
 
@@ -72,13 +72,19 @@ class Lag:
         constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 1e-12))), self.delay_s)
         fine_s = np.arange(t_s[0], t_s[-1] + FINE_S, FINE_S)
         fine = CubicSpline(t_s, exact)(np.minimum(fine_s, t_s[-1]))
-        pole = np.exp(-FINE_S / constant_s)
-        # Exact for an input that is linear between two steps.
-        mean = (1.0 - pole) * constant_s / FINE_S
-        start = fine[:1] * (mean - pole) + pole * fine[:1]
-        filtered, _ = lfilter([1.0 - mean, mean - pole], [1.0, -pole], fine, axis=0, zi=start)
+        filtered = _one_pole(fine, constant_s / FINE_S)
         late_s = t_s - (self.delay_s - constant_s)
         return np.column_stack([np.interp(late_s, fine_s, column) for column in filtered.T])
+
+
+def _one_pole(shown: FloatArray, constant: float) -> FloatArray:
+    """(n, k) of signals that are linear between two samples; the time constant is in samples. It begins settled."""
+    pole = np.exp(-1.0 / constant)
+    mean = (1.0 - pole) * constant
+    driven = np.concatenate([shown[:1], (1.0 - mean) * shown[1:] + (mean - pole) * shown[:-1]])
+    # y[n] - pole y[n - 1] = driven[n], all rows at once.
+    rows = np.stack([np.ones(len(shown)), np.full(len(shown), -pole)])
+    return np.asarray(solve_banded((1, 0), rows, driven))
 
 
 def sheet_lag(dlpf_cfg: int) -> Lag:

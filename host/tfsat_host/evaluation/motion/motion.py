@@ -11,10 +11,11 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
 from tfsat_host.evaluation.motion.body_motion import BodyMotion, Rates, body_motion
 from tfsat_host.evaluation.motion.fusion import Fused
+from tfsat_host.evaluation.motion.integral import turned_from
 from tfsat_host.evaluation.motion.joint_fit import SensedJoint
 from tfsat_host.evaluation.motion.joints import JointMotion
 from tfsat_host.evaluation.motion.lag import Lag
-from tfsat_host.evaluation.motion.samples import Samples
+from tfsat_host.evaluation.motion.samples import GREATEST_GAP_S, Samples
 from tfsat_host.evaluation.motion.sensor_fusion import SensorFusion, Solved
 from tfsat_host.robot import RobotModel
 
@@ -86,7 +87,10 @@ def motion_of(
     """
     sensed = tuple(
         SensedJoint.of(
-            sensors, samples.sensor_angle_rad[:, sensor_columns(model, sensors.joint)], servo.start_rad
+            sensors,
+            samples.sensor_angle_rad[:, sensor_columns(model, sensors.joint)],
+            servo.start_rad,
+            _turned_by_gyros(samples, model, sensors.joint - 1),
         )
         for sensors, servo in zip(calibration.joints, model.servos, strict=True)
     )
@@ -120,3 +124,17 @@ def _bodies(samples: Samples, solved: Solved, variance: FloatArray) -> tuple[Bod
             )
         )
     return tuple(found)
+
+
+def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatArray:
+    """(n,) of one joint, by its own two gyros alone; NaN if one of them lacks more than it can be carried over."""
+    outer, inner = int(model.joint_outer[joint]), int(model.joint_inner[joint])
+    # What turns about the axis looks the same from both bodies.
+    rate = (samples.rate_rad_s[:, outer] - samples.rate_rad_s[:, inner]) @ model.joint_axis[joint]
+    known = np.isfinite(rate)
+    if (
+        not known.any()
+        or np.diff(samples.t_s[known], prepend=samples.t_s[0], append=samples.t_s[-1]).max() > GREATEST_GAP_S
+    ):
+        return np.full_like(rate, np.nan)
+    return turned_from(samples.t_s, np.interp(samples.t_s, samples.t_s[known], rate[known]))

@@ -26,28 +26,30 @@ def information_by_neighbours(
     errors: FloatArray,
     learnt: BoolArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """(r, r) information on the errors, and (r,) the right-hand side to go with it.
+    """(r, r) information on the errors in the fall, and (r,) the right-hand side to go with it.
 
     What no motion of the robot explains would be noise, were the errors right. Where more is left, frames that give or
     chips that are read at different times have their part in it, and all of it counts that much less.
 
     Args:
-        t_s: (n,).
+        t_s: (n,) after the release; what comes before it tells nothing.
         fused: Rates with the errors as believed.
         left_by_errors: (n, 4, 3, r) what more of them does to what is left over.
         variance: (n, 4) of each axis of a gyro's sample.
         errors: (r,) as believed.
         learnt: (r,) which ones may be told.
     """
-    n, r = len(t_s), len(errors)
-    weights = np.where(fused.bridged, 0.0, 1.0 / np.sqrt(variance))[..., None]
-    left = (np.nan_to_num(fused.left_over_rad_s) * weights).reshape(n, -1)
-    rows = (left_by_errors * weights[..., None]).reshape(n * left.shape[1], r) * learnt
-    told = float((~fused.bridged).sum(axis=1).mean()) * 3.0
+    fall = t_s >= 0.0
+    n, r = int(fall.sum()), len(errors)
+    bridged = fused.bridged[fall]
+    weights = np.where(bridged, 0.0, 1.0 / np.sqrt(variance[fall]))[..., None]
+    left = (np.nan_to_num(fused.left_over_rad_s[fall]) * weights).reshape(n, -1)
+    rows = (left_by_errors[fall] * weights[..., None]).reshape(n * left.shape[1], r) * learnt
+    told = float((~bridged).sum(axis=1).mean()) * 3.0
     unexplained = max(told - fused.base_rate_rad_s.shape[1] - fused.joint_rate_rad_s.shape[1], 0.0)
     if unexplained == 0.0:
         return np.zeros((r, r)), np.zeros(r)
-    excess = max(_LEAST_EXCESS, _block_squares(t_s, left) / unexplained)
+    excess = max(_LEAST_EXCESS, _block_squares(t_s[fall], left) / unexplained)
     information = rows.T @ rows / excess
     return information, information @ errors - rows.T @ left.ravel() / excess
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.apply import apply_calibration
+from tfsat_host.calibration.apply import apply_calibration, weightless
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
@@ -21,9 +21,12 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 LEAD_S = 0.3
-"""So much before the release belongs to it: differences of neighbouring samples need some on either side."""
+"""So much before the release belongs to it: differences of neighbouring samples need some on either side. The robot
+still hangs then, and a gyro that feels its weight has another bias: its rates tell nothing of that in the fall."""
 LANDING_GUARD_S = 0.05
 """The evaluation ends so long before the landing, as the release springs and the cushion are not the model's."""
+LEAST_S = 0.05
+"""Of less of a fall nothing can be said."""
 GREATEST_GAP_S = 0.1
 """Over a longer hole in all gyros nothing is carried: a stroke turns the robot by 20 deg meanwhile."""
 
@@ -36,7 +39,9 @@ class Samples:
         t_s: (n,) after the release, increasing; the true sample times.
         rate_rad_s: (n, 4, 3) body axes, as the gyros show it: late by their low-pass.
         rate_jacobian: (n, 4, 3, 9) by bias, rotation vector and scale of each gyro.
-        parameter_covariance: (4, 9, 9) of those.
+        parameter_covariance: (4, 9, 9) of those in the fall.
+        hanging_covariance: (4, 9, 9) of those while the robot hangs, where a bias holds what its weight makes a gyro
+            show, as it did when it was taken.
         sensor_angle_rad: (n, 6) what the angle sensors show.
         answered: (n, 4) the gyro answered and was not clipped.
         rate_hz: Sampling rate as commanded.
@@ -47,6 +52,7 @@ class Samples:
     rate_rad_s: FloatArray
     rate_jacobian: FloatArray
     parameter_covariance: FloatArray
+    hanging_covariance: FloatArray
     sensor_angle_rad: FloatArray
     answered: BoolArray
     rate_hz: float
@@ -70,7 +76,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         model: Their places in the log.
 
     Raises:
-        EvaluationError: the recording holds no release, or a hole over which no attitude can be carried.
+        EvaluationError: the recording holds no release, nothing of the fall, or a hole that no attitude can bridge.
     """
     if log.release_us is None:
         raise EvaluationError(
@@ -79,6 +85,12 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
             next_step="See what it holds: tfsat-host decode",
         )
     until_s = end_of_fall_s(log) - LANDING_GUARD_S
+    if until_s < LEAST_S:
+        raise EvaluationError(
+            what=f"The recording ends {until_s + LANDING_GUARD_S:.3f} s after the release.",
+            meaning="It has nothing of the fall: there is nothing to evaluate.",
+            next_step="See what it holds: tfsat-host decode; fetch the recording again: tfsat-host log fetch",
+        )
     first, last = np.searchsorted(log.t_s, [-LEAD_S, until_s], side="right")
     part = rows_of(log, slice(int(first), int(last)))
     answered = part.imu_valid & ~part.clipped
@@ -93,6 +105,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
         part.t_s[kept],
         rates[kept],
         calibrated.rate_jacobian[kept],
+        weightless(calibrated.parameter_covariance),
         calibrated.parameter_covariance,
         shown[kept],
         answered[kept],

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from tfsat_host.evaluation.motion.joint_fit import SensedJoint, sample_noise_rad
 from tfsat_host.evaluation.motion.lag import derivative
@@ -53,9 +53,21 @@ def slopes_of(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float) ->
         angle = joint.mean_rad
         known = np.isfinite(angle)
         if known.sum() > SMOOTHED:
-            smooth = savgol_filter(np.interp(t_s, t_s[known], angle[known]), SMOOTHED, _SMOOTHING_ORDER)
+            smooth = smoothed(np.interp(t_s, t_s[known], angle[known]))
             rates[:, j] = derivative(t_s, smooth)
             stds[j] = sample_noise_rad(angle)
             # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.
             variances[j] = 2.0 * (stds[j] * rate_hz / SMOOTHED) ** 2
     return Slopes(rates, variances, stds)
+
+
+def smoothed(values: FloatArray) -> FloatArray:
+    """(n,) each of n > SMOOTHED equidistant samples by the cubic through those around it (Savitzky and Golay, 1964).
+
+    The first and the last few share the cubic of the first and the last window.
+    """
+    half = SMOOTHED // 2
+    powers = np.vander(np.arange(-half, half + 1) / half, _SMOOTHING_ORDER + 1)
+    fitted = powers @ np.linalg.pinv(powers)
+    inner = sliding_window_view(values, SMOOTHED) @ fitted[half]
+    return np.concatenate([fitted[:half] @ values[:SMOOTHED], inner, fitted[half + 1 :] @ values[-SMOOTHED:]])

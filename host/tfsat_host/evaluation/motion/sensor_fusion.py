@@ -1,7 +1,7 @@
 """Gyros and angle sensors together: what each may be off is learnt from the other, as far as its calibration allows.
 
 Gauss and Newton over the slow errors. Each pass takes them off the gyros' rates, fuses those over the joint angles that
-they make, and lets the angle sensors correct them.
+they make, and lets the angle sensors and the neighbouring gyros correct them.
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ _PASSES = 12
 _CLOSE_RAD = 1e-5
 """Far below what any sensor tells."""
 _PLAUSIBLE_SQUARES = 80.0
-"""Of the gyros' 36 errors in units of their standard deviations: so many come by chance once in 30,000 drops, were all
-of them learnt, and the angle sensors teach a handful."""
+"""Of the gyros' 36 errors as learnt from angle sensors and neighbours, in units of their standard deviations by the
+calibration: the sum of squares of 36 such numbers exceeds it by chance once in 30,000 drops, and what is learnt only
+in part is smaller. Beyond it no gyro's parameters are corrected."""
 _BY_SLOPE = 0.5
 
 

@@ -1,9 +1,9 @@
 """Every error that is the same at many samples, as one vector, and what it does to rates and joint angles.
 
 The gyros' biases, mountings and scale factors, what their delay is off, where the joints began, and how the integrals
-of their rates wander: each by its standard deviation before the angle sensors were asked, so that all are independent
-and of variance one. A gyro's error is in every rate, every joint angle and every attitude; as one vector it is counted
-once.
+of their rates wander: each by its standard deviation before angle sensors and neighbours were asked, so that all are
+independent and of variance one. A gyro's error is in every rate, every joint angle and every attitude; as one vector it
+is counted once.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.motion.fusion import Fused
 from tfsat_host.evaluation.motion.integral import turned_from
 from tfsat_host.evaluation.motion.lag import Lag, derivative
@@ -38,7 +39,7 @@ class SlowErrors:
         rates: (n, 6, r) base and joint rates from all gyros.
         bodies: (n, 4, 3, r) the bodies' rates that follow.
         angles: (n, 3, r) of the joints.
-        covariance: (r, r) of them, now that the angle sensors have been asked.
+        covariance: (r, r) of them, now that angle sensors and neighbours have been asked.
     """
 
     gyro_root: FloatArray
@@ -58,7 +59,7 @@ class SlowErrors:
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """How large each error is before the angle sensors are asked, and where it stands in the vector.
+    """How large each error is before angle sensors and neighbours are asked, and where it stands in the vector.
 
     Attributes:
         gyro_root: (36, 36) of the covariance of the gyros' parameters.
@@ -91,7 +92,7 @@ class Spread:
 
     @property
     def is_lag(self) -> BoolArray:
-        """(r,)."""
+        """(r,) the errors of the delay and of its second moment, which angle sensors tell and neighbours do not."""
         places = np.arange(len(self))
         return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
 
@@ -187,9 +188,3 @@ def slow_errors(
     rates = direct + both_by_angles @ angles
     bodies = fused.seen @ direct[:, None] + bodies_by_angles @ angles[:, None]
     return SlowErrors(spread.gyro_root, gyros, rates, bodies, angles, covariance)
-
-
-def root_of(covariance: FloatArray) -> FloatArray:
-    """(p, p) with root root^T = covariance, which may be singular."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

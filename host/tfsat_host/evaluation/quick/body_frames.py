@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.angles import wrapped
 from tfsat_host.evaluation.attitude import integrate_rates
 from tfsat_host.evaluation.quick.quick_look import BIAS_GUARD_S, LEAST_BIAS_S
 from tfsat_host.protocol.limits import FALL_US
@@ -126,7 +127,7 @@ def _joint_track(
             continue
         turned = log.sensor_angle_rad[:, index]
         zero = np.angle(np.exp(1j * turned[spans.rest & valid]).mean())
-        change = sensor.direction * _wrapped(turned - zero)
+        change = sensor.direction * wrapped(turned - zero)
         total[valid] += change[valid]
         answered += valid
     seen = spans.fall & (answered > 0)
@@ -171,9 +172,3 @@ def _hinged(
         translation_m=hinge + turn.apply(arm),
         quaternion_xyzw=turn.as_quat(),
     )
-
-
-def _wrapped(angle_rad: FloatArray) -> FloatArray:
-    """The same angles within ±π; NaN stays."""
-    within: FloatArray = (angle_rad + np.pi) % (2 * np.pi) - np.pi
-    return within

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.explained import BODY_1, Sides
 from tfsat_host.report.contents.chart import padded
@@ -48,7 +48,7 @@ def euler_angles(found: Evaluation) -> EulerAngles:
         return padded(driven, continuous(euler_zyx_rad(turned)))
 
     covariance = np.stack([moved.covariance(index) for index in range(len(moved.t_s))])
-    by_turn = _euler_by_turn(measured)
+    by_turn = euler_zyx_by_turn(measured)
     spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
     std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 0.0))
     angles = continuous(euler_zyx_rad(measured))
@@ -66,16 +66,3 @@ def settled(found: Evaluation) -> NDArray[np.bool_]:
 def continuous(angles_rad: FloatArray) -> FloatArray:
     """(k, ...) without jumps by a turn."""
     return np.asarray(np.unwrap(angles_rad, axis=0))
-
-
-def _euler_by_turn(attitude: FloatArray) -> FloatArray:
-    """(k, 3, 3) z-y-x Euler angles by a small rotation vector in inertial axes, of attitudes (k, 3, 3).
-
-    Each angle turns about its own axis: z, the turned y, the twice turned x, which is the body's. Where z and x become
-    one, neither is known: the least squares solution is as good as any.
-    """
-    z = np.broadcast_to([0.0, 0.0, 1.0], attitude.shape[:-1])
-    x = attitude[..., 0]
-    y = np.cross(z, x)
-    y = y / np.maximum(np.linalg.norm(y, axis=-1, keepdims=True), 1e-12)
-    return np.linalg.pinv(np.stack([z, y, x], axis=-1))

@@ -88,7 +88,9 @@ def plot_of(chart: Chart) -> Plot:
 
 def numbers(values: FloatArray) -> list[float | None]:
     """As JSON has them: None for what is no number."""
-    return [value if np.isfinite(value) else None for value in values.tolist()]
+    found = values.astype(object)
+    found[~np.isfinite(values)] = None
+    return list(found.tolist())
 
 
 def _series(line: Line) -> Series:

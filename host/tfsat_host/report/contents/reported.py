@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.verdict import Verdict
-
-_CHUNK_BYTES = 1 << 20
+from tfsat_host.file_hash import sha256_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +53,3 @@ class Reported:
     remarks: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
     options: tuple[str, ...] = ()
-
-
-def sha256_of(path: Path) -> str:
-    """Of a file, hexadecimal; a card's image is read piece by piece."""
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(_CHUNK_BYTES):
-            digest.update(chunk)
-    return digest.hexdigest()

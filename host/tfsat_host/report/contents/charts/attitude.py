@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import wrapped
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.comparison import AttitudeError
 from tfsat_host.report.contents.attitudes import EulerAngles, euler_angles
@@ -53,7 +54,7 @@ def _beside_error_deg(found: Evaluation, angles: EulerAngles, *, last: bool = Fa
     """How far measured less predicted curves are from the attitude error: at most, or at the end."""
     driven = np.isfinite(angles.before_rad[:, 0])
     apart = (angles.measured_rad - angles.before_rad)[driven] - found.explained.before.error.euler_zyx_rad
-    size = np.rad2deg(np.abs(np.remainder(apart + np.pi, 2.0 * np.pi) - np.pi))
+    size = np.rad2deg(np.abs(wrapped(apart)))
     return float(size[-1].max() if last else size.max())
 
 

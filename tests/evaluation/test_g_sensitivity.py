@@ -1,0 +1,131 @@
+"""Gyros that feel their own weight: what the bench and the releaser tell of a bias is another one in the fall."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.beside_truth import STDS, assert_angle_holds, turn_off
+from tests.evaluation.corrupted import failed, gyro_plus
+from tests.evaluation.drops import Drop, drop
+from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.evaluation.checks.drop_consistency import consistency_of
+from tfsat_host.evaluation.checks.hanging import hanging_before_release
+from tfsat_host.evaluation.checks.stated_errors import stated_errors
+from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.robot import load_robot
+
+SENSITIVITY_DEG_S_G = 0.1
+"""PS-MPU-6000A rev. 3.4, section 6.1: linear acceleration sensitivity, static, typical."""
+HANGS_UNTIL_S = -0.05
+SEEDS = (1, 2, 3)
+EACH = pytest.mark.parametrize("seed", SEEDS)
+
+
+@cache
+def flown(seed: int) -> Drop:
+    model, random = load_robot(), np.random.default_rng([seed, 60])
+    felt = np.deg2rad(SENSITIVITY_DEG_S_G) * random.standard_normal((4, 3, 3))
+    robot = replace(draw_as_built(seed), gyro_g_sensitivity_rad_s_g=felt)
+    with tempfile.TemporaryDirectory() as folder:
+        return drop(Path(folder), model, model, robot, seed=seed, rate_rad_s=RATE_RAD_S)
+
+
+@cache
+def motion(seed: int) -> Motion:
+    one = flown(seed)
+    return moved(one.log, certificate(one, seed), one.model)
+
+
+@EACH
+def test_attitudes_and_joints_hold_the_truth(seed: int) -> None:
+    one, found = flown(seed), motion(seed)
+    assert not found.contradicted
+    for body in (1, 2, 3, 4):
+        off = turn_off(one, found, body)
+        assert off.stds < STDS
+        assert off.std_deg < 0.1
+    for joint in (1, 2, 3):
+        assert_angle_holds(one, found, joint, widest_deg=0.03)
+
+
+def test_neither_surer_nor_less_sure_than_they_are_right() -> None:
+    squares = [turn_off(flown(seed), motion(seed), body).stds ** 2 for seed in SEEDS for body in (1, 2, 3, 4)]
+    assert 0.3 < np.mean(squares) < 6.0, "three on average, were the bodies independent"
+
+
+@EACH
+def test_a_healthy_drop_is_good(seed: int) -> None:
+    one = flown(seed)
+    found = evaluate(one.log, one.model, certificate(one, seed), one.schedule)
+    assert verdict_of(found).level == "good", verdict_of(found).reasons
+    offsets = found.explained.fit
+    assert (np.abs(offsets.values) < STDS * offsets.std).all(), "the robot is as its file says"
+
+
+@EACH
+def test_without_a_calibration_the_bias_of_the_releaser_is_as_far_off(seed: int) -> None:
+    one = flown(seed)
+    found = evaluate(one.log, one.model, None, one.schedule)
+    for body in (1, 2, 3, 4):
+        assert turn_off(one, found.motion, body).stds < STDS
+
+
+def test_what_gyros_show_of_the_hanging_robot_tells_nothing_of_the_fall() -> None:
+    """As if they felt their weight thrice as much: in the fall nothing has changed."""
+    one, found = flown(1), motion(1)
+    log = one.log
+    for body in (1, 2, 3, 4):
+        log = gyro_plus(log, body, np.outer(log.t_s < HANGS_UNTIL_S, (0.3, -0.2, 0.25)))
+    other = moved(log, certificate(one, 1), one.model)
+    fall = found.samples.fall
+    assert np.rad2deg(np.abs(other.angles_rad - found.angles_rad)[fall].max()) < 1e-3
+    for before, after in zip(found.bodies, other.bodies, strict=True):
+        assert np.rad2deg((after.attitude * before.attitude.inv()).magnitude().max()) < 2e-3
+
+
+def test_joints_begin_where_their_sensors_saw_them_hang() -> None:
+    """The gyros of the hanging robot are not asked, its angle sensors are."""
+    one = flown(1)
+    valid = one.log.angle_valid.copy()
+    valid[one.log.t_s >= 0.0] = False
+    found = moved(replace(one.log, angle_valid=valid), certificate(one, 1), one.model)
+    for joint in (1, 2, 3):
+        assert_angle_holds(one, found, joint, widest_deg=0.5)
+
+
+def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
+    """There the weight is in both, the certificate's bias and what the gyro shows."""
+    one, used = flown(1), certificate(flown(1), 1)
+    found = motion(1)
+    rest = hanging_before_release(one.log, used, one.model)
+    of = consistency_of(found, rest, one.log.header.dlpf_cfg, used, one.model)
+    std = np.sqrt(np.diag(stated_errors(of).covariance))
+    for body in range(4):
+        assert (np.rad2deg(std[of.at_rest(body)]) < 0.02).all()
+        assert (np.rad2deg(std[of.off_axis(min(body, 2))]) > SENSITIVITY_DEG_S_G).all(), (
+            "of two gyros that fall"
+        )
+
+
+def test_a_bias_that_is_not_the_certificates_is_named() -> None:
+    one, used = flown(2), wrong_bias(certificate(flown(2), 2), 2, 0.3)
+    checks = failed(evaluate(one.log, one.model, used, one.schedule).checks)
+    assert any((check.cause or "").startswith("gyro of body 2") for check in checks.values()), checks
+
+
+def wrong_bias(calibration: Calibration, body: int, by_deg_s: float) -> Calibration:
+    gyros = tuple(
+        replace(gyro, bias_rad_s=gyro.bias_rad_s + np.deg2rad(by_deg_s)) if gyro.body == body else gyro
+        for gyro in calibration.gyros
+    )
+    return replace(calibration, gyros=gyros)
