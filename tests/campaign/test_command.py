@@ -10,20 +10,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.bundle.commands import command, result
-from tests.evaluation.run_folder import CERTIFICATE, run_folder
+from tests.evaluation.run_folder import CERTIFICATE
+from tfsat_host.protocol.enums import BlockKind
+from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE
 
-
-@pytest.fixture
-def camp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty campaign beside three runs."""
-    monkeypatch.chdir(tmp_path)
-    for seed in (1, 2, 3):
-        run_folder(tmp_path / f"run{seed}", seed)
-    command("campaign", "init", "camp")
-    return tmp_path / "camp"
+RECORDINGS = CERTIFICATE.replace(".toml", "-recordings")
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -47,21 +42,24 @@ def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     assert (said["number"], said["path"], said["moved"]) == (1, "camp/drop-0001", False)
     assert contents(Path("run1")) == before
     drop = contents(camp / "drop-0001")
-    assert drop.keys() - before.keys() == {"drop.json", "record.json"}
-    assert before.items() <= drop.items()
+    taught = {name for name in drop if name.startswith(f"{RECORDINGS}/")}
+    assert drop.keys() - before.keys() == {"drop.json", "record.json", *taught}
+    assert {name for name in before if drop[name] != before[name]} == {CERTIFICATE}
+    assert b"[[landing]]" in drop[CERTIFICATE], "it learns of the drop's landing, once"
     assert result("campaign", "next", "camp") == {"number": 2, "folder": "drop-0002"}
     assert said["released"] == "2026-01-05T09:00:06.998Z" and len(said["session"]) == 8
     (entry,) = index_of(camp)
     assert entry == json.loads(drop["drop.json"])
     assert [note["text"] for note in entry["notes"]] == ["wind: west, ±3 m/s"]
-    assert sorted(path.name for path in camp.iterdir()) == [".campaign.lock", "campaign.json", "drop-0001"]
+    assert sorted(path.name for path in camp.iterdir()) == ["campaign.json", "drop-0001"]
 
 
 def test_a_folder_can_be_moved(camp: Path) -> None:
     before = contents(Path("run2"))
     result("campaign", "add", "camp", "run2", "--move")
     assert not Path("run2").exists()
-    assert before.items() <= contents(camp / "drop-0001").items()
+    drop = contents(camp / "drop-0001")
+    assert all(drop[name] == data for name, data in before.items() if name != CERTIFICATE)
     assert command("campaign", "add", "camp", "run1/SD.bin", "--move", expect=1).err
     assert Path("run1/SD.bin").is_file()
 
@@ -71,7 +69,8 @@ def test_a_recording_brings_what_lies_beside_it_and_the_certificate_from_here(ca
     Path("run1/SD.bin").rename("run1/DROP0003.BIN")
     Path("run1/other.mp4").write_bytes(b"video")
     result("campaign", "add", "camp", "run1/DROP0003.BIN")
-    assert contents(camp / "drop-0001").keys() == {
+    names = contents(camp / "drop-0001").keys()
+    assert {name for name in names if not name.startswith(f"{RECORDINGS}/")} == {
         "DROP0003.BIN",
         "maneuver.toml",
         CERTIFICATE,
@@ -92,9 +91,10 @@ def test_the_same_recording_comes_in_once(camp: Path) -> None:
 
 
 def test_a_recording_that_cannot_be_decoded_is_kept(camp: Path) -> None:
-    Path("run1/SD.bin").write_bytes(b"no recording" * 100)
-    said = command("campaign", "add", "camp", "run1")
-    assert "cannot be decoded" in said.err
+    blocks = np.frombuffer(Path("run1/SD.bin").read_bytes(), DATA_BLOCK_DTYPE)
+    Path("run1/SD.bin").write_bytes(blocks[blocks["kind"] == BlockKind.DATA].tobytes())
+    said = command("campaign", "add", "camp", "run1", expect=3)
+    assert "cannot be decoded" in said.err and "lost its header" in said.err
     assert index_of(camp)[0]["session"] is None
     command("campaign", "add", "camp", "run2")
     report = result("campaign", "report", "camp", expect=3)

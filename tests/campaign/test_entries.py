@@ -35,6 +35,7 @@ _ENTRIES = st.builds(
     added=_TIMES,
     origin=_TEXT,
     notes=st.lists(st.builds(Note, at=_TIMES, text=_TEXT), max_size=3).map(tuple),
+    void=st.none() | st.builds(Note, at=_TIMES, text=_TEXT),
 )
 
 

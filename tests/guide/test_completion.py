@@ -14,6 +14,7 @@ import pytest
 from tests.cli.process import RunCli
 from tfsat_host.cli.completion import SHELLS, completion_script
 from tfsat_host.cli.main import COMMANDS
+from tfsat_host.rehearsal.faults.known import FAULTS
 
 Complete = Callable[..., set[str]]
 
@@ -89,6 +90,12 @@ class TestCompletion:
         assert complete(scripts, folder, "log", "") >= {"list", "fetch", "erase"}
         assert complete(scripts, folder, "completion", "") >= set(SHELLS)
         assert complete(scripts, folder, "rehearse", "--sequencer", "") == {"native", "avr"}
+
+    def test_faults_of_a_rehearsal(self, complete: Complete, scripts: Path, folder: Path) -> None:
+        assert complete(scripts, folder, "rehearse", "--fault", "gyro-") >= {"gyro-dead", "gyro-frozen"}
+        assert complete(scripts, folder, "rehearse", "59", "70", "--fault", "card-") == {
+            fault.name for fault in FAULTS if fault.name.startswith("card-")
+        }
 
     def test_options_of_the_command(self, complete: Complete, scripts: Path, folder: Path) -> None:
         assert complete(scripts, folder, "upload-sequence", "--em") == {"--emulated"}

@@ -5,12 +5,20 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
+from tests.calibration.some_calibration import MEASURED, whole_calibration
+from tests.cli.process import RunCli
 from tests.evaluation.run_folder import run_folder
 from tests.guide.documents import GUIDE, ROOT
+from tfsat_host.calibration.certificate.certificate import Landing
+from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.joints.joint_sensors import sensors_by_design
+from tfsat_host.robot import load_robot
 
 
 def _text(name: str) -> str:
@@ -27,14 +35,95 @@ def test_the_runbook_is_a_list_to_tick() -> None:
 @pytest.mark.parametrize(
     "order",
     [
-        ("status", "calibrate misalignment", "upload-sequence", "calibrate bias", "calibrate show"),
-        ("calibrate show", "preflight", "record start", "arm", "disarm", "log fetch"),
-        ("log fetch", "decode", "evaluate", "campaign add", "bundle", "log erase", "reproduce"),
+        ("status", "design --out runN/maneuver.toml", "envelope", "calibrate bias", "calibrate zero --all"),
+        (
+            "calibrate zero --all",
+            "calibrate misalignment",
+            "calibrate scale",
+            "calibrate servo",
+            "calibrate show",
+        ),
+        (
+            "calibrate show",
+            "upload-sequence",
+            "logger-settings set --clock",
+            "preflight",
+            "record start",
+            "arm",
+        ),
+        (
+            "arm",
+            "disarm",
+            "log fetch",
+            "decode",
+            "evaluate",
+            "report runN",
+            "campaign add",
+            "bundle",
+            "log erase",
+        ),
     ],
 )
 def test_the_runbook_keeps_the_order_of_the_day(order: tuple[str, ...]) -> None:
     places = [_text("runbook.md").index(f"`tfsat-host {command}") for command in order]
     assert places == sorted(places)
+
+
+def test_the_runbook_makes_a_runs_folder_before_it_is_used() -> None:
+    text = _text("runbook.md")
+    assert 0 < text.index("`mkdir runN`") < text.index("runN/")
+
+
+def test_the_runbook_copies_the_certificate_when_the_landing_is_in_it() -> None:
+    """`decode` notes it in the certificate beside the recording, else in that of the desk: the next drop's."""
+    text = _text("runbook.md")
+    assert (
+        text.index("`tfsat-host decode")
+        < text.index("`cp -R calibration.toml")
+        < text.index("tfsat-host eval")
+    )
+
+
+def _calibrated(page: str) -> set[str]:
+    """What is measured by the commands of a page; `then 2 and 3` means the other joints."""
+    found = re.findall(r"`tfsat-host calibrate ([^`]+)`(, then 2 and 3)?", page)
+    assert all(others or "--joint" not in command for command, others in found)
+    return {
+        command.replace("--joint 1", f"--joint {joint}")
+        for command, others in found
+        for joint in ((1, 2, 3) if others else (1,))
+    }
+
+
+def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_another() -> None:
+    """A landing ends all but scale factors: what it ends must be measured before each drop."""
+    robot = load_robot()
+    unmeasured = replace(
+        whole_calibration(),
+        gyros=tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(robot.imus, 1)),
+        joints=tuple(sensors_by_design(robot, joint) for joint in (1, 2, 3)),
+        servo_maps=(),
+        servo_taken=(),
+    )
+    landed = Landing(MEASURED + timedelta(hours=1), "recording 1a2b3c4d")
+    page = _text("runbook.md")
+    assert {one.command for one in unmeasured.shortcomings()} <= _calibrated(page)
+    _, before_each = page.split("**Before each drop, on the desk**")
+    again = "\n".join(line for line in before_each.splitlines() if "first drop" not in line)
+    wanted = {one.command for one in replace(whole_calibration(), landings=(landed,)).shortcomings()}
+    assert len(wanted) > 5 and wanted <= _calibrated(again)
+
+
+def test_the_quick_start_names_every_file_of_a_rehearsal_and_no_other(tfsat_host: RunCli) -> None:
+    (typed,) = re.findall(r"^    tfsat-host (rehearse 59 70)$", _text("quick-start.md"), re.MULTILINE)
+    tfsat_host(*typed.split())
+    left = {
+        path.name + "/" * path.is_dir()
+        for path in (tfsat_host.folder / "run").iterdir()
+        if not path.name.startswith(".")
+    }
+    rows = [line.split("|")[1] for line in _text("quick-start.md").splitlines() if line.startswith("| `")]
+    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == left
 
 
 def test_the_python_example_runs(tmp_path: Path) -> None:

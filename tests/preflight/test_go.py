@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,8 +13,9 @@ import pytest
 from tests.preflight.morning import CERTIFICATE, Morning, check, found_wrong, not_made
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.enums import LoggerState, SequencerState
-from tfsat_host.record.run_record import entries_of, sha256_of, verify
+from tfsat_host.record.run_record import entries_of, verify
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "preflight.md"
 
@@ -135,6 +137,28 @@ def test_a_damaged_record_is_an_error_and_the_result_is_shown_all_the_same(morni
     (morning.folder / "record.json").write_text("{", encoding="utf-8")
     result = morning.preflight(expect=1)
     assert (result["verdict"], result["signed"]) == ("go", None)
+
+
+def test_limits_say_which_way_they_go(morning: Morning) -> None:
+    """With the keys of `tfsat-host envelope --json`."""
+    pause, envelope = (check(morning.preflight(expect=0), name)["evidence"] for name in ("pause", "envelope"))
+    assert {one["at_most"] for one in pause.values()} == {False}
+    assert envelope["envelope"]["at_most"] is True
+    assert {tuple(one) for one in envelope.values()} == {("value", "limit", "at_most", "beyond", "unit")}
+
+
+@pytest.mark.parametrize(
+    ("apart_s", "words"),
+    [(-0.02, "within 0.1 s of it"), (0.08, "within 0.1 s of it"), (1.2, "+1.2 s off it")],
+)
+def test_the_loggers_clock_beside_the_computers(
+    morning: Morning, monkeypatch: pytest.MonkeyPatch, apart_s: float, words: str
+) -> None:
+    def computers_s() -> float:
+        return morning.logger().status().unix_us / 1e6 - apart_s
+
+    monkeypatch.setattr("tfsat_host.cli.preflight_boards.time", SimpleNamespace(time=computers_s))
+    assert words in check(morning.preflight(expect=0), "clock")["sentence"]
 
 
 def test_a_person_reads_every_check_and_go(morning: Morning) -> None:

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.preflight.morning import MANEUVER, Morning, check, found_wrong, not_made
+from tests.preflight.morning import CERTIFICATE, MANEUVER, Morning, check, found_wrong, not_made
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.cli.main import main
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.facility import default_facility_path
 from tfsat_host.maneuver import format_maneuver
@@ -104,6 +106,39 @@ def test_images(
     assert (found_wrong(result), not_made(result)) == (red, in_the_dark)
 
 
+def test_an_image_of_the_arduino_ide_can_be_named(flashed: Morning) -> None:
+    certificate = ("--calibration", str(flashed.folder / CERTIFICATE))
+    result = flashed.preflight(*certificate, "--sequencer-image", "5e0e0ce3", expect=4)
+    assert "--sequencer-image 5e0e0ce2" in check(result, "sequencer-image")["next_step"]
+
+
+def calibrated_with(flashed: Morning, image: str) -> tuple[str, ...]:
+    """Options of a preflight with a certificate that was taken while the logger ran that image."""
+    flashed.certify(replace(flashed.calibration, logger_image=image))
+    return ("--calibration", str(flashed.folder / CERTIFICATE), "--sequencer-image", "5e0e0ce2")
+
+
+def test_a_logger_that_runs_what_it_ran_when_it_was_calibrated(flashed: Morning) -> None:
+    result = flashed.preflight(*calibrated_with(flashed, "10660001"), expect=0)
+    assert "as when it was calibrated" in check(result, "logger-image")["sentence"]
+
+
+def test_a_logger_that_was_flashed_since_it_was_calibrated(flashed: Morning) -> None:
+    options = calibrated_with(flashed, "0ddba110")
+    result = flashed.preflight(*options, expect=4)
+    image = check(result, "logger-image")
+    assert (found_wrong(result), not_made(result)) == ({"logger-image"}, set())
+    assert "0ddba110" in image["sentence"] and "--logger-image 10660001" in image["next_step"]
+    flashed.preflight(*options, "--logger-image", "10660001", expect=0)
+
+
+def test_the_image_of_another_logger_says_nothing(flashed: Morning) -> None:
+    subject = replace(flashed.calibration.subject, logger_serial="0123456789abcdef")
+    flashed.certify(replace(flashed.calibration, subject=subject))
+    result = flashed.preflight(*calibrated_with(flashed, "0ddba110"), expect=4)
+    assert found_wrong(result) == {"calibration"} and "logger-image" in not_made(result)
+
+
 def test_a_logger_that_is_not_there(morning: Morning) -> None:
     morning.robot.set_cable(BoardIndex.LOGGER, False)
     morning.set_clock = None
@@ -111,6 +146,29 @@ def test_a_logger_that_is_not_there(morning: Morning) -> None:
     assert found_wrong(result) == set()
     assert {"gyros-present", "card", "clock", "switches", "calibration", "protocol"} <= not_made(result)
     assert check(result, "maneuver")["verdict"] == "go"
+
+
+def test_boards_that_are_not_there_are_said_once_each(morning: Morning) -> None:
+    """And what was found wrong is not lost among what could not be looked at."""
+    text = (morning.folder / "maneuver.toml").read_text(encoding="utf-8")
+    (morning.folder / "maneuver.toml").write_text(text.replace("170", "17000"), encoding="utf-8")
+    morning.links = {
+        board: PortError(PortProblem.NONE_FOUND, what=f"No {board} found.", next_step=f"Plug the {board} in.")
+        for board in ("sequencer", "logger")
+    }
+    assert main(["preflight", str(morning.folder)]) == 4
+    said = morning.capture.readouterr().out
+    text = " ".join(said.split())
+    for board in ("sequencer", "logger"):
+        assert text.count(f"No {board} found.") == text.count(f"Plug the {board} in.") == 1, said
+        assert text.count(f"The {board} was not reached. See protocol.") == 1, said
+        assert text.count(f"The {board} was not reached.") == 1, said
+    assert f"{CERTIFICATE} is that of an emulated robot." in text
+    (verdict,) = (line for line in said.splitlines() if line.startswith("NO-GO:"))
+    assert verdict.startswith("NO-GO: calibration, protocol, pause, duration, envelope. ")
+    assert "could not be made" in verdict and "battery" not in verdict and len(verdict) < 120
+    result = morning.preflight(expect=4)
+    assert len(result["reasons"]) > 20, "all of them, for programs"
 
 
 def test_a_sequencer_that_is_not_there(morning: Morning) -> None:

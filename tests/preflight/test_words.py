@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import argparse
 import io
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
-from tests.preflight.morning import Morning, check
+from tests.preflight.morning import CERTIFICATE, Morning, check
+from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.preflight_boards import transports
@@ -73,6 +76,17 @@ def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> No
             found = transports(arguments(**given), None, stack, Output(stderr=io.StringIO()))  # type: ignore[arg-type]
         assert asked == expected
         assert all(isinstance(one, PortError) for one in found.values())
+
+
+def test_of_many_commands_that_are_wanted_the_one_is_named_that_lists_them(morning: Morning) -> None:
+    """What is cut off can be had."""
+    landed = Landing(morning.calibration.written + timedelta(minutes=30), "recording 1a2b3c4d")
+    morning.certify(replace(morning.calibration, landings=(landed,)))
+    wanted = {one.command for one in morning.calibration.shortcomings()}
+    step = check(morning.preflight(expect=4), "calibration")["next_step"]
+    assert len(wanted) > 3 and " more" not in step
+    typed = f"tfsat-host calibrate show --out {morning.folder / CERTIFICATE}"
+    assert step.startswith(f"{typed} names all {len(wanted)} commands")
 
 
 class Terminal(io.StringIO):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from tfsat_host import json_values
 from tfsat_host.bundle.errors import BundleError
 
 MANIFEST = "manifest.json"
@@ -15,8 +15,8 @@ EVALUATION = "evaluation.json"
 REPORT = "report.html"
 ENVIRONMENT = "environment.json"
 FORMAT = 1
-_SHA256 = re.compile(r"[0-9a-f]{64}")
-_SESSION = re.compile(r"[0-9a-f]{8}")
+NAME_CHARACTERS_MAX = 200
+"""Of a drop's name: a folder's has no more on most systems."""
 _FILES = ("maneuver", "calibration", "robot", "facility", "video", "laser")
 _FLAGS = ("masses", "inertias", "swarm")
 
@@ -132,17 +132,20 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
         if values["format"] != FORMAT:
             raise ValueError(f"its format is {values['format']!r}, this program reads {FORMAT}")
         return Manifest(
-            made_by=_text(values["made_by"]),
-            name=_text(values["name"]),
+            made_by=json_values.text(values["made_by"]),
+            name=_name(values["name"]),
             evaluated=_evaluated(values["evaluated"]),
             images=_table(values["images"]),
-            files={_text(name): _file(file) for name, file in _table(values["files"]).items()},
+            files={json_values.text(name): _file(file) for name, file in _table(values["files"]).items()},
             missing=tuple(
-                Missing(_text(one["what"]), _text(one["why"]), one["lost"] is True)
+                Missing(json_values.text(one["what"]), json_values.text(one["why"]), one["lost"] is True)
                 for one in values["missing"]
             ),
-            record=tuple(_text(one) for one in values["record"]),
-            left_out={_text(name): _text(why) for name, why in _table(values["left_out"]).items()},
+            record=tuple(json_values.text(one) for one in values["record"]),
+            left_out={
+                json_values.text(name): json_values.text(why)
+                for name, why in _table(values["left_out"]).items()
+            },
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise BundleError(
@@ -154,40 +157,35 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
 
 def _evaluated(values: dict[str, Any]) -> Evaluated:
     def named(key: str) -> str | None:
-        return None if values[key] is None else _text(values[key])
+        return None if values[key] is None else json_values.text(values[key])
 
-    session = named("session")
-    if session is not None and not _SESSION.fullmatch(session):
-        raise ValueError(f"{session!r} is no recording's id")
     return Evaluated(
-        recording=_text(values["recording"]),
+        recording=json_values.text(values["recording"]),
         maneuver=named("maneuver"),
         calibration=named("calibration"),
         robot=named("robot"),
         facility=named("facility"),
         video=named("video"),
         laser=named("laser"),
-        session=session,
+        session=None if values["session"] is None else json_values.session_id(values["session"]),
         masses=values["masses"] is True,
         inertias=values["inertias"] is True,
         swarm=values["swarm"] is True,
     )
 
 
+def _name(value: object) -> str:
+    name = json_values.text(value)
+    if len(name) > NAME_CHARACTERS_MAX:
+        raise ValueError(f"its name has {len(name)} characters, {NAME_CHARACTERS_MAX} are allowed")
+    return name
+
+
 def _file(values: dict[str, Any]) -> BundledFile:
-    sha256, size = values["sha256"], values["bytes"]
-    if not _SHA256.fullmatch(sha256) or type(size) is not int or size < 0:
-        raise ValueError(f"{sha256!r} and {size!r} are no hash and size")
-    return BundledFile(sha256, size)
+    return BundledFile(json_values.sha256(values["sha256"]), json_values.byte_count(values["bytes"]))
 
 
 def _table(value: object) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise TypeError(f"{value!r} is no table")
-    return value
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"{value!r} is no text")
     return value

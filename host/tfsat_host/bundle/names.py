@@ -9,6 +9,8 @@ from collections.abc import Iterable
 PATH_CHARACTERS_MAX = 400
 _PART_BYTES_MAX = 200
 _FORBIDDEN = re.compile(r'[\x00-\x1f\x7f<>:"|?*\\]')
+_UNSEEN = frozenset({"Cc", "Cf", "Zl", "Zp"})
+"""Categories of Unicode: controls, marks that turn the direction of writing or have no width, and ends of lines."""
 _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)
 
 
@@ -20,6 +22,8 @@ def trouble_with_name(name: str) -> str | None:
         return "is absolute: it would be written outside of the folder"
     if _FORBIDDEN.search(name):
         return "holds a character that not every system allows in a name"
+    if any(unicodedata.category(character) in _UNSEEN for character in name):
+        return "holds a character that cannot be seen"
     for part in name.split("/"):
         if part == "..":
             return "leads out of the folder by `..`"

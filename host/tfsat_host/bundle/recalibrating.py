@@ -26,12 +26,14 @@ class Recalibrated:
     """What came of it.
 
     Attributes:
-        differs: From the certificate; None: it could not be computed.
+        differs: From the certificate; None: it was not computed.
         sentence: Of what, or why not.
+        lacking: It should have been computed and could not be.
     """
 
     differs: tuple[Difference, ...] | None
     sentence: str
+    lacking: bool = False
 
 
 def recalibrate(certificate: Path, recordings: Path, model: RobotModel) -> Recalibrated:
@@ -52,7 +54,7 @@ def recalibrate(certificate: Path, recordings: Path, model: RobotModel) -> Recal
         evidence = [_read(recordings / paper.file, paper.sha256) for paper in found.papers]
         tried = [_differences(found, evidence, model, landing) for landing in _landings(found)]
     except CalibrationError as error:
-        return Recalibrated(None, f"The calibration cannot be computed anew: {error.what}")
+        return Recalibrated(None, f"The calibration cannot be computed anew: {error.what}", lacking=True)
     best = min(tried, key=len)
     return Recalibrated(tuple(best), f"The calibration was computed anew from {len(evidence)} recordings.")
 

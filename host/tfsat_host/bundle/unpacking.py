@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shlex
 import shutil
 import stat
 import tempfile
@@ -13,7 +14,14 @@ from pathlib import Path
 from typing import NoReturn
 
 from tfsat_host.bundle.errors import BundleError
-from tfsat_host.bundle.manifest import MANIFEST, Manifest, parse_manifest
+from tfsat_host.bundle.manifest import (
+    ENVIRONMENT,
+    EVALUATION,
+    MANIFEST,
+    REPORT,
+    Manifest,
+    parse_manifest,
+)
 from tfsat_host.bundle.names import collision_among, trouble_with_name
 
 _CHUNK_BYTES = 1 << 20
@@ -87,15 +95,10 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
         wrong = [
             name
             for name, file in sorted(manifest.files.items())
-            if _extract(opened, entries[name], beside / name, archive) != file.sha256
+            if not _is_extracted(opened, entries[name], beside / name, archive, file.sha256)
         ]
         if wrong:
-            raise BundleError(
-                what=f"{len(wrong)} of {len(manifest.files)} files in {archive} are not what its manifest says: "
-                f"{_listed(wrong)}.",
-                meaning=f"They were damaged or changed after the bundle was made. {_NOTHING}",
-                next_step="Take the bundle from a copy.",
-            )
+            raise _damaged(manifest, wrong, archive)
         beside.chmod(0o755)
         if folder.exists():
             folder.rmdir()  # empty; Windows renames onto no folder
@@ -103,6 +106,35 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return manifest, hashlib.sha256(data).hexdigest()
+
+
+def _is_extracted(
+    opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path, sha256: str
+) -> bool:
+    """Whether the file came out as the manifest has it; a damaged one does not keep the others from being looked at."""
+    try:
+        return _extract(opened, entry, to, archive) == sha256
+    except (zipfile.BadZipFile, zlib.error, EOFError):
+        return False
+
+
+def _damaged(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
+    """What is damaged, what is still good, and how to get at it."""
+    recording, count = manifest.evaluated.recording, len(manifest.files)
+    one = len(wrong) == 1
+    if recording in wrong:
+        left = f"The raw log {recording} is damaged itself: decode uses every block of it that is whole."
+    else:
+        left = f"The raw log {recording} is whole{', as is all else' if count > len(wrong) + 1 else ''}."
+    if set(wrong) <= {EVALUATION, REPORT, ENVIRONMENT}:
+        left += f" What is damaged is no evidence: {'it' if one else 'they'} can be made anew."
+    return BundleError(
+        what=f"{len(wrong)} of {count} files in {archive} {'is' if one else 'are'} not what its manifest says: "
+        f"{_listed(wrong)}.",
+        meaning=f"{'It was' if one else 'They were'} damaged or changed after the bundle was made. {_NOTHING} {left}",
+        next_step=f"Take the bundle from a copy. Without one: unzip {shlex.quote(str(archive))} -d rescued gets the "
+        "rest, and tfsat-host bundle rescued/run makes a new one of it.",
+    )
 
 
 def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> dict[str, zipfile.ZipInfo]:

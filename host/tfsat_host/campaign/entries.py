@@ -10,11 +10,11 @@ from datetime import UTC, datetime
 from itertools import pairwise
 from typing import Any
 
+from tfsat_host import json_values
+
 MADE_BY = "tfsat-host campaign"
 FORMAT = 1
 NUMBER_MAX = 9999
-_SESSION = re.compile(r"[0-9a-f]{8}")
-_SHA256 = re.compile(r"[0-9a-f]{64}")
 _FOLDER = re.compile(r"drop-([0-9]{4})")
 
 
@@ -39,6 +39,7 @@ class DropEntry:
         added: When it came into the campaign.
         origin: Where it was taken from, as it was typed.
         notes: In order of time.
+        void: Why it does not count, and since when; None: it counts.
     """
 
     number: int
@@ -49,6 +50,7 @@ class DropEntry:
     added: datetime
     origin: str
     notes: tuple[Note, ...] = ()
+    void: Note | None = None
 
     @property
     def folder(self) -> str:
@@ -58,6 +60,10 @@ class DropEntry:
     def with_note(self, at: datetime, text: str) -> DropEntry:
         """The same with one more note."""
         return replace(self, notes=(*self.notes, Note(at, text)))
+
+    def voided(self, at: datetime, why: str) -> DropEntry:
+        """The same, not counting any more."""
+        return replace(self, void=Note(at, why))
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -70,7 +76,8 @@ class DropEntry:
             "sha256": self.sha256,
             "added": _written(self.added),
             "origin": self.origin,
-            "notes": [{"at": _written(note.at), "text": note.text} for note in self.notes],
+            "notes": [_note_as_dict(note) for note in self.notes],
+            "void": None if self.void is None else _note_as_dict(self.void),
         }
 
 
@@ -127,43 +134,35 @@ class _as_value_error:  # noqa: N801  used as a statement
 
 
 def _drop(one: dict[str, Any]) -> DropEntry:
-    number, session = one["number"], one["session"]
+    number = one["number"]
     if type(number) is not int or not 1 <= number <= NUMBER_MAX:
         raise ValueError(f"{number!r} is no drop's number")
-    if session is not None and not _SESSION.fullmatch(session):
-        raise ValueError(f"{session!r} is no recording's id")
-    if not _SHA256.fullmatch(one["sha256"]):
-        raise ValueError(f"{one['sha256']!r} is no SHA-256")
     return DropEntry(
         number,
         _file_name(one["recording"]),
-        one["sha256"],
-        session,
-        None if one["released"] is None else _time(one["released"]),
-        _time(one["added"]),
-        _text(one["origin"]),
-        tuple(Note(_time(note["at"]), _text(note["text"])) for note in one["notes"]),
+        json_values.sha256(one["sha256"]),
+        None if one["session"] is None else json_values.session_id(one["session"]),
+        None if one["released"] is None else json_values.moment(one["released"]),
+        json_values.moment(one["added"]),
+        json_values.text(one["origin"]),
+        tuple(_note(note) for note in one["notes"]),
+        None if one["void"] is None else _note(one["void"]),
     )
 
 
+def _note(one: dict[str, Any]) -> Note:
+    return Note(json_values.moment(one["at"]), json_values.text(one["text"]))
+
+
+def _note_as_dict(note: Note) -> dict[str, Any]:
+    return {"at": _written(note.at), "text": note.text}
+
+
 def _file_name(value: object) -> str:
-    name = _text(value)
+    name = json_values.text(value)
     if not name or name in (".", "..") or re.search(r"[/\\:\x00]", name):
         raise ValueError(f"{name!r} is no file's name")
     return name
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"{value!r} is no text")
-    return value
-
-
-def _time(value: str) -> datetime:
-    at = datetime.fromisoformat(value)
-    if at.tzinfo is None:
-        raise ValueError(f"{value!r} has no time zone")
-    return at.astimezone(UTC)
 
 
 def _written(at: datetime) -> str:

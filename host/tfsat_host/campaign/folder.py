@@ -21,9 +21,9 @@ from tfsat_host.campaign.entries import (
     parse_drop,
     parse_index,
 )
-from tfsat_host.campaign.errors import CampaignError
-from tfsat_host.record.lock import one_at_a_time
-from tfsat_host.record.whole_file import write_whole
+from tfsat_host.campaign.errors import CampaignError, SameDropError
+from tfsat_host.file_lock import one_at_a_time
+from tfsat_host.whole_file import write_whole
 
 INDEX = "campaign.json"
 DROP = "drop.json"
@@ -113,7 +113,8 @@ def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> Dro
         entry_of: Makes the entry when the number is known.
 
     Raises:
-        CampaignError: it is no campaign, it holds this recording already, or it is full. Nothing was changed.
+        CampaignError: it is no campaign, it holds this recording already or another copy of it, or it is full.
+            Nothing was changed.
         BusyError: another program is writing it.
         OSError: something cannot be written.
     """
@@ -126,13 +127,7 @@ def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> Dro
                 next_step="Begin another one: tfsat-host campaign init",
             )
         entry = entry_of(contents.next_number)
-        same = next((drop for drop in contents.drops if drop.sha256 == entry.sha256), None)
-        if same is not None:
-            raise CampaignError(
-                what=f"This recording is drop {same.number} of {folder} already ({same.folder}).",
-                meaning="One drop counts once; nothing was added.",
-                next_step=f'To write something about it: tfsat-host campaign note {folder} {same.number} "…"',
-            )
+        _check_new(folder, contents.drops, entry)
         (staged / DROP).write_text(format_drop(entry), encoding="utf-8")
         staged.rename(folder / entry.folder)
         _write(folder, contents, (*contents.drops, entry), entry.added)
@@ -149,12 +144,30 @@ def note(folder: Path, number: int, text: str, at: datetime) -> DropEntry:
     """
     with one_at_a_time(folder / _LOCK, f"the campaign {folder}"):
         contents = read(folder)
+        changed = drop_of(folder, contents.drops, number).with_note(at, text)
+        _replace(folder, contents, changed, at)
+    return changed
+
+
+def void(folder: Path, number: int, why: str, at: datetime) -> DropEntry:
+    """Takes a drop out of the count; its number, its folder and its notes stay.
+
+    Raises:
+        CampaignError: it is no campaign, there is no such drop, or it is void already.
+        BusyError: another program is writing it.
+        OSError: something cannot be written.
+    """
+    with one_at_a_time(folder / _LOCK, f"the campaign {folder}"):
+        contents = read(folder)
         before = drop_of(folder, contents.drops, number)
-        changed = before.with_note(at, text)
-        if (folder / changed.folder).is_dir():
-            write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
-        drops = [changed if drop.number == number else drop for drop in contents.drops]
-        _write(folder, contents, drops, at)
+        if before.void is not None:
+            raise CampaignError(
+                what=f"Drop {number} of {folder} is void already: {before.void.text}",
+                meaning="Nothing was changed.",
+                next_step=f'To write something about it: tfsat-host campaign note {folder} {number} "…"',
+            )
+        changed = before.voided(at, why)
+        _replace(folder, contents, changed, at)
     return changed
 
 
@@ -174,6 +187,36 @@ def drop_of(folder: Path, drops: Sequence[DropEntry], number: int) -> DropEntry:
 def remove_staged(staged: Path) -> None:
     """What was copied for a drop that did not come in."""
     shutil.rmtree(staged, ignore_errors=True)
+
+
+def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> None:
+    """One drop counts once: told by the recording's own id, as two copies off one card may differ in length."""
+    counting = [drop for drop in drops if drop.void is None]
+    same = next((drop for drop in counting if drop.sha256 == entry.sha256), None)
+    if same is not None:
+        raise SameDropError(
+            same,
+            what=f"This recording is drop {same.number} of {folder} already ({same.folder}).",
+            meaning="One drop counts once; nothing was added.",
+            next_step=f'To write something about it: tfsat-host campaign note {folder} {same.number} "…"',
+        )
+    alike = next((drop for drop in counting if drop.session == entry.session is not None), None)
+    if alike is not None:
+        raise SameDropError(
+            alike,
+            what=f"The recording {entry.session} is drop {alike.number} of {folder} already ({alike.folder}), in "
+            "another copy.",
+            meaning="One drop counts once; nothing was added.",
+            next_step=f"If this copy is to stand for it: tfsat-host campaign void {folder} {alike.number} "
+            '"another copy follows", then add this one again.',
+        )
+
+
+def _replace(folder: Path, contents: Contents, changed: DropEntry, at: datetime) -> None:
+    if (folder / changed.folder).is_dir():
+        write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
+    drops = [changed if drop.number == changed.number else drop for drop in contents.drops]
+    _write(folder, contents, drops, at)
 
 
 def _write(folder: Path, before: Contents, drops: Sequence[DropEntry], at: datetime) -> None:

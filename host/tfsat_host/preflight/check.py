@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+SEE = "See "
+"""Begins the next step of a check that waits for another one, whose name follows."""
+
 
 class Verdict(StrEnum):
     """What a check says."""
@@ -42,6 +45,11 @@ class Check:
     def blocks(self) -> bool:
         """It stands against a drop."""
         return self.verdict == Verdict.NO_GO or (self.verdict == Verdict.NOT_MADE and not self.optional)
+
+    @property
+    def follows(self) -> bool:
+        """It could not be made for what another check says; its next step names that one."""
+        return self.verdict == Verdict.NOT_MADE and self.next_step.startswith(SEE)
 
 
 def go(name: str, sentence: str, /, **evidence: Any) -> Check:

@@ -169,10 +169,12 @@ class Reference:
     Attributes:
         crc: CRC-32/ISO-HDLC, 8 hexadecimal digits.
         source: Who says so, such as a file.
+        calibrated: It is what the board ran when its sensors were calibrated, which nobody called the right one.
     """
 
     crc: str
     source: str
+    calibrated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

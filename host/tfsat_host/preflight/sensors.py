@@ -7,15 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.joints.joint_sensors import sensor_columns, wrapped
+from tfsat_host.calibration.joints.joint_sensors import sensor_columns
 from tfsat_host.calibration.joints.zero import MOST_DISAGREEMENT_RAD
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.preflight.evidence import Evidence, LiveSamples, Missing
 
 FloatArray = NDArray[np.float64]
-
-_MEASURE = "tfsat-host calibrate bias, and zero --all; then run this preflight again."
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +44,12 @@ def certificate_of_these(evidence: Evidence) -> Calibration | Missing:
     """The calibration, if its numbers are of these sensors; whether it is fresh is another check's."""
     calibration, origin = evidence.calibration, evidence.origin
     if isinstance(calibration, Missing):
-        return Missing(f"It takes a calibration. {calibration.reason}", calibration.next_step)
+        return Missing("It takes a calibration of these sensors.", "See calibration.")
     if origin is None:
         return Missing("The logger did not say whose sensors these are.", "tfsat-host status")
     subject = calibration.subject
     if (subject.logger_serial, subject.emulated) != (origin.logger_serial, origin.emulated):
-        return Missing("It takes a calibration of these sensors; this one is of others.", _MEASURE)
+        return Missing("It takes a calibration of these sensors; this one is of others.", "See calibration.")
     return calibration
 
 

@@ -17,13 +17,10 @@ def check_protocol(evidence: Evidence) -> Check:
     """Both boards' firmware was built with this program's specification, of the same version."""
     name = "protocol"
     boards = (evidence.sequencer_board, evidence.logger_board)
-    for board in boards:
-        if isinstance(board.identity, Missing):
-            return not_made(
-                name,
-                f"The {board.name} did not say who it is: {board.identity.reason}",
-                board.identity.next_step,
-            )
+    unreached = [(board.name, board.identity) for board in boards if isinstance(board.identity, Missing)]
+    if unreached:
+        said = " ".join(f"The {who} did not say who it is: {missing.reason}" for who, missing in unreached)
+        return not_made(name, said, " ".join(dict.fromkeys(missing.next_step for _, missing in unreached)))
     ours = ".".join(map(str, FIRMWARE_VERSION))
     for board in boards:
         identity = board.identity
@@ -51,7 +48,7 @@ def check_image(board: BoardEvidence) -> Check:
     name = _IMAGE.format(name=board.name)
     identity = board.identity
     if isinstance(identity, Missing):
-        return not_made(name, f"The {board.name} did not say what it runs.", identity.next_step)
+        return not_made(name, f"The {board.name} did not say what it runs.", "See protocol.")
     if identity.runs_natively:
         return go(
             name,
@@ -67,18 +64,28 @@ def check_image(board: BoardEvidence) -> Check:
             image_crc=identity.image_crc,
         )
     wanted = board.image
-    if identity.image_crc != wanted.crc:
+    numbers = {
+        "image_crc": identity.image_crc,
+        "expected_image_crc": wanted.crc,
+        "source": wanted.source,
+        "calibrated": wanted.calibrated,
+    }
+    runs = f"The {board.name} runs image {identity.image_crc}"
+    if identity.image_crc == wanted.crc:
+        whose = "as when it was calibrated" if wanted.calibrated else f"that of {wanted.source}"
+        return go(name, f"{runs}, {whose}.", **numbers)
+    if wanted.calibrated:
         return no_go(
             name,
-            f"The {board.name} runs image {identity.image_crc}, not {wanted.crc} of {wanted.source}.",
-            f"To run that one: {_FLASH[board.name]}",
-            image_crc=identity.image_crc,
-            expected_image_crc=wanted.crc,
-            source=wanted.source,
+            f"{runs}; when it was calibrated it ran {wanted.crc} ({wanted.source}).",
+            f"If it was flashed since, name what it runs now: --logger-image {identity.image_crc}. If not, "
+            f"{_FLASH[board.name]}.",
+            **numbers,
         )
-    return go(
+    return no_go(
         name,
-        f"The {board.name} runs image {identity.image_crc}, that of {wanted.source}.",
-        image_crc=identity.image_crc,
-        source=wanted.source,
+        f"{runs}, not {wanted.crc} of {wanted.source}.",
+        f"To run that one: {_FLASH[board.name]}. If what it runs is right, as the Arduino IDE made it, name that: "
+        f"--{name} {identity.image_crc}",
+        **numbers,
     )

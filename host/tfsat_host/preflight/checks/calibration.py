@@ -26,10 +26,10 @@ def check_calibration(evidence: Evidence) -> Check:
     calibration = evidence.calibration
     if isinstance(calibration, Missing):
         return no_go(name, calibration.reason, calibration.next_step)
-    if evidence.origin is None:
-        return not_made(name, "The logger did not say whose sensors these are.", "tfsat-host status")
     if isinstance(evidence.logger, Missing):
         return unreached(name, evidence.logger)
+    if evidence.origin is None:
+        return not_made(name, "The logger did not say whose sensors these are.", "tfsat-host status")
     numbers = _numbers(evidence, calibration)
     if other := _of_others(evidence, calibration):
         return no_go(
@@ -41,11 +41,12 @@ def check_calibration(evidence: Evidence) -> Check:
     shortcomings = _shortcomings(evidence, calibration)
     if shortcomings:
         commands = commands_of(shortcomings)
-        more = f", and {len(commands) - _NAMED} more" if len(commands) > _NAMED else ""
         return no_go(
             name,
             f"It does not hold for the next drop: {summarized(shortcomings)}.",
-            f"{', '.join(commands[:_NAMED])}{more}",
+            ", ".join(commands)
+            if len(commands) <= _NAMED
+            else f"tfsat-host calibrate show names all {len(commands)} commands; the first is: {commands[0]}",
             **numbers,
         )
     logger = evidence.logger

@@ -14,6 +14,7 @@ BEHIND = timedelta(minutes=1)
 """By so much two computers of one team may differ."""
 MOST_APART_S = 2.0
 """Between logger and computer: landings and calibrations are ordered by it, and minutes lie between them."""
+_SHOWN_S = 0.1
 MOST_PACE = 5e-3
 """Relative. Crystals are within 1e-4; by 5e-3 the last stroke would come 11 ms off, one sample period and the next."""
 _SET = "tfsat-host logger-settings set --clock"
@@ -34,7 +35,7 @@ def check_clock(evidence: Evidence) -> Check:
         return no_go(
             name,
             "Nobody has told the logger the time of day since its power came on.",
-            f"{_SET} (record start does it too)",
+            _SET,
             **numbers,
             logger=None,
         )
@@ -42,11 +43,8 @@ def check_clock(evidence: Evidence) -> Check:
     numbers["logger_apart_s"] = apart_s
     if abs(apart_s) > MOST_APART_S:
         return no_go(name, f"The logger's clock is {apart_s:+.1f} s off this computer's.", _SET, **numbers)
-    return go(
-        name,
-        f"{now.astimezone(UTC):%Y-%m-%d %H:%M} UTC; the logger's is {apart_s:+.1f} s off it.",
-        **numbers,
-    )
+    beside = f"within {_SHOWN_S} s of" if abs(apart_s) < _SHOWN_S else f"{apart_s:+.1f} s off"
+    return go(name, f"{now.astimezone(UTC):%Y-%m-%d %H:%M} UTC; the logger's is {beside} it.", **numbers)
 
 
 def _behind(evidence: Evidence) -> str:

@@ -17,6 +17,8 @@ _GROUPS = {
 }
 """Checks of the facility by ours; all others are the envelope's."""
 _ENVELOPE = "envelope"
+_NUMBERS = ("value", "limit", "at_most", "beyond", "unit")
+"""Of a facility's check: the keys of `tfsat-host envelope --json`, which say which way the limit goes."""
 
 
 def check_maneuver(evidence: Evidence) -> Check:
@@ -119,7 +121,7 @@ def facility_checks(evidence: Evidence) -> tuple[Check, ...]:
 
 def _of_facility(name: str, checks: Iterable[FacilityCheck]) -> Check:
     mine = tuple(checks)
-    numbers = {one.name: {"value": one.value, "limit": one.limit, "unit": one.unit} for one in mine}
+    numbers = {one.name: {key: getattr(one, key) for key in _NUMBERS} for one in mine}
     failed = [one for one in mine if not one.passed]
     if failed:
         said = " ".join(f"{one.name}: {one.sentence}" for one in failed)
