@@ -28,16 +28,20 @@ help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
 
 .PHONY: demo
-demo: compiler venv  ## rehearse the drop 59/70 with the emulated robot (needs Python and a C++ compiler)
+demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported, bundled, reproduced (Python, C++ compiler)
 	$(call say,building the emulated robot)
 	@$(BIN)/python -m tfsat_host.emulated.build
-	$(call say,rehearsing the maneuver 59/70: upload - recording - arming - lift - drop - decoding)
+	$(call say,rehearsing 59/70: upload - preflight - recording - arming - lift - drop - decoding - evaluation - report)
 	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
+	$(call say,the same on a morning on which a gyro is dead: the preflight must see it)
+	@$(BIN)/tfsat-host rehearse 59 70 --fault gyro-dead@powered --out build/demo-no-go --force; [ $$? = 4 ]
+	$(call say,everything in one archive - and recomputed from the raw data in it)
+	@$(BIN)/tfsat-host bundle build/demo --out build/demo.tfsat.zip --force
+	@rm -rf build/demo-reproduced && $(BIN)/tfsat-host reproduce build/demo.tfsat.zip --out build/demo-reproduced
 	$(call say,results in build/demo)
 	@ls build/demo | sed 's/^/  /'
-	@echo "What they show: the maneuver that was uploaded came back from the card, stroke by stroke, and what the"
-	@echo "evaluation of the recording found beside the robot's hidden truth. To look at: build/demo/report.html"
-	@echo "Look closer:    $(BIN)/tfsat-host decode build/demo/SD.bin --force"
+	@echo "To look at: build/demo/report.html. What the evaluation found beside the robot's hidden truth: above, and in"
+	@echo "build/demo/summary.json. Once more by hand: $(BIN)/tfsat-host evaluate build/demo"
 
 .PHONY: test
 # A test on each core leaves none for a second thread of its linear algebra.

@@ -35,6 +35,18 @@ def test_show_without_a_certificate_says_how_to_begin(tfsat_host: RunCli) -> Non
     assert error["next_step"].endswith("calibrate bias --emulated")
 
 
+@pytest.mark.parametrize(("asked", "there"), [("", "-emulated"), ("-emulated", "")])
+def test_show_names_the_certificate_of_the_other_robot(tfsat_host: RunCli, asked: str, there: str) -> None:
+    """Beside it: a rehearsal leaves an emulated robot's where its person then looks for it."""
+    certificate(tfsat_host.folder, whole_calibration(), f"calibration{there}.toml")
+    option, other = ((f"--{name[1:]}",) if name else () for name in (asked, there))
+    error = tfsat_host.json("calibrate", "show", *option, expect=1)["error"]
+    assert error["what"] == f"There is no calibration yet: no file calibration{asked}.toml."
+    assert f"calibration{there}.toml" in error["meaning"]
+    assert " ".join(["tfsat-host calibrate show", *other]) in error["next_step"]
+    assert "tfsat-host calibrate bias" in error["next_step"]
+
+
 def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
     calibration = whole_calibration(taken=datetime.now(UTC) - 3 * HOUR - HOUR / 2)
     certificate(tfsat_host.folder, calibration)

@@ -149,10 +149,9 @@ def test_a_certificate_that_cannot_be_read_is_a_warning(tfsat_host: RunCli, text
 
 
 def test_a_certificate_that_cannot_be_written_is_a_warning(tfsat_host: RunCli) -> None:
-    """Its name beside which it would be written whole is taken by a folder."""
-    file = certificate(tfsat_host.folder, whole_calibration())
-    (tfsat_host.folder / ".calibration.toml.new").mkdir()
-    done = tfsat_host("decode", recorded(tfsat_host.folder))
+    """A name so long that no new file beside it can be named after it."""
+    file = certificate(tfsat_host.folder, whole_calibration()).rename(tfsat_host.folder / f"{'c' * 245}.toml")
+    done = tfsat_host("decode", recorded(tfsat_host.folder), "--calibration", file)
     assert "could not be written into" in done.stderr
     assert read_calibration(file).landings == ()
 

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import pytest
 
-from tfsat_host.cli.outputs import check_may_write, write_atomically
+from tfsat_host.cli.outputs import check_may_write
 from tfsat_host.errors import TfsatError
 
 
@@ -31,15 +31,6 @@ def test_what_is_tried_leaves_nothing(tmp_path: Path) -> None:
     check_may_write(tmp_path / "x.csv", marker=b"", force=False)
     check_may_write(tmp_path / "new" / "x.csv", marker=b"", force=False)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_failure_names_the_file_and_not_the_temporary_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    _no_file_can_be_made(monkeypatch)
-    with pytest.raises(PermissionError) as caught:
-        write_atomically(tmp_path / "x.csv", lambda path: path.write_bytes(b""))
-    assert caught.value.filename == str(tmp_path / "x.csv")
 
 
 def test_a_file_in_the_way_of_a_folder_is_named(tmp_path: Path) -> None:

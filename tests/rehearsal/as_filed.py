@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
-from tfsat_host.rehearsal.day import rehearse
+from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import truth_as_filed
 from tfsat_host.robot import load_robot
 

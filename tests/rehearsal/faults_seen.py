@@ -12,9 +12,15 @@ import numpy as np
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.rehearsal.day import DROPPED, Drop, rehearse
+from tfsat_host.rehearsal.checked import NoGo
+from tfsat_host.rehearsal.day import DROPPED
+from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults.fault import Fault
+from tfsat_host.rehearsal.moment import Moment
+from tfsat_host.rehearsal.preflight import Preflight
+from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
@@ -22,6 +28,7 @@ from tfsat_host.sdlog.summary import warnings
 
 SEED = 1
 SCHEDULE = schedule_maneuver(four_stroke(59.0, 70.0))
+IN_THE_MORNING = (Moment.POWERED, Moment.UPLOADED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +36,13 @@ class Seen:
     """What became of it.
 
     Attributes:
-        drop: The day.
+        no_go: Checks of the preflight that stood against the drop.
+        drop: The day; with a preflight that says NO-GO, the day on which the team drops all the same.
         log: Of its recording; None: there is none.
-        said: Where something was said, and what: a refusal, the log, the report.
+        said: Where something was said, and what: a refusal, a board after the landing, the log, the report.
     """
 
+    no_go: tuple[str, ...]
     drop: Drop
     log: DropLog | None
     said: dict[str, str]
@@ -55,22 +64,45 @@ class Seen:
 
 
 @cache
+def _preflight(*, despite: bool) -> Preflight:
+    return Preflight.of(SCHEDULE, load_robot(), load_tower(None), None, despite=despite)
+
+
+def flown(fault: Fault, *, despite: bool) -> Drop:
+    """A day with that fault, preflight and all."""
+    filed = load_robot()
+    truth = drawn_truth(filed, SEED)
+    return rehearse(SCHEDULE, filed, truth, preflight=_preflight(despite=despite), faults=(fault,))
+
+
+@cache
+def no_go(fault: Fault) -> tuple[str, ...]:
+    """Checks that stand against the drop when the fault is there in the morning already."""
+    morning = fault if fault.moment in IN_THE_MORNING else fault.at(Moment.POWERED)
+    drop = flown(morning, despite=False)
+    assert drop.checked is not None
+    assert isinstance(drop.refused, NoGo) == (not drop.checked.go)
+    return tuple(check.name for check in drop.checked.wrong)
+
+
+@cache
 def seen(fault: Fault) -> Seen:
     """Flown, decoded, evaluated."""
-    filed = load_robot()
-    drop = rehearse(SCHEDULE, filed, drawn_truth(filed, SEED), faults=(fault,))
+    drop = flown(fault, despite=True)
+    assert drop.checked is not None
+    wrong = tuple(check.name for check in drop.checked.wrong)
     if drop.refused is not None:
-        return Seen(drop, None, {"refusal": str(drop.refused.what)})
+        return Seen(wrong, drop, None, {"refusal": str(drop.refused.what)})
     with TemporaryDirectory() as folder:
         path = Path(folder) / "SD.bin"
         path.write_bytes(drop.card)
         log = load(path)
-    said = {"log": " ".join(warnings(log))}
+    said = {"board": " ".join(drop.setbacks), "log": " ".join(warnings(log))}
     try:
-        found = evaluate(log, filed, drop.calibration, SCHEDULE, recorded=DROPPED)
+        found = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
         verdict = verdict_of(found)
         causes = [check.cause or "" for check in found.failed_checks]
         said["report"] = " ".join((verdict.sentence, *verdict.reasons, *found.notes, *causes))
     except TfsatError as error:
         said["report"] = f"{error.what} {error.meaning}"
-    return Seen(drop, log, said)
+    return Seen(wrong, drop, log, said)

@@ -9,17 +9,15 @@ from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
 from tfsat_host.cli.arming_calibration import tell_calibration
 from tfsat_host.cli.arming_logger import look_at_logger
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
-from tfsat_host.cli.options import add_device_options, file_name, number
+from tfsat_host.cli.options import add_device_options, file_name, joint_angle_cdeg
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import JOINT_COUNT, START_POSE_TOLERANCE_CDEG
-from tfsat_host.units import cdeg_from_deg
 
 if TYPE_CHECKING:
     from tfsat_host.devices.sequencer import SequencerClient
     from tfsat_host.protocol.enums import SequencerState
 
-LARGEST_DEG = 180.0
 """No joint has more."""
 _MEANING = "Nothing was armed."
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
@@ -44,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--joints",
         metavar=("A1", "A2", "A3"),
         nargs=JOINT_COUNT,
-        type=_angle_cdeg,
+        type=joint_angle_cdeg,
         dest="joints_cdeg",
         help="measured angles of joints 1 to 3, deg: a joint off its start pose refuses the arming",
     )
@@ -66,16 +64,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
     except TfsatError as error:
         error.next_step = f"{error.next_step}\n{_LAST_RESORT}"
         raise
-
-
-def _angle_cdeg(text: str) -> int:
-    """An argparse type: a joint's angle in degrees, to 0.01. Raises ArgumentTypeError."""
-    angle_deg = number(text)
-    if not abs(angle_deg) <= LARGEST_DEG:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is no angle of a joint: write degrees, at most {LARGEST_DEG:g}"
-        )
-    return cdeg_from_deg(angle_deg)
 
 
 def _arm(args: argparse.Namespace, out: Output) -> int:

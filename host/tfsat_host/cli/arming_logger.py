@@ -77,10 +77,10 @@ def look_at_logger(args: argparse.Namespace, out: Output) -> LoggerAnswer:
 
 
 def _ask(port: str) -> tuple[LoggerStatusReply, NotOnCard | None, Origin]:
-    from tfsat_host.cli.calibration_notice import origin_of_logger
     from tfsat_host.devices.card_trouble import stalled_recording
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.transport import SerialTransport
+    from tfsat_host.preflight.origin import origin_of_logger
 
     with closing(SerialTransport(port)) as transport:
         logger = LoggerClient.connect(transport)

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host import __version__
 from tfsat_host.cli.evaluate.options import add_run_arguments, check_run_arguments
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.options import add_output_options, output_file_name
 from tfsat_host.cli.output import Output
-from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
+from tfsat_host.cli.outputs import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.file_hash import sha256_of
 
 if TYPE_CHECKING:
     from tfsat_host.bundle.manifest import Evaluated, Manifest
@@ -35,7 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out",
         metavar="FILE",
-        type=file_name,
+        type=output_file_name,
         help=f"the archive (default: NAME{ENDING} in the current folder)",
     )
     parser.add_argument(
@@ -47,6 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Collects, evaluates, writes."""
     from tfsat_host.bundle.archive import MARKER
+    from tfsat_host.bundle.manifest import NAME_CHARACTERS_MAX
     from tfsat_host.cli.bundle_files import collect
     from tfsat_host.cli.report_files import names_of
 
@@ -60,14 +62,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
         argparse.Namespace(**{**vars(args), "facility": None})
     )  # it is bundled without --laser, too
     found, used = collect(args.runs[0], args)
-    name = names_of([found.recording])[0]
+    name = names_of([found.recording])[0][:NAME_CHARACTERS_MAX]
     target = args.out or Path(f"{name}{ENDING}")
     check_may_write(target, marker=MARKER, force=args.force)
+    new_folder = new_folder_of(target)
     with tempfile.TemporaryDirectory(prefix="tfsat-bundle-") as made:
         folder = Path(made)
         manifest = _staged(folder, found, used, name, out)
         write_all([OutputFile(target, MARKER, partial(_write, folder, manifest))], force=args.force)
-        manifest_sha256 = _sha256(folder / "manifest.json")
+        manifest_sha256 = sha256_of(folder / "manifest.json")
+    tell_new_folder(new_folder, out)
     result = {
         "bundle": str(target),
         "bytes": target.stat().st_size,
@@ -113,7 +117,7 @@ def _staged(folder: Path, found: Collected, used: Evaluated, name: str, out: Out
         (folder / inside).write_bytes(text.encode())
     images, without = images_of(found.log, _preflight(folder))
     files = {
-        inside: BundledFile(_sha256(folder / inside), (folder / inside).stat().st_size)
+        inside: BundledFile(sha256_of(folder / inside), (folder / inside).stat().st_size)
         for inside in sorted((*found.files, *made))
     }
     record = tuple(finding.sentence for finding in verify(found.folder))
@@ -150,13 +154,8 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
-def _sha256(path: Path) -> str:
-    from tfsat_host.record.run_record import sha256_of
-
-    return sha256_of(path)
-
-
 def _show(target: Path, manifest: Manifest, manifest_sha256: str, out: Output) -> None:
+    from tfsat_host.cli.bundle_files import MADE_AGAIN
     from tfsat_host.cli.evaluate.phrases import printable
 
     size = sum(file.bytes for file in manifest.files.values())
@@ -166,6 +165,10 @@ def _show(target: Path, manifest: Manifest, manifest_sha256: str, out: Output) -
         out.line(f"{'LOST     ' if one.lost else 'Missing  '} {printable(one.what)}: {printable(one.why)}")
     for sentence in manifest.record:
         out.line(f"CHANGED   {printable(sentence)}")
-    if manifest.left_out:
-        out.line(f"Left out  {', '.join(map(printable, manifest.left_out))}.")
+    plain = [name for name, why in manifest.left_out.items() if why == MADE_AGAIN]
+    for name, why in manifest.left_out.items():
+        if name not in plain:
+            out.line(f"Left out  {printable(name)} {printable(why)}.")
+    if plain:
+        out.line(f"Left out  {', '.join(map(printable, plain))}.")
     out.line(f"To compute it anew: tfsat-host reproduce {printable(target)}")

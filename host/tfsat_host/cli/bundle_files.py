@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.bundle.links import trouble_with_file
 from tfsat_host.bundle.manifest import Evaluated, Missing
 from tfsat_host.bundle.names import collision_among, trouble_with_name
 from tfsat_host.cli.calibration_notice import find_certificate, origin_of_log
@@ -33,7 +35,7 @@ _TAKEN = (
     "*.txt",
 )
 """Of what may lie in the folder of a run: what people wrote, and what was said of it then."""
-_MADE_AGAIN = "not needed: it can be made again from the recording, or is no part of the drop"
+MADE_AGAIN = "not needed: it can be made again from the recording, or is no part of the drop"
 
 
 @dataclass
@@ -44,6 +46,7 @@ class Collected:
         folder: Of the run.
         recording: The raw log.
         log: What it holds; None: it cannot be decoded.
+        refusal: Why it cannot be.
         files: By their names in the bundle.
         missing: What is not there.
         left_out: Files of the run that are not taken, and why.
@@ -52,6 +55,7 @@ class Collected:
     folder: Path
     recording: Path
     log: DropLog | None
+    refusal: TfsatError | None = None
     files: dict[str, Path] = field(default_factory=dict)
     missing: list[Missing] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
@@ -72,24 +76,32 @@ class Collected:
         return name
 
 
-def collect(place: Path, args: argparse.Namespace) -> tuple[Collected, Evaluated]:
+def collect(
+    place: Path, args: argparse.Namespace, *, command: str = "bundle", nothing: str = "Nothing was bundled."
+) -> tuple[Collected, Evaluated]:
     """Looks for all files of a drop, as `evaluate` would.
 
     Args:
         place: RUN as it was typed.
         args: Of a parser with `add_run_arguments`.
+        command: Which asks; for errors.
+        nothing: What it then did not do; a sentence.
 
     Raises:
-        TfsatError: there is no recording, or a file that was named is not there.
+        TfsatError: there is no recording, a file that was named is not there, or one that was not named lies elsewhere.
     """
     from tfsat_host.facility.tower import default_facility_path
     from tfsat_host.robot import find_robot
 
-    files = run_files(place, args.maneuver)
-    found = Collected(files.recording.parent, files.recording, _log(files, args.session))
+    files = run_files(place, args.maneuver, command=command, nothing=nothing)
+    found = Collected(files.recording.parent, files.recording, *_log(files, args.session))
     certificate = _certificate(found, args.calibration)
     for named in (files.maneuver, certificate, args.facility, args.video, args.laser):
         _require(named)
+    typed = (args.maneuver, args.calibration, *([] if place.is_dir() else [place]))
+    for path in (files.recording, files.maneuver, certificate):
+        if path is not None and path not in typed and path.parent == found.folder:
+            _require_there(path, nothing)
     evaluated = Evaluated(
         recording=str(found.add(files.recording, RUN)),
         maneuver=found.add(files.maneuver, "maneuver"),
@@ -145,13 +157,13 @@ def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
     return _identity_in(list(value.values()), board)
 
 
-def _log(files: RunFiles, session: int | None) -> DropLog | None:
+def _log(files: RunFiles, session: int | None) -> tuple[DropLog | None, TfsatError | None]:
     from tfsat_host.sdlog.load import load
 
     try:
-        return load(files.recording, session=session)
-    except TfsatError:
-        return None  # the evaluation says why, and its error is bundled
+        return load(files.recording, session=session), None
+    except TfsatError as error:
+        return None, error
 
 
 def _certificate(found: Collected, named: Path | None) -> Path | None:
@@ -169,6 +181,16 @@ def _require(path: Path | None) -> None:
         )
 
 
+def _require_there(path: Path, nothing: str) -> None:
+    trouble = trouble_with_file(path, path.parent)
+    if trouble:
+        raise TfsatError(
+            what=f"{path} {trouble}.",
+            meaning=f"What is not in the run's folder is taken only if it is named. {nothing}",
+            next_step="Copy the file itself into the folder, or name it on the command line.",
+        )
+
+
 def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
     """The recordings beside a certificate keep their place beside it; what it rests on and is gone is named."""
     from tfsat_host.calibration.certificate.archive import recordings_folder
@@ -179,8 +201,8 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
     inside = f"{name.removesuffix('.toml')}-recordings"
     if folder.is_dir():
         for path in sorted(folder.iterdir()):
-            if path.is_file() and path.suffix in (".npz", ".toml") and not path.name.startswith("."):
-                _add_named(found, f"{inside}/{path.name}", path)
+            if path.suffix in (".npz", ".toml") and not path.name.startswith("."):
+                _add_named(found, f"{inside}/{path.name}", path, certificate.parent)
     try:
         papers = read_calibration(certificate).papers
     except TfsatError as error:
@@ -193,6 +215,9 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
         path = folder / paper.file
         if not path.is_file():
             found.missing.append(Missing(f"{inside}/{paper.file}", f"{path} is not there.", lost=True))
+        elif f"{inside}/{paper.file}" not in found.files:
+            why = f"{path} {found.left_out.get(f'{inside}/{paper.file}', 'was not taken')}."
+            found.missing.append(Missing(f"{inside}/{paper.file}", why, lost=True))
         elif sha256(path.read_bytes()) != paper.sha256:
             why = f"{path} is not the recording that the certificate rests on: its SHA-256 differs."
             found.missing.append(Missing(f"{inside}/{paper.file}", why, lost=True))
@@ -210,36 +235,46 @@ def _add_signed(found: Collected) -> None:
     except ValueError:
         return  # told with all else that is wrong with the record
     for name in sorted({file.name for entry in entries for file in entry.files if is_inside(file.name)}):
-        if (found.folder / name).is_file():
-            _add_named(found, f"{RUN}/{name}", found.folder / name)
+        inside = f"{RUN}/{name}"
+        if (found.folder / name).is_file() and not _add_named(found, inside, found.folder / name):
+            why = f"{found.folder / name} {found.left_out[inside]}."
+            found.missing.append(Missing(inside, why, lost=True))
 
 
 def _add_others(found: Collected, *, listed: bool) -> None:
     """What people wrote and said; everything else in the folder of a run is named as left out."""
-    taken = {path.resolve() for path in found.files.values()}
+    taken = {os.path.realpath(path) for path in found.files.values()}
     for path in sorted(found.folder.iterdir()):
-        if path.name.startswith(".") or path.resolve() in taken:
+        if path.name.startswith(".") or f"{RUN}/{path.name}" in found.files.keys() | found.left_out.keys():
             continue
-        if path.is_file() and any(path.match(pattern) for pattern in _TAKEN):
+        wanted = any(path.match(pattern) for pattern in _TAKEN)
+        trouble = trouble_with_file(path, found.folder)
+        if trouble and (listed or wanted):
+            found.left_out[path.name] = trouble
+        elif wanted and path.is_file():
             _add_named(found, f"{RUN}/{path.name}", path)
         elif listed and not _holds_any(path, taken):
-            found.left_out[path.name + ("/" if path.is_dir() else "")] = _MADE_AGAIN
+            found.left_out[path.name + ("/" if path.is_dir() else "")] = MADE_AGAIN
 
 
-def _add_named(found: Collected, name: str, path: Path) -> None:
+def _add_named(found: Collected, name: str, path: Path, root: Path | None = None) -> bool:
+    """Whether it is taken; if not, why stands in `left_out`."""
     if name in found.files:
-        return
-    trouble = trouble_with_name(name)
-    if trouble is None and collision_among((*found.files, name)):
-        trouble = "is another's on some systems"
-    if trouble:
-        found.left_out[name] = f"its name {trouble}"
+        return True
+    why = trouble_with_file(path, root or found.folder)
+    if why is None and (trouble := trouble_with_name(name)):
+        why = f"its name {trouble}"
+    if why is None and collision_among((*found.files, name)):
+        why = "its name is another's on some systems"
+    if why:
+        found.left_out[name] = why
     else:
         found.files[name] = path
+    return why is None
 
 
-def _holds_any(folder: Path, taken: Iterable[Path]) -> bool:
-    return folder.is_dir() and any(path.is_relative_to(folder.resolve()) for path in taken)
+def _holds_any(folder: Path, taken: Iterable[str]) -> bool:
+    return folder.is_dir() and any(Path(path).is_relative_to(os.path.realpath(folder)) for path in taken)
 
 
 def _not_there(found: Collected, evaluated: Evaluated) -> list[Missing]:

@@ -14,7 +14,6 @@ from tfsat_host.protocol.limits import IMU_COUNT
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming
     from tfsat_host.calibration.steps.evidence import Origin
-    from tfsat_host.devices.identity import BoardIdentity
     from tfsat_host.protocol.messages import LogHeader
 
 _NAMED = 3
@@ -39,15 +38,6 @@ def origin_of_log(header: LogHeader) -> Origin:
         emulated=header.image_crc == 0,
         firmware=".".join(map(str, header.firmware_version)),
         image_crc=f"{header.image_crc:08x}",
-    )
-
-
-def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
-    """Whose sensors hang on a logger that is connected."""
-    from tfsat_host.calibration.steps.evidence import Origin
-
-    return Origin(
-        identity.serial, who_am_i.hex(), identity.runs_natively, identity.firmware, identity.image_crc
     )
 
 

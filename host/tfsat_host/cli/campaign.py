@@ -6,9 +6,11 @@ import argparse
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.options import add_output_options, file_name, output_file_name
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import DataLossError
+from tfsat_host.file_hash import sha256_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,6 +22,7 @@ _ACTIONS = {
     "add": "copy a run into it as the next drop",
     "list": "all drops with their notes, and whether their recordings are as they came",
     "note": "write something about a drop",
+    "void": "take a drop out of the count; its number and its folder stay",
     "next": "the number of the next drop",
     "report": "evaluate all drops, compare them, and lay them over each other in one page",
 }
@@ -27,15 +30,7 @@ _ACTIONS = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The action, the campaign's folder, and what each needs."""
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", dest="action", required=True)
-    for name, text in _ACTIONS.items():
-        action = actions.add_parser(
-            name,
-            help=text,
-            description=f"{text[:1].upper()}{text[1:]}.",
-            formatter_class=type(parser._get_formatter()),
-            allow_abbrev=False,
-        )
+    for name, action in add_subcommands(parser, _ACTIONS).items():
         action.add_argument("dir", metavar="DIR", type=file_name, help="the campaign's folder")
         if name == "add":
             action.add_argument(
@@ -45,9 +40,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
             action.add_argument(
                 "--move", action="store_true", help="remove the folder RUN when its copy is in its place"
             )
-        elif name == "note":
+        elif name in ("note", "void"):
             action.add_argument("number", metavar="N", type=_number, help="of the drop")
-            action.add_argument("text", metavar="TEXT", help="one line, in quotes")
+            what = "what is to be remembered" if name == "note" else "why it does not count"
+            action.add_argument("text", metavar="TEXT", help=f"{what}: one line, in quotes")
         elif name == "report":
             action.add_argument(
                 "--robot",
@@ -56,7 +52,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
                 help="a robot file, or the name of a robot that tfsat brings along (default: drop_tower)",
             )
             action.add_argument(
-                "--out", metavar="FILE", type=file_name, help="the page (default: report.html in DIR)"
+                "--out",
+                metavar="FILE",
+                type=output_file_name,
+                help="the page (default: report.html in DIR)",
             )
             action.add_argument(
                 "--force", action="store_true", help="overwrite a file that this command did not make"
@@ -74,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         from tfsat_host.cli.campaign_report import report
 
         return report(args, out)
-    return {"init": _init, "list": _list, "note": _note, "next": _next}[args.action](args, out)
+    return {"init": _init, "list": _list, "note": _note, "void": _void, "next": _next}[args.action](args, out)
 
 
 def _number(text: str) -> int:
@@ -98,9 +97,20 @@ def _note(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.campaign.folder import note
     from tfsat_host.cli.campaign_add import check_note
 
-    check_note(args.text)
+    check_note(args.text, f'tfsat-host campaign note {args.dir} {args.number} "wind from the west"')
     drop = note(args.dir, args.number, args.text, datetime.now(UTC))
     out.result(drop.as_dict(), f"Drop {drop.number}  {len(drop.notes)} notes.")
+    return 0
+
+
+def _void(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.campaign.folder import void
+    from tfsat_host.cli.campaign_add import check_note
+
+    check_note(args.text, f'tfsat-host campaign void {args.dir} {args.number} "the hook was caught"')
+    drop = void(args.dir, args.number, args.text, datetime.now(UTC))
+    kept = f"{args.dir / drop.folder} stays, and no report counts it"
+    out.result(drop.as_dict(), f"Drop {drop.number}  void: {kept}.")
     return 0
 
 
@@ -132,7 +142,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 
 def changes_in(folder: Path, drop: DropEntry) -> list[str]:
     """What is not as it was when the drop came in; sentences."""
-    from tfsat_host.record.run_record import sha256_of, verify
+    from tfsat_host.record.run_record import verify
 
     recording = folder / drop.recording
     if not folder.is_dir():
@@ -165,5 +175,10 @@ def _row(drop: DropEntry, changes: list[str], printable: Any) -> tuple[object, .
         printable(drop.recording),
         drop.session or "unknown",
         "NO" if changes else "yes",
-        "; ".join(printable(note.text) for note in drop.notes) or "–",
+        "; ".join(printable(text) for text in _remarks(drop)) or "–",
     )
+
+
+def _remarks(drop: DropEntry) -> list[str]:
+    void = [] if drop.void is None else [f"VOID: {drop.void.text}"]
+    return [*void, *(note.text for note in drop.notes)]

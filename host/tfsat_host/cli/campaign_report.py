@@ -25,10 +25,11 @@ def report(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.report_files import PAGE, ReportFiles
 
     contents = read(args.dir)
-    present = [drop for drop in contents.drops if (args.dir / drop.folder / drop.recording).is_file()]
+    counting = [drop for drop in contents.drops if drop.void is None]
+    present = [drop for drop in counting if (args.dir / drop.folder / drop.recording).is_file()]
     if not present:
         raise TfsatError(
-            what=f"{args.dir} has no drops with a recording.",
+            what=f"{args.dir} has no drops with a recording that count.",
             meaning="There is nothing to compare; no report was written.",
             next_step=f"tfsat-host campaign add {args.dir} RUN",
         )
@@ -38,14 +39,16 @@ def report(args: argparse.Namespace, out: Output) -> int:
     robot = robot_of(options)
     tried = [_tried(drop, args.dir, options, robot, out) for drop in present]
     page, compared = _write(tried, files, options, out)
+    void = [drop for drop in contents.drops if drop.void is not None]
     result = {
         "campaign": str(args.dir),
         "report": None if page is None else str(page),
         "drops": [_as_dict(one) for one in tried],
+        "void": [drop.as_dict() for drop in void],
         "comparison": _comparison(compared),
         "findings": list(contents.findings),
     }
-    out.result(result, lambda: _show(tried, compared, page, out))
+    out.result(result, lambda: _show(tried, void, compared, page, out))
     for sentence in contents.findings:
         out.warn(sentence)
     good = all(not isinstance(one, TfsatError) and one.verdict.level == "good" for _, one in tried)
@@ -68,12 +71,26 @@ def _options(args: argparse.Namespace, drops: list[DropEntry], page: Path) -> ar
 
 
 def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, robot: Any, out: Output) -> _Tried:
+    """A drop that nobody foresaw breaks its own evaluation, and not that of the others."""
     from tfsat_host.cli.evaluate.one_run import evaluate_run
 
+    recording = folder / drop.folder / drop.recording
     try:
-        return drop, evaluate_run(folder / drop.folder / drop.recording, options, robot, out)
+        return drop, evaluate_run(recording, options, robot, out)
     except TfsatError as error:
         return drop, error
+    except BrokenPipeError:
+        raise
+    except Exception as error:  # noqa: BLE001  kept with its traceback, told by name, and the report goes on
+        from tfsat_host.cli.crash import bug_error
+
+        bug = bug_error(error, ("campaign", "report", str(folder), str(recording)))
+        summary = str(error).partition("\n")[0]
+        return drop, TfsatError(
+            what=f"{type(error).__name__}: {summary}, which tfsat-host did not foresee.",
+            meaning="The drop is left out; what is said of the others holds.",
+            next_step=bug.next_step,
+        )
 
 
 def _write(
@@ -81,6 +98,7 @@ def _write(
 ) -> tuple[Path | None, Comparison | None]:
     """The page, of those that can be evaluated, and how they compare."""
     from tfsat_host.cli.evaluate.several import Comparison
+    from tfsat_host.cli.outputs import new_folder_of, tell_new_folder
     from tfsat_host.cli.report import lacking, reported, together
     from tfsat_host.cli.report_files import PageParts
 
@@ -93,8 +111,10 @@ def _write(
     parts = PageParts(
         tables=together(drops, runs), lacking=[lacking(Path(drop.folder), one) for drop, one in refused]
     )
+    new_folder = new_folder_of(files.page)
     with out.progress("Writing the report", total=1.0) as advance:
         files.write(drops, parts, datetime.now(UTC), force=options.force, progress=advance)
+    tell_new_folder(new_folder, out)
     return files.page, Comparison(runs) if len(runs) > 1 else None
 
 
@@ -116,7 +136,9 @@ def _as_dict(tried: _Tried) -> dict[str, Any]:
     return {**drop.as_dict(), "evaluation": result_of(one)}
 
 
-def _show(tried: list[_Tried], compared: Comparison | None, page: Path | None, out: Output) -> None:
+def _show(
+    tried: list[_Tried], void: list[DropEntry], compared: Comparison | None, page: Path | None, out: Output
+) -> None:
     from tfsat_host.cli.evaluate.phrases import printable
     from tfsat_host.cli.evaluate.several import row_of, show_comparison
 
@@ -132,6 +154,9 @@ def _show(tried: list[_Tried], compared: Comparison | None, page: Path | None, o
             out.line(
                 f"Drop {drop.number} cannot be evaluated: {printable(one.what)} {printable(one.next_step)}"
             )
+    for drop in void:
+        why = "" if drop.void is None else f": {printable(drop.void.text)}"
+        out.line(f"Drop {drop.number} is void and not counted{why}")
     if compared is not None:
         show_comparison(compared, out)
     out.line("No report was written." if page is None else f"Written  {printable(page)}")

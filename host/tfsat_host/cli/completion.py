@@ -14,6 +14,7 @@ SHELLS = ("bash", "zsh", "fish")
 _FILES = ("FILE", "RUN", "BUNDLE", "PATH", "HEX")
 _FOLDERS = ("DIR", "D")
 _PORTS = ("PORT",)
+_FAULT = "--fault"
 
 # Boards as Linux (with the names of tools/udev) and macOS show them; Windows has none of these shells.
 _PORT_PATTERNS = "/dev/tfsat-* /dev/ttyACM* /dev/cu.usbmodem*"
@@ -74,10 +75,19 @@ def completion_script(shell: str) -> str:
     for action in _actions(parser):
         if isinstance(action, argparse._SubParsersAction):
             _describe_briefly(action)
+        if _FAULT in action.option_strings:
+            # For the script alone: the command also takes NAME@MOMENT, and must not import them to show its help.
+            action.choices = _faults()
         if action.choices is None and (words := _completion_of(action.metavar)) is not None:
             setattr(action, "complete", words)  # noqa: B010  the attribute is shtab's, not argparse's
     script: str = shtab.complete(parser, shell, preamble=_PREAMBLE[shell])
     return script.rstrip("\n")
+
+
+def _faults() -> list[str]:
+    from tfsat_host.rehearsal.faults.known import FAULTS
+
+    return [fault.name for fault in FAULTS]
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_output_options, number, seed
+from tfsat_host.cli.options import add_output_options, duration_s, seed
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 
@@ -58,7 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--for",
         metavar="SECONDS",
-        type=_seconds,
+        type=duration_s,
         dest="for_s",
         help="end after that much of the robot's time (default: Ctrl-C, or the control line quit)",
     )
@@ -177,10 +177,3 @@ def _lag(out: Output, lag_s: float) -> None:
         f"This computer does not keep up: the robot's clock is {lag_s:.1f} s behind. "
         "Commands work, but answers take longer than a real board's."
     )
-
-
-def _seconds(text: str) -> float:
-    seconds = number(text)
-    if not 0 < seconds < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, more than zero")
-    return seconds

@@ -5,14 +5,15 @@ A note is worth something only while the copy is as it was fetched: its SHA-256 
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from pathlib import Path
 from typing import Any
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.messages import LogEntry
+from tfsat_host.whole_file import write_whole
 
 
 class FetchedLogs:
@@ -45,8 +46,6 @@ class FetchedLogs:
 
     def add(self, serial: str, entry: LogEntry, path: Path, sha256: str) -> None:
         """Notes that `path` holds the whole recording, beside the other copies of it. Raises TfsatError."""
-        from tfsat_host.cli.outputs import write_atomically
-
         notes = self._notes()
         place = str(path.absolute())
         for key, copies in notes.items():
@@ -54,7 +53,7 @@ class FetchedLogs:
         note = {"path": place, "sha256": sha256, "fetched_unix_s": int(time.time())}
         notes.setdefault(_key(serial, entry), []).append(note)
         text = json.dumps({key: copies for key, copies in notes.items() if copies}, indent=1)
-        write_atomically(self.path, lambda file: file.write_text(text, encoding="utf-8"))
+        write_whole(self.path, text.encode())
 
     def _notes(self) -> dict[str, list[dict[str, Any]]]:
         try:
@@ -81,8 +80,7 @@ def _are_notes(copies: object) -> bool:
 
 def _stands(note: dict[str, Any]) -> bool:
     try:
-        with Path(note["path"]).open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest() == str(note["sha256"])
+        return sha256_of(Path(note["path"])) == str(note["sha256"])
     except OSError:
         return False
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import RefusedError, TfsatError
 
 if TYPE_CHECKING:
@@ -27,15 +28,10 @@ _THIS_COMMAND = re.compile(r"tfsat-host (?:flash sequencer|status|disarm)")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One subcommand a board; the logger is flashed by Teensy Loader."""
-    boards = parser.add_subparsers(title="boards", metavar="BOARD", dest="board", required=True)
     text = "flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards"
-    sequencer = boards.add_parser(
-        "sequencer",
-        help=text,
-        description=f"{text[:1].upper()}{text[1:]}. Refuses while the board is not safe, and where it runs the "
-        "image already.",
-        formatter_class=type(parser._get_formatter()),
-        allow_abbrev=False,
+    sequencer = add_subcommands(parser, {"sequencer": text}, title="boards", dest="board")["sequencer"]
+    sequencer.description = (
+        f"{sequencer.description} Refuses while the board is not safe, and where it runs the image already."
     )
     sequencer.add_argument(
         "--hex",

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.connection import open_jog_client
-from tfsat_host.cli.options import add_device_options, number
+from tfsat_host.cli.options import add_device_options, joint_angle_cdeg, number
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S, JOINT_COUNT
-from tfsat_host.units import cdeg_from_deg
 
 if TYPE_CHECKING:
     from tfsat_host.devices.jogging import Jog, JogClient, JogEnd
 
-LARGEST_DEG = 180.0
 """No joint of a servo has more; its own limits are on the board."""
 LONGEST_HOLD_S = 3600.0
 LINE_CDEG = 1000
@@ -33,13 +31,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--from",
         metavar="DEG",
-        type=_angle_cdeg,
+        type=joint_angle_cdeg,
         required=True,
         dest="from_cdeg",
         help="where the joint is now: its servo's first pulse takes it there at full speed",
     )
     parser.add_argument(
-        "--to", metavar="DEG", type=_angle_cdeg, required=True, dest="to_cdeg", help="where it shall go"
+        "--to", metavar="DEG", type=joint_angle_cdeg, required=True, dest="to_cdeg", help="where it shall go"
     )
     parser.add_argument(
         "--hold",
@@ -160,15 +158,6 @@ def _worth_a_line(told_cdeg: int | None, angle_cdeg: int, to_cdeg: int) -> bool:
         return True
     arrived = angle_cdeg == to_cdeg
     return told_cdeg != angle_cdeg and (arrived or abs(angle_cdeg - told_cdeg) >= LINE_CDEG)
-
-
-def _angle_cdeg(text: str) -> int:
-    angle_deg = number(text)
-    if not abs(angle_deg) <= LARGEST_DEG:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is no angle of a joint: write degrees, at most {LARGEST_DEG:g}"
-        )
-    return cdeg_from_deg(angle_deg)
 
 
 def _hold_s(text: str) -> float:

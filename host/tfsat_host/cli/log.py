@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output, error_as_dict
+from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import RefusedError
 
 if TYPE_CHECKING:
@@ -26,15 +27,7 @@ _ACTIONS = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """List, fetch or erase; the device."""
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", dest="action", required=True)
-    for name, text in _ACTIONS.items():
-        action = actions.add_parser(
-            name,
-            help=text,
-            description=f"{text[:1].upper()}{text[1:]}.",
-            formatter_class=type(parser._get_formatter()),
-            allow_abbrev=False,
-        )
+    for name, action in add_subcommands(parser, _ACTIONS).items():
         if name == "fetch":
             action.add_argument(
                 "which",

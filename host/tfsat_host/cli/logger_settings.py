@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.options import add_device_options
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from tfsat_host.devices.logger_settings import StoredLoggerSettings
     from tfsat_host.protocol.messages import LoggerSettings
 
+_ACTIONS = {"show": "what is in force", "set": "change what is named, keep the rest"}
 _OPTIONS = (
     ("--rate", "rate_hz", "HZ", "sampling rate, 10 to 1000"),
     ("--gyro-range", "gyro_range_deg_s", "DEG_S", "full scale of the gyros: 250, 500, 1000 or 2000"),
@@ -34,19 +36,8 @@ _OPTIONS = (
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Show, or set what is named; the device."""
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", dest="action")
-    style = type(parser._get_formatter())
-    show = actions.add_parser(
-        "show",
-        help="what is in force",
-        description="What is in force.",
-        formatter_class=style,
-        allow_abbrev=False,
-    )
-    text = "change what is named, keep the rest"
-    set_ = actions.add_parser(
-        "set", help=text, description=f"{text.capitalize()}.", formatter_class=style, allow_abbrev=False
-    )
+    actions = add_subcommands(parser, _ACTIONS, required=False)
+    set_ = actions["set"]
     for option, name, metavar, meaning in _OPTIONS:
         set_.add_argument(option, dest=name, metavar=metavar, type=_whole, help=meaning)
     set_.add_argument(
@@ -59,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     # Without an action it shows: these options then stand behind the command itself.
     add_device_options(parser, "logger")
-    for action in (show, set_):
+    for action in actions.values():
         add_device_options(action, "logger")
         _keep_what_stands_before(action)
 

@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.options import file_name, number
+from tfsat_host.cli.options import duration_s, file_name
 from tfsat_host.cli.output import Output, error_as_dict
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
@@ -82,7 +82,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--for",
         metavar="SECONDS",
-        type=_seconds,
+        type=duration_s,
         dest="for_s",
         help="end by itself after so long (default: Ctrl-C)",
     )
@@ -250,10 +250,3 @@ def _as_json(t_s: float, watched: Watched) -> dict[str, Any]:
     if watched.logger is not None:
         shown["logger"] = logger_as_dict(watched.logger)
     return shown
-
-
-def _seconds(text: str) -> float:
-    seconds = number(text)
-    if not 0 < seconds < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, more than zero")
-    return seconds

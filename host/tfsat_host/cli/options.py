@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
 from pathlib import Path
 
 from tfsat_host.devices.discovery import BoardName, port_variable
+from tfsat_host.units import cdeg_from_deg
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NEGATIVE = re.compile(r"-(\.?\d|inf|nan).*", re.ASCII | re.IGNORECASE)
 _SEED_LIMIT = 2**63
+_LARGEST_DEG = 180.0
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -58,6 +61,15 @@ def file_name(text: str) -> Path:
     return Path(text)
 
 
+def output_file_name(text: str) -> Path:
+    """An argparse type: a file to be written. Raises ArgumentTypeError also for what ends like a folder's name."""
+    if text.endswith(("/", "/.", os.sep)):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is a folder: name the file in it, such as {text.rstrip('.')}NAME"
+        )
+    return file_name(text)
+
+
 def number(text: str) -> float:
     """An argparse type: a decimal number as people write it (`nan` and `inf` pass, to be refused by name).
 
@@ -70,6 +82,24 @@ def number(text: str) -> float:
         return math.nan if "nan" in text.lower() else float(text)
     hint = " (write the decimals after a point)" if "," in text else ""
     raise argparse.ArgumentTypeError(f"{text!r} is not a number{hint}")
+
+
+def joint_angle_cdeg(text: str) -> int:
+    """An argparse type: a joint's angle in degrees, to 0.01. Raises ArgumentTypeError: it is none of a joint."""
+    angle_deg = number(text)
+    if not abs(angle_deg) <= _LARGEST_DEG:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no angle of a joint: write degrees, at most {_LARGEST_DEG:g}"
+        )
+    return cdeg_from_deg(angle_deg)
+
+
+def duration_s(text: str) -> float:
+    """An argparse type: how long something takes. Raises ArgumentTypeError unless more than zero and finite."""
+    seconds = number(text)
+    if not 0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no duration: write seconds, more than zero")
+    return seconds
 
 
 def seed(text: str) -> int:

@@ -8,13 +8,14 @@ nothing else would put there (the line of column names of a CSV, a generator tag
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import BLOCK_MAGIC
+from tfsat_host.whole_file import fill_whole, new_file_beside
 
 _LOOK_BYTES = 4096
 _IRREPLACEABLE = {
@@ -45,7 +46,7 @@ class OutputFile:
 def write_all(files: list[OutputFile], *, force: bool) -> None:
     """Write all of `files`, or none if one of them may not be written.
 
-    Each file appears whole: it is written beside its place and then renamed.
+    Each file appears whole.
 
     Raises:
         TfsatError: a file exists that this command did not make, or something is in the way.
@@ -53,7 +54,7 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
     for file in files:
         check_may_write(file.path, marker=file.marker, force=force)
     for file in files:
-        write_atomically(file.path, file.write)
+        fill_whole(file.path, file.write)
 
 
 def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
@@ -78,13 +79,24 @@ def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
             )
         if path.exists() and not was_made_with(path, marker):
             _require_replaceable(path)
-        _temporary_in(folder, path).unlink()
+        new_file_beside(path, folder).unlink()
     except OSError as error:
         raise UnwritableError(
             what=f"{path} cannot be written: {error.strerror}.",
             meaning="Nothing was written.",
             next_step="Name another place with --out, one that you may write to.",
         ) from error
+
+
+def new_folder_of(path: Path) -> Path | None:
+    """The folder that writing a file will make, the lowest one; None: it is there."""
+    return None if path.parent.exists() else path.parent
+
+
+def tell_new_folder(folder: Path | None, out: Output) -> None:
+    """Says that it was made: a slip in a name makes one, too."""
+    if folder is not None:
+        out.note(f"The folder {folder} was not there: it was made.")
 
 
 def _require_replaceable(path: Path) -> None:
@@ -99,33 +111,6 @@ def _require_replaceable(path: Path) -> None:
             )
 
 
-def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file in the same folder, then put it in place of `path`.
-
-    Raises:
-        OSError: it cannot be written; names `path`.
-    """
-    temporary = None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = _temporary_in(path.parent, path)
-        write(temporary)
-        temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
-    finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
-
-
-def _temporary_in(folder: Path, path: Path) -> Path:
-    """A new empty file in `folder`, named after `path`."""
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=folder)
-    os.close(descriptor)
-    return Path(name)
-
-
 def _refused(what: str, next_step: str) -> TfsatError:
     return TfsatError(what=what, meaning="Nothing was written.", next_step=next_step)
 
@@ -136,9 +121,3 @@ def was_made_with(path: Path, marker: bytes) -> bool:
         start = file.read(_LOOK_BYTES)
         file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))
         return marker in start or marker in file.read(_LOOK_BYTES)
-
-
-def _umask() -> int:
-    current = os.umask(0)
-    os.umask(current)
-    return current

@@ -6,7 +6,7 @@ import argparse
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.options import add_device_options, file_name, port_name
@@ -64,7 +64,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="CRC",
         type=_crc,
         help="CRC of the image that the logger should run, 8 hex digits: image_crc of tfsat-host status --json right "
-        "after it was flashed",
+        "after it was flashed (default: what it ran when it was calibrated, by the certificate)",
     )
     parser.add_argument(
         "--logger-port",
@@ -78,27 +78,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
-    from tfsat_host import __version__
     from tfsat_host.cli.preflight_commands import typed_here
-    from tfsat_host.cli.preflight_files import Written, run_files, write_result
-    from tfsat_host.cli.preflight_words import as_json, show
+    from tfsat_host.cli.preflight_files import Written, result_of, run_files, runs_natively, write_result
+    from tfsat_host.cli.preflight_words import show
     from tfsat_host.preflight import judge, may_drop
 
     files = run_files(args)
     evidence, left = _evidence(args, files, out)
-    emulated = any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
+    emulated = runs_natively(evidence)
     checks = typed_here(judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated)
-    result: dict[str, Any] = {
-        "verdict": "go" if may_drop(checks) else "no-go",
-        "at": evidence.now.astimezone(UTC).isoformat(),
-        "tfsat_version": __version__,
-        "emulated": emulated,
-        "reasons": [check.name for check in checks if check.blocks],
-        "checks": [as_json(check) for check in checks],
-        "boards": _boards(evidence),
-        "files": files.hashes(evidence.calibration_file),
-        "left_on_the_boards": left,
-    }
+    result = result_of(evidence, checks, files.hashes(evidence.calibration_file), left)
     written: Written = write_result(files.folder, result, evidence.now)
     shown = {**result, "file": str(written.file), "signed": written.sha256}
     out.result(shown, lambda: show(checks, evidence, written, args, out, emulated=emulated))
@@ -111,13 +100,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _evidence(args: argparse.Namespace, files: RunFiles, out: Output) -> tuple[Evidence, str]:
     """Everything that is known, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
-    from tfsat_host.cli.preflight_boards import ask_boards, interruptible_by_signals
+    from tfsat_host.cli.preflight_boards import evidence_of, interruptible_by_signals
     from tfsat_host.preflight.trial import Trace
 
     trace = Trace()
     try:
         with ExitStack() as stack, interruptible_by_signals():
-            return ask_boards(args, files, trace, stack, out, datetime.now(UTC)), trace.left
+            return evidence_of(args, files, trace, stack, out, datetime.now(UTC)), trace.left
     except (KeyboardInterrupt, Interrupted):
         raise Interrupted(
             what="Interrupted.",
@@ -126,15 +115,6 @@ def _evidence(args: argparse.Namespace, files: RunFiles, out: Output) -> tuple[E
             if trace.left
             else "Run the same command again when ready.",
         ) from None
-
-
-def _boards(evidence: Evidence) -> dict[str, Any]:
-    from tfsat_host.preflight.evidence import Missing
-
-    return {
-        board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
-        for board in (evidence.sequencer_board, evidence.logger_board)
-    }
 
 
 def _count(text: str) -> int:

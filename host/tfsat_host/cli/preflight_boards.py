@@ -1,4 +1,4 @@
-"""Both boards of a preflight: found, asked, and left as they were; one that is missing is evidence, no error."""
+"""Both boards of a preflight: found by the options of its command, and asked."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ import argparse
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.output import Output
 from tfsat_host.devices.discovery import BoardName, port_variable
@@ -19,13 +18,9 @@ from tfsat_host.errors import TfsatError
 if TYPE_CHECKING:
     from types import FrameType
 
-    from tfsat_host.calibration.certificate.certificate import Calibration
     from tfsat_host.cli.preflight_files import RunFiles
-    from tfsat_host.devices.client import Client
-    from tfsat_host.devices.identity import BoardIdentity
-    from tfsat_host.devices.sequencer import SequencerClient
     from tfsat_host.devices.transport import Transport
-    from tfsat_host.preflight.evidence import Evidence, LoggerAnswers, Missing, SequencerAnswers
+    from tfsat_host.preflight.evidence import Evidence
     from tfsat_host.preflight.trial import Trace
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -87,57 +82,7 @@ def _require_named_logger() -> None:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Link:
-    """A board that said who it is, whatever protocol it speaks."""
-
-    client: Client
-    identity: BoardIdentity
-
-    @property
-    def now_s(self) -> Callable[[], float]:
-        """The transport's clock."""
-        return self.client.transport.now_s
-
-
-def _link(board: BoardName, transport: Transport | TfsatError) -> _Link | Missing:
-    from tfsat_host.devices.client import Client
-    from tfsat_host.preflight.asking import unanswered
-    from tfsat_host.protocol.enums import Board
-
-    if isinstance(transport, TfsatError):
-        return unanswered(transport)
-    client = Client(transport)
-    try:
-        return _Link(client, client.identify(Board[board.upper()]))
-    except TfsatError as error:
-        return unanswered(error)
-
-
-Answers = TypeVar("Answers")
-
-
-def _asked(link: _Link | Missing, ask: Callable[[_Link], Answers]) -> Answers | Missing:
-    """What it answers, if it speaks this protocol; Missing else. Raises NotNow."""
-    from tfsat_host.preflight.asking import NotNow, unanswered
-    from tfsat_host.preflight.evidence import Missing
-
-    if isinstance(link, Missing):
-        return link
-    if not link.identity.speaks_this_protocol:
-        name = link.identity.board.name.lower()
-        return Missing(
-            f"The {name} speaks another protocol: it can be asked for nothing more.", "See protocol."
-        )
-    try:
-        return ask(link)
-    except NotNow:
-        raise
-    except TfsatError as error:
-        return unanswered(error)
-
-
-def ask_boards(
+def evidence_of(
     args: argparse.Namespace, files: RunFiles, trace: Trace, stack: ExitStack, out: Output, now: datetime
 ) -> Evidence:
     """All that both boards and the files say.
@@ -154,61 +99,21 @@ def ask_boards(
         NotNow: the sequencer is armed or moves.
         KeyboardInterrupt: `trace` says what is left.
     """
-    from tfsat_host.cli.calibration_notice import origin_of_logger
-    from tfsat_host.preflight.asking import begin_sequencer, end_sequencer
-    from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing
+    from tfsat_host.preflight.asking import WATCH_S
+    from tfsat_host.preflight.boards import Expected, ask_boards
 
     opened = transports(args, files, stack, out)
-    at_sequencer = _link("sequencer", opened["sequencer"])
-    begun = _asked(at_sequencer, lambda link: begin_sequencer(_sequencer(link), link.now_s))
-    at_logger = _link("logger", opened["logger"])
-    emulated = any(
-        isinstance(link, _Link) and link.identity.runs_natively for link in (at_logger, at_sequencer)
-    )
-    calibration, name = files.calibration(emulated=emulated)
-    logger = _asked(at_logger, lambda link: _ask_logger(link, calibration, trace, out))
-    sequencer: SequencerAnswers | Missing
-    if isinstance(begun, Missing):
-        sequencer = begun
-    else:
-        first = begun
-        sequencer = _asked(at_sequencer, lambda link: end_sequencer(first, _sequencer(link), link.now_s))
-    origin = None
-    if not isinstance(at_logger, Missing) and not isinstance(logger, Missing):
-        origin = origin_of_logger(at_logger.identity, logger.later.who_am_i)
     images = files.images()
-    return Evidence(
-        sequencer_board=BoardEvidence("sequencer", _identity(at_sequencer), images[0]),
-        logger_board=BoardEvidence("logger", _identity(at_logger), images[1]),
-        sequencer=sequencer,
-        logger=logger,
-        origin=origin,
+    expected = Expected(
         robot=files.robot,
         schedule=files.schedule,
         facility=files.facility(),
-        calibration=calibration,
-        calibration_file=name,
+        sequencer_image=images[0],
+        logger_image=images[1],
+        certificate=files.calibration,
         recordings=args.drops,
-        now=now,
         newest_file=files.newest(),
+        now=now,
     )
-
-
-def _identity(link: _Link | Missing) -> BoardIdentity | Missing:
-    return link.identity if isinstance(link, _Link) else link
-
-
-def _sequencer(link: _Link) -> SequencerClient:
-    from tfsat_host.devices.sequencer import SequencerClient
-
-    return SequencerClient(link.client, link.identity)
-
-
-def _ask_logger(link: _Link, calibration: Calibration | Missing, trace: Trace, out: Output) -> LoggerAnswers:
-    from tfsat_host.devices.logger import LoggerClient
-    from tfsat_host.preflight.asking import WATCH_S, ask_logger
-
     with out.progress("reading the sensors, recording onto the card", total=WATCH_S) as advance:
-        return ask_logger(
-            LoggerClient(link.client, link.identity), link.now_s, time.time, calibration, trace, advance
-        )
+        return ask_boards(opened, expected, trace, time.time, advance)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,20 +12,27 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.calibration_notice import find_certificate
 from tfsat_host.cli.output import jsonable
-from tfsat_host.cli.outputs import check_may_write, write_atomically
+from tfsat_host.cli.outputs import check_may_write
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Calibration
     from tfsat_host.facility import Check as FacilityCheck
     from tfsat_host.facility import DropTower
     from tfsat_host.maneuver import Schedule
-    from tfsat_host.preflight.evidence import Missing, Reference
+    from tfsat_host.preflight import Check
+    from tfsat_host.preflight.evidence import Evidence, Missing, Reference
     from tfsat_host.robot import RobotModel
 
 RESULT = "preflight.json"
 MANEUVER = "maneuver.toml"
 _MADE_BY = "tfsat-host preflight"
+_NAME_IMAGE = (
+    "make firmware, or name the image with --sequencer-image: its HEX, or the image_crc that tfsat-host status --json "
+    "showed right after it was flashed."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,16 +59,19 @@ class RunFiles:
     sequencer_image: Path | None
     logger_image: str | None
 
-    def calibration(self, *, emulated: bool) -> tuple[Calibration | Missing, str]:
+    def calibration(self, emulated: bool) -> tuple[Calibration | Missing, str]:
         """The certificate, and its name."""
         from tfsat_host.calibration.certificate.file import read_calibration
         from tfsat_host.preflight.evidence import Missing
 
         file = find_certificate(self.certificate, self.folder, Path(), emulated=emulated)
         if file is None:
+            other = find_certificate(None, self.folder, Path(), emulated=not emulated)
+            kind = "a real" if emulated else "an emulated"
+            beside = "" if other is None else f" {other} is that of {kind} robot."
             return (
                 Missing(
-                    f"There is no calibration in {self.folder} or here.",
+                    f"There is no calibration in {self.folder} or here.{beside}",
                     "tfsat-host calibrate bias, and what tfsat-host calibrate show then names",
                 ),
                 "",
@@ -89,8 +99,9 @@ class RunFiles:
         from tfsat_host.preflight.evidence import Missing, Reference
 
         logger: Reference | Missing = Missing(
-            "no image was named.",
-            "Name it with --logger-image: image_crc of tfsat-host status --json right after it was flashed.",
+            "none was named, and no calibration of this logger says which one it ran then.",
+            "Name it with --logger-image: image_crc of tfsat-host status --json right after it was flashed. The "
+            "next calibration step keeps it in the certificate.",
         )
         if self.logger_image is not None:
             logger = Reference(self.logger_image, "--logger-image")
@@ -104,19 +115,23 @@ class RunFiles:
 
     def hashes(self, certificate: str) -> dict[str, Any]:
         """Path and SHA-256 of each file that was looked at."""
-        from tfsat_host.record.run_record import sha256_of
+        return hashes_of(
+            {
+                "maneuver": self.maneuver,
+                "calibration": Path(certificate) if certificate else None,
+                "robot": self.robot.path,
+                "facility": self.tower.path,
+            }
+        )
 
-        files = {
-            "maneuver": self.maneuver,
-            "calibration": Path(certificate) if certificate else None,
-            "robot": self.robot.path,
-            "facility": self.tower.path,
-        }
-        return {
-            name: {"path": str(path), "sha256": sha256_of(path)}
-            for name, path in files.items()
-            if path is not None and path.is_file()
-        }
+
+def hashes_of(files: Mapping[str, Path | None]) -> dict[str, Any]:
+    """Path and SHA-256 of each of them that is there."""
+    return {
+        name: {"path": str(path), "sha256": sha256_of(path)}
+        for name, path in files.items()
+        if path is not None and path.is_file()
+    }
 
 
 def run_files(args: argparse.Namespace) -> RunFiles:
@@ -181,7 +196,49 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
         file = named or default_hex()
         return Reference(load_image(file).crc, str(file))
     except TfsatError as error:
-        return Missing(error.what, "make firmware, or name the image with --sequencer-image.")
+        return Missing(error.what, _NAME_IMAGE)
+
+
+def result_of(
+    evidence: Evidence, checks: Sequence[Check], files: Mapping[str, Any], left: str = ""
+) -> dict[str, Any]:
+    """What `preflight --json` prints, and `preflight.json` holds.
+
+    Args:
+        evidence: Of the boards and the files.
+        checks: Made of it.
+        files: Their hashes.
+        left: What is left of the preflight on the logger.
+    """
+    from tfsat_host import __version__
+    from tfsat_host.cli.preflight_words import as_json
+    from tfsat_host.preflight import may_drop
+
+    return {
+        "verdict": "go" if may_drop(checks) else "no-go",
+        "at": evidence.now.astimezone(UTC).isoformat(),
+        "tfsat_version": __version__,
+        "emulated": runs_natively(evidence),
+        "reasons": [check.name for check in checks if check.blocks],
+        "checks": [as_json(check) for check in checks],
+        "boards": _boards(evidence),
+        "files": dict(files),
+        "left_on_the_boards": left,
+    }
+
+
+def runs_natively(evidence: Evidence) -> bool:
+    """Some board is no board: the robot is an emulated one."""
+    return any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
+
+
+def _boards(evidence: Evidence) -> dict[str, Any]:
+    from tfsat_host.preflight.evidence import Missing
+
+    return {
+        board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
+        for board in (evidence.sequencer_board, evidence.logger_board)
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +266,7 @@ def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Writt
 
     file = folder / RESULT
     text = json.dumps({"made_by": _MADE_BY, "format": 1, **jsonable(result)}, indent=1, allow_nan=False)
-    write_atomically(file, lambda path: path.write_text(text + "\n", encoding="utf-8"))
+    write_whole(file, (text + "\n").encode())
     by = f"{_MADE_BY} {result['tfsat_version']}: {str(result['verdict']).upper()}"
     try:
         entry = sign(folder, [file], by, at)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import shlex
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.preflight_commands import logger_port
 from tfsat_host.preflight import Check, Verdict, may_drop
+from tfsat_host.preflight.check import SEE
 from tfsat_host.preflight.evidence import Missing, Running
 
 if TYPE_CHECKING:
@@ -47,8 +48,9 @@ def show(
     emulated: bool,
 ) -> None:
     """The table, the reasons with what to do, and the verdict last."""
-    out.table(("check", "", "what was found"), [(one.name, _word(one), one.sentence) for one in checks])
-    wrong = [one for one in checks if one.blocks]
+    out.table(("check", "", "what was found"), [(one.name, _word(one), said) for one, said in _once(checks)])
+    wrong = [one for one in checks if one.blocks and not one.follows]
+    waiting = sum(one.blocks and one.follows for one in checks)
     # What was found wrong first: what could not be made often follows from it.
     wrong.sort(key=lambda one: one.verdict == Verdict.NOT_MADE)
     for step in dict.fromkeys(one.next_step for one in wrong):
@@ -65,9 +67,19 @@ def show(
         if not args.emulated:
             out.line(f"Next: {_next(evidence, args)}")
         return
-    out.line(f"NO-GO: {', '.join(one.name for one in wrong)}.{no_real}")
+    more = f" {waiting} more could not be made for that reason." if waiting else ""
+    out.line(f"NO-GO: {', '.join(one.name for one in wrong)}.{more}{no_real}")
     devices = f"{device_option(args)}{logger_port(args, '--logger-port')}"
     out.line(f"Then again: tfsat-host preflight {shlex.quote(str(args.run))}{devices}")
+
+
+def _once(checks: Sequence[Check]) -> Iterator[tuple[Check, str]]:
+    """Each with its sentence; where one above said the same, with where to look instead."""
+    first: dict[str, str] = {}
+    for one in checks:
+        said = first.setdefault(one.sentence, one.name)
+        see = one.next_step if one.follows else ""
+        yield one, f"{one.sentence} {see}".strip() if said == one.name else see or f"{SEE}{said}."
 
 
 def _next(evidence: Evidence, args: argparse.Namespace) -> str:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.bundle.manifest import Evaluated
 from tfsat_host.cli.output import Output, error_as_dict, jsonable
 from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
 
 if TYPE_CHECKING:
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
@@ -127,7 +128,7 @@ def _page(done: EvaluatedRun, folder: Path, name: str, used: Evaluated, roots: t
 
 
 def _reported(done: EvaluatedRun, folder: Path, name: str, used: Evaluated) -> Reported:
-    from tfsat_host.report.contents.reported import Reported, Source, sha256_of
+    from tfsat_host.report.contents.reported import Reported, Source
 
     named = [(what, getattr(used, what)) for what in _SOURCES]
     sources = tuple(

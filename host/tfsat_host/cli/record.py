@@ -10,6 +10,7 @@ from tfsat_host.cli.advice import device_option, refuse_emulated
 from tfsat_host.cli.connection import open_logger
 from tfsat_host.cli.options import add_device_options
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import DataLossError, RefusedError
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
@@ -19,22 +20,15 @@ if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import RecordStartReply
 
+_ACTIONS = {
+    "start": "start a recording and wait until the card really takes it",
+    "stop": "end the recording and wait until the card holds all of it",
+}
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Start or stop; the device."""
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", dest="action", required=True)
-    helps = {
-        "start": "start a recording and wait until the card really takes it",
-        "stop": "end the recording and wait until the card holds all of it",
-    }
-    for name, text in helps.items():
-        action = actions.add_parser(
-            name,
-            help=text,
-            description=f"{text[:1].upper()}{text[1:]}.",
-            formatter_class=type(parser._get_formatter()),
-            allow_abbrev=False,
-        )
+    for action in add_subcommands(parser, _ACTIONS).values():
         add_device_options(action, "logger")
 
 

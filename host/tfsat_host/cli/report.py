@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.evaluate.options import add_run_arguments, check_run_arguments, options_given
-from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.options import add_output_options, file_name, output_file_name
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.outputs import new_folder_of, tell_new_folder
 from tfsat_host.cli.report_files import BESIDE, PageParts, ReportFiles
 from tfsat_host.errors import DataLossError, TfsatError, UsageError
+from tfsat_host.file_hash import sha256_of
 
 if TYPE_CHECKING:
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
@@ -31,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     files.add_argument(
         "--out",
         metavar="FILE",
-        type=file_name,
+        type=output_file_name,
         help="the page (default: report.html in the folder of the recording; of several drops, here)",
     )
     files.add_argument(
@@ -126,8 +128,10 @@ def _finish(
 ) -> int:
     drops = [reported(files.drops[one.files.recording].name, one, args) for one in done]
     page = PageParts(tables=together(drops, done), lacking=[lacking(*one) for one in refused])
+    new_folder = new_folder_of(files.page)
     with out.progress("Writing the report", total=1.0) as advance:
         written = files.write(drops, page, datetime.now(UTC), force=args.force, progress=advance)
+    tell_new_folder(new_folder, out)
     result = {
         "report": str(files.page),
         "files": [str(path) for path in written],
@@ -142,7 +146,7 @@ def _finish(
 
 def reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reported:
     """A drop as a page has it; `args` of a parser with `add_run_arguments`."""
-    from tfsat_host.report.contents.reported import Reported, Source, sha256_of
+    from tfsat_host.report.contents.reported import Reported, Source
 
     certificate = None if run.held is None else run.held.path
     sha256 = sha256_of(run.files.recording)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tfsat_host.cli.recomputing import Recomputed
 
 _SHOWN = 20
+_UNREADABLE = object()
 _OF_ITS_TIME = ("made_by", "made_at")
 """Of a result: who made it and when differs rightly."""
 
@@ -29,28 +30,31 @@ class Compared:
 
     Attributes:
         what: `evaluation`, `report` or `calibration`.
-        differs: How; None: it could not be computed anew, and that is no difference.
+        differs: How; None: it was not computed anew, and that is no difference.
         sentence: What was done, or why not.
+        lacking: It should have been computed and could not be.
     """
 
     what: str
     differs: Sequence[Difference] | None
     sentence: str
+    lacking: bool = False
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """The bundle, and where to unpack."""
     parser.description = (
         "Unpack a bundle into a new folder, check every file's hash, compute calibration, evaluation and report anew "
-        "from the raw data, and say what differs, number by number. Ends with 0 if nothing does, with 3 if something "
-        "does, with 1 if the archive is damaged or not safe: then nothing is unpacked."
+        "from the raw data, and say what differs, number by number. Ends with 0 if nothing does; with 3 if something "
+        "does, was lost, was changed, or could not be computed; with 1 if the archive is damaged or not safe: then "
+        "nothing is unpacked."
     )
     parser.add_argument("bundle", metavar="BUNDLE", type=file_name, help="what `tfsat-host bundle` made")
     parser.add_argument(
         "--out",
         metavar="DIR",
         type=file_name,
-        help="a new folder to unpack into (default: the bundle's name without its ending, here)",
+        help="a new folder to unpack into (default: NAME-reproduced here, for NAME.tfsat.zip)",
     )
     add_output_options(parser)
 
@@ -76,10 +80,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
             *_calibrations(folder, manifest, done),
         ]
     record = [finding.sentence for finding in verify(folder / RUN)] if (folder / RUN).is_dir() else []
+    record = record or list(manifest.record)
     environment = changed_since(_load(folder / ENVIRONMENT))
     same = not any(one.differs for one in compared)
+    incomplete = _incomplete(manifest, compared, record)
     result = {
         "same": same,
+        "complete": not incomplete,
+        "incomplete": incomplete,
         "bundle": str(args.bundle),
         "manifest_sha256": manifest_sha256,
         "folder": str(folder),
@@ -91,14 +99,30 @@ def run(args: argparse.Namespace, out: Output) -> int:
         "environment": environment,
     }
     out.result(result, lambda: _show(result, compared, out))
-    return 0 if same else DataLossError.exit_code
+    return 0 if same and not incomplete else DataLossError.exit_code
+
+
+def _incomplete(manifest: Manifest, compared: Sequence[Compared], record: Sequence[str]) -> list[str]:
+    """Why sameness says less than it seems to: what could not be computed, is lost, or was changed."""
+    return [
+        *(f"NOT COMPUTED: {one.sentence}" for one in compared if one.lacking),
+        *(f"LOST: {one.what}: {one.why}" for one in manifest.missing if one.lost),
+        *(f"CHANGED: {sentence}" for sentence in record),
+    ]
 
 
 def _evaluation(folder: Path, done: Recomputed) -> Compared:
-    from tfsat_host.bundle.comparing import EVALUATION_TOLERANCE
+    from tfsat_host.bundle.comparing import EVALUATION_TOLERANCE, NOT_THERE, Difference
     from tfsat_host.bundle.manifest import EVALUATION
 
     bundled = _load(folder / EVALUATION)
+    if bundled is _UNREADABLE:
+        there = (folder / EVALUATION).is_file()
+        differs = [Difference(EVALUATION, "unreadable" if there else NOT_THERE, "an evaluation", None)]
+        sentence = "The bundled evaluation cannot be read." if there else "The bundle has no evaluation."
+        return Compared(
+            "evaluation", differs, f"{sentence} What the raw data give is not held against anything."
+        )
     differs = _differences(bundled, done.evaluation, EVALUATION_TOLERANCE)
     if "error" in done.evaluation:
         return Compared("evaluation", differs, f"It cannot be evaluated: {done.evaluation['error']['what']}")
@@ -146,9 +170,9 @@ def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Co
             robot = load_robot(None if used.robot is None else folder / used.robot)
             again = recalibrate(folder / name, recordings_of(folder / name), robot)
         except TfsatError as error:
-            found.append(Compared("calibration", None, error.what))
+            found.append(Compared("calibration", None, error.what, lacking=True))
             continue
-        found.append(Compared("calibration", again.differs, f"{name}: {again.sentence}"))
+        found.append(Compared("calibration", again.differs, f"{name}: {again.sentence}", again.lacking))
     return found
 
 
@@ -159,11 +183,11 @@ def _differences(bundled: Any, recomputed: Any, tolerance: Any) -> list[Differen
 
 
 def _load(path: Path) -> Any:
-    """A JSON file of the bundle, whose hash is right; None if it is none."""
+    """A JSON file of the bundle, whose hash is right; `_UNREADABLE` if it is none."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError, RecursionError):
-        return None
+        return _UNREADABLE
 
 
 def _numbers(value: Any) -> int:
@@ -176,7 +200,7 @@ def _numbers(value: Any) -> int:
 
 def _as_dict(one: Compared) -> dict[str, Any]:
     differs = None if one.differs is None else [vars_of(difference) for difference in one.differs]
-    return {"what": one.what, "sentence": one.sentence, "differences": differs}
+    return {"what": one.what, "sentence": one.sentence, "lacking": one.lacking, "differences": differs}
 
 
 def vars_of(difference: Difference) -> dict[str, Any]:
@@ -195,7 +219,8 @@ def _show(result: dict[str, Any], compared: Sequence[Compared], out: Output) -> 
     out.line(f"Unpacked  {printable(result['folder'])}: {result['files']} files, every hash is right.")
     out.line(f"Manifest  SHA-256 {result['manifest_sha256']}: compare it with the logbook's.")
     for one in compared:
-        word = "not done" if one.differs is None else f"{len(one.differs)} DIFFER" if one.differs else "same"
+        word = "NOT DONE" if one.lacking else "not done" if one.differs is None else "same"
+        word = f"{len(one.differs)} DIFFER" if one.differs else word
         out.line(f"{one.what.capitalize()}: {word}. {printable(one.sentence)}")
         if one.differs:
             rows = [_row(difference) for difference in one.differs[:_SHOWN]]
@@ -211,7 +236,19 @@ def _show(result: dict[str, Any], compared: Sequence[Compared], out: Output) -> 
         out.line(f"CHANGED   {printable(sentence)}")
     if result["environment"]:
         out.line(f"Computed with something else than then: {printable(' '.join(result['environment']))}")
-    out.line("SAME: the raw data give what was bundled." if result["same"] else "NOT THE SAME: see above.")
+    if not result["same"]:
+        out.line("NOT THE SAME: see above.")
+    elif result["complete"]:
+        out.line("SAME: the raw data give what was bundled.")
+    else:
+        out.line(
+            f"SAME as far as it could be computed. {printable(' '.join(_briefly(result['incomplete'])))}"
+        )
+
+
+def _briefly(incomplete: Sequence[str]) -> list[str]:
+    """What was lost or changed if anything was: that is why something could not be computed."""
+    return [one for one in incomplete if not one.startswith("NOT COMPUTED")] or list(incomplete)
 
 
 def _row(difference: Difference) -> tuple[object, ...]:

@@ -10,6 +10,7 @@ from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
+from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tfsat_host.devices.sequencer import SequencerClient, StoredSettings
@@ -106,10 +107,9 @@ def _show(args: argparse.Namespace, out: Output) -> int:
 
 
 def _write(settings: ServoSettings, path: Path) -> None:
-    from tfsat_host.cli.outputs import write_atomically
     from tfsat_host.servo_settings import format_settings
 
-    write_atomically(path, lambda file: file.write_text(format_settings(settings), encoding="utf-8"))
+    write_whole(path, format_settings(settings).encode())
 
 
 def _dry_run(settings: ServoSettings, notices: list[str], out: Output) -> int:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.initial_rates import InitialRate
-from tfsat_host.rehearsal.day import Drop
+from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 
@@ -19,6 +18,9 @@ FloatArray = NDArray[np.float64]
 
 _AT_REST_S = 0.03
 """A stroke's size is the change between means over so long before it and before the next one."""
+_AFTER_RELEASE_S = 0.05
+_BEFORE_STROKE_S = 0.1
+"""The rate at which the robot was let go is taken between these: nothing has moved yet."""
 _JOINTS = slice(1, 4)
 
 
@@ -54,7 +56,7 @@ def compared(found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel) -> 
     flown[:, 0] -= drop.released_s
     return (
         _reorientation(found, flown),
-        *_rates(found.initial_rates[0], flown),
+        *_rates(found, flown),
         *_strokes(found, flown),
         *_offsets(found, truth, filed),
     )
@@ -71,10 +73,12 @@ def _reorientation(found: Evaluation, flown: FloatArray) -> Compared:
     return Compared("reorientation", "deg", *np.rad2deg([turn.angle_rad, turn.std_rad, true]).tolist())
 
 
-def _rates(found: InitialRate, flown: FloatArray) -> Iterator[Compared]:
-    quiet = (flown[:, 0] > 0.05) & (flown[:, 0] < 0.6)
+def _rates(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
+    first_s = min((stroke.scheduled_s for stroke in found.strokes), default=float(flown[-1, 0]))
+    quiet = (flown[:, 0] > _AFTER_RELEASE_S) & (flown[:, 0] < first_s - _BEFORE_STROKE_S)
     true = np.rad2deg(flown[quiet, 20:23].mean(axis=0))
-    rate, std = np.rad2deg(found.rate_rad_s), np.rad2deg(found.std_rad_s)
+    initial = found.initial_rates[0]
+    rate, std = np.rad2deg(initial.rate_rad_s), np.rad2deg(initial.std_rad_s)
     for axis, name in enumerate("xyz"):
         yield Compared(
             f"initial rate {name}", "deg/s", float(rate[axis]), float(std[axis]), float(true[axis])

@@ -13,13 +13,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from tfsat_host.emulated.imu_part import ImuPart
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.compared import Compared, compared
-from tfsat_host.rehearsal.day import DROPPED, Drop, rehearse
+from tfsat_host.rehearsal.day import DROPPED
+from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults.known import fault_named
+from tfsat_host.rehearsal.preflight import Preflight
+from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import drawn_truth, hash_of, truth_as_filed
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog, load
@@ -28,7 +32,7 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLI
 
 
 @dataclass(frozen=True, eq=False)
-class Campaign:
+class Series:
     """What is the same for all of them.
 
     Attributes:
@@ -38,6 +42,8 @@ class Campaign:
         as_filed: None of them is: each is what the file says.
         hex_path: The sequencer's image; None: its core natively.
         faults: By name.
+        part: IMU on every body; None: the robot's own.
+        preflight: What is checked before each drop; None: nothing is.
     """
 
     schedule: Schedule
@@ -46,6 +52,8 @@ class Campaign:
     as_filed: bool = False
     hex_path: Path | None = None
     faults: tuple[str, ...] = ()
+    part: ImuPart | None = None
+    preflight: Preflight | None = None
 
     def seed_of(self, number: int) -> int:
         """Of drop `number`, from 1, whoever flies it; the first is that of `rehearse` alone."""
@@ -53,13 +61,14 @@ class Campaign:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class Flown:
     """Of one drop.
 
     Attributes:
         number: From 1.
         seed: That flies it again.
         refused: Why nothing was dropped; empty: something was.
+        no_go: Checks of the preflight that stand against a drop.
         verdict: Of the evaluation; `none` without one.
         samples_lost: In the recording; -1 without one.
         strokes_off_us: When each stroke came, less when it was scheduled.
@@ -69,6 +78,7 @@ class Outcome:
     number: int
     seed: int
     refused: str
+    no_go: tuple[str, ...]
     verdict: str
     samples_lost: int
     strokes_off_us: tuple[float, ...]
@@ -76,12 +86,12 @@ class Outcome:
 
 
 def fly_many(
-    campaign: Campaign, runs: int, workers: int | None = None, progress: Callable[[], None] = lambda: None
-) -> tuple[Outcome, ...]:
+    series: Series, runs: int, workers: int | None = None, progress: Callable[[], None] = lambda: None
+) -> tuple[Flown, ...]:
     """Every drop, in order; the same to the bit whatever the number of workers.
 
     Args:
-        campaign: What to fly.
+        series: What to fly.
         runs: How often.
         workers: Processes; None: one for each core.
         progress: Told after each drop.
@@ -92,7 +102,7 @@ def fly_many(
         _environment(dict.fromkeys(_THREADS, "1")),
         ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as pool,
     ):
-        for outcome in pool.map(_flown, [campaign] * runs, range(1, runs + 1)):
+        for outcome in pool.map(_flown, [series] * runs, range(1, runs + 1)):
             found.append(outcome)
             progress()
     return tuple(found)
@@ -113,22 +123,25 @@ def _environment(names: dict[str, str]) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _flown(campaign: Campaign, number: int) -> Outcome:
-    seed, filed = campaign.seed_of(number), campaign.filed
-    truth = truth_as_filed(filed, seed) if campaign.as_filed else drawn_truth(filed, seed)
-    faults = tuple(fault_named(name) for name in campaign.faults)
-    drop = rehearse(campaign.schedule, filed, truth, hex_path=campaign.hex_path, faults=faults)
+def _flown(series: Series, number: int) -> Flown:
+    seed, filed = series.seed_of(number), series.filed
+    truth = truth_as_filed(filed, seed) if series.as_filed else drawn_truth(filed, seed, series.part)
+    faults = tuple(fault_named(name) for name in series.faults)
+    drop = rehearse(
+        series.schedule, filed, truth, hex_path=series.hex_path, preflight=series.preflight, faults=faults
+    )
+    no_go = () if drop.checked is None else tuple(check.name for check in drop.checked.wrong)
     if drop.refused is not None or not drop.card:
         why = "no recording" if drop.refused is None else drop.refused.what
-        return Outcome(number, seed, why, "none", -1, (), ())
+        return Flown(number, seed, why, no_go, "none", -1, (), ())
     log = _decoded(drop)
     try:
-        found = evaluate(log, filed, drop.calibration, campaign.schedule, recorded=DROPPED)
+        found = evaluate(log, filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError:
-        return Outcome(number, seed, "", "none", log.samples_lost, (), ())
+        return Flown(number, seed, "", no_go, "none", log.samples_lost, (), ())
     off = [1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in found.strokes]
     beside = compared(found, drop, truth, filed)
-    return Outcome(number, seed, "", verdict_of(found).level, log.samples_lost, tuple(off), beside)
+    return Flown(number, seed, "", no_go, verdict_of(found).level, log.samples_lost, tuple(off), beside)
 
 
 def _decoded(drop: Drop) -> DropLog:
@@ -165,7 +178,7 @@ class Distribution:
     count: int
 
 
-def distributions(outcomes: Sequence[Outcome]) -> tuple[Distribution, ...]:
+def distributions(outcomes: Sequence[Flown]) -> tuple[Distribution, ...]:
     """Of every number that was compared, in the order of the first drop that told it."""
     by_name: dict[str, list[Compared]] = {}
     for outcome in outcomes:

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built
+from tfsat_host.emulated.imu_part import ImuPart, imperfections_with, load_imu
 from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
 
+ROBOTS_IMU = "mpu6050"
+"""On every body of the drop tower robot (paper, tab. mpu)."""
 RESIDUAL_RATE_DEG_S = np.array([-0.73, -0.48, -0.77])
 """Of body 3 about its axes after the paper's release (sec. Result): the robot does not leave the releaser at rest."""
 RATE_SPREAD_DEG_S = 0.7
@@ -23,6 +26,8 @@ CORRECTED_BODIES = 3
 _SERVO_GAIN_STD = 0.002
 _SERVO_OFFSET_STD_RAD = np.deg2rad(0.1)
 """What calibrating a servo leaves (docs/servos.md)."""
+_SERVO_OVERSHOOT_DEG = (0.1, 0.5)
+"""Between these: assumed, nobody has measured the robot's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,24 +39,29 @@ class Truth:
         model: The robot as it is.
         imperfections: Of its sensors, servos and clocks.
         rate_rad_s: (3,) of body 3, its axes, at the release.
+        imu: Name of the part on every body; empty: of none, whose noise alone is a MPU-6050's.
     """
 
     seed: int
     model: RobotModel
     imperfections: Imperfections
     rate_rad_s: FloatArray
+    imu: str = ""
 
 
-def drawn_truth(filed: RobotModel, seed: int) -> Truth:
+def drawn_truth(filed: RobotModel, seed: int, part: ImuPart | None = None) -> Truth:
     """A robot as it might have been built by its file, its sensors and servos calibrated since.
 
     Centers of mass of bodies 1 to 3, which the evaluation corrects as the paper does, are off by what the file's table
-    `[uncertainty]` says, servos by what their calibration leaves; gyros, angle sensors and clocks are `draw_as_built`.
+    `[uncertainty]` says, servos by what their calibration leaves, and they overshoot; angle sensors and clocks are
+    `draw_as_built`, gyros what their part makes of them: they get warm, wander, and feel gravity while the robot hangs,
+    but not in the fall.
     Masses and inertias stay: they can be weighed and swung.
 
     Args:
         filed: As its file has it.
         seed: Of the robot, and of how it is let go.
+        part: Its IMUs; None: the robot's own, `ROBOTS_IMU`.
     """
     random = np.random.default_rng([seed, 11])
     std_m = _COM_STD_M if filed.uncertainty is None else filed.uncertainty.com_m
@@ -59,13 +69,20 @@ def drawn_truth(filed: RobotModel, seed: int) -> Truth:
     com_m[:CORRECTED_BODIES] += std_m * random.standard_normal((CORRECTED_BODIES, 3))
     model = replace(filed, com_m=com_m)
     joints = filed.n_joints
+    imu = part or load_imu(ROBOTS_IMU)
     imperfections = replace(
-        draw_as_built(seed),
+        imperfections_with(imu, seed, draw_as_built(seed)),
         servo_gain=1.0 + _SERVO_GAIN_STD * random.standard_normal(joints),
         servo_offset_rad=_SERVO_OFFSET_STD_RAD * random.standard_normal(joints),
+        servo_overshoot_rad=_drawn_overshoot_rad(seed, joints),
     )
     rate_deg_s = RESIDUAL_RATE_DEG_S + RATE_SPREAD_DEG_S * random.standard_normal(3)
-    return Truth(seed, model, imperfections, np.deg2rad(rate_deg_s))
+    return Truth(seed, model, imperfections, np.deg2rad(rate_deg_s), imu.name)
+
+
+def _drawn_overshoot_rad(seed: int, joints: int) -> FloatArray:
+    """By a generator of its own, so that a seed's other errors are those it always had."""
+    return np.deg2rad(np.random.default_rng([seed, 12]).uniform(*_SERVO_OVERSHOOT_DEG, joints))
 
 
 def truth_as_filed(filed: RobotModel, seed: int) -> Truth:

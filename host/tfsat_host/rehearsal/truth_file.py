@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tfsat_host.rehearsal.day import Drop
+from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 
@@ -20,6 +20,7 @@ def truth_text(truth: Truth, drop: Drop, filed: RobotModel, faults: tuple[str, .
         "format": 1,
         "seed": truth.seed,
         "faults": list(faults),
+        "imu": truth.imu,
         "released_s": drop.released_s,
         "landed_s": drop.landed_s,
         "rate_rad_s": truth.rate_rad_s,

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from tfsat_host.cli.calibrate.prompts import PersonAtPrompt, announce
-from tfsat_host.cli.calibration_notice import origin_of_logger
 from tfsat_host.cli.output import Output
 
 if TYPE_CHECKING:
@@ -90,6 +89,8 @@ def open_bench(args: argparse.Namespace, model: RobotModel, out: Output) -> Iter
 
 def origin_of(logger: LoggerClient) -> Origin:
     """Whose sensors hang on the logger; a core that runs natively is an emulated robot's."""
+    from tfsat_host.preflight.origin import origin_of_logger
+
     return origin_of_logger(logger.identity, logger.status().who_am_i)
 
 

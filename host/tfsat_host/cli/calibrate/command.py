@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.calibrate import servo, show
 from tfsat_host.cli.calibrate.jog_bench import add_sequencer_port
 from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option
-from tfsat_host.cli.options import accept_negative_numbers, file_name, number
+from tfsat_host.cli.options import file_name, number
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,6 +25,31 @@ if TYPE_CHECKING:
 
 LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 720.0
 _AXES: dict[str, Axis] = {"x": "x", "y": "y", "z": "z"}
+_QUANTITIES = {
+    "bias": ("what the gyros read at rest", "Read all gyros while the robot lies still."),
+    "zero": (
+        "what the angle sensors show where a joint is closed",
+        "Read the angle sensors while the holding attachment keeps a joint, or all of them, closed.",
+    ),
+    "misalignment": (
+        "which way each gyro's axes point, from swings about a joint",
+        "Find how each gyro that a joint turns is mounted on its body: the robot is swung by hand as the screen says.",
+    ),
+    "scale": (
+        "how much the gyros read too much or too little, and how the angle sensors bend",
+        "Compare the gyros with the angle sensors while a joint is moved from rest to rest, or with a turn of the "
+        "whole robot through a known angle.",
+    ),
+    "servo": (
+        "where a servo takes its joint when told an angle",
+        "Have the sequencer move a joint through its range, both ways, and measure where it stops.",
+    ),
+    "show": (
+        "all that is calibrated, how old it is, and what is missing for a drop",
+        "Show what a certificate holds, and what the next drop cannot rely on.",
+    ),
+}
+"""What each quantity is, and what its command does."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -33,63 +59,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "at once in a certificate, with its raw recording: steps can be repeated, and a calibration goes on where it "
         "ended. docs/calibration.md explains it."
     )
-    quantities = parser.add_subparsers(title="quantities", metavar="QUANTITY", dest="quantity", required=True)
-
-    def quantity(name: str, text: str, description: str) -> argparse.ArgumentParser:
-        added = quantities.add_parser(
-            name,
-            help=text,
-            description=description,
-            formatter_class=type(parser._get_formatter()),
-            allow_abbrev=False,
-        )
-        accept_negative_numbers(added)
-        return added
-
-    _configure_bias(
-        quantity("bias", "what the gyros read at rest", "Read all gyros while the robot lies still.")
+    added = add_subcommands(
+        parser, {name: text for name, (text, _) in _QUANTITIES.items()}, title="quantities", dest="quantity"
     )
-    _configure_zero(
-        quantity(
-            "zero",
-            "what the angle sensors show where a joint is closed",
-            "Read the angle sensors while the holding attachment keeps a joint, or all of them, closed.",
-        )
-    )
-    misalignment = quantity(
-        "misalignment",
-        "which way each gyro's axes point, from swings about a joint",
-        "Find how each gyro that a joint turns is mounted on its body: the robot is swung by hand as the screen says.",
-    )
-    add_joint_option(misalignment, required=True)
-    misalignment.add_argument(
-        "--anew",
-        action="store_true",
-        help="sensors were moved or fastened: what was measured before counts as before a landing",
-    )
-    add_campaign_options(misalignment)
-    _configure_scale(
-        quantity(
-            "scale",
-            "how much the gyros read too much or too little, and how the angle sensors bend",
-            "Compare the gyros with the angle sensors while a joint is moved from rest to rest, or with a turn of the "
-            "whole robot through a known angle.",
-        )
-    )
-    servo.configure(
-        quantity(
-            "servo",
-            "where a servo takes its joint when told an angle",
-            "Have the sequencer move a joint through its range, both ways, and measure where it stops.",
-        )
-    )
-    show.configure(
-        quantity(
-            "show",
-            "all that is calibrated, how old it is, and what is missing for a drop",
-            "Show what a certificate holds, and what the next drop cannot rely on.",
-        )
-    )
+    for name, quantity in added.items():
+        quantity.description = _QUANTITIES[name][1]
+    _configure_bias(added["bias"])
+    _configure_zero(added["zero"])
+    _configure_misalignment(added["misalignment"])
+    _configure_scale(added["scale"])
+    servo.configure(added["servo"])
+    show.configure(added["show"])
 
 
 def _configure_bias(bias: argparse.ArgumentParser) -> None:
@@ -112,6 +92,16 @@ def _configure_zero(zero: argparse.ArgumentParser) -> None:
         help="do not compare it with the last zero: after a sensor that had slipped was fastened",
     )
     add_campaign_options(zero)
+
+
+def _configure_misalignment(misalignment: argparse.ArgumentParser) -> None:
+    add_joint_option(misalignment, required=True)
+    misalignment.add_argument(
+        "--anew",
+        action="store_true",
+        help="sensors were moved or fastened: what was measured before counts as before a landing",
+    )
+    add_campaign_options(misalignment)
 
 
 def _configure_scale(scale: argparse.ArgumentParser) -> None:

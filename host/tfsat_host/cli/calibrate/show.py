@@ -14,6 +14,7 @@ from tfsat_host.cli.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Calibration, Paper
+    from tfsat_host.calibration.errors import CalibrationError
     from tfsat_host.cli.calibrate.show_rows import Row
 
 _STATES = {"valid": "valid", "stale": "STALE: a landing since", "missing": "MISSING"}
@@ -55,17 +56,12 @@ def show(args: argparse.Namespace, out: Output, now: datetime) -> int:
         CalibrationError: there is no certificate, or it cannot be understood.
     """
     from tfsat_host.calibration.certificate.file import read_calibration
-    from tfsat_host.calibration.errors import CalibrationError
     from tfsat_host.cli.calibrate.show_rows import rows_of
     from tfsat_host.robot import load_robot
 
     file = certificate_path(args, emulated=args.emulated)
     if not file.exists():
-        raise CalibrationError(
-            what=f"There is no calibration yet: no file {file}.",
-            meaning="Without one a drop cannot be evaluated: a bias of 1 deg/s alone is 2.5 deg over a fall.",
-            next_step=f"Begin with: tfsat-host calibrate bias{_options(args)}",
-        )
+        raise _none_yet(args, file)
     calibration = read_calibration(file)
     rows = rows_of(calibration, load_robot(args.robot), _options(args))
     papers = [(paper, _paper_state(file, paper)) for paper in calibration.papers]
@@ -74,6 +70,23 @@ def show(args: argparse.Namespace, out: Output, now: datetime) -> int:
         lambda: _show(calibration, file, rows, papers, now, out),
     )
     return 0
+
+
+def _none_yet(args: argparse.Namespace, file: Path) -> CalibrationError:
+    """Names the certificate of a real or an emulated robot where the other one was asked for."""
+    from tfsat_host.calibration.errors import CalibrationError
+
+    meaning = "Without one a drop cannot be evaluated: a bias of 1 deg/s alone is 2.5 deg over a fall."
+    begin = f"tfsat-host calibrate bias{_options(args)}"
+    next_step = f"Begin with: {begin}"
+    other = certificate_path(args, emulated=not args.emulated)
+    if other != file and other.exists():
+        kind, option = ("a real", "") if args.emulated else ("an emulated", " --emulated")
+        meaning = f"{other} is here, but it is that of {kind} robot. {meaning}"
+        next_step = f"To see that one: tfsat-host calibrate show{option}. To begin: {begin}"
+    return CalibrationError(
+        what=f"There is no calibration yet: no file {file}.", meaning=meaning, next_step=next_step
+    )
 
 
 def _options(args: argparse.Namespace) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from tfsat_host.cli.evaluate.phrases import bullets, printable
 from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
-from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.errors import DataLossError, TfsatError, UsageError
 
 if TYPE_CHECKING:
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
@@ -79,10 +80,11 @@ class _Refused:
 
 
 def _run_several(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
-    """One that is refused does not keep the others from being evaluated."""
+    """One that is refused does not keep the others from being evaluated. Raises UsageError: one is a copy."""
     from tfsat_host.cli.evaluate.result import refused_as_dict, result_of
     from tfsat_host.cli.evaluate.several import Comparison, comparison_as_dict
 
+    _refuse_copies(args.runs)
     tried = _without_copies([_tried(place, args, robot, out) for place in args.runs])
     done = [one for one in tried if not isinstance(one, _Refused)]
     compared = Comparison(done) if len(done) > 1 else None
@@ -114,8 +116,28 @@ def _tried(place: Path, args: argparse.Namespace, robot: RobotModel, out: Output
         return _Refused(place, error, refused(error))
 
 
+def _refuse_copies(places: Sequence[Path]) -> None:
+    """A drop that is named by two names is named twice, which is found before anything is evaluated."""
+    from tfsat_host.cli.evaluate.run_files import run_files
+    from tfsat_host.file_hash import sha256_of
+
+    first: dict[str, Path] = {}
+    for place in places:
+        try:
+            sha256 = sha256_of(run_files(place, None).recording)
+        except (TfsatError, OSError):
+            continue  # refused for that reason when its turn comes
+        if sha256 in first:
+            raise UsageError(
+                what=f"{place} holds the same recording as {first[sha256]}, byte for byte.",
+                meaning="One drop says nothing about itself. Nothing was evaluated.",
+                next_step="Name each drop once.",
+            )
+        first[sha256] = place
+
+
 def _without_copies(tried: list[EvaluatedRun | _Refused]) -> list[EvaluatedRun | _Refused]:
-    """The same recording in two folders is one drop, and would agree with itself."""
+    """The same session in two files, such as one that was cut, is one drop, and would agree with itself."""
     from tfsat_host.evaluation.verdict import refused
 
     first: dict[int, Path] = {}

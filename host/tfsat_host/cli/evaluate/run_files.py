@@ -31,22 +31,26 @@ class RunFiles:
     maneuver: Path | None
 
 
-def run_files(place: Path, maneuver: Path | None) -> RunFiles:
+def run_files(
+    place: Path, maneuver: Path | None, *, command: str = "evaluate", nothing: str = _NOTHING_DONE
+) -> RunFiles:
     """What a RUN is: a recording, or a folder with one.
 
     Args:
         place: As it was typed.
         maneuver: As it was typed; None: the one beside the recording.
+        command: Which asks; for errors.
+        nothing: What it then did not do; a sentence.
 
     Raises:
         TfsatError: there is nothing of that name, or the folder holds no recording, or several.
     """
-    recording = _recording_in(place) if place.is_dir() else place
+    recording = _recording_in(place, command, nothing) if place.is_dir() else place
     if not place.exists():
         raise TfsatError(
             what=f"There is no file or folder {place}.",
-            meaning=_NOTHING_DONE,
-            next_step="Name the recording off the card, or the folder with it: tfsat-host evaluate SD.bin",
+            meaning=nothing,
+            next_step=f"Name the recording off the card, or the folder with it: tfsat-host {command} SD.bin",
         )
     beside = recording.parent / MANEUVER
     return RunFiles(recording, maneuver or (beside if beside.is_file() else None))
@@ -75,7 +79,7 @@ def schedule_in(file: Path) -> Schedule:
         raise
 
 
-def _recording_in(folder: Path) -> Path:
+def _recording_in(folder: Path, command: str, nothing: str) -> Path:
     """`SD.bin`, or else the only recording there."""
     found = sorted(path for path in folder.glob("*.[bB][iI][nN]") if path.is_file())
     usual = [path for path in found if path.name == RECORDING]
@@ -84,13 +88,13 @@ def _recording_in(folder: Path) -> Path:
     if not found:
         raise TfsatError(
             what=f"{folder} holds no recording: no {RECORDING}, no other file that ends in .bin.",
-            meaning=_NOTHING_DONE,
+            meaning=nothing,
             next_step="Copy the recording off the card into it (DROP0001.BIN and up), or fetch it: "
             "tfsat-host log fetch 1",
         )
     names = ", ".join(path.name for path in found[:_LISTED]) + (", …" if len(found) > _LISTED else "")
     raise TfsatError(
         what=f"{folder} holds several recordings: {names}.",
-        meaning=f"Which of them is meant is not known. {_NOTHING_DONE}",
-        next_step=f"Name one: tfsat-host evaluate {shlex.quote(str(found[0]))}",
+        meaning=f"Which of them is meant is not known. {nothing}",
+        next_step=f"Name one: tfsat-host {command} {shlex.quote(str(found[0]))}",
     )

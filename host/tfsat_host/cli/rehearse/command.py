@@ -20,10 +20,10 @@ MOST_RUNS = 100_000
 def configure(parser: argparse.ArgumentParser) -> None:
     """What to fly, on which robot, and where the results go."""
     parser.description = (
-        "Live through a drop on a desk: upload, recording, arming, crane lift with a knock, release with contact "
-        "bounce, strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden truth. "
-        "The firmware is the one that is flashed. Each seed is another robot: sensors, servos, clocks and centers of "
-        "mass are off as real ones are."
+        "Live through a drop on a desk: upload, preflight, recording, arming, crane lift with a knock, release with "
+        "contact bounce, strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden "
+        "truth. The firmware is the one that is flashed. Each seed is another robot: sensors, servos, clocks and "
+        "centers of mass are off as real ones are."
     )
     add_maneuver_arguments(parser, nothing_done="Nothing was flown.")
     drop = parser.add_argument_group("drop")
@@ -40,6 +40,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="a robot that is exactly what its file says, with exact servos; `simulate` computes the same drop",
     )
     drop.add_argument(
+        "--imu",
+        metavar="NAME",
+        help="another IMU than the robot's mpu6050 on every body: adis16465_2, or a file like theirs",
+    )
+    drop.add_argument(
         "--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)"
     )
     drop.add_argument(
@@ -48,6 +53,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="let something go wrong; may be given more than once",
+    )
+    drop.add_argument(
+        "--despite-preflight",
+        action="store_true",
+        help="drop the robot even if the preflight says NO-GO, to see what comes of it",
     )
     drop.add_argument(
         "--list-faults", action="store_true", help="what may go wrong, and what must then happen"

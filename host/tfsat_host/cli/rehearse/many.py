@@ -6,17 +6,19 @@ import argparse
 import csv
 import io
 import json
+from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.output import Output
-from tfsat_host.cli.rehearse.prepared import image_of
-from tfsat_host.errors import DataLossError
+from tfsat_host.cli.rehearse.prepared import image_of, part_of, preflight_of
+from tfsat_host.cli.rehearse.result_folder import ResultFolder
+from tfsat_host.errors import DataLossError, RefusedError
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Maneuver, Schedule
     from tfsat_host.rehearsal.faults.fault import Fault
-    from tfsat_host.rehearsal.many import Campaign, Distribution, Outcome
+    from tfsat_host.rehearsal.many import Distribution, Flown, Series
     from tfsat_host.robot import RobotModel
 
 TABLE, SUMMARY = "runs.csv", "runs.json"
@@ -30,34 +32,46 @@ def rehearse_many(
     faults: tuple[Fault, ...],
     out: Output,
 ) -> int:
-    """Returns the exit code: 0 if every drop was flown, recorded whole and evaluated."""
+    """Returns the exit code: 0 if every drop was flown, recorded whole and evaluated; 4: the preflight let none go."""
     from tfsat_host.maneuver import format_maneuver
-    from tfsat_host.rehearsal.many import Campaign, distributions, fly_many
+    from tfsat_host.rehearsal.many import Series, distributions, fly_many
 
     names = tuple(fault.name for fault in faults)
-    campaign = Campaign(schedule, filed, args.seed, args.as_filed, image_of(args, out), names)
+    image = image_of(args, out)
+    series = Series(
+        schedule,
+        filed,
+        args.seed,
+        as_filed=args.as_filed,
+        hex_path=image,
+        faults=names,
+        part=part_of(args),
+        preflight=preflight_of(args, schedule, filed, image),
+    )
+    folder = ResultFolder(args.out, force=args.force)
     with out.progress("rehearsing", total=args.runs) as advance:
-        outcomes = fly_many(campaign, args.runs, progress=lambda: advance(1))
+        outcomes = fly_many(series, args.runs, progress=lambda: advance(1))
     told = distributions(outcomes)
-    result = _result(campaign, outcomes, told)
-    args.out.mkdir(parents=True, exist_ok=True)
-    (args.out / "maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
-    (args.out / TABLE).write_text(_rows(outcomes), encoding="utf-8")
-    (args.out / SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = _result(series, outcomes, told)
+    folder.emptied()
+    folder.file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
+    folder.file(TABLE).write_text(_rows(outcomes), encoding="utf-8")
+    folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     out.result(result, lambda: _show(result, told, args, out))
+    if result["no_go"] and not result["dropped"]:
+        return RefusedError.exit_code
     return 0 if result["good"] == result["runs"] else DataLossError.exit_code
 
 
-def _result(
-    campaign: Campaign, outcomes: tuple[Outcome, ...], told: tuple[Distribution, ...]
-) -> dict[str, Any]:
+def _result(series: Series, outcomes: tuple[Flown, ...], told: tuple[Distribution, ...]) -> dict[str, Any]:
     verdicts = [one.verdict for one in outcomes]
     timing = [abs(off) for one in outcomes for off in one.strokes_off_us if off == off]
     return {
         "runs": len(outcomes),
-        "seed": campaign.seed,
-        "faults": list(campaign.faults),
+        "seed": series.seed,
+        "faults": list(series.faults),
         "dropped": sum(not one.refused for one in outcomes),
+        "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
         **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
         "samples_lost": sum(max(0, one.samples_lost) for one in outcomes),
         "stroke_timing_us": {
@@ -71,19 +85,18 @@ def _result(
     }
 
 
-def _rows(outcomes: tuple[Outcome, ...]) -> str:
+def _rows(outcomes: tuple[Flown, ...]) -> str:
     """CSV: a row for each drop, with the seed that flies it again alone."""
     names = list(dict.fromkeys(one.name for outcome in outcomes for one in outcome.compared))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = [f"{name} {what}" for name in names for what in ("found", "std", "true")]
-    writer.writerow(["number", "seed", "refused", "verdict", "samples_lost", *columns])
+    writer.writerow(["number", "seed", "no_go", "refused", "verdict", "samples_lost", *columns])
     for outcome in outcomes:
         by_name = {one.name: (one.found, one.std, one.true) for one in outcome.compared}
         values = [f"{value:.9g}" for name in names for value in by_name.get(name, (float("nan"),) * 3)]
-        writer.writerow(
-            [outcome.number, outcome.seed, outcome.refused, outcome.verdict, outcome.samples_lost, *values]
-        )
+        told = (" ".join(outcome.no_go), outcome.refused, outcome.verdict, outcome.samples_lost)
+        writer.writerow([outcome.number, outcome.seed, *told, *values])
     return text.getvalue()
 
 
@@ -116,6 +129,8 @@ def _show(
             f"Strokes came {timing['rms']:.0f} us rms from their schedule, {timing['largest']:.0f} us at most, by the "
             "logger's clock."
         )
+    for name, times in result["no_go"].items():
+        out.line(f"Preflight said NO-GO by {name} {times} times.")
     for one in result["refused"][:3]:
         out.line(f"Drop {one['number']} was not let go: {one['why']}")
     out.line(f"Each drop: {args.out / TABLE}; one of them again: tfsat-host rehearse … --seed SEED")

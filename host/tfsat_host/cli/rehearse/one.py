@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.rehearse.one_words import show, simulate_command
-from tfsat_host.cli.rehearse.prepared import image_of, strokes_of, truth_of
+from tfsat_host.cli.rehearse.prepared import image_of, preflight_of, strokes_of, truth_of
 from tfsat_host.cli.rehearse.run_folder import RunFolder
-from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.errors import DataLossError, RefusedError, TfsatError
 
 if TYPE_CHECKING:
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
     from tfsat_host.maneuver import Maneuver, Schedule
     from tfsat_host.rehearsal.compared import Compared
-    from tfsat_host.rehearsal.day import Drop
+    from tfsat_host.rehearsal.drop import Drop
     from tfsat_host.rehearsal.faults.fault import Fault
     from tfsat_host.rehearsal.truth import Truth
     from tfsat_host.robot import RobotModel
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 LOOK_MARGIN_S = 0.05
 """What is looked at ends this long before the landing."""
-_STEPS = 5
+_STEPS = 6
 
 
 def rehearse_one(
@@ -44,7 +44,8 @@ def rehearse_one(
     folder = RunFolder(args.out, force=args.force)
     truth = truth_of(args, filed, args.seed)
     drop = _fly(args, schedule, filed, truth, faults, out)
-    log = folder.write(maneuver, drop, truth_text(truth, drop, filed, tuple(one.name for one in faults)))
+    told = truth_text(truth, drop, filed, tuple(one.name for one in faults))
+    log = folder.write(maneuver, drop, filed, told)
     for stale in folder.removed:
         out.note(f"Removed {stale}: it was made of the recording that this one replaces.")
     evaluated = _evaluated(args, folder, out) if log is not None and log.release_us is not None else None
@@ -67,6 +68,8 @@ def rehearse_one(
         out.warn(warning)
     good = evaluated is not None and evaluated.verdict.level == "good"
     as_planned = good and log is not None and log.verdict == "complete" and not result["warnings"]
+    if drop.checked is not None and drop.refused is not None and not drop.checked.go:
+        return RefusedError.exit_code
     return 0 if as_planned else DataLossError.exit_code
 
 
@@ -78,12 +81,18 @@ def _fly(
     faults: tuple[Fault, ...],
     out: Output,
 ) -> Drop:
-    from tfsat_host.rehearsal.day import rehearse
+    from tfsat_host.rehearsal.rehearse import rehearse
 
     hex_path = image_of(args, out)
     with out.progress("rehearsing", total=_STEPS) as advance:
         return rehearse(
-            schedule, filed, truth, hex_path=hex_path, faults=faults, progress=lambda _: advance(1)
+            schedule,
+            filed,
+            truth,
+            hex_path=hex_path,
+            preflight=preflight_of(args, schedule, filed, hex_path),
+            faults=faults,
+            progress=lambda _: advance(1),
         )
 
 
@@ -105,9 +114,11 @@ def _evaluated(args: argparse.Namespace, folder: RunFolder, out: Output) -> Eval
 
 
 def _day(drop: Drop) -> dict[str, Any]:
-    refused = drop.refused
+    refused, checked = drop.refused, drop.checked
     return {
         "verified": drop.upload is not None,
+        "preflight": None if checked is None else "go" if checked.go else "no-go",
+        "no_go": [] if checked is None else [check.name for check in checked.wrong],
         "refused": None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}",
         "setbacks": list(drop.setbacks),
         "sequencer_state": None if drop.sequencer is None else drop.sequencer.state.name.lower(),

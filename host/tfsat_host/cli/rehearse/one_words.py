@@ -23,7 +23,8 @@ def simulate_command(schedule: Schedule, until_s: float, maneuver: Path, rate_de
 
 
 def show(schedule: Schedule, result: dict[str, Any], folder: RunFolder, out: Output) -> None:
-    """The day in a few lines: strokes, attitude, card, verdict, and what was found beside what was true."""
+    """The day in a few lines: preflight, strokes, attitude, card, verdict, and what was found beside what was true."""
+    _show_preflight(result, out)
     if result["refused"]:
         out.line(f"Nothing was dropped:  {result['refused']}")
     elif result["reorientation_deg"] is not None:
@@ -40,6 +41,13 @@ def show(schedule: Schedule, result: dict[str, Any], folder: RunFolder, out: Out
     _show_sequencer(result, out)
     _show_evaluation(result, out)
     out.line(f"Results:              {folder.path}")
+
+
+def _show_preflight(result: dict[str, Any], out: Output) -> None:
+    if result["preflight"] == "go":
+        out.line("Preflight:            GO.")
+    elif result["preflight"] == "no-go":
+        out.line(f"Preflight:            NO-GO: {', '.join(result['no_go'])}.")
 
 
 def _show_flight(schedule: Schedule, result: dict[str, Any], out: Output) -> None:
@@ -75,10 +83,16 @@ def _show_sequencer(result: dict[str, Any], out: Output) -> None:
         out.line("The sequencer:        does not answer.")
         return
     knocks = result["knocks"]
-    out.line(
-        f"The sequencer:        {result['sequencer_state']}; it ignored {knocks} "
-        f"knock{'' if knocks == 1 else 's'} (during the lift a blow is simulated that opens one switch)."
+    ignored = (
+        f"; it ignored {knocks} knock{'' if knocks == 1 else 's'} (during the lift a blow is simulated that opens one "
+        "switch)"
     )
+    out.line(f"The sequencer:        {result['sequencer_state']}{ignored if knocks else ''}.")
+    if result["sequencer_state"] == "armed":
+        out.line(
+            "                      STILL ARMED: its servos would move when both switches open. First of all:"
+        )
+        out.line("                      tfsat-host disarm")
 
 
 def _show_evaluation(result: dict[str, Any], out: Output) -> None:

@@ -72,7 +72,8 @@ BOARD_FAULTS = (
         Moment.UPLOADED,
         _wrong_maneuver,
         Outcome.FLIES,
-        noticed="Stroke",
+        noticed="It went the wrong way",
+        morning=("maneuver",),
     ),
     Fault(
         "watchdog-while-armed",
@@ -103,7 +104,8 @@ BOARD_FAULTS = (
         Moment.POWERED,
         _fast_sequencer,
         Outcome.FLIES,
-        noticed="clock",
+        noticed="clock runs",
+        morning=("clock-pace",),
     ),
     Fault(
         "logger-clock-fast",
@@ -111,6 +113,7 @@ BOARD_FAULTS = (
         Moment.POWERED,
         _fast_logger,
         Outcome.FLIES,
-        noticed="clock",
+        noticed="clock runs",
+        morning=("clock-pace",),
     ),
 )

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from tfsat_host.emulated.card import CardDefect
-from tfsat_host.emulated.robot import BoardIndex
+from tfsat_host.emulated.robot import US_PER_S, BoardIndex
 from tfsat_host.rehearsal.day import Day
 from tfsat_host.rehearsal.faults.fault import Fault, Outcome
 from tfsat_host.rehearsal.moment import Moment
 
 STALL_US = 400_000
 EVERY_US = 1_000_000
+FOREVER_US = 100_000_000
+BEYOND_THE_RING_S = 25
 
 
 def _slow(day: Day) -> None:
     day.robot.faults.card_stalls(STALL_US, EVERY_US)
+
+
+def _gone_on_the_hook(day: Day) -> None:
+    day.robot.faults.card_stalls(FOREVER_US, 0)
+    day.robot.advance(BEYOND_THE_RING_S * US_PER_S)
 
 
 def _full(day: Day) -> None:
@@ -28,10 +35,30 @@ def _protected(day: Day) -> None:
     day.robot.card_slot.spoil(CardDefect.WRITE_PROTECTED)
 
 
-def _power_cut(day: Day) -> None:
+def power_cut(day: Day, after_us: int = 0) -> None:
+    """Both boards lose their power so long after now."""
+    day.robot.advance(after_us)
     for board in BoardIndex:
         day.robot.set_power(board, False)
 
+
+POWER_CUTS = tuple(
+    Fault(
+        name,
+        f"Both boards lose their power {when} the landing.",
+        moment,
+        power_cut,
+        Outcome.FLIES,
+        complete=False,
+        noticed="has no end",
+    )
+    for name, when, moment in (
+        ("power-cut-before-landing", "100 ms before", Moment.BEFORE_LANDING),
+        ("power-cut-at-landing", "at the moment of", Moment.LANDING),
+        ("power-cut-after-landing", "100 ms after", Moment.LANDED),
+    )
+)
+"""A power cut right after the landing comes before the second copy of the fall is written."""
 
 CARD_FAULTS = (
     Fault(
@@ -40,6 +67,17 @@ CARD_FAULTS = (
         Moment.POWERED,
         _slow,
         Outcome.FLIES,
+        morning=(),
+    ),
+    Fault(
+        "card-gone-on-the-hook",
+        f"The card takes nothing more from the lift on, and the team waits {BEYOND_THE_RING_S} s, longer than the ring "
+        "in RAM bridges.",
+        Moment.LIFTED,
+        _gone_on_the_hook,
+        Outcome.FLIES,
+        complete=False,
+        noticed="RAM kept the newest",
     ),
     Fault(
         "card-full",
@@ -47,7 +85,8 @@ CARD_FAULTS = (
         Moment.POWERED,
         _full,
         Outcome.NOT_DROPPED,
-        noticed="card",
+        noticed="The card has no room",
+        morning=("card-room", "card-writing"),
     ),
     Fault(
         "card-missing",
@@ -55,7 +94,8 @@ CARD_FAULTS = (
         Moment.POWERED,
         _missing,
         Outcome.NOT_DROPPED,
-        noticed="card",
+        noticed="No SD card answers",
+        morning=("card-room", "card-writing"),
     ),
     Fault(
         "card-write-protected",
@@ -63,7 +103,8 @@ CARD_FAULTS = (
         Moment.POWERED,
         _protected,
         Outcome.NOT_DROPPED,
-        noticed="card",
+        noticed="The card forbids writing",
+        morning=("card-writing",),
     ),
     Fault(
         "card-pulled",
@@ -71,23 +112,8 @@ CARD_FAULTS = (
         Moment.FALLING,
         _missing,
         Outcome.FLIES,
-        complete=False,
-        noticed="end",
+        noticed="in the logger's RAM only",
+        morning=("card-room", "card-writing"),
     ),
-    *(
-        Fault(
-            name,
-            f"Both boards lose their power {when} the landing.",
-            moment,
-            _power_cut,
-            Outcome.FLIES,
-            complete=False,
-            noticed="end",
-        )
-        for name, when, moment in (
-            ("power-cut-before-landing", "100 ms before", Moment.BEFORE_LANDING),
-            ("power-cut-after-landing", "100 ms after", Moment.LANDED),
-        )
-    ),
+    *POWER_CUTS,
 )
-"""A power cut right after the landing comes before the second copy of the fall is written."""

@@ -30,7 +30,7 @@ def _knock_both(day: Day) -> None:
 
 
 def _not_armed(day: Day) -> None:
-    day.skipped.add("arm")
+    day.arming = False
 
 
 def _cable_pulled(day: Day) -> None:
@@ -44,7 +44,8 @@ RELEASE_FAULTS = (
         Moment.ARMED,
         _stuck_closed,
         Outcome.STANDS_STILL,
-        noticed="no release",
+        noticed="holds no release",
+        morning=(),
     ),
     Fault(
         "switch-stuck-open",
@@ -52,7 +53,8 @@ RELEASE_FAULTS = (
         Moment.POWERED,
         _stuck_open,
         Outcome.NOT_DROPPED,
-        noticed="switch",
+        noticed="A release switch is open (switch 1)",
+        morning=("switches",),
     ),
     Fault(
         "switch-bounce",

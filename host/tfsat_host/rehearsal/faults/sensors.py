@@ -38,47 +38,55 @@ def _foreign_calibration(day: Day) -> None:
     )
 
 
-def _flies(name: str, what: str, strike: Callable[[Day], None], noticed: str, moment: Moment) -> Fault:
-    return Fault(name, what, moment, strike, Outcome.FLIES, noticed=noticed)
+def _flies(
+    name: str,
+    what: str,
+    strike: Callable[[Day], None],
+    noticed: str,
+    morning: tuple[str, ...],
+    moment: Moment = Moment.LIFTED,
+) -> Fault:
+    return Fault(name, what, moment, strike, Outcome.FLIES, noticed=noticed, morning=morning)
 
 
 SENSOR_FAULTS = (
     _flies(
-        "servo-dead",
-        "The servo of joint 1 does not turn.",
-        partial(_servo, kind="dead"),
-        "did not move",
-        Moment.LIFTED,
+        "servo-dead", "The servo of joint 1 does not turn.", partial(_servo, kind="dead"), "did not move", ()
     ),
     _flies(
         "servo-slow",
         "The servo of joint 1 reaches a quarter of its rate.",
         partial(_servo, kind="slow"),
-        "Stroke",
-        Moment.LIFTED,
+        "had not come to rest",
+        (),
     ),
     _flies(
         "servo-reversed",
         "The servo of joint 1 turns the other way.",
         partial(_servo, kind="reversed"),
         "wrong way",
-        Moment.LIFTED,
+        (),
     ),
     _flies(
-        "gyro-dead", "The IMU of body 4 answers no more.", partial(_imu, kind="dead"), "body 4", Moment.LIFTED
+        "gyro-dead",
+        "The IMU of body 4 answers no more.",
+        partial(_imu, kind="dead"),
+        "body 4",
+        ("gyros-present",),
     ),
     _flies(
         "gyro-frozen",
         "The IMU of body 4 gives the same numbers for ever.",
         partial(_imu, kind="frozen"),
         "body 4",
-        Moment.LIFTED,
+        ("gyros-present",),
     ),
     _flies(
         "gyro-swapped",
         "The plugs of the IMUs of bodies 3 and 4 were exchanged after the calibration.",
         partial(_imu, kind="swapped", other=3),
         "IMUs of bodies 3 and 4 exchanged",
+        ("gyros-agree",),
         Moment.POWERED,
     ),
     _flies(
@@ -86,21 +94,28 @@ SENSOR_FAULTS = (
         "The gyro of body 4 shows ten times its rate, and clips.",
         partial(_imu, kind="saturated"),
         "body 4",
-        Moment.LIFTED,
+        ("gyro-biases", "gyros-agree"),
     ),
-    _flies("bus-stuck", "The bus of the IMUs of bodies 3 and 4 is held low.", _bus, "body 3", Moment.LIFTED),
+    _flies(
+        "bus-stuck",
+        "The bus of the IMUs of bodies 3 and 4 is held low.",
+        _bus,
+        "body 3",
+        ("gyros-present",),
+    ),
     _flies(
         "angle-sensor-slipped",
         f"The magnet of joint 1's first angle sensor slips by {SLIPPED_DEG:g} deg and wraps.",
         _slipped,
         "joint 1",
-        Moment.LIFTED,
+        ("joint-sensors",),
     ),
     _flies(
         "calibration-of-another-robot",
         "The calibration at hand is another robot's.",
         _foreign_calibration,
-        "calibration",
+        "it is not used",
+        ("gyros-agree", "joint-sensors", "start-pose", "calibration"),
         Moment.POWERED,
     ),
 )

@@ -1,0 +1,47 @@
+"""What a rehearsed day leaves behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.devices.sequencer import UploadResult
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
+from tfsat_host.rehearsal.checked import Checked
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Drop:
+    """See the module.
+
+    Attributes:
+        card: The newest recording on the card, byte by byte; empty if there is none.
+        upload: Of the maneuver that flew; None: it did not come through.
+        checked: The preflight's result; None: there was none.
+        sequencer: Its status after the landing; None: it does not answer.
+        recording: The logger's account of the recording; None: it does not answer, or has none.
+        calibration: What a day on the bench would have told of this robot.
+        truth: See `EmulatedRobot.truth`; from the start of the recording.
+        released_s: Virtual time at which both switches first were open; None: nobody let go.
+        landed_s: Virtual time of the landing; None: nobody let go.
+        refused: What ended the day before the drop; None: nothing did.
+        setbacks: What else went wrong on the way; a sentence each.
+    """
+
+    card: bytes
+    upload: UploadResult | None
+    checked: Checked | None
+    sequencer: SequencerStatusReply | None
+    recording: RecordStopReply | None
+    calibration: Calibration
+    truth: FloatArray
+    released_s: float | None
+    landed_s: float | None
+    refused: TfsatError | None
+    setbacks: tuple[str, ...]

@@ -1,0 +1,75 @@
+"""Rehearsals with another IMU: the part's errors and nothing else, the command, and the page that compares two."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.process import RunCli
+from tests.rehearsal.imus_in_orbit import ORBIT_S, orbit_rows, wander_deg
+from tests.rehearsal.imus_page import IMUS, PAGE, fly, robots_table
+from tfsat_host.emulated.imperfections import GYRO_WANDER_S
+from tfsat_host.emulated.imu_part import load_imu, wander_std_deg_s
+from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
+from tfsat_host.robot import load_robot
+
+SHIPPED = Path(__file__).parents[2] / "host/tfsat_host/emulated/imus"
+
+
+def test_a_robot_of_another_imu_differs_by_that_alone() -> None:
+    filed = load_robot()
+    own, other = (drawn_truth(filed, 4, load_imu(imu)) for imu in IMUS)
+    assert np.array_equal(own.model.com_m, other.model.com_m)
+    assert np.array_equal(own.rate_rad_s, other.rate_rad_s)
+    for name in ("servo_gain", "servo_offset_rad", "angle_zero_rad", "logger_clock_ppm", "logger_serial"):
+        assert np.array_equal(getattr(own.imperfections, name), getattr(other.imperfections, name))
+    ratio = own.imperfections.gyro_g_sensitivity_rad_s_g / other.imperfections.gyro_g_sensitivity_rad_s_g
+    assert ratio == pytest.approx(0.1 / 0.009)
+    assert drawn_truth(filed, 4).imu == own.imu == "InvenSense MPU-6050"
+    assert own.imperfections.gyro_shock_limit_g > 0.0
+    assert not truth_as_filed(filed, 4).imperfections.gyro_g_sensitivity_rad_s_g.any()
+
+
+def test_the_command(tfsat_host: RunCli) -> None:
+    shutil.copy(SHIPPED / "adis16465_2.toml", tfsat_host.folder / "mine.toml")
+    mine = tfsat_host("rehearse", "59", "70", "--imu", "mine.toml", "--out", "mine", expect=None)
+    shipped = tfsat_host("rehearse", "59", "70", "--imu", "adis16465_2", "--out", "shipped", expect=None)
+    assert mine.returncode == shipped.returncode
+    truths = [json.loads((tfsat_host.folder / run / "truth.json").read_text()) for run in ("mine", "shipped")]
+    assert truths[0] == truths[1]
+    assert truths[0]["imu"] == "Analog Devices ADIS16465-2"
+    assert truths[0]["imperfections"]["gyro_shock_limit_g"] == 30.0
+
+
+def test_an_imu_that_is_none(tfsat_host: RunCli) -> None:
+    for more in ((), ("--runs", "2")):
+        refused = tfsat_host("rehearse", "59", "70", "--imu", "best", *more, expect=1)
+        assert "adis16465_2, mpu6050" in refused.stderr
+        assert "Traceback" not in refused.stderr
+        refused = tfsat_host("rehearse", "59", "70", "--imu", "mpu6050", "--as-filed", *more, expect=2)
+        assert "contradict" in refused.stderr
+    assert not (tfsat_host.folder / "run").exists()
+
+
+def test_the_page_is_of_these_robots() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    for line in robots_table(fly(1)):
+        assert line in text, "python -m tests.rehearsal.imus_page"
+    assert "".join(orbit_rows([load_imu(imu) for imu in IMUS])) in text
+
+
+def test_what_the_page_says_of_orbit_is_what_a_wandering_bias_integrates_to() -> None:
+    part, step_s = load_imu("mpu6050"), 1.0
+    random = np.random.default_rng(1)
+    std, kept = wander_std_deg_s(part), np.exp(-step_s / GYRO_WANDER_S)
+    bias = std * random.standard_normal(20_000)
+    angle = np.zeros_like(bias)
+    for _ in range(int(ORBIT_S / step_s)):
+        before = bias
+        bias = kept * bias + std * np.sqrt(1.0 - kept**2) * random.standard_normal(len(bias))
+        angle += 0.5 * (before + bias) * step_s
+    assert angle.std() == pytest.approx(wander_deg(part, ORBIT_S), rel=0.03)
