@@ -40,13 +40,19 @@ def test_every_line_fits_its_axis(drop: Any) -> None:
 
 def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
     curves, errors = series(plots(drop)["euler"]), series(plots(drop)["attitude_error"])
+    bands = {one["label"]: one["std"] for one in plots(drop)["euler"]["series"]}
+    # The errors are as late as the gyros: only at rest they are the same, but for what joint rates and joint angles tell
+    # differently.
+    late = np.array(drop["t_s"]) > 2.3
     for axis in "xyz":
+        measured = curves[f"φ{axis} measured"]
         for model in ("model as filed", "model corrected"):
-            apart = curves[f"φ{axis} measured"] - curves[f"φ{axis} {model}"]
-            # The errors are as late as the gyros: only at rest they are the same, but for what joint rates and joint
-            # angles tell differently.
-            late = np.array(drop["t_s"]) > 2.3
-            assert apart[late] == pytest.approx(errors[f"δφ{axis} {model}"][late], abs=0.04)
+            apart = measured - curves[f"φ{axis} {model}"] - errors[f"δφ{axis} {model}"]
+            # The corrected model stands beside gyros without the errors that the fit found in them; the measured curve
+            # is the gyros' with them: they are apart by these, and no further than its band allows.
+            band = np.array(bands[f"φ{axis} measured"], dtype=np.float64)[late]
+            found = 2.0 * band if model == "model corrected" else 0.0
+            assert np.all(np.abs(apart[late]) < 0.04 + found)
 
 
 def test_models_begin_where_the_measured_attitude_is(drop: Any) -> None:
