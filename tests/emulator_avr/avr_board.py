@@ -57,6 +57,7 @@ def load_library(path: Path) -> ctypes.CDLL:
         "board_eeprom_set": (None, [board, ctypes.c_char_p, ctypes.c_size_t]),
         "board_eeprom_writes": (ctypes.c_uint32, [board]),
         "board_set_serial": (None, [board, ctypes.c_char_p]),
+        "board_cycles": (ctypes.c_uint64, [board]),
         "board_peek": (ctypes.c_uint8, [board, ctypes.c_uint16]),
     }
     for name, (result, arguments) in signatures.items():
@@ -89,6 +90,11 @@ class AvrBoard:
         if failure is not None:
             raise RuntimeError(failure.decode())
         self.now_us = cycle // CYCLES_PER_US
+
+    @property
+    def cycles(self) -> int:
+        """Where the processor is: the instruction that reached the last moment may have gone beyond it."""
+        return int(self._library.board_cycles(self._handle))
 
     def run(self, duration_us: int) -> None:
         self.run_to(self.now_us + duration_us)

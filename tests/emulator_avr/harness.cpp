@@ -74,6 +74,7 @@ void board_set_serial(AvrSequencer* board, const uint8_t* serial) {
   std::memcpy(bytes.data(), serial, bytes.size());
   board->set_serial_number(bytes);
 }
+uint64_t board_cycles(AvrSequencer* board) { return board->cycles(); }
 uint8_t board_peek(AvrSequencer* board, uint16_t address) { return board->peek(address); }
 
 }  // extern "C"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000
 WDTCSR, WATCHDOG_TIMEOUT_BITS, ONE_SECOND = 0x60, 0x27, 0x06
+LONGEST_STEP_CYCLES = 10
+"""An instruction, and the entry into an interrupt."""
 BOOTLOADER_KEY = 0x77  # both bytes of the Arduino core's MAGIC_KEY
 
 
@@ -112,3 +115,13 @@ def test_a_sketch_upload_may_begin_only_while_safe(sequencer: AvrBoard) -> None:
 def test_it_tells_why_it_restarted(sequencer: AvrBoard, cause: ResetCause) -> None:
     sequencer.reset(cause)
     assert connect(sequencer).status().reset_cause.name == cause.name
+
+
+def test_a_processor_that_falls_asleep_stops_where_it_is_told(sequencer: AvrBoard) -> None:
+    """What comes from outside at that moment, an edge of a switch, would else come up to a millisecond late."""
+    chance = random.Random(1)
+    cycle = sequencer.cycles
+    for _ in range(20_000):
+        cycle += chance.randint(20, 1500)
+        sequencer.run_to_cycle(cycle)
+        assert cycle <= sequencer.cycles <= cycle + LONGEST_STEP_CYCLES

@@ -140,6 +140,12 @@ void AvrMachine::run_until(uint64_t cycle) {
   }
 }
 
+// Due again at once, until the next run moves it: where the clock passes this moment by the very
+// instruction that sends the processor to sleep, simavr sleeps on to the next timer.
+avr_cycle_count_t AvrMachine::on_stop(avr_t* avr, avr_cycle_count_t, void*) {
+  return avr->cycle + 1;
+}
+
 // Every kind of reset comes by here; simavr has just cleared the registers and all cycle timers.
 void AvrMachine::on_reset(avr_t* avr) {
   AvrMachine& machine = of(avr);

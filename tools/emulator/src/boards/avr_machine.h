@@ -45,7 +45,7 @@ class AvrMachine {
 
   static void on_reset(avr_t* avr);
   static avr_cycle_count_t after_reset(avr_t* avr, avr_cycle_count_t, void*);
-  static avr_cycle_count_t on_stop(avr_t*, avr_cycle_count_t, void*) { return 0; }
+  static avr_cycle_count_t on_stop(avr_t* avr, avr_cycle_count_t, void*);
   static avr_cycle_count_t end_signature_read(avr_t*, avr_cycle_count_t, void* self);
   static void on_interrupt(avr_irq_t*, uint32_t vector, void* self);
   static void on_gtccr_write(avr_t*, avr_io_addr_t, uint8_t, void* self);
