@@ -86,6 +86,24 @@ TEST_CASE(both_open_for_the_debounce_is_a_release_though_they_close_before_the_l
   }
 }
 
+// Each time the loop looks, the next edge is there already, and its stamp comes a moment later.
+TEST_CASE(levels_that_are_ahead_of_their_edges_again_and_again_are_not_taken_for_a_missed_edge) {
+  ReleaseDetector detector;
+  detector.reset(0, 0);
+  const Contact contacts[] = {at_us(0, 1, true),    at_us(400, 0, true),   at_us(800, 0, false),
+                              at_us(1200, 0, true), at_us(1600, 0, false), at_us(2000, 0, true)};
+  uint8_t level = 0;
+  for (const Contact& contact : contacts) {
+    const uint8_t bit = static_cast<uint8_t>(1 << contact.index);
+    level = static_cast<uint8_t>(contact.open ? level | bit : level & ~bit);
+    CHECK(!detector.poll(contact.at + 10, level));
+    detector.on_edge({contact.at, contact.index, contact.open});
+  }
+  CHECK(detector.poll(20 * kTicksPerMs, 3));
+  CHECK(detector.released_at() == at_us(400, 0, true).at);
+  CHECK(detector.bounces() == 5);
+}
+
 TEST_CASE(slow_loops_and_fast_ones_judge_the_same_contacts_the_same) {
   Random random(313);
   int releases = 0, knocks = 0;

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from tests.sequencer_proof.campaigns import Proof
 from tests.sequencer_proof.contacts import LATEST_SECOND_US, MOST_BOUNCES, Chatter
+from tests.sequencer_proof.dating import ONE_BEYOND_IN, Dated
 from tests.sequencer_proof.releases import LONGEST_WAIT_US, WORST_ERROR_US, Release
 from tests.sequencer_proof.report_text import (
     range_ms,
@@ -41,6 +42,7 @@ def render(proof: Proof) -> str:
             _strokes(proof, fast),
             f"The same mix over {len(native)} releases of the *native* core, whose edges are exact to the tick:",
             _strokes(proof, native),
+            _dates([one for part in proof.dated for one in part]),
             _signals(avr + fast, native),
             _waits(proof),
         ]
@@ -81,6 +83,24 @@ def _strokes(proof: Proof, releases: Sequence[Release]) -> str:
         rows.append((number + 1, joint, f"{change_cdeg / 100:+g} deg", start_us, *measured, worst))
     header = ("stroke", "joint", "change", "scheduled", "measured: min", "median", "max", "worst error")
     return table(header, rows)
+
+
+def _dates(dated: Sequence[Dated]) -> str:
+    off = [abs(one.error_us) for one in dated]
+    rows = [
+        ("within 1 µs", sum(error <= 1.0 for error in off)),
+        (f"off by 1 to {WORST_ERROR_US} µs", sum(1.0 < error <= WORST_ERROR_US for error in off)),
+        (f"off by more than {WORST_ERROR_US} µs", sum(error > WORST_ERROR_US for error in off)),
+        ("worst", f"{max(off):.1f} µs"),
+        ("of all, edges of both within 1 µs", sum(one.undecided for one in dated)),
+    ]
+    return (
+        f"**The date of the release**, that all strokes count from, in {len(dated)} more releases with slow chatter and "
+        "USB's interrupts\nbetween, by RUN_REPORT against the switches. Where edges of both switches lie within a "
+        "microsecond the rule has two answers, and\nthe nearer one counts. Three edges within the time of one "
+        "interrupt can hide that both were open for some 20 µs; then the board\ndates the release by their next "
+        f"meeting. Allowed: one in {ONE_BEYOND_IN}:\n\n" + table(("", "releases"), rows)
+    )
 
 
 def _histogram(releases: Sequence[Release]) -> str:

@@ -7,13 +7,16 @@ import pytest
 from tests.emulator_avr.building import Edit
 from tests.sequencer.board import build_board_library
 from tests.sequencer_proof.conftest import Plant
-from tests.sequencer_proof.contacts import Chatter
+from tests.sequencer_proof.contacts import Chatter, Contact
+from tests.sequencer_proof.dating import admissible, dated_releases, judge_dates
 from tests.sequencer_proof.releases import avr_releases, judge, native_releases
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import CYCLES_PER_TICK, Broken
 from tests.sequencer_proof.waiting import knocks, long_wait
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 
+DATED_SEED, DATED = 1, 2_500
+"""Two switches that move within one interrupt are among these."""
 SCHEDULED = "released_at + ticks_from_us(stroke.start_us)"
 
 
@@ -108,3 +111,31 @@ def test_a_release_by_one_switch_is_found(plant: Plant) -> None:
     )
     with pytest.raises(Broken, match="knocks"):
         knocks(eager, seed=2, count=3)
+
+
+def test_releases_are_dated_by_the_first_edge_at_which_both_were_open(bench: Bench) -> None:
+    dated = dated_releases(bench, seed=DATED_SEED, count=DATED)
+    judge_dates(dated)
+    assert sum(abs(one.error_us) <= 1.0 for one in dated) > 0.999 * len(dated)
+    assert all(abs(one.error_us) <= 50.0 for one in dated)
+
+
+def test_edges_in_the_order_of_their_interrupts_are_found(plant: Plant) -> None:
+    unsorted = plant(
+        Edit(
+            "src/drivers/release_capture.cpp",
+            "place != head_ && tick_before(at, in_queue(place - 1).at)",
+            "false",
+        )
+    )
+    with pytest.raises(Broken, match="dated wrong"):
+        judge_dates(dated_releases(unsorted, seed=DATED_SEED, count=DATED))
+
+
+def test_edges_within_a_microsecond_leave_two_dates() -> None:
+    swap = [Contact(0, 0, False), Contact(1000, 0, True), Contact(1008, 1, False), Contact(5000, 0, False)]
+    assert admissible(swap) == [1008, 5000]
+    blip = [Contact(0, 0, False), Contact(1000, 1, False), Contact(1015, 0, True), Contact(5000, 0, False)]
+    assert admissible(blip) == [1000, 5000]
+    apart = [Contact(0, 0, False), Contact(1000, 0, True), Contact(1017, 1, False), Contact(5000, 0, False)]
+    assert admissible(apart) == [5000]

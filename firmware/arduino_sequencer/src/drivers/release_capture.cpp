@@ -55,22 +55,27 @@ void ReleaseCapture::begin() {
   }
 }
 
-// While the capture unit is turned round, the contact may have moved on already: such an edge is stamped
-// with the present time, and the next one is waited for. Chatter of some microseconds is followed so
-// for a while; what comes after that, aim() finds.
+// The unit is turned round first, so that the next edge finds it waiting, however soon it comes. Was it
+// sooner still, the contact has moved on and no flag tells: such an edge is stamped with the present
+// time. Chatter of some microseconds is followed so for a while; what comes after that, aim() finds.
 void ReleaseCapture::on_capture(uint8_t index) {
   volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
   volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
   bool open = (control & kRisingEdge) != 0;
-  push(TickClock::extend(index == 0 ? ICR1 : ICR3), index, open);
+  const uint16_t count = index == 0 ? ICR1 : ICR3;
   wait_for(control, flags, !open);
+  push(TickClock::extend(count), index, open);
   for (uint8_t turn = 0; turn < kMostTurns && is_open(index) != open; ++turn) {
+    if ((flags & kCaptureFlag) != 0) return;  // the next interrupt's
     open = !open;
-    push(TickClock::now(), index, open);
     wait_for(control, flags, !open);
+    push(TickClock::now(), index, open);
   }
 }
 
+// In order of time: edges of both switches that come during one interrupt are served by the order of
+// their vectors, and in that order two switches that were open together might never have been.
+//
 // A full queue keeps its oldest edges: the first is the release. levels() makes up for the rest. Until
 // then nothing more is captured: no noise may take the processor from the servos.
 void ReleaseCapture::push(tick_t at, uint8_t index, bool open) {
@@ -79,18 +84,23 @@ void ReleaseCapture::push(tick_t at, uint8_t index, bool open) {
     TIMSK3 &= static_cast<uint8_t>(~_BV(ICIE3));
     return;
   }
-  SwitchEdge& edge = queue_[(head_ + count_) % kQueueSize];
+  uint8_t place = static_cast<uint8_t>(head_ + count_++);
+  for (; place != head_ && tick_before(at, in_queue(place - 1).at); --place) {
+    in_queue(place) = in_queue(place - 1);
+  }
+  SwitchEdge& edge = in_queue(place);
   edge.at = at;
   edge.index = index;
   edge.open = open;
-  ++count_;
 }
 
+// Not while an interrupt is due that may bring an earlier edge.
 bool ReleaseCapture::take_edge(SwitchEdge& edge) {
   bool taken = false;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    if (count_ > 0) {
-      edge = queue_[head_];
+    const uint8_t due = static_cast<uint8_t>((TIFR1 & TIMSK1) | (TIFR3 & TIMSK3)) & kCaptureFlag;
+    if (count_ > 0 && due == 0) {
+      edge = in_queue(head_);
       head_ = static_cast<uint8_t>((head_ + 1) % kQueueSize);
       --count_;
       taken = true;

@@ -26,6 +26,7 @@ class ReleaseCapture : public ReleaseSwitches {
 
   void push(tick_t at, uint8_t index, bool open);
   void aim(uint8_t index);
+  SwitchEdge& in_queue(int place) { return queue_[place & (kQueueSize - 1)]; }
 
   SwitchEdge queue_[kQueueSize];
   uint8_t head_ = 0;   // next to take

@@ -25,6 +25,7 @@ void ReleaseDetector::change(uint8_t open, tick_t at) {
   if (!tick_before(at, last_change_ + kDebounceTicks)) judge();
   if (released_) return;
   open_ = open;
+  disagrees_ = false;
   last_change_ = at;
   if (open != 0) touched_ = true;
   if (opening_) ++bounces_;
@@ -43,7 +44,6 @@ bool ReleaseDetector::poll(tick_t now, uint8_t levels_open) {
     disagrees_ = true;
     disagree_since_ = now;
   } else if (now - disagree_since_ >= kLevelTicks) {
-    disagrees_ = false;
     change(levels_open, disagree_since_);
   }
   // An edge stamped after `now` was read is not old yet.

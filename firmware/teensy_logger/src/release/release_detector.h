@@ -34,7 +34,8 @@ class ReleaseDetector {
  private:
   static constexpr uint32_t kDebounceTicks = protocol::kReleaseDebounceUs * kTicksPerUs;
   static constexpr uint32_t kChatterTicks = protocol::kReleaseChatterUs * kTicksPerUs;
-  // An edge that hardware could not stamp is believed when the level has stood this long.
+  // An edge that hardware could not stamp is believed when the level has stood this long and no other
+  // edge has come meanwhile.
   static constexpr uint32_t kLevelTicks = 1 * kTicksPerMs;
   static constexpr uint8_t kBoth = 3;
 

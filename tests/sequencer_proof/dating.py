@@ -1,0 +1,98 @@
+"""Campaign 1b: releases with slow chatter, many, for the one number that all strokes count from: the release's date.
+
+Nothing is flown to its end, so that there are forty thousand of them in the time of a few hundred runs: what a race of
+two interrupts does is seen once in some thousands.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tests.sequencer_proof.contacts import Chatter, Contact, open_switches, opening
+from tests.sequencer_proof.releases import WORST_ERROR_US
+from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
+from tests.sequencer_proof.signals import CYCLES_PER_US, Broken
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.protocol.enums import SequencerState
+
+UNDECIDED_CYCLES = CYCLES_PER_US
+"""Two ticks. Of two edges within it, which was first is beyond the board's clock."""
+ONE_BEYOND_IN = 10_000
+"""No more often may a date be off by more than is allowed; see `judge_dates`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dated:
+    """One release. `error_us`: its date by the board less the switches' own, to a whole microsecond."""
+
+    error_us: float
+    undecided: bool
+    """Edges of both switches so close together that the rule has two answers; the nearer one counts."""
+
+
+def dated_releases(bench: Bench, seed: int, count: int) -> list[Dated]:
+    """On one powered board with its cable in: USB's interrupts run, too."""
+    rig = bench.rig()
+    client = rig.connect()
+    rng = random.Random(seed)
+    start = _armed(rig, client, rng)
+    first = open_switches(rig, [Contact(start, 0, False), Contact(start + 1000 * CYCLES_PER_US, 1, False)])
+    zero_us = _told_us(rig, client) - first / CYCLES_PER_US
+    found = [_dated(rig, client, rng, zero_us) for _ in range(count)]
+    rig.close()
+    return found
+
+
+def judge_dates(dated: Sequence[Dated]) -> None:
+    """Raises Broken where dates are off.
+
+    Where both switches move within the microseconds of one interrupt and one of them moves back before it is over, the
+    board may miss that they were open together, until they are again: that rare it must be.
+    """
+    beyond = [one.error_us for one in dated if abs(one.error_us) > WORST_ERROR_US]
+    if len(beyond) > len(dated) / ONE_BEYOND_IN:
+        raise Broken(f"{len(beyond)} of {len(dated)} releases were dated wrong, by {max(map(abs, beyond))} us")
+
+
+def admissible(contacts: Sequence[Contact]) -> list[int]:
+    """Cycles at which the rule may see both switches open for the first time; the last of them is not in doubt."""
+    dates: list[int] = []
+    closed = [True, True]
+    closed_at: list[int | None] = [None, None]
+    for number, contact in enumerate(contacts):
+        other = 1 - contact.index
+        closed[contact.index] = contact.closed
+        if contact.closed:
+            closed_at[contact.index] = contact.cycle
+        elif not closed[other]:
+            dates.append(contact.cycle)
+            following = contacts[number + 1 : number + 2]
+            if not following or following[0].cycle - contact.cycle > UNDECIDED_CYCLES:
+                return dates
+        elif (moment := closed_at[other]) is not None and contact.cycle - moment <= UNDECIDED_CYCLES:
+            dates.append(contact.cycle)
+    raise ValueError("these contacts never open both switches")
+
+
+def _dated(rig: Rig, client: SequencerClient, rng: random.Random, zero_us: float) -> Dated:
+    contacts = opening(rng, _armed(rig, client, rng), rig.resolution, Chatter.SLOW)
+    open_switches(rig, contacts)
+    told_us = _told_us(rig, client) - zero_us
+    errors = [told_us - cycle / CYCLES_PER_US for cycle in admissible(contacts)]
+    return Dated(min(errors, key=abs), len(errors) > 1)
+
+
+def _armed(rig: Rig, client: SequencerClient, rng: random.Random) -> int:
+    """Then the cycle at which the release is to begin."""
+    arm(rig, client)
+    return rig.now + rng.randint(1_000, 4_000) * CYCLES_PER_US + rng.randrange(CYCLES_PER_US)
+
+
+def _told_us(rig: Rig, client: SequencerClient) -> float:
+    run_us(rig, SETTLE_US)
+    report, status = client.run_report(), client.status()
+    if status.state != SequencerState.RUNNING or status.knocks:
+        raise Broken(f"after a release: {status.state.name}, {status.knocks} knocks")
+    return report.release_ms * 1000.0 + report.release_us
