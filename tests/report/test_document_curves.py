@@ -41,8 +41,8 @@ def test_every_line_fits_its_axis(drop: Any) -> None:
 def test_attitude_curves_differ_by_the_attitude_error(drop: Any) -> None:
     curves, errors = series(plots(drop)["euler"]), series(plots(drop)["attitude_error"])
     bands = {one["label"]: one["std"] for one in plots(drop)["euler"]["series"]}
-    # The errors are as late as the gyros: only at rest they are the same, but for what joint rates and joint angles tell
-    # differently.
+    # The errors are as late as the gyros: only at rest they are the same, but for what joint rates and joint angles
+    # tell differently.
     late = np.array(drop["t_s"]) > 2.3
     for axis in "xyz":
         measured = curves[f"φ{axis} measured"]

@@ -53,7 +53,9 @@ def judge_dates(dated: Sequence[Dated]) -> None:
     """
     beyond = [one.error_us for one in dated if abs(one.error_us) > WORST_ERROR_US]
     if len(beyond) > len(dated) / ONE_BEYOND_IN:
-        raise Broken(f"{len(beyond)} of {len(dated)} releases were dated wrong, by {max(map(abs, beyond))} us")
+        raise Broken(
+            f"{len(beyond)} of {len(dated)} releases were dated wrong, by {max(map(abs, beyond))} us"
+        )
 
 
 def admissible(contacts: Sequence[Contact]) -> list[int]:

@@ -95,8 +95,8 @@ def _dates(dated: Sequence[Dated]) -> str:
         ("of all, edges of both within 1 µs", sum(one.undecided for one in dated)),
     ]
     return (
-        f"**The date of the release**, that all strokes count from, in {len(dated)} more releases with slow chatter and "
-        "USB's interrupts\nbetween, by RUN_REPORT against the switches. Where edges of both switches lie within a "
+        f"**The date of the release**, that all strokes count from, in {len(dated)} more releases with slow chatter "
+        "and USB's interrupts\nbetween, by RUN_REPORT against the switches. Where edges of both switches lie within a "
         "microsecond the rule has two answers, and\nthe nearer one counts. Three edges within the time of one "
         "interrupt can hide that both were open for some 20 µs; then the board\ndates the release by their next "
         f"meeting. Allowed: one in {ONE_BEYOND_IN}:\n\n" + table(("", "releases"), rows)
