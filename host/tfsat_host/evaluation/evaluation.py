@@ -20,6 +20,8 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.evaluation.checks import Check, checks_of
+from tfsat_host.evaluation.checks.filed_maneuver import maneuver_check
+from tfsat_host.evaluation.checks.start_pose import start_pose_check
 from tfsat_host.evaluation.clocks.clocks import Clocks, align_clocks
 from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
 from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
@@ -223,7 +225,11 @@ def evaluate(
         standing=standing_joints(motion, strokes) if strokes else (),
         explained=explained,
         identifiability=identifiability(explained.fit),
-        checks=checks_of(motion, explained.fit, log, used, model),
+        checks=(
+            *checks_of(motion, explained.fit, log, used, model),
+            start_pose_check(log, used, model),
+            maneuver_check(log, motion, strokes),
+        ),
         swarm=swarm_fit(explained.fit, explained.driven.flown) if swarm else None,
     )
 

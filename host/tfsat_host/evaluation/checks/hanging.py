@@ -88,7 +88,7 @@ def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotM
         reading,
         np.where(enough, spread, np.nan),
         tuple(AtRest.of(calibrated, rows, b) for b in range(4)),
-        _angles(part, rows, calibration, model),
+        angles_at_rest(part, rows, calibration, model),
     )
 
 
@@ -108,8 +108,8 @@ def _still(means: FloatArray) -> BoolArray:
         return np.asarray(~(np.abs(flat - usual) > STILL_RAD_S).any(axis=1))
 
 
-def _angles(log: DropLog, rows: BoolArray, calibration: Calibration, model: RobotModel) -> FloatArray:
-    """(3,) of the joints; NaN where no sensor answered, or two contradict each other."""
+def angles_at_rest(log: DropLog, rows: BoolArray, calibration: Calibration, model: RobotModel) -> FloatArray:
+    """(3,) of the joints, rad, in the (n,) chosen samples; NaN: no sensor answered, or two contradict each other."""
     angles = np.full(len(calibration.joints), np.nan)
     for joint, sensors in enumerate(calibration.joints):
         each = sensors.each(log.sensor_angle_rad[rows][:, sensor_columns(model, joint + 1)]).T

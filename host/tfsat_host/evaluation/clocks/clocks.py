@@ -63,7 +63,7 @@ def align_clocks(log: DropLog, schedule: Schedule, video: Sequence[Mark] = ()) -
         schedule: What the sequencer was told to fly.
         video: See `video.read_video_marks`.
     """
-    edges_s = _stroke_edges(log)
+    edges_s = stroke_edges(log)
     release = _release(log)
     scheduled_s = np.array([stroke.t_s for stroke in schedule.strokes])
     notes: list[str] = []
@@ -97,7 +97,7 @@ def align_clocks(log: DropLog, schedule: Schedule, video: Sequence[Mark] = ()) -
     return Clocks(sequencer, video_fit, stroke_s, tuple(notes))
 
 
-def _stroke_edges(log: DropLog) -> FloatArray:
+def stroke_edges(log: DropLog) -> FloatArray:
     """(k,) rises of the stroke line in the drop; in all of the recording where no release bounds it."""
     edges = np.array(
         sorted(log.seconds(event.t_us) for event in log.events if event.name == "stroke"), dtype=np.float64
