@@ -261,6 +261,19 @@ def test_a_file_of_something_else_is_refused(old: str, new: str, words: str) -> 
         parse_calibration(text)
 
 
+def test_what_a_rehearsal_drew_is_read_back_and_of_a_real_robot_nothing_is_said() -> None:
+    assert "drawn" not in WHOLE
+    drawn = replace(whole_calibration(), drawn=("zero", "servo"))
+    text = format_calibration(drawn)
+    assert 'drawn = ["zero", "servo"]' in text
+    assert parse_calibration(text).drawn == ("zero", "servo")
+    for wrong in ('["zero", "all"]', '"zero"', "[1]"):
+        with pytest.raises(
+            CalibrationError, match="not a list of some of bias, zero, misalignment, scale, servo"
+        ):
+            parse_calibration(text.replace('["zero", "servo"]', wrong))
+
+
 def test_the_hash_of_another_protocol_is_only_noted() -> None:
     other = replace(whole_calibration(), protocol_hash="00")
     assert parse_calibration(format_calibration(other)).protocol_hash == "00"

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,9 @@ import numpy as np
 import pytest
 
 from tests.bundle.commands import command, result
-from tests.evaluation.run_folder import CERTIFICATE
+from tests.evaluation.commanded import evaluate
+from tests.evaluation.run_folder import CERTIFICATE, change_headers, run_folder
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE
 
@@ -237,12 +241,57 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     assert said["report"] == "camp/report.html"
     assert [drop["number"] for drop in said["drops"]] == [1, 2]
     assert all(abs(drop["evaluation"]["reorientation_deg"] - 25.7) < 0.2 for drop in said["drops"])
-    assert len(said["comparison"]["cross_validation"]) == 2
+    assert said["comparison"] is None, "no robot fell"
+    assert len(said["comparison_emulated"]["cross_validation"]) == 2
     page = (camp / "report.html").read_text()
-    assert '"name":"drop-0001"' in page and '"name":"drop-0002"' in page
+    assert '"name":"drop-0001 (emulated)"' in page and '"name":"drop-0002 (emulated)"' in page
     words = command("campaign", "report", "camp").words
     assert "the second" in words and "Corrections of the model" in words and "camp/report.html" in words
     assert result("campaign", "list", "camp")["findings"] == []
     assert all(drop["changes"] == [] for drop in result("campaign", "list", "camp")["drops"])
     (camp / "report.html").write_text("somebody's own")
     assert "was not made by this command" in command("campaign", "report", "camp", expect=1).err
+
+
+def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
+    run_folder(Path("run4"), 4)
+    for seed in (1, 2):
+        fell(Path(f"run{seed}"))
+    for number, seed in enumerate((1, 3, 2, 4), 1):
+        said = command("campaign", "add", "camp", f"run{seed}")
+        assert ("EMULATED: no robot fell" in said.words) == (seed > 2), number
+    listed = result("campaign", "list", "camp")["drops"]
+    assert [drop["robot"] for drop in listed] == ["real", "emulated", "real", "emulated"]
+    told = result("campaign", "report", "camp")
+    for which, numbers in (("comparison", (1, 3)), ("comparison_emulated", (2, 4))):
+        drops = [one["drop"] for one in told[which]["cross_validation"]]
+        assert [f"drop-000{number}" in drop for number, drop in zip(numbers, drops, strict=True)] == [
+            True,
+            True,
+        ]
+    page = (camp / "report.html").read_text()
+    assert '"name":"drop-0001"' in page and '"name":"drop-0002 (emulated)"' in page
+    for title in (
+        "Correction of the model, by all drops together",
+        "Each drop by the corrections of the others",
+    ):
+        assert f"{title} (real)" in page and f"{title} (emulated)" in page
+    said = command("campaign", "report", "camp")
+    assert "The real drops together:" in said.words and "The emulated drops together:" in said.words
+    mixed = evaluate("run1", "run3", "--json").json["comparison"]["remarks"]
+    assert (
+        "No robot fell in run3, but an emulated one: what these drops say together is of two robots." in mixed
+    )
+    assert re.search(r"all drops +drop 1 +drop 3 ", said.out) and re.search(
+        r"all drops +drop 2 +drop 4 ", said.out
+    )
+
+
+def fell(run: Path) -> None:
+    """The same as if a robot had recorded it."""
+    change_headers(run / "SD.bin", image_crc=0xC0FFEE)
+    certificate = run / CERTIFICATE
+    emulated = read_calibration(certificate)
+    real = replace(emulated, subject=replace(emulated.subject, emulated=False), drawn=())
+    (run / "calibration.toml").write_text(format_calibration(real), encoding="utf-8")
+    certificate.unlink()

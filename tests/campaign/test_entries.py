@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tfsat_host.campaign.entries import (
+    ROBOTS,
     DropEntry,
     Note,
     folder_name,
@@ -34,6 +35,7 @@ _ENTRIES = st.builds(
     released=st.none() | _TIMES,
     added=_TIMES,
     origin=_TEXT,
+    robot=st.sampled_from(ROBOTS),
     notes=st.lists(st.builds(Note, at=_TIMES, text=_TEXT), max_size=3).map(tuple),
     void=st.none() | st.builds(Note, at=_TIMES, text=_TEXT),
 )
@@ -47,12 +49,15 @@ def test_whatever_is_written_is_read_back(drops: list[DropEntry]) -> None:
 
 @given(data=st.data())
 def test_a_damaged_entry_is_no_entry(data: st.DataObject) -> None:
-    values = DropEntry(1, "SD.bin", "0" * 64, "1a2b3c4d", AT, AT, "run", (Note(AT, "x"),)).as_dict()
+    values = DropEntry(1, "SD.bin", "0" * 64, "1a2b3c4d", AT, AT, "run", "real", (Note(AT, "x"),)).as_dict()
     key = data.draw(st.sampled_from(sorted(values.keys() - {"folder"})))
     values[key] = data.draw(st.booleans() | st.integers(max_value=0) | st.lists(st.integers(), min_size=1))
     with pytest.raises(ValueError):
         parse_drop(json.dumps(values))
     del values[key]
+    if key == "robot":  # added by a program that did not tell
+        assert parse_drop(json.dumps(values)).robot == "unknown"
+        return
     with pytest.raises(ValueError):
         parse_drop(json.dumps(values))
 

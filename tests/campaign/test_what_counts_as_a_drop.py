@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from argparse import Namespace
 from datetime import UTC, datetime
 from pathlib import Path
 from shutil import copyfile
@@ -14,7 +15,10 @@ from tests.bundle.commands import command, result
 from tests.campaign.test_command import contents, index_of
 from tests.evaluation.run_folder import CERTIFICATE
 from tfsat_host.cli.evaluate import one_run
+from tfsat_host.cli.evaluate.one_run import EvaluatedRun
+from tfsat_host.cli.output import Output
 from tfsat_host.record.run_record import sign, verify
+from tfsat_host.robot import RobotModel
 
 
 def words(text: str) -> str:
@@ -70,7 +74,7 @@ def test_a_void_drop_keeps_its_number_and_does_not_count(camp: Path) -> None:
         "Drop 1 is void and not counted: the hook was caught" in command("campaign", "report", "camp").words
     )
     page = (camp / "report.html").read_text()
-    assert '"name":"drop-0002"' in page and "drop-0001" not in page
+    assert '"name":"drop-0002 (emulated)"' in page and "drop-0001" not in page
     assert "is void already" in command("campaign", "void", "camp", "1", "again", expect=1).err
     assert "has no drop 9" in command("campaign", "void", "camp", "9", "why", expect=1).err
     assert 'void camp 2 "' in words(command("campaign", "void", "camp", "2", " ", expect=1).err)
@@ -166,17 +170,17 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
     command("campaign", "add", "camp", "run2")
     evaluate_run = one_run.evaluate_run
 
-    def breaks(place: Path, *rest: object) -> object:
+    def breaks(place: Path, options: Namespace, robot: RobotModel, out: Output) -> EvaluatedRun:
         if "drop-0001" in str(place):
             raise IndexError("index 3 is out of bounds")
-        return evaluate_run(place, *rest)  # type: ignore[arg-type]
+        return evaluate_run(place, options, robot, out)
 
     monkeypatch.setattr(one_run, "evaluate_run", breaks)
     monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
     said = command("campaign", "report", "camp", expect=3)
     assert "Drop 1 cannot be evaluated: IndexError" in said.words
     page = (camp / "report.html").read_text()
-    assert "drop-0001 could not be evaluated" in page and '"name":"drop-0002"' in page
+    assert "drop-0001 could not be evaluated" in page and '"name":"drop-0002 (emulated)"' in page
     (kept,) = (camp.parent / "state" / "tfsat" / "crashes").iterdir()
     assert "index 3 is out of bounds" in kept.read_text() and kept.name in said.words
 

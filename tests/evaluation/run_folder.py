@@ -68,12 +68,18 @@ def run_folder(folder: Path, seed: int = 1) -> None:
 
 def tell_time(card: Path, at: datetime | None) -> None:
     """The recording began at that time of day, as `record start` would have it; None: nobody told the logger."""
+    change_headers(card, wall_clock_us=0 if at is None else round(at.timestamp() * 1e6))
+
+
+def change_headers(card: Path, **values: int) -> None:
+    """Fields of the recording's header, by name, in each of its blocks."""
     fields = [*BLOCK_HEADER_DTYPE, *LOG_HEADER_DTYPE]
     filled = np.dtype(fields).itemsize
     dtype = np.dtype([*fields, ("rest", "u1", (CRC_OFFSET - filled,)), ("crc", "<u4")])
     blocks = np.frombuffer(bytearray(card.read_bytes()), dtype).copy()
     for row in np.flatnonzero((blocks["magic"] == BLOCK_MAGIC) & (blocks["kind"] == BlockKind.HEADER)):
-        blocks[row]["wall_clock_us"] = 0 if at is None else round(at.timestamp() * 1e6)
+        for name, value in values.items():
+            blocks[row][name] = value
         blocks[row]["crc"] = zlib.crc32(blocks[row].tobytes()[:CRC_OFFSET])
     card.write_bytes(blocks.tobytes())
 

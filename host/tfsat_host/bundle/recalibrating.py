@@ -11,7 +11,8 @@ from typing import Any
 
 from tfsat_host.bundle.comparing import CERTIFICATE_TOLERANCE, Difference, differences
 from tfsat_host.calibration.certificate.archive import recordings_folder
-from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration
+from tfsat_host.calibration.certificate.drawn import in_words, measured_by, with_measured
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.text import format_calibration
 from tfsat_host.calibration.errors import CalibrationError
@@ -49,14 +50,15 @@ def recalibrate(certificate: Path, recordings: Path, model: RobotModel) -> Recal
     """
     found = read_calibration(certificate)
     if not found.papers:
-        return Recalibrated(None, "The certificate names no recordings: its values cannot be computed anew.")
+        return Recalibrated(
+            None, f"The certificate names no recordings: its values cannot be computed anew.{_drawn(found)}"
+        )
     try:
         evidence = [_read(recordings / paper.file, paper.sha256) for paper in found.papers]
         tried = [_differences(found, evidence, model, landing) for landing in _landings(found)]
     except CalibrationError as error:
         return Recalibrated(None, f"The calibration cannot be computed anew: {error.what}", lacking=True)
-    best = min(tried, key=len)
-    return Recalibrated(tuple(best), f"The calibration was computed anew from {len(evidence)} recordings.")
+    return _recomputed(found, evidence, min(tried, key=len))
 
 
 def recordings_of(certificate: Path) -> Path:
@@ -79,6 +81,9 @@ def _landings(found: Calibration) -> list[datetime | None]:
 def _differences(
     found: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
 ) -> list[Difference]:
+    if found.drawn:
+        again = with_measured(found, evidence, model)
+        return list(differences(_values(found), _values(again), CERTIFICATE_TOLERANCE))
     solution = solve(evidence, model, landing)
     servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
     again = replace(
@@ -89,6 +94,25 @@ def _differences(
         servo_taken=tuple(one.taken for one, _ in servos),
     )
     return list(differences(_values(found), _values(again), CERTIFICATE_TOLERANCE))
+
+
+def _recomputed(
+    found: Calibration, evidence: Sequence[Evidence], differs: Sequence[Difference]
+) -> Recalibrated:
+    of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
+    if not found.drawn:
+        return Recalibrated(tuple(differs), f"The calibration was computed anew from {of}.")
+    measured = measured_by(evidence)
+    untold = [name for name in DRAWABLE if name not in (*found.drawn, *measured)]
+    sentence = f"Computed anew from {of}: {in_words(measured)}.{_drawn(found)}"
+    if untold:
+        sentence += f" Neither recorded nor drawn: {in_words(untold)}."
+    return Recalibrated(tuple(differs), sentence, lacking=bool(untold))
+
+
+def _drawn(found: Calibration) -> str:
+    """What no recording can tell: a rehearsal made it up."""
+    return f" Not recorded in a rehearsal, but drawn: {in_words(found.drawn)}." if found.drawn else ""
 
 
 def _values(calibration: Calibration) -> dict[str, Any]:

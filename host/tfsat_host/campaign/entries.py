@@ -15,6 +15,8 @@ from tfsat_host import json_values
 MADE_BY = "tfsat-host campaign"
 FORMAT = 1
 NUMBER_MAX = 9999
+ROBOTS = REAL, EMULATED, UNKNOWN = ("real", "emulated", "unknown")
+"""Whether a robot fell, or an emulated one did, as in a rehearsal: by the logger's own words in the recording."""
 _FOLDER = re.compile(r"drop-([0-9]{4})")
 
 
@@ -38,6 +40,7 @@ class DropEntry:
         released: When; None: not known.
         added: When it came into the campaign.
         origin: Where it was taken from, as it was typed.
+        robot: Of `ROBOTS`; unknown where the recording cannot be decoded, or an older program added it.
         notes: In order of time.
         void: Why it does not count, and since when; None: it counts.
     """
@@ -49,6 +52,7 @@ class DropEntry:
     released: datetime | None
     added: datetime
     origin: str
+    robot: str = UNKNOWN
     notes: tuple[Note, ...] = ()
     void: Note | None = None
 
@@ -76,6 +80,7 @@ class DropEntry:
             "sha256": self.sha256,
             "added": _written(self.added),
             "origin": self.origin,
+            "robot": self.robot,
             "notes": [_note_as_dict(note) for note in self.notes],
             "void": None if self.void is None else _note_as_dict(self.void),
         }
@@ -145,6 +150,7 @@ def _drop(one: dict[str, Any]) -> DropEntry:
         None if one["released"] is None else json_values.moment(one["released"]),
         json_values.moment(one["added"]),
         json_values.text(one["origin"]),
+        _robot(one.get("robot", UNKNOWN)),
         tuple(_note(note) for note in one["notes"]),
         None if one["void"] is None else _note(one["void"]),
     )
@@ -156,6 +162,12 @@ def _note(one: dict[str, Any]) -> Note:
 
 def _note_as_dict(note: Note) -> dict[str, Any]:
     return {"at": _written(note.at), "text": note.text}
+
+
+def _robot(value: object) -> str:
+    if value not in ROBOTS:
+        raise ValueError(f"{value!r} is none of {', '.join(ROBOTS)}")
+    return str(value)
 
 
 def _file_name(value: object) -> str:

@@ -85,6 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _staged(folder: Path, found: Collected, used: Evaluated, name: str, out: Output) -> Manifest:
     """Lays out the bundle in a folder and evaluates it there, as `reproduce` will."""
+    from tfsat_host.bundle.checked import not_as_checked
     from tfsat_host.bundle.environment import environment
     from tfsat_host.bundle.manifest import (
         ENVIRONMENT,
@@ -115,12 +116,16 @@ def _staged(folder: Path, found: Collected, used: Evaluated, name: str, out: Out
         made[REPORT] = done.page
     for inside, text in made.items():
         (folder / inside).write_bytes(text.encode())
-    images, without = images_of(found.log, _preflight(folder))
+    preflight = _preflight(folder)
+    images, without = images_of(found.log, preflight)
     files = {
         inside: BundledFile(sha256_of(folder / inside), (folder / inside).stat().st_size)
         for inside in sorted((*found.files, *made))
     }
-    record = tuple(finding.sentence for finding in verify(found.folder))
+    record = (
+        *(finding.sentence for finding in verify(found.folder)),
+        *not_as_checked(preflight, {name: file.sha256 for name, file in files.items()}, used),
+    )
     manifest = Manifest(
         f"tfsat-host bundle {__version__}",
         name,

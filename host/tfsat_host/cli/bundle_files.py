@@ -14,7 +14,7 @@ from tfsat_host.bundle.links import trouble_with_file
 from tfsat_host.bundle.manifest import Evaluated, Missing
 from tfsat_host.bundle.names import collision_among, trouble_with_name
 from tfsat_host.cli.calibration_notice import find_certificate, origin_of_log
-from tfsat_host.cli.evaluate.run_files import RunFiles, run_files
+from tfsat_host.cli.evaluate.run_files import RunFiles, robot_beside, run_files
 from tfsat_host.errors import TfsatError
 from tfsat_host.record.entries import parse_record
 from tfsat_host.record.run_record import RECORD
@@ -99,14 +99,15 @@ def collect(
     for named in (files.maneuver, certificate, args.facility, args.video, args.laser):
         _require(named)
     typed = (args.maneuver, args.calibration, *([] if place.is_dir() else [place]))
-    for path in (files.recording, files.maneuver, certificate):
+    robot = find_robot(args.robot or robot_beside(files.recording))
+    for path in (files.recording, files.maneuver, certificate, *([] if args.robot else [robot])):
         if path is not None and path not in typed and path.parent == found.folder:
             _require_there(path, nothing)
     evaluated = Evaluated(
         recording=str(found.add(files.recording, RUN)),
         maneuver=found.add(files.maneuver, "maneuver"),
         calibration=found.add(certificate, "calibration"),
-        robot=found.add(find_robot(args.robot), "robot"),
+        robot=found.add(robot, "robot"),
         facility=found.add(args.facility or default_facility_path(), "facility"),
         video=found.add(args.video, "witnesses"),
         laser=found.add(args.laser, "witnesses"),
@@ -194,6 +195,7 @@ def _require_there(path: Path, nothing: str) -> None:
 def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
     """The recordings beside a certificate keep their place beside it; what it rests on and is gone is named."""
     from tfsat_host.calibration.certificate.archive import recordings_folder
+    from tfsat_host.calibration.certificate.drawn import in_words
     from tfsat_host.calibration.certificate.file import read_calibration
     from tfsat_host.calibration.steps.evidence import sha256
 
@@ -204,14 +206,17 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
             if path.suffix in (".npz", ".toml") and not path.name.startswith("."):
                 _add_named(found, f"{inside}/{path.name}", path, certificate.parent)
     try:
-        papers = read_calibration(certificate).papers
+        calibration = read_calibration(certificate)
     except TfsatError as error:
         found.missing.append(Missing("raw data of the calibration", error.what, lost=True))
         return
-    if not papers:
+    if not calibration.papers:
         why = "The certificate names no recordings that it was computed from."
         found.missing.append(Missing("raw data of the calibration", why))
-    for paper in papers:
+    elif calibration.drawn:
+        why = f"Nobody measured these, a rehearsal drew them: {in_words(calibration.drawn)}."
+        found.missing.append(Missing("raw data of some of the calibration", why))
+    for paper in calibration.papers:
         path = folder / paper.file
         if not path.is_file():
             found.missing.append(Missing(f"{inside}/{paper.file}", f"{path} is not there.", lost=True))

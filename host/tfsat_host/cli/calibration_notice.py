@@ -136,16 +136,10 @@ def is_of_robot(calibration: Calibration, origin: Origin) -> bool:
 
 def _of_another_robot(calibration: Calibration, origin: Origin) -> str:
     """Empty if it is of the same."""
-    subject = calibration.subject
-    if subject.emulated != origin.emulated:
-        theirs, these = ("an emulated", "a real") if subject.emulated else ("a real", "an emulated")
-        return f"The calibration is of {theirs} robot; these sensors are {these} one's. None of its numbers hold."
-    if subject.logger_serial != origin.logger_serial:
-        return (
-            f"The calibration is of other sensors: it was taken on logger {_name(subject.logger_serial)}; "
-            f"these hang on logger {_name(origin.logger_serial)}. None of its numbers hold."
-        )
-    return ""
+    from tfsat_host.calibration.certificate.of_another import of_another_robot
+
+    other = of_another_robot(calibration.subject, origin)
+    return other and f"The calibration{other.removeprefix('It')} None of its numbers hold."
 
 
 def _of_other_imus(calibration: Calibration, origin: Origin) -> list[str]:
@@ -192,10 +186,6 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
 
 def _commands(commands: Iterable[str], options: str) -> str:
     return _listed(list(dict.fromkeys(f"tfsat-host calibrate {command}{options}" for command in commands)))
-
-
-def _name(serial: str) -> str:
-    return serial or "without a serial number"
 
 
 def _listed(names: list[str]) -> str:

@@ -49,7 +49,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
                 "--robot",
                 metavar="FILE",
                 type=file_name,
-                help="a robot file, or the name of a robot that tfsat brings along (default: drop_tower)",
+                help="a robot file, or the name of a robot that tfsat brings along (default: robot.toml of the drops, "
+                "else drop_tower)",
             )
             action.add_argument(
                 "--out",
@@ -160,7 +161,7 @@ def _show(rows: list[tuple[DropEntry, list[str]]], out: Output) -> None:
         out.line("No drops yet.")
         return
     out.table(
-        ("drop", "released / UTC", "recording", "id", "as it came", "notes"),
+        ("drop", "robot", "released / UTC", "recording", "id", "as it came", "notes"),
         [_row(drop, changes, printable) for drop, changes in rows],
     )
     for drop, changes in rows:
@@ -171,6 +172,7 @@ def _show(rows: list[tuple[DropEntry, list[str]]], out: Output) -> None:
 def _row(drop: DropEntry, changes: list[str], printable: Any) -> tuple[object, ...]:
     return (
         str(drop.number),
+        drop.robot,
         "unknown" if drop.released is None else f"{drop.released:%Y-%m-%d %H:%M:%S}",
         printable(drop.recording),
         drop.session or "unknown",

@@ -28,6 +28,7 @@ _NOTHING = "Nothing was added."
 def add(args: argparse.Namespace, out: Output) -> int:
     """Copies, then gives a number; with `--move` the original goes when the copy is in its place."""
     from tfsat_host.campaign import folder as campaign
+    from tfsat_host.campaign.entries import EMULATED
     from tfsat_host.campaign.errors import SameDropError
     from tfsat_host.cli.bundle_files import collect
 
@@ -59,7 +60,9 @@ def add(args: argparse.Namespace, out: Output) -> int:
         except OSError as error:
             out.warn(f"{place} is whole, but {error.filename} could not be removed: {error.strerror}.")
     result = {**entry.as_dict(), "path": str(place), "moved": moved, "left_out": left_out, "changed": changed}
-    out.result(result, f"Drop {entry.number}  {place}{'' if moved else f', a copy of {args.run}'}")
+    copy = "" if moved else f", a copy of {args.run}"
+    fell = " (EMULATED: no robot fell)" if entry.robot == EMULATED else ""
+    out.result(result, f"Drop {entry.number}  {place}{copy}{fell}")
     _tell_left_out(args.run, left_out, out, move=args.move)
     doubts = [*changed, *_doubts_of(found)]
     for sentence in doubts:
@@ -161,8 +164,12 @@ def _copy(place: Path, found: Collected, staged: Path) -> dict[str, str]:
 
 
 def _copy_folder(place: Path, staged: Path) -> dict[str, str]:
-    """Files and folders, but no locks; gives what is neither, or lies elsewhere, and why it was left out."""
+    """Files and folders, but no locks; gives what is neither, or lies elsewhere, and why it was left out.
+
+    Nor the mark by which a rehearsal knows a folder that it may make again: a drop of a campaign is none.
+    """
     from tfsat_host.bundle.links import trouble_with_file
+    from tfsat_host.cli.rehearse.result_folder import MARK_FILE
 
     left_out = {}
     for here, folders, files in os.walk(place, onerror=_stop):
@@ -170,7 +177,7 @@ def _copy_folder(place: Path, staged: Path) -> dict[str, str]:
         (staged / below).mkdir(exist_ok=True)
         for name in sorted((*folders, *files)):
             path = Path(here) / name
-            if name.endswith(".lock"):
+            if name.endswith(".lock") or name == MARK_FILE:
                 continue
             why = trouble_with_file(path, place)
             if why:
@@ -190,7 +197,7 @@ def _sign(staged: Path, found: Collected, out: Output) -> list[str]:
     That is not signed again: it would look as if it had always been so.
     """
     from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
-    from tfsat_host.cli.evaluate.run_files import MANEUVER
+    from tfsat_host.cli.evaluate.run_files import MANEUVER, ROBOT
     from tfsat_host.record.run_record import RecordError, sign, verify
 
     findings = verify(staged)
@@ -198,7 +205,8 @@ def _sign(staged: Path, found: Collected, out: Output) -> list[str]:
     for name in names:
         _teach_landing(staged / name, found)
     certificates = [path for name in names for path in _with_recordings(staged / name)]
-    files = [staged / found.recording.name, staged / MANEUVER, staged / "preflight.json", *certificates]
+    named = (found.recording.name, MANEUVER, ROBOT, "preflight.json")
+    files = [*(staged / name for name in named), *certificates]
     changed = {staged / finding.name for finding in findings}
     there = [path for path in files if path.is_file() and path not in changed]
     try:
@@ -232,7 +240,8 @@ def _teach_landing(certificate: Path, found: Collected) -> None:
 
 
 def _entry(number: int, found: Collected, staged: Path, args: argparse.Namespace) -> DropEntry:
-    from tfsat_host.campaign.entries import DropEntry
+    from tfsat_host.campaign.entries import EMULATED, REAL, UNKNOWN, DropEntry
+    from tfsat_host.cli.calibration_notice import origin_of_log
     from tfsat_host.cli.decode_landing import time_of_day
 
     log, now = found.log, datetime.now(UTC)
@@ -244,5 +253,6 @@ def _entry(number: int, found: Collected, staged: Path, args: argparse.Namespace
         released=None if log is None else time_of_day(log, log.release_us),
         added=now,
         origin=str(args.run),
+        robot=UNKNOWN if log is None else EMULATED if origin_of_log(log.header).emulated else REAL,
     )
     return entry if args.note is None else entry.with_note(now, args.note)

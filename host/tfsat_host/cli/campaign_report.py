@@ -19,7 +19,11 @@ _Tried = tuple["DropEntry", "EvaluatedRun | TfsatError"]
 
 
 def report(args: argparse.Namespace, out: Output) -> int:
-    """A drop that cannot be evaluated is named and does not keep the others from being compared."""
+    """A drop that cannot be evaluated is named and does not keep the others from being compared.
+
+    Drops of a robot and of an emulated one are drawn over each other, and never taken together in a number.
+    """
+    from tfsat_host.campaign.entries import EMULATED, REAL
     from tfsat_host.campaign.folder import read
     from tfsat_host.cli.evaluate.one_run import robot_of
     from tfsat_host.cli.report_files import PAGE, ReportFiles
@@ -36,16 +40,18 @@ def report(args: argparse.Namespace, out: Output) -> int:
     options = _options(args, present, args.out or args.dir / PAGE)
     files = ReportFiles.of(options)
     files.check(force=args.force)
-    robot = robot_of(options)
+    robot = robot_of(options, options.runs)
     tried = [_tried(drop, args.dir, options, robot, out) for drop in present]
     page, compared = _write(tried, files, options, out)
+    real, emulated = (compared.get(robot) for robot in (REAL, EMULATED))
     void = [drop for drop in contents.drops if drop.void is not None]
     result = {
         "campaign": str(args.dir),
         "report": None if page is None else str(page),
         "drops": [_as_dict(one) for one in tried],
         "void": [drop.as_dict() for drop in void],
-        "comparison": _comparison(compared),
+        "comparison": _comparison(real),
+        "comparison_emulated": _comparison(emulated),
         "findings": list(contents.findings),
     }
     out.result(result, lambda: _show(tried, void, compared, page, out))
@@ -95,9 +101,9 @@ def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, robot: An
 
 def _write(
     tried: list[_Tried], files: Any, options: argparse.Namespace, out: Output
-) -> tuple[Path | None, Comparison | None]:
-    """The page, of those that can be evaluated, and how they compare."""
-    from tfsat_host.cli.evaluate.several import Comparison
+) -> tuple[Path | None, dict[str, Comparison]]:
+    """The page, of those that can be evaluated, and how they compare: real ones with real ones, emulated likewise."""
+    from tfsat_host.cli.evaluate.several import Comparison, robot_in
     from tfsat_host.cli.outputs import new_folder_of, tell_new_folder
     from tfsat_host.cli.report import lacking, reported, together
     from tfsat_host.cli.report_files import PageParts
@@ -105,17 +111,36 @@ def _write(
     done = [(drop, one) for drop, one in tried if not isinstance(one, TfsatError)]
     refused = [(drop, one) for drop, one in tried if isinstance(one, TfsatError)]
     if not done:
-        return None, None
-    drops = [reported(drop.folder, one, options) for drop, one in done]
-    runs = [one for _, one in done]
-    parts = PageParts(
-        tables=together(drops, runs), lacking=[lacking(Path(drop.folder), one) for drop, one in refused]
-    )
+        return None, {}
+    drops = [reported(_name(drop, one), one, options) for drop, one in done]
+    alike = {
+        robot: [index for index, (_, one) in enumerate(done) if robot_in(one) == robot]
+        for robot in dict.fromkeys(robot_in(one) for _, one in done)
+    }
+    tables = []
+    for robot, which in alike.items():
+        of_them = together([drops[index] for index in which], [done[index][1] for index in which])
+        for one in of_them:
+            one["title"] += f" ({robot})" if len(alike) > 1 else ""
+        tables += of_them
+    parts = PageParts(tables=tables, lacking=[lacking(Path(drop.folder), one) for drop, one in refused])
     new_folder = new_folder_of(files.page)
     with out.progress("Writing the report", total=1.0) as advance:
         files.write(drops, parts, datetime.now(UTC), force=options.force, progress=advance)
     tell_new_folder(new_folder, out)
-    return files.page, Comparison(runs) if len(runs) > 1 else None
+    return files.page, {
+        robot: Comparison([done[index][1] for index in which])
+        for robot, which in alike.items()
+        if len(which) > 1
+    }
+
+
+def _name(drop: DropEntry, run: EvaluatedRun) -> str:
+    """As the page has it: beside real drops nobody may take an emulated one for another."""
+    from tfsat_host.campaign.entries import EMULATED
+    from tfsat_host.cli.evaluate.several import robot_in
+
+    return f"{drop.folder} (emulated)" if robot_in(run) == EMULATED else drop.folder
 
 
 def _comparison(compared: Comparison | None) -> dict[str, Any] | None:
@@ -137,17 +162,30 @@ def _as_dict(tried: _Tried) -> dict[str, Any]:
 
 
 def _show(
-    tried: list[_Tried], void: list[DropEntry], compared: Comparison | None, page: Path | None, out: Output
+    tried: list[_Tried],
+    void: list[DropEntry],
+    compared: dict[str, Comparison],
+    page: Path | None,
+    out: Output,
 ) -> None:
     from tfsat_host.cli.evaluate.phrases import printable
-    from tfsat_host.cli.evaluate.several import row_of, show_comparison
+    from tfsat_host.cli.evaluate.several import robot_in, row_of, show_comparison
 
     rows = []
     for drop, one in tried:
         notes = "; ".join(printable(note.text) for note in drop.notes) or "–"
         found = ("failed", "–", "–", "–") if isinstance(one, TfsatError) else row_of(one)[1:]
-        rows.append((str(drop.number), *found, notes))
-    columns = ("drop", "verdict", "reorientation / deg", "model off / deg", "corrected / deg", "notes")
+        robot = drop.robot if isinstance(one, TfsatError) else robot_in(one)
+        rows.append((str(drop.number), robot, *found, notes))
+    columns = (
+        "drop",
+        "robot",
+        "verdict",
+        "reorientation / deg",
+        "model off / deg",
+        "corrected / deg",
+        "notes",
+    )
     out.table(columns, rows, title="All drops")
     for drop, one in tried:
         if isinstance(one, TfsatError):
@@ -157,6 +195,8 @@ def _show(
     for drop in void:
         why = "" if drop.void is None else f": {printable(drop.void.text)}"
         out.line(f"Drop {drop.number} is void and not counted{why}")
-    if compared is not None:
-        show_comparison(compared, out)
+    for robot, comparison in compared.items():
+        out.line(f"The {robot} drops together:")
+        numbers = {id(one): drop.number for drop, one in tried}
+        show_comparison(comparison, out, [numbers[id(run)] for run in comparison.runs])
     out.line("No report was written." if page is None else f"Written  {printable(page)}")

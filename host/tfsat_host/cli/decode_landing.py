@@ -46,20 +46,25 @@ def is_told_by(landing: Landing, log: DropLog) -> bool:
     return _name(log) in landing.told_by
 
 
-def note_landing_of(log: DropLog, file: Path, calibration: Calibration, out: Output) -> None:
-    """Writes the landing of a recording into a certificate, once, and says so; says also why not."""
+def note_landing_of(
+    log: DropLog, file: Path, calibration: Calibration, out: Output, now: datetime | None = None
+) -> None:
+    """Writes the landing of a recording into a certificate, once, and says so; says also why not.
+
+    `now` is when the certificate is written; None: as the computer's clock says.
+    """
     from tfsat_host.calibration.certificate.campaign import note_landing
     from tfsat_host.calibration.certificate.certificate import with_landing
 
     if log.release_us is None or any(is_told_by(landing, log) for landing in calibration.landings):
         return
-    landing, how = _landing(log)
+    landing, how = _landing(log, now or datetime.now(UTC))
     known = with_landing(calibration, landing)
     if known is calibration:
         return
     when = f"{landing.at:%Y-%m-%d %H:%M:%S} UTC{how}"
     try:
-        note_landing(file, landing)
+        note_landing(file, landing, now)
     except (OSError, TfsatError) as error:
         reason = error.what if isinstance(error, TfsatError) else f"{error.strerror or error}."
         out.warn(
@@ -77,7 +82,7 @@ def note_landing_of(log: DropLog, file: Path, calibration: Calibration, out: Out
     out.note(f"{file} knows of the landing at {when} now{again}.")
 
 
-def _landing(log: DropLog) -> tuple[Landing, str]:
+def _landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
     """The landing, and what is to be said of its time.
 
     Without a time of day it was not later than the file: whatever was measured before that counts as before it.
@@ -87,16 +92,15 @@ def _landing(log: DropLog) -> tuple[Landing, str]:
     at = landing_of(log)
     if at is not None:
         return Landing(at, _name(log)), ""
-    latest, whose = _latest(log.path)
+    latest, whose = _latest(log.path, now)
     return (
         Landing(latest, f"{_name(log)}, which has no time of day: by {whose}"),
         f" (by {whose}, at the latest, as the recording has no time of day)",
     )
 
 
-def _latest(path: Path) -> tuple[datetime, str]:
+def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
     """When the file was written, or now if it does not tell."""
-    now = datetime.now(UTC)
     try:
         written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     except (OSError, OverflowError, ValueError):  # a date that no calendar has

@@ -42,7 +42,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         ("maneuver", "what is to be flown (default: maneuver.toml in RUN)"),
         ("calibration", "certificate of the sensors (default: calibration.toml in RUN or here; of an emulated robot "
          "calibration-emulated.toml)"),
-        ("robot", "a robot file, or the name of a robot that tfsat brings along (default: drop_tower)"),
+        ("robot", "a robot file, or the name of a robot that tfsat brings along (default: robot.toml in RUN, else "
+         "drop_tower)"),
         ("facility", "a facility file (default: COSMOTORRE's)"),
     ):  # fmt: skip
         files.add_argument(f"--{name}", metavar="FILE", type=file_name, help=text)

@@ -141,6 +141,7 @@ def run_files(args: argparse.Namespace) -> RunFiles:
         UsageError: RUN is no folder.
         TfsatError: the robot or facility file cannot be understood, or the result could not be written there.
     """
+    from tfsat_host.cli.evaluate.run_files import robot_beside
     from tfsat_host.facility import load_tower
     from tfsat_host.robot import load_robot
 
@@ -157,7 +158,7 @@ def run_files(args: argparse.Namespace) -> RunFiles:
         folder,
         maneuver,
         _schedule(maneuver),
-        load_robot(args.robot),
+        load_robot(args.robot or robot_beside(folder)),
         load_tower(args.facility),
         args.calibration,
         args.sequencer_image,

@@ -64,10 +64,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.bundle.environment import changed_since
     from tfsat_host.bundle.manifest import ENVIRONMENT
     from tfsat_host.bundle.unpacking import unpack
-    from tfsat_host.cli.bundle_files import RUN
     from tfsat_host.cli.evaluate.phrases import printable
     from tfsat_host.cli.recomputing import recompute
-    from tfsat_host.record.run_record import verify
 
     folder = args.out or Path(args.bundle.name.removesuffix(".zip").removesuffix(".tfsat") + "-reproduced")
     with out.progress("Unpacking and checking"):
@@ -79,8 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             _report(folder, done),
             *_calibrations(folder, manifest, done),
         ]
-    record = [finding.sentence for finding in verify(folder / RUN)] if (folder / RUN).is_dir() else []
-    record = record or list(manifest.record)
+    record = _changed(folder, manifest) or list(manifest.record)
     environment = changed_since(_load(folder / ENVIRONMENT))
     same = not any(one.differs for one in compared)
     incomplete = _incomplete(manifest, compared, record)
@@ -100,6 +97,20 @@ def run(args: argparse.Namespace, out: Output) -> int:
     }
     out.result(result, lambda: _show(result, compared, out))
     return 0 if same and not incomplete else DataLossError.exit_code
+
+
+def _changed(folder: Path, manifest: Manifest) -> list[str]:
+    """What is not as the run's record and its preflight say; sentences."""
+    from tfsat_host.bundle.checked import not_as_checked
+    from tfsat_host.cli.bundle_files import RUN
+    from tfsat_host.record.run_record import verify
+
+    run = folder / RUN
+    if not run.is_dir():
+        return []
+    at_hand = {name: file.sha256 for name, file in manifest.files.items()}
+    checked = not_as_checked(_load(run / "preflight.json"), at_hand, manifest.evaluated)
+    return [*(finding.sentence for finding in verify(run)), *checked]
 
 
 def _incomplete(manifest: Manifest, compared: Sequence[Compared], record: Sequence[str]) -> list[str]:

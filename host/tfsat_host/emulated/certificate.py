@@ -1,8 +1,8 @@
 """The certificate that a careful day on the bench would have left of an emulated robot, without the day.
 
 Every number is the truth, off by a draw from the uncertainty that the certificate states; and that is what a hundred
-emulated robots were calibrated to (docs/calibration-proof.md). So a rehearsal of a drop takes seconds; a rehearsal of
-the calibration itself is `tfsat-host calibrate --emulated`.
+emulated robots were calibrated to (docs/calibration-proof.md). So a rehearsal of a drop takes seconds. The biases it
+measures (`rehearsal/morning.py`); to rehearse the whole calibration there is `tfsat-host calibrate --emulated`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.calibration.certificate.certificate import Calibration, Subject
+from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
 from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics
 from tfsat_host.emulated.careful_servos import careful_servo_maps
@@ -57,7 +57,9 @@ def careful_certificate(
     joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
     subject = Subject(model.name, truth.logger_serial.hex(), WHO_AM_I, True)
     servos = careful_servo_maps(model, truth, seed)
-    return Calibration(subject, gyros, joints, servos, (measured,) * JOINT_COUNT, (), (), measured)
+    return Calibration(
+        subject, gyros, joints, servos, (measured,) * JOINT_COUNT, (), (), measured, drawn=tuple(DRAWABLE)
+    )
 
 
 def _gyro(

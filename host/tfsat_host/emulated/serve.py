@@ -12,8 +12,9 @@ from tfsat_host.emulated.pacing import STEP_US, Pacer
 from tfsat_host.emulated.pty_port import PtyPort
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot, EmulationError, Reset
 from tfsat_host.emulated.served_folder import ServedFolder
-from tfsat_host.emulated.state import Kept, save_image
+from tfsat_host.emulated.state import Kept
 from tfsat_host.errors import TfsatError
+from tfsat_host.whole_file import write_whole
 
 _QUIET_US = 20_000
 """An EEPROM that was not written to for so long has all of an upload; a byte takes 3.4 ms."""
@@ -146,7 +147,7 @@ class RobotServer:
         """What a host has read back outlives even a kill -9 of this process."""
         writes = self._robot.eeprom_writes
         if writes == self._seen_writes != self._kept_writes:
-            save_image(self._folder.kept.eeprom, self._robot.eeprom())
+            write_whole(self._folder.kept.eeprom, self._robot.eeprom())
             self._kept_writes = writes
         self._seen_writes = writes
 
@@ -154,7 +155,7 @@ class RobotServer:
         """Likewise; the logger writes all its settings at once."""
         memory = self._robot.logger_memory()
         if memory != self._kept_memory:
-            save_image(self._folder.kept.logger_memory, memory)
+            write_whole(self._folder.kept.logger_memory, memory)
             self._kept_memory = memory
 
     def _update_port(self, board: BoardIndex) -> None:

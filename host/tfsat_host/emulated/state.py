@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 from tfsat_host.devices.log_names import recording_name
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.robot import EmulatedRobot
@@ -72,10 +72,10 @@ class KeptState:
     def save(self, robot: EmulatedRobot, before: Kept) -> None:
         """Keeps what has changed since `before`."""
         if (eeprom := robot.eeprom()) != before.eeprom:
-            save_image(self.eeprom, eeprom)
+            write_whole(self.eeprom, eeprom)
         memory = robot.logger_memory()
         if memory != (before.logger_memory or _erased(memory)):
-            save_image(self.logger_memory, memory)
+            write_whole(self.logger_memory, memory)
         self._save_card(robot.card_slot.files(), before.card)
 
     def _save_card(self, files: dict[int, bytes], before: dict[int, bytes]) -> None:
@@ -83,7 +83,7 @@ class KeptState:
             (self.card / recording_name(number)).unlink(missing_ok=True)
         for number, data in files.items():
             if before.get(number) != data:
-                save_image(self.card / recording_name(number), data)
+                write_whole(self.card / recording_name(number), data)
 
 
 def load_eeprom(path: Path) -> bytes | None:
@@ -109,14 +109,6 @@ def load_card(folder: Path) -> dict[int, bytes]:
             data = path.read_bytes()
             files[int(named[1])] = data + bytes(-len(data) % BLOCK_BYTES)
     return files
-
-
-def save_image(path: Path, image: bytes) -> None:
-    """Replaces what is stored at once: a reader finds the old one or the new one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-        file.write(image)
-    Path(file.name).replace(path)
 
 
 def _erased(memory: bytes) -> bytes:

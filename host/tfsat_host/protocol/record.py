@@ -86,6 +86,8 @@ def _build(record: type[AnyRecord], scalars: Iterator[Any]) -> AnyRecord:
             values.append(_item(kind, scalars))
         elif kind == "B":
             values.append(bytes(islice(scalars, count)))
+        elif isinstance(kind, str):
+            values.append(tuple(islice(scalars, count)))
         else:
             values.append(tuple(_item(kind, scalars) for _ in range(count)))
     return record(*values)

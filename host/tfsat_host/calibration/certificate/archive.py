@@ -17,6 +17,11 @@ def recordings_folder(certificate: Path) -> Path:
     return certificate.with_name(f"{certificate.stem}-recordings")
 
 
+def kept_copy(certificate: Path, calibration: Calibration) -> Path:
+    """The copy that stays of what a certificate said."""
+    return recordings_folder(certificate) / calibration.written.astimezone(UTC).strftime(_KEPT)
+
+
 def write_certificate(certificate: Path, calibration: Calibration) -> None:
     """Writes a certificate, and a copy that stays: a drop is evaluated by the one that held when it fell.
 
@@ -24,7 +29,7 @@ def write_certificate(certificate: Path, calibration: Calibration) -> None:
         OSError: one of the two cannot be written; the certificate is as before.
     """
     text = format_calibration(calibration).encode()
-    write_whole(recordings_folder(certificate) / calibration.written.astimezone(UTC).strftime(_KEPT), text)
+    write_whole(kept_copy(certificate, calibration), text)
     write_whole(certificate, text)
 
 

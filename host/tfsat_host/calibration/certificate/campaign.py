@@ -170,10 +170,11 @@ class Campaign:
         )
 
 
-def note_landing(certificate: Path, landing: Landing) -> bool:
+def note_landing(certificate: Path, landing: Landing, now: datetime | None = None) -> bool:
     """Adds a landing to a certificate without solving anything; whether it was new.
 
     Its values stay those of the fall that has just ended, to evaluate it by, until the next step is accepted.
+    `now` is when it is written; None: as the computer's clock says.
 
     Raises:
         CalibrationError: the certificate cannot be understood, or another program writes it for long.
@@ -184,7 +185,7 @@ def note_landing(certificate: Path, landing: Landing) -> bool:
         changed = with_landing(found, landing)
         if changed is found:
             return False
-        write_certificate(certificate, replace(changed, written=datetime.now(UTC)))
+        write_certificate(certificate, replace(changed, written=now or datetime.now(UTC)))
         return True
 
 

@@ -15,6 +15,15 @@ from tfsat_host.protocol.limits import PROTOCOL_HASH
 AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
 """Two orthogonal axes on every body (paper, tab. misal)."""
 
+DRAWABLE = {
+    "bias": "biases of the gyros",
+    "zero": "zero points",
+    "misalignment": "mountings of the gyros",
+    "scale": "scale factors and the angle sensors' bend",
+    "servo": "maps of the servos",
+}
+"""What `calibrate` measures, by its name there, and what that is called."""
+
 
 @dataclass(frozen=True, slots=True)
 class Subject:
@@ -84,6 +93,7 @@ class Calibration:
         tool_version, protocol_hash: Of the program that computed it.
         logger_image: CRC of the image that the logger ran in the newest recording, 8 hexadecimal digits; None: it
             ran natively, or nothing was recorded.
+        drawn: Of `DRAWABLE`, what nobody measured: a rehearsal drew it from an emulated robot's hidden truth.
     """
 
     subject: Subject
@@ -97,6 +107,7 @@ class Calibration:
     tool_version: str = __version__
     protocol_hash: str = field(default_factory=PROTOCOL_HASH.hex)
     logger_image: str | None = None
+    drawn: tuple[str, ...] = ()
 
     @property
     def last_landing(self) -> datetime | None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 
-from tfsat_host.calibration.certificate.certificate import Calibration, Subject
+from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
 from tfsat_host.calibration.certificate.entries import REWRITE, UNREADABLE, Entry
 from tfsat_host.calibration.certificate.tables import (
     read_gyro,
@@ -35,6 +35,7 @@ _TOP = (
     "tool_version",
     "protocol_hash",
     "logger_image",
+    "drawn",
 )
 _TABLES = ("gyro", "joint", "servo", "recording", "landing")
 
@@ -106,9 +107,17 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
         tool_version=top.text("tool_version"),
         protocol_hash=top.text("protocol_hash"),
         logger_image=top.text("logger_image") if top.has("logger_image") else None,
+        drawn=_drawn(top),
     )
     _check_seal(text, source)
     return calibration
+
+
+def _drawn(top: Entry) -> tuple[str, ...]:
+    names = top.require("drawn") if top.has("drawn") else []
+    if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
+        top.fail("drawn", f"drawn is {shown(names)}, not a list of some of {', '.join(DRAWABLE)}")
+    return tuple(names)
 
 
 def _check_seal(text: str, source: str) -> None:

@@ -58,6 +58,7 @@ def format_calibration(calibration: Calibration) -> str:
                 protocol_hash=calibration.protocol_hash,
                 logger_image=calibration.logger_image,
             ),
+            *_drawn(calibration),
         ]
     ]
     for gyro in calibration.gyros:
@@ -90,6 +91,16 @@ def seal_in(text: str) -> str | None:
     """What the text says of itself."""
     found = [line for line in text.splitlines() if line.startswith(_SEAL)]
     return found[0].removeprefix(_SEAL).strip().strip('"') if len(found) == 1 else None
+
+
+def _drawn(calibration: Calibration) -> list[str]:
+    """Only where something was: of a real robot nothing ever is."""
+    if not calibration.drawn:
+        return []
+    return [
+        "# drawn: never measured; a rehearsal drew it from the emulated robot's hidden truth.",
+        *_pairs(drawn=list(calibration.drawn)),
+    ]
 
 
 def _gyro(gyro: GyroCalibration) -> Iterator[list[str]]:

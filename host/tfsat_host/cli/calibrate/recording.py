@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.steps.step import Step
     from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.cli.calibrate.jog_bench import JogBench
-    from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
 
 LOOK_S = 0.5
@@ -31,72 +30,64 @@ LINE_S = 5.0
 
 def record(step: Step, bench: Bench, known: Known, out: Output) -> Evidence:
     """Has the step done and reads it, until it is done or its time is over."""
-    from tfsat_host.calibration.steps.counts import Counts
+    from tfsat_host.calibration.steps.reading import LiveSource, pass_over, read_step
 
     bench.operator.begin(step)
     with bench.logger.live() as scales:
-        _pass_over(bench.logger, bench.operator.lead_s)
-        taken = datetime.now(UTC)
-        samples: list[LiveSampleStream] = []
-        parts: list[Counts] = []
-        due_us = 0
+        live = LiveSource(bench.logger.live_samples, scales, bench.origin, lambda: datetime.now(UTC))
+        pass_over(live, bench.operator.lead_s)
         with _shown(step, out) as show:
-            while True:
-                fresh = bench.logger.live_samples()
-                samples += fresh
-                parts.append(Counts.from_live(fresh, scales))
-                if fresh[-1].time_us < due_us:
-                    continue
-                progress, parts = _look(step, parts, known)
-                show(progress)
-                if progress.done:
-                    break
-                due_us = fresh[-1].time_us + round(min(LOOK_S, progress.left_s) * 1e6)
-    return _evidence(step, samples, scales, taken, bench, out)
+            evidence = read_step(step, live, _Looks(step, scales, known, show))
+    return _told_of_losses(evidence, out)
+
+
+class _Looks:
+    """Looks at a step each `LOOK_S`, and says when it has come to its end."""
+
+    def __init__(
+        self, step: Step, scales: LiveReply, known: Known, show: Callable[[StepProgress], None]
+    ) -> None:
+        self._step = step
+        self._scales = scales
+        self._known = known
+        self._show = show
+        self._parts: list[Counts] = []
+        self._due_us = 0
+
+    def __call__(self, fresh: Sequence[LiveSampleStream]) -> bool:
+        """Whether these samples were the last."""
+        from tfsat_host.calibration.steps.counts import Counts
+        from tfsat_host.calibration.steps.progress import joined, progress_of
+
+        self._parts.append(Counts.from_live(fresh, self._scales))
+        if fresh[-1].time_us < self._due_us:
+            return False
+        so_far = joined(self._parts)
+        self._parts = [so_far]
+        progress = progress_of(self._step, so_far, self._known)
+        self._show(progress)
+        self._due_us = fresh[-1].time_us + round(min(LOOK_S, progress.left_s) * 1e6)
+        return progress.done
 
 
 def record_jogged(step: Step, bench: JogBench, out: Output) -> Evidence:
     """Has the joint's servo sweep it, and reads the sensors meanwhile. Raises what `jogged_sweep` does."""
+    from tfsat_host.calibration.steps.counts import Counts
+    from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.cli.calibrate.jog import jogged_sweep
 
     taken = datetime.now(UTC)
     samples, scales = jogged_sweep(bench, step, out)
-    return _evidence(step, samples, scales, taken, bench, out)
+    evidence = Evidence(step, Counts.from_live(samples, scales), taken, bench.origin)
+    return _told_of_losses(evidence, out)
 
 
-def _evidence(
-    step: Step,
-    samples: Sequence[LiveSampleStream],
-    scales: LiveReply,
-    taken: datetime,
-    bench: Bench,
-    out: Output,
-) -> Evidence:
-    from tfsat_host.calibration.steps.counts import Counts
-    from tfsat_host.calibration.steps.evidence import Evidence
-
-    counts = Counts.from_live(samples, scales)
-    if counts.samples_lost:
-        total = len(samples) + counts.samples_lost
-        out.warn(f"{counts.samples_lost} of {total} samples never arrived ({title(step)}).")
-    return Evidence(step, counts, taken, bench.origin)
-
-
-def _look(step: Step, parts: Sequence[Counts], known: Known) -> tuple[StepProgress, list[Counts]]:
-    """Where it stands, and the same samples in one piece."""
-    from tfsat_host.calibration.steps.progress import joined, progress_of
-
-    so_far = joined(parts)
-    return progress_of(step, so_far, known), [so_far]
-
-
-def _pass_over(logger: LoggerClient, lead_s: float) -> None:
-    """Samples of the time in which a person gets ready."""
-    if lead_s <= 0:
-        return
-    first = logger.live_samples()[0].time_us
-    while logger.live_samples()[-1].time_us < first + lead_s * 1e6:
-        pass
+def _told_of_losses(evidence: Evidence, out: Output) -> Evidence:
+    lost = evidence.counts.samples_lost
+    if lost:
+        total = len(evidence.counts.t_us) + lost
+        out.warn(f"{lost} of {total} samples never arrived ({title(evidence.step)}).")
+    return evidence
 
 
 @contextmanager

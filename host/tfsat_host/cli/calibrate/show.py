@@ -123,6 +123,7 @@ def _as_json(
         "same_protocol": _same_protocol(calibration),
         "ready": not (lacking or _unproven(papers) or _future(rows, now)),
         "quantities": [_row_as_json(row, now) for row in rows],
+        "drawn": list(calibration.drawn),
         "commands": list(dict.fromkeys(row.command for row in lacking)),
         "recordings": [
             asdict(paper) | {"taken": paper.taken.isoformat(), "state": state} for paper, state in papers
@@ -188,6 +189,10 @@ def _show(
     out.line(f"Of {calibration.subject.describe()}, written {calibration.written:%Y-%m-%d %H:%M} UTC.")
     if calibration.subject.emulated:
         out.line("These are the errors of an emulated robot: of no use for a real one.")
+    if calibration.drawn:
+        from tfsat_host.calibration.certificate.drawn import in_words
+
+        out.line(f"Drawn for a rehearsal, never measured: {in_words(calibration.drawn)}.")
     if not _same_protocol(calibration):
         out.line("It was written by a tfsat of another protocol; its values hold all the same.")
     out.line()

@@ -11,6 +11,7 @@ from tfsat_host.calibration.certificate.certificate import (
     quantities,
     summarized,
 )
+from tfsat_host.calibration.certificate.of_another import of_another_robot
 from tfsat_host.preflight.check import Check, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.protocol.enums import DropPhase
@@ -84,13 +85,8 @@ def _of_others(evidence: Evidence, calibration: Calibration) -> str:
     subject, origin = calibration.subject, evidence.origin
     if origin is None:
         return ""
-    if subject.emulated != origin.emulated:
-        theirs, these = ("an emulated", "a real") if subject.emulated else ("a real", "an emulated")
-        return f"It is of {theirs} robot; this is {these} one."
-    if subject.logger_serial != origin.logger_serial:
-        return (
-            f"It is of logger {subject.logger_serial or '?'}; this is logger {origin.logger_serial or '?'}."
-        )
+    if other := of_another_robot(subject, origin):
+        return other
     if subject.robot != evidence.robot.name:
         return f"It is of the robot {subject.robot}; the robot file is of {evidence.robot.name}."
     calibrated, found = bytes.fromhex(subject.who_am_i), bytes.fromhex(origin.who_am_i)
