@@ -31,7 +31,7 @@ help:  ## this list
 demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported, bundled, reproduced (Python, C++ compiler)
 	$(call say,building the emulated robot)
 	@$(BIN)/python -m tfsat_host.emulated.build
-	$(call say,rehearsing 59/70: upload - preflight - recording - arming - lift - drop - decoding - evaluation - report)
+	$(call say,rehearsing 59/70: bias - upload - preflight - recording - arming - lift - drop - decoding - evaluation - report)
 	@$(BIN)/tfsat-host rehearse 59 70 --out build/demo --force
 	$(call say,the same on a morning on which a gyro is dead: the preflight must see it)
 	@$(BIN)/tfsat-host rehearse 59 70 --fault gyro-dead@powered --out build/demo-no-go --force; [ $$? = 4 ]

@@ -7,6 +7,7 @@ from pathlib import Path
 from tests.rehearsal.faults_seen import no_go, seen
 from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.faults.known import FAULTS
+from tfsat_host.rehearsal.moment import words_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 _HEAD = """# What may go wrong, and what happens then
@@ -18,20 +19,23 @@ Written by `python -m tests.rehearsal.faults_page`; do not edit. Each fault was 
     tfsat-host rehearse 59 70 --fault gyro-swapped --despite-preflight
     tfsat-host rehearse --list-faults
 
-A fault strikes at its own moment ("when"), or at the one behind an `@`. The tests repeat every row: the day on which
-the fault is there in the morning already, where that can be, and the day on which it strikes at its own moment and the
-team drops whatever the preflight says.
+A fault strikes at its own moment ("when"), or at one of those in the column "or @", typed behind an `@`; any other is
+refused, for the fault cannot be there then. The tests repeat every row: the day on which the fault is there in the
+morning already, where that can be, and the day on which it strikes at its own moment and the team drops whatever the
+preflight says.
 
 - **Preflight** names the checks that then say NO-GO (docs/preflight.md); "cannot see it" is what no check can find
   without moving the robot, and "comes later" what cannot be there yet.
-- **The robot** is what it does then, dropped all the same.
+- **The robot** is what it does then, dropped all the same; and what it does if the fault strikes at another moment,
+  where that differs.
 - **The recording** "to where it was cut off" holds every sample that had reached the card.
 - **Noticed** is where its name, or what it did, is said afterwards: by a board's refusal to go on, by a board after the
-  landing, in what `decode` says of the log, or in what `evaluate` and `report` say of the drop. Nothing is to be
-  noticed of a fault that changes nothing.
+  landing, in what `decode` says of the log, or in what `evaluate` and `report` say of the drop. "report refuses" is
+  where these two give no numbers and no page, and say why. Nothing is to be noticed of a fault that changes nothing.
+  `rehearse` says for each fault that was thrown in when it struck and who noticed.
 
-| fault | what happens | when | preflight | the robot | the recording | noticed |
-| --- | --- | --- | --- | --- | --- | --- |
+| fault | what happens | when | or @ | preflight | the robot | the recording | noticed |
+| --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
 
@@ -50,12 +54,27 @@ def _row(fault: Fault) -> str:
         f"`{fault.name}`",
         fault.what,
         fault.moment.value,
+        words_of(fault.outcomes),
         _preflight(fault),
-        fault.outcome.value,
+        _robot(fault),
         kept,
         where or "nothing to notice",
     )
     return "| " + " | ".join(cells) + " |\n"
+
+
+def _robot(fault: Fault) -> str:
+    others = dict.fromkeys(fault.outcomes.values())
+    moments = {
+        outcome: words_of([when for when, what in fault.outcomes.items() if what is outcome])
+        for outcome in others
+    }
+    return "; ".join(
+        [
+            fault.outcome.value,
+            *(f"{one.value} if @{moments[one]}" for one in others if one is not fault.outcome),
+        ]
+    )
 
 
 def _preflight(fault: Fault) -> str:

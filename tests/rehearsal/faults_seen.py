@@ -19,16 +19,15 @@ from tfsat_host.rehearsal.day import DROPPED
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.moment import Moment
+from tfsat_host.rehearsal.noticed import BEFORE_PREFLIGHT, Said, said_of
 from tfsat_host.rehearsal.preflight import Preflight
 from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
-from tfsat_host.sdlog.summary import warnings
 
 SEED = 1
 SCHEDULE = schedule_maneuver(four_stroke(59.0, 70.0))
-IN_THE_MORNING = (Moment.POWERED, Moment.UPLOADED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +38,7 @@ class Seen:
         no_go: Checks of the preflight that stood against the drop.
         drop: The day; with a preflight that says NO-GO, the day on which the team drops all the same.
         log: Of its recording; None: there is none.
-        said: Where something was said, and what: a refusal, a board after the landing, the log, the report.
+        said: Where something was said, and what; see `tfsat_host.rehearsal.noticed.Said`.
     """
 
     no_go: tuple[str, ...]
@@ -50,8 +49,7 @@ class Seen:
     @property
     def moved_deg(self) -> float:
         """How far the joint that moved most went from where it began."""
-        angles = self.drop.truth[:, 1:4]
-        return float(np.rad2deg(np.abs(angles - angles[0]).max()))
+        return moved_deg(self.drop)
 
     @property
     def moves_at_the_end(self) -> bool:
@@ -61,6 +59,12 @@ class Seen:
         last = (t > self.drop.landed_s - 0.5) & (t < self.drop.landed_s)
         angles = self.drop.truth[last, 1:4]
         return bool(np.rad2deg(np.ptp(angles, axis=0).max()) > 0.1)
+
+
+def moved_deg(drop: Drop) -> float:
+    """How far the joint that moved most went from where it began; 0 if nobody began to record."""
+    angles = drop.truth[:, 1:4]
+    return float(np.rad2deg(np.abs(angles - angles[0]).max())) if len(angles) else 0.0
 
 
 @cache
@@ -78,7 +82,7 @@ def flown(fault: Fault, *, despite: bool) -> Drop:
 @cache
 def no_go(fault: Fault) -> tuple[str, ...]:
     """Checks that stand against the drop when the fault is there in the morning already."""
-    morning = fault if fault.moment in IN_THE_MORNING else fault.at(Moment.POWERED)
+    morning = fault if fault.moment in BEFORE_PREFLIGHT else fault.at(Moment.POWERED)
     drop = flown(morning, despite=False)
     assert drop.checked is not None
     assert isinstance(drop.refused, NoGo) == (not drop.checked.go)
@@ -92,17 +96,18 @@ def seen(fault: Fault) -> Seen:
     assert drop.checked is not None
     wrong = tuple(check.name for check in drop.checked.wrong)
     if drop.refused is not None:
-        return Seen(wrong, drop, None, {"refusal": str(drop.refused.what)})
+        return Seen(wrong, drop, None, _joined(said_of(drop, None, None, None)))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "SD.bin"
         path.write_bytes(drop.card)
         log = load(path)
-    said = {"board": " ".join(drop.setbacks), "log": " ".join(warnings(log))}
     try:
         found = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
-        verdict = verdict_of(found)
-        causes = [check.cause or "" for check in found.failed_checks]
-        said["report"] = " ".join((verdict.sentence, *verdict.reasons, *found.notes, *causes))
+        said = said_of(drop, log, (found, verdict_of(found)), None)
     except TfsatError as error:
-        said["report"] = f"{error.what} {error.meaning}"
-    return Seen(wrong, drop, log, said)
+        said = said_of(drop, log, None, error)
+    return Seen(wrong, drop, log, _joined(said))
+
+
+def _joined(said: Said) -> dict[str, str]:
+    return {who: " ".join(sentences) for who, sentences in said.items()}

@@ -13,14 +13,16 @@ import numpy as np
 
 from tests.rehearsal.imus_in_orbit import orbit_rows
 from tfsat_host.emulated.imu_part import ImuPart, load_imu
+from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.compared import Compared
 from tfsat_host.rehearsal.many import Flown, Series, fly_many
+from tfsat_host.rehearsal.preflight import Preflight
 from tfsat_host.robot import load_robot
 
 PAGE = Path(__file__).parents[2] / "docs" / "imus.md"
 IMUS = ("mpu6050", "adis16465_2")
-RUNS = 30
+RUNS = 12
 SHOWN = 5
 """Robots that are told one by one."""
 _SEED = 1
@@ -37,8 +39,8 @@ Written by `python -m tests.rehearsal.imus_page`; do not edit. The paper would f
 same robots, of the same seeds, let go in the same way, are dropped with either part on all four bodies: 59/70, four
 strokes in 1.5 s of a fall of 2.5 s.
 
-    tfsat-host rehearse 59 70 --runs 30
-    tfsat-host rehearse 59 70 --runs 30 --imu adis16465_2
+    tfsat-host rehearse 59 70 --runs {runs}
+    tfsat-host rehearse 59 70 --runs {runs} --imu adis16465_2
     tfsat-host rehearse 59 70 --imu mine.toml
 
 `--imu` takes a shipped part or a file like `host/tfsat_host/emulated/imus/mpu6050.toml`, in which each figure says
@@ -94,7 +96,7 @@ def page(runs: int) -> str:
     flown = fly(runs)
     return "".join(
         (
-            _HEAD,
+            _HEAD.format(runs=runs),
             *_table(flown, runs),
             _BETWEEN,
             *robots_table({imu: outcomes[:SHOWN] for imu, outcomes in flown.items()}),
@@ -106,9 +108,11 @@ def page(runs: int) -> str:
 
 
 def fly(runs: int) -> dict[str, tuple[Flown, ...]]:
-    """The first robots, with each IMU."""
+    """The first robots, with each IMU; on the day that the command makes of their seeds, preflight and all."""
     schedule, filed = schedule_maneuver(four_stroke(59.0, 70.0)), load_robot()
-    return {imu: fly_many(Series(schedule, filed, _SEED, part=load_imu(imu)), runs) for imu in IMUS}
+    preflight = Preflight.of(schedule, filed, load_tower(None), None, despite=False)
+    series = {imu: Series(schedule, filed, _SEED, part=load_imu(imu), preflight=preflight) for imu in IMUS}
+    return {imu: fly_many(one, runs) for imu, one in series.items()}
 
 
 def robots_table(flown: dict[str, tuple[Flown, ...]]) -> list[str]:

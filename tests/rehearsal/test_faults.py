@@ -18,7 +18,7 @@ from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.rehearsal.faults.boards import BOARD_FAULTS
 from tfsat_host.rehearsal.faults.card import POWER_CUTS, power_cut
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment
 from tfsat_host.rehearsal.faults.known import FAULTS
 from tfsat_host.rehearsal.faults.release import RELEASE_FAULTS
 from tfsat_host.rehearsal.moment import GUARD_US, Moment
@@ -27,7 +27,9 @@ from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 
-SOUND = Fault("none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, Outcome.FLIES, morning=())
+SOUND = Fault(
+    "none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, at_any_moment(Outcome.FLIES), morning=()
+)
 EACH = pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 IN_THE_MORNING = pytest.mark.parametrize(
     "fault", [fault for fault in FAULTS if fault.morning is not None], ids=lambda fault: fault.name
@@ -143,7 +145,7 @@ def test_a_moment_that_does_not_exist(tfsat_host: RunCli) -> None:
 
 def test_a_fault_in_the_command(tfsat_host: RunCli) -> None:
     flown = tfsat_host.json("rehearse", "59", "70", "--fault", "servo-dead", expect=3)
-    assert flown["faults"] == ["servo-dead"]
+    assert [fault["name"] for fault in flown["faults"]] == ["servo-dead"]
     assert flown["preflight"] == "go"
     assert any("did not move" in reason for reason in flown["evaluation"]["reasons"])
 
@@ -169,7 +171,7 @@ def test_a_preflight_that_says_no(tfsat_host: RunCli) -> None:
     # A card that somebody copied there afterwards is no rehearsal's.
     (folder / "SD.bin").write_bytes(b"of a real drop")
     again = tfsat_host("rehearse", "59", "70", "--out", "run", expect=2)
-    assert "SD.bin was not made by the rehearsal" in again.stderr
+    assert "SD.bin is not as the rehearsal made it" in again.stderr
     assert (folder / "SD.bin").read_bytes() == b"of a real drop"
     (folder / "SD.bin").unlink()
     all_the_same = ("--fault", "gyro-dead@powered", "--despite-preflight", "--out", "run")

@@ -62,6 +62,12 @@ def test_the_page_is_of_these_robots() -> None:
     assert "".join(orbit_rows([load_imu(imu) for imu in IMUS])) in text
 
 
+def test_the_pages_robots_are_those_of_the_command(tfsat_host: RunCli) -> None:
+    found = {one["name"]: one["found"] for one in tfsat_host.json("rehearse", "59", "70")["compared"]}
+    (first,) = fly(1)["mpu6050"]
+    assert {one.name: one.found for one in first.compared} == pytest.approx(found, abs=1e-6)
+
+
 def test_what_the_page_says_of_orbit_is_what_a_wandering_bias_integrates_to() -> None:
     part, step_s = load_imu("mpu6050"), 1.0
     random = np.random.default_rng(1)

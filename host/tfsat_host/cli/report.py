@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     _check_mcap(args)
     files = ReportFiles.of(args)
     files.check(force=args.force)
-    robot = robot_of(args)
+    robot = robot_of(args, args.runs)
     done, refused = [], []
     for place in args.runs:
         try:
@@ -83,12 +83,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return _finish(done, refused, files, args, out)
 
 
-def report_on(args: argparse.Namespace, out: Output) -> tuple[EvaluatedRun, list[Path]]:
+def report_on(
+    args: argparse.Namespace, out: Output, made_at: datetime | None = None
+) -> tuple[EvaluatedRun, list[Path]]:
     """Evaluates one drop and writes its page, for a command that wants both; what it was worth, and the files.
 
     Args:
         args: Of a parser with `configure`, one RUN typed.
         out: For progress.
+        made_at: The time that the page gives; None: the computer's.
 
     Raises:
         TfsatError: it cannot be evaluated.
@@ -97,10 +100,10 @@ def report_on(args: argparse.Namespace, out: Output) -> tuple[EvaluatedRun, list
 
     check_run_arguments(args)
     files = ReportFiles.of(args)
-    done = _evaluated(args.runs[0], args, robot_of(args), out)
+    done = _evaluated(args.runs[0], args, robot_of(args, args.runs), out)
     drop = reported(files.drops[done.files.recording].name, done, args)
     return done, files.write(
-        [drop], PageParts(), datetime.now(UTC), force=args.force, progress=lambda _: None
+        [drop], PageParts(), made_at or datetime.now(UTC), force=args.force, progress=lambda _: None
     )
 
 

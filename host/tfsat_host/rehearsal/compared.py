@@ -81,7 +81,7 @@ def _rates(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
     rate, std = np.rad2deg(initial.rate_rad_s), np.rad2deg(initial.std_rad_s)
     for axis, name in enumerate("xyz"):
         yield Compared(
-            f"initial rate {name}", "deg/s", float(rate[axis]), float(std[axis]), float(true[axis])
+            f"initial rate {name}, body 1", "deg/s", float(rate[axis]), float(std[axis]), float(true[axis])
         )
 
 

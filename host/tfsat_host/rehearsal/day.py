@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
@@ -14,7 +15,7 @@ from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.checked import Checked
 
 CALIBRATED = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
-"""When the emulated robot was calibrated; it is dropped an hour later."""
+"""When the emulated robot's morning on the bench begins; it is dropped an hour later."""
 DROPPED = CALIBRATED + timedelta(hours=1)
 
 
@@ -26,6 +27,7 @@ class Day:
         robot: With its boards.
         schedule: Of the maneuver.
         calibration: That the drop will be evaluated with.
+        recordings: Of the morning, by their files' names; those that the calibration names are its raw data.
         sequencer: Its connection.
         logger: Its connection.
         arming: Somebody will arm the robot.
@@ -38,6 +40,7 @@ class Day:
     robot: EmulatedRobot
     schedule: Schedule
     calibration: Calibration
+    recordings: Mapping[str, bytes] = field(default_factory=dict)
     sequencer: SequencerClient = field(init=False)
     logger: LoggerClient = field(init=False)
     arming: bool = True

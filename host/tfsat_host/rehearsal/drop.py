@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +28,9 @@ class Drop:
         checked: The preflight's result; None: there was none.
         sequencer: Its status after the landing; None: it does not answer.
         recording: The logger's account of the recording; None: it does not answer, or has none.
-        calibration: What a day on the bench would have told of this robot.
+        calibration: What the bench told of this robot; what was only drawn of it, it says.
+        recordings: Of the morning, by their files' names.
+        collected: When the card was taken out, by the team's clock.
         truth: See `EmulatedRobot.truth`; from the start of the recording.
         released_s: Virtual time at which both switches first were open; None: nobody let go.
         landed_s: Virtual time of the landing; None: nobody let go.
@@ -40,6 +44,8 @@ class Drop:
     sequencer: SequencerStatusReply | None
     recording: RecordStopReply | None
     calibration: Calibration
+    recordings: Mapping[str, bytes]
+    collected: datetime
     truth: FloatArray
     released_s: float | None
     landed_s: float | None

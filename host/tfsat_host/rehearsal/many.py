@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -29,6 +30,7 @@ from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog, load
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_ASKED_EVERY_S = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,7 @@ class Flown:
     Attributes:
         number: From 1.
         seed: That flies it again.
+        imu: Part on every body; empty: the robot is as filed.
         refused: Why nothing was dropped; empty: something was.
         no_go: Checks of the preflight that stand against a drop.
         verdict: Of the evaluation; `none` without one.
@@ -77,6 +80,7 @@ class Flown:
 
     number: int
     seed: int
+    imu: str
     refused: str
     no_go: tuple[str, ...]
     verdict: str
@@ -86,7 +90,11 @@ class Flown:
 
 
 def fly_many(
-    series: Series, runs: int, workers: int | None = None, progress: Callable[[], None] = lambda: None
+    series: Series,
+    runs: int,
+    workers: int | None = None,
+    progress: Callable[[], None] = lambda: None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> tuple[Flown, ...]:
     """Every drop, in order; the same to the bit whatever the number of workers.
 
@@ -95,17 +103,49 @@ def fly_many(
         runs: How often.
         workers: Processes; None: one for each core.
         progress: Told after each drop.
+        stop: Asked often: whether to begin no more drops. Those that are in the air are flown to their end; fewer
+            than `runs` come back.
     """
-    found = []
+    found: list[Flown] = []
+    workers = workers or os.cpu_count() or 1
     # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
     with (
         _environment(dict.fromkeys(_THREADS, "1")),
-        ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as pool,
+        ProcessPoolExecutor(workers, get_context("spawn"), initializer=_hear_nothing) as pool,
     ):
-        for outcome in pool.map(_flown, [series] * runs, range(1, runs + 1)):
-            found.append(outcome)
-            progress()
-    return tuple(found)
+        numbers = iter(range(1, runs + 1))
+        flying: set[Future[Flown]] = set()
+        while True:
+            while len(flying) < workers and not stop() and (number := next(numbers, None)) is not None:
+                with _deaf():
+                    flying.add(pool.submit(_flown, series, number))
+            if stop():
+                flying = {one for one in flying if not one.cancel()}
+            if not flying:
+                break
+            landed, flying = wait(flying, timeout=_ASKED_EVERY_S, return_when=FIRST_COMPLETED)
+            for one in landed:
+                found.append(one.result())
+                progress()
+    return tuple(sorted(found, key=lambda outcome: outcome.number))
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """A process that begins meanwhile never hears Ctrl-C, which reaches all of a terminal: its drop is to be told."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _hear_nothing() -> None:
+    """The same for one that has begun."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
@@ -133,15 +173,17 @@ def _flown(series: Series, number: int) -> Flown:
     no_go = () if drop.checked is None else tuple(check.name for check in drop.checked.wrong)
     if drop.refused is not None or not drop.card:
         why = "no recording" if drop.refused is None else drop.refused.what
-        return Flown(number, seed, why, no_go, "none", -1, (), ())
+        return Flown(number, seed, truth.imu, why, no_go, "none", -1, (), ())
     log = _decoded(drop)
     try:
         found = evaluate(log, filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError:
-        return Flown(number, seed, "", no_go, "none", log.samples_lost, (), ())
+        return Flown(number, seed, truth.imu, "", no_go, "none", log.samples_lost, (), ())
     off = [1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in found.strokes]
     beside = compared(found, drop, truth, filed)
-    return Flown(number, seed, "", no_go, verdict_of(found).level, log.samples_lost, tuple(off), beside)
+    return Flown(
+        number, seed, truth.imu, "", no_go, verdict_of(found).level, log.samples_lost, tuple(off), beside
+    )
 
 
 def _decoded(drop: Drop) -> DropLog:

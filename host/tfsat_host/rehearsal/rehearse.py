@@ -1,4 +1,4 @@
-"""One drop on the emulated robot: upload, preflight, record, arm, lift, wait, release, fall, land, fetch.
+"""One drop on the emulated robot: bias, upload, preflight, record, arm, lift, wait, release, fall, land, fetch.
 
 It goes as a careful team would go: what a preflight or a board refuses ends the day before anything is let go. Faults
 change what happens at the moments between.
@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.devices.log_names import RAM
-from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
+from tfsat_host.rehearsal import morning
 from tfsat_host.rehearsal.checked import NoGo
-from tfsat_host.rehearsal.day import CALIBRATED, Day
+from tfsat_host.rehearsal.day import Day
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.moment import GUARD_US, Moment
@@ -75,8 +76,9 @@ def rehearse(
         session_seed=session,
         hex_path=hex_path,
     ) as robot:
-        robot.advance(SETTLE_US)
-        day = Day(robot, schedule, careful_certificate(filed, truth.imperfections, truth.seed, CALIBRATED))
+        progress("on the bench; the gyros' biases are taken")
+        bench = morning.lived(robot, filed, truth)
+        day = Day(robot, schedule, bench.calibration, bench.recordings)
 
         def at(moment: Moment) -> None:
             for fault in faults:
@@ -180,6 +182,8 @@ def _collected(day: Day, refused: TfsatError | None) -> Drop:
         sequencer=status,
         recording=recording,
         calibration=day.calibration,
+        recordings=day.recordings,
+        collected=datetime.fromtimestamp(day.unix_s(), UTC),
         truth=robot.truth(),
         released_s=robot.released_us / US_PER_S if fell else None,
         landed_s=day.landed_us / US_PER_S if fell else None,

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     check_run_arguments(args)
     if args.out is not None:
         check_may_write(args.out, marker=MARKER, force=args.force)
-    robot = robot_of(args)
+    robot = robot_of(args, args.runs)
     if len(args.runs) > 1:
         return _run_several(args, robot, out)
     done = evaluate_run(args.runs[0], args, robot, out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -13,9 +14,10 @@ from tfsat_host.cli.decode_calibration import hold_against
 from tfsat_host.cli.decode_landing import time_of_day
 from tfsat_host.cli.decode_words import recordings_lines
 from tfsat_host.cli.evaluate.phrases import printable
-from tfsat_host.cli.evaluate.run_files import RunFiles, run_files, schedule_in
+from tfsat_host.cli.evaluate.run_files import ROBOT, RunFiles, robot_beside, run_files, schedule_in
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 
 if TYPE_CHECKING:
@@ -62,15 +64,20 @@ class EvaluatedRun:
         return None if self.held is None else self.held.facts
 
 
-def robot_of(args: argparse.Namespace) -> RobotModel:
-    """The robot that the arguments name.
+def robot_of(args: argparse.Namespace, runs: Sequence[Path] = ()) -> RobotModel:
+    """The robot that was dropped: of `--robot`, else of `robot.toml` beside the recordings, else the drop tower's.
+
+    Args:
+        args: Of a parser with `add_run_arguments`.
+        runs: Recordings or their folders.
 
     Raises:
+        UsageError: several robots were dropped, and none was named.
         TfsatError: it cannot be read, or no logger of ours could have recorded it.
     """
     from tfsat_host.robot import load_robot
 
-    robot = load_robot(args.robot)
+    robot = load_robot(args.robot or _robot_of_all(runs))
     if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
         raise TfsatError(
             what=f"{robot.name} has {robot.n_bodies} bodies, {robot.n_joints} joints and {len(robot.imus)} IMUs; the "
@@ -79,6 +86,34 @@ def robot_of(args: argparse.Namespace) -> RobotModel:
             next_step="Give the file of the robot that was dropped with --robot.",
         )
     return robot
+
+
+def _robot_of_all(runs: Sequence[Path]) -> Path | None:
+    """Their file; None: they have none. Raises UsageError: they are files of different robots."""
+    from tfsat_host.robot import find_robot
+
+    there = [place for place in runs if place.exists()]
+    files = [robot_beside(place) for place in there]
+    first = {sha256_of(file or find_robot(None)): place for place, file in zip(there, files, strict=True)}
+    if len(first) > 1:
+        names = " and ".join(str(place) for place in list(first.values())[:2])
+        raise UsageError(
+            what=f"{names} were not dropped with the same robot: their {ROBOT} differ.",
+            meaning="What one robot's drops say of its model says nothing of another's. Nothing was evaluated.",
+            next_step="Evaluate them one by one, or name one robot for all with --robot FILE.",
+        )
+    return next((file for file in files if file is not None), None)
+
+
+def _tell_robot(place: Path, robot: RobotModel, out: Output) -> None:
+    """Whose model is used, where that is not the drop tower's by default."""
+    own = robot_beside(place)
+    if own is None:
+        return
+    if sha256_of(own) == sha256_of(robot.path):
+        out.note(f"Robot: {printable(own)}, as the run has it.")
+    else:
+        out.note(f"Robot: {printable(robot.path)}, as named, and not the run's own {printable(own)}.")
 
 
 def evaluate_run(place: Path, args: argparse.Namespace, robot: RobotModel, out: Output) -> EvaluatedRun:
@@ -98,6 +133,7 @@ def evaluate_run(place: Path, args: argparse.Namespace, robot: RobotModel, out: 
     from tfsat_host.evaluation.verdict import verdict_of
 
     files = run_files(place, args.maneuver)
+    _tell_robot(files.recording, robot, out)
     schedule = None if files.maneuver is None else schedule_in(files.maneuver)
     witnesses = _witnesses(args)
     log = _read(files.recording, args.session, out)

@@ -42,7 +42,8 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         "--robot",
         metavar="FILE",
         type=file_name,
-        help="a robot file, or the name of a robot that tfsat brings along (default: drop_tower)",
+        help="a robot file, or the name of a robot that tfsat brings along (default: robot.toml beside the recording, "
+        "else drop_tower)",
     )
     beside.add_argument(
         "--video", metavar="FILE", type=file_name, help="events of the drop in a video (CSV: event,t_s)"

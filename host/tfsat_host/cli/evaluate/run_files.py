@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 RECORDING = "SD.bin"
 MANEUVER = "maneuver.toml"
+ROBOT = "robot.toml"
 _LISTED = 8
 _NOTHING_DONE = "Nothing was evaluated."
 
@@ -54,6 +55,16 @@ def run_files(
         )
     beside = recording.parent / MANEUVER
     return RunFiles(recording, maneuver or (beside if beside.is_file() else None))
+
+
+def robot_beside(place: Path) -> Path | None:
+    """`robot.toml` of a run: the robot that was dropped, as its file had it then; None: none lies there.
+
+    Args:
+        place: The run's folder, or the recording in it.
+    """
+    file = (place if place.is_dir() else place.parent) / ROBOT
+    return file if file.is_file() else None
 
 
 def schedule_in(file: Path) -> Schedule:

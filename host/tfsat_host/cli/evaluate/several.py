@@ -38,7 +38,27 @@ class Comparison:
         fits = [drop.fit for drop in trusted(drops)]
         self.combined: Combined | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
-        self.remarks: tuple[str, ...] = left_aside(drops)
+        self.remarks: tuple[str, ...] = (*_mixed(runs), *left_aside(drops))
+
+
+def robot_in(run: EvaluatedRun) -> str:
+    """Whether a robot fell: one of `campaign.entries.ROBOTS`, by the recording itself."""
+    from tfsat_host.campaign.entries import EMULATED, REAL
+    from tfsat_host.cli.calibration_notice import origin_of_log
+
+    return EMULATED if origin_of_log(run.found.log.header).emulated else REAL
+
+
+def _mixed(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
+    """That some of the drops are an emulated robot's and others are not; nothing otherwise."""
+    from tfsat_host.campaign.entries import EMULATED
+
+    emulated = [str(run.place) for run in runs if robot_in(run) == EMULATED]
+    if len(emulated) in (0, len(runs)):
+        return ()
+    return (
+        f"No robot fell in {', '.join(emulated)}, but an emulated one: what these drops say together is of two robots.",
+    )
 
 
 def _fitted(run: EvaluatedRun) -> Any:
@@ -109,19 +129,19 @@ def row_of(run: EvaluatedRun) -> tuple[object, ...]:
     )
 
 
-def show_comparison(found: Comparison, out: Output) -> None:
-    """What the drops say together, and of each other."""
+def show_comparison(found: Comparison, out: Output, numbers: Sequence[int] = ()) -> None:
+    """What the drops say together, and of each other; `numbers` are theirs, from 1 by default."""
     from tfsat_host.report.contents.tables.together import INDEPENDENT
 
     if found.combined is None:
         out.line("No correction of all drops together: that of each drop is withheld.")
     else:
-        _show_combined(found, found.combined, out)
+        _show_combined(found, found.combined, numbers or range(1, len(found.runs) + 1), out)
         _show_left_out(found.left_out, out)
     sentences((*found.remarks, INDEPENDENT), out)
 
 
-def _show_combined(found: Comparison, combined: Combined, out: Output) -> None:
+def _show_combined(found: Comparison, combined: Combined, numbers: Sequence[int], out: Output) -> None:
     offsets = found.runs[0].found.explained.fit.offsets
     rows: list[tuple[object, ...]] = [
         (name, unit, plus_minus(float(value), float(std), sign=True), *_each(found, index))
@@ -129,7 +149,7 @@ def _show_combined(found: Comparison, combined: Combined, out: Output) -> None:
             zip(offsets.names, offsets.units, combined.values, combined.std, strict=True)
         )
     ]
-    columns = ("offset", "unit", "all drops", *[f"drop {n}" for n in range(1, len(found.runs) + 1)])
+    columns = ("offset", "unit", "all drops", *[f"drop {n}" for n in numbers])
     out.table(columns, rows, title="Corrections of the model")
 
 

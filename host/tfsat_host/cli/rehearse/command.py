@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
 from tfsat_host.cli.options import add_output_options, file_name, seed
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.rehearse.prepared import robot_of
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
@@ -49,10 +50,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     drop.add_argument(
         "--fault",
-        metavar="NAME",
+        metavar="NAME[@MOMENT]",
         action="append",
         default=[],
-        help="let something go wrong; may be given more than once",
+        help="let something go wrong, at its own moment or at another one that it can be at (NAME@MOMENT, see "
+        "--list-faults); may be given more than once",
     )
     drop.add_argument(
         "--despite-preflight",
@@ -88,8 +90,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
     notices = (*schedule.notices, *servo_speed_notices(schedule))
     for notice in notices:
         out.warn(notice)
-    from tfsat_host.cli.evaluate.one_run import robot_of
-
     filed = robot_of(args)
     if args.runs > 1:
         from tfsat_host.cli.rehearse.many import rehearse_many
@@ -118,18 +118,25 @@ def _faults(names: list[str]) -> tuple[Fault, ...]:
 
 def _list_faults(out: Output) -> int:
     from tfsat_host.rehearsal.faults.known import FAULTS
+    from tfsat_host.rehearsal.moment import words_of
 
-    rows = [(fault.name, fault.what, fault.outcome.value) for fault in FAULTS]
+    rows = [
+        (fault.name, fault.what, fault.moment.typed, words_of(fault.outcomes), fault.outcome.value)
+        for fault in FAULTS
+    ]
     listed: list[dict[str, Any]] = [
         {
             "name": fault.name,
             "what": fault.what,
+            "moment": fault.moment.typed,
             "when": fault.moment.value,
             "outcome": fault.outcome.value,
+            "moments": {moment.typed: outcome.value for moment, outcome in fault.outcomes.items()},
             "complete": fault.complete,
             "noticed": fault.noticed,
         }
         for fault in FAULTS
     ]
-    out.result({"faults": listed}, lambda: out.table(("fault", "what happens", "the robot then"), rows))
+    columns = ("fault", "what happens", "when", "or @", "the robot then")
+    out.result({"faults": listed}, lambda: out.table(columns, rows))
     return 0

@@ -6,13 +6,17 @@ import argparse
 import csv
 import io
 import json
+import shlex
 from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.advice import Interrupted
+from tfsat_host.cli.evaluate.run_files import MANEUVER, ROBOT
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.rehearse.prepared import image_of, part_of, preflight_of
 from tfsat_host.cli.rehearse.result_folder import ResultFolder
+from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.errors import DataLossError, RefusedError
 
 if TYPE_CHECKING:
@@ -32,11 +36,13 @@ def rehearse_many(
     faults: tuple[Fault, ...],
     out: Output,
 ) -> int:
-    """Returns the exit code: 0 if every drop was flown, recorded whole and evaluated; 4: the preflight let none go."""
-    from tfsat_host.maneuver import format_maneuver
+    """Returns the exit code: 0 if every drop was flown, recorded whole and evaluated; 4: the preflight let none go.
+
+    Raises:
+        Interrupted: Ctrl-C; what was flown until then is written and shown.
+    """
     from tfsat_host.rehearsal.many import Series, distributions, fly_many
 
-    names = tuple(fault.name for fault in faults)
     image = image_of(args, out)
     series = Series(
         schedule,
@@ -44,31 +50,75 @@ def rehearse_many(
         args.seed,
         as_filed=args.as_filed,
         hex_path=image,
-        faults=names,
+        faults=tuple(fault.name for fault in faults),
         part=part_of(args),
         preflight=preflight_of(args, schedule, filed, image),
     )
     folder = ResultFolder(args.out, force=args.force)
-    with out.progress("rehearsing", total=args.runs) as advance:
-        outcomes = fly_many(series, args.runs, progress=lambda: advance(1))
+    with stop_wish() as stop, out.progress("rehearsing", total=args.runs) as advance:
+        outcomes = fly_many(series, args.runs, progress=lambda: advance(1), stop=stop)
+    if not outcomes:
+        raise Interrupted(
+            what=f"Interrupted after 0 of {args.runs} drops.",
+            meaning="There is nothing to tell; nothing was written.",
+            next_step="Run the same command again.",
+        )
     told = distributions(outcomes)
-    result = _result(series, outcomes, told)
-    folder.emptied()
-    folder.file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
-    folder.file(TABLE).write_text(_rows(outcomes), encoding="utf-8")
-    folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    result = _result(series, args.runs, outcomes, told)
+    _write(folder, maneuver, filed, outcomes, result)
     out.result(result, lambda: _show(result, told, args, out))
+    if len(outcomes) < args.runs:
+        raise Interrupted(
+            what=f"Interrupted after {len(outcomes)} of {args.runs} drops.",
+            meaning=f"These are whole, and in {args.out / TABLE}; nothing is known of the others.",
+            next_step=f"For all of them run the same command again; {args.out} is then made anew.",
+        )
     if result["no_go"] and not result["dropped"]:
         return RefusedError.exit_code
     return 0 if result["good"] == result["runs"] else DataLossError.exit_code
 
 
-def _result(series: Series, outcomes: tuple[Flown, ...], told: tuple[Distribution, ...]) -> dict[str, Any]:
+def _write(
+    folder: ResultFolder,
+    maneuver: Maneuver,
+    filed: RobotModel,
+    outcomes: tuple[Flown, ...],
+    result: dict[str, Any],
+) -> None:
+    from tfsat_host.maneuver import format_maneuver
+
+    robot = filed.path.read_bytes()  # which may lie in this very folder
+    folder.emptied()
+    folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
+    folder.file(ROBOT).write_bytes(robot)
+    folder.file(TABLE).write_text(_rows(outcomes), encoding="utf-8")
+    folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    folder.sealed()
+
+
+def _again(args: argparse.Namespace) -> str:
+    """What flies one of the drops alone; its seed and folder are to be filled in."""
+    files = f"--file {shlex.quote(str(args.out / MANEUVER))} --robot {shlex.quote(str(args.out / ROBOT))}"
+    options = [f"--fault {name}" for name in args.fault]
+    options += [f"--imu {shlex.quote(args.imu)}"] if args.imu else []
+    options += ["--as-filed"] if args.as_filed else []
+    options += ["--despite-preflight"] if args.despite_preflight else []
+    options += [f"--sequencer {args.sequencer}"] if args.sequencer != "native" else []
+    return " ".join(("tfsat-host rehearse", files, *options, "--seed SEED --out DIR"))
+
+
+def _result(
+    series: Series, asked: int, outcomes: tuple[Flown, ...], told: tuple[Distribution, ...]
+) -> dict[str, Any]:
     verdicts = [one.verdict for one in outcomes]
     timing = [abs(off) for one in outcomes for off in one.strokes_off_us if off == off]
     return {
         "runs": len(outcomes),
+        "asked": asked,
         "seed": series.seed,
+        "robot": {"name": series.filed.name, "file": str(series.filed.path)},
+        "as_filed": series.as_filed,
+        "imu": outcomes[0].imu or None,
         "faults": list(series.faults),
         "dropped": sum(not one.refused for one in outcomes),
         "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
@@ -103,6 +153,10 @@ def _rows(outcomes: tuple[Flown, ...]) -> str:
 def _show(
     result: dict[str, Any], told: tuple[Distribution, ...], args: argparse.Namespace, out: Output
 ) -> None:
+    imu = f"IMUs {result['imu']}" if result["imu"] else "exactly as its file says"
+    out.line(f"Drawn from seed {result['seed']}, robots of {result['robot']['file']}, {imu}.")
+    for name in result["faults"]:
+        out.line(f"Thrown into each: {name}")
     rows = [
         (
             one.name,
@@ -133,4 +187,5 @@ def _show(
         out.line(f"Preflight said NO-GO by {name} {times} times.")
     for one in result["refused"][:3]:
         out.line(f"Drop {one['number']} was not let go: {one['why']}")
-    out.line(f"Each drop: {args.out / TABLE}; one of them again: tfsat-host rehearse … --seed SEED")
+    out.line(f"Each drop: {args.out / TABLE}; one of them again, with its seed from there:")
+    out.line(_again(args))

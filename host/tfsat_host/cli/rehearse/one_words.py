@@ -7,30 +7,44 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.evaluate.phrases import plus_minus, printable
 from tfsat_host.cli.output import Output
+from tfsat_host.cli.rehearse.thrown import show_thrown
 from tfsat_host.units import s_from_us
 
 if TYPE_CHECKING:
     from tfsat_host.cli.rehearse.run_folder import RunFolder
     from tfsat_host.maneuver import Schedule
 
+Json = dict[str, Any]
 
-def simulate_command(schedule: Schedule, until_s: float, maneuver: Path, rate_deg_s: Sequence[float]) -> str:
+_INDENT = " " * 22
+
+
+def simulate_command(
+    schedule: Schedule, until_s: float, maneuver: Path, robot: Path, rate_deg_s: Sequence[float]
+) -> str:
     """What computes the same drop of a robot as its file says, to the moment at which the truth is taken."""
     rates = " ".join(f"{rate:g}" for rate in rate_deg_s)
     until_s = max(until_s, s_from_us(schedule.end_us))  # `simulate` follows the joints to their rest
-    return f"tfsat-host simulate --file {shlex.quote(str(maneuver))} --initial-rate {rates} --until {until_s:.3f}"
+    return (
+        f"tfsat-host simulate --file {shlex.quote(str(maneuver))} --initial-rate {rates} --until {until_s:.3f} "
+        f"--robot {shlex.quote(str(robot))}"
+    )
 
 
-def show(schedule: Schedule, result: dict[str, Any], folder: RunFolder, out: Output) -> None:
-    """The day in a few lines: preflight, strokes, attitude, card, verdict, and what was found beside what was true."""
+def show(schedule: Schedule, result: Json, folder: RunFolder, out: Output) -> None:
+    """The day in a few lines: robot, faults, preflight, strokes, attitude, card, verdict, and found beside true."""
+    imu = f"IMUs {result['imu']}" if result["imu"] else "exactly as its file says"
+    out.line(f"The robot:            seed {result['seed']} of {printable(result['robot']['file'])}, {imu}.")
+    show_thrown(result["faults"], out)
     _show_preflight(result, out)
     if result["refused"]:
-        out.line(f"Nothing was dropped:  {result['refused']}")
-    elif result["reorientation_deg"] is not None:
-        _show_flight(schedule, result, out)
+        _show_refused(result, out)
+    elif result["no_release"]:
+        _show_no_release(result, folder, out)
     else:
-        out.line("The recording holds no release.")
+        _show_flight(schedule, result, out)
     for setback in result["setbacks"]:
         out.line(f"On the way:           {setback}")
     if result["verdict"]:
@@ -43,42 +57,129 @@ def show(schedule: Schedule, result: dict[str, Any], folder: RunFolder, out: Out
     out.line(f"Results:              {folder.path}")
 
 
-def _show_preflight(result: dict[str, Any], out: Output) -> None:
+def _show_preflight(result: Json, out: Output) -> None:
     if result["preflight"] == "go":
         out.line("Preflight:            GO.")
-    elif result["preflight"] == "no-go":
-        out.line(f"Preflight:            NO-GO: {', '.join(result['no_go'])}.")
+    if result["preflight"] != "no-go":
+        return
+    out.line(f"Preflight:            NO-GO: {', '.join(result['no_go'])}.")
+    for check in result["no_go_checks"]:
+        out.line(f"  {check['name']:<20}{check['sentence']}")
+        if check["next_step"]:
+            out.line(f"{_INDENT}On the day: {check['next_step']}")
+    out.line(f"{_INDENT}All checks, with the numbers behind them: {result['preflight_file']}")
+    if not result["refused"]:
+        out.line(f"{_INDENT}It was dropped all the same: --despite-preflight.")
 
 
-def _show_flight(schedule: Schedule, result: dict[str, Any], out: Output) -> None:
-    seen = [f"{t_s:.4f}" for t_s in result["strokes_s"]]
-    reached = result["reached_deg"]
+def _show_refused(result: Json, out: Output) -> None:
+    if result["refused_by"] == "preflight":
+        out.line("Nothing was dropped:  the preflight says NO-GO, and nobody drops a robot then.")
+        out.line(f"{_INDENT}To see what would have come of it: the same command with --despite-preflight.")
+    else:
+        out.line(f"Nothing was dropped:  {result['refused']}")
+
+
+def _show_no_release(result: Json, folder: RunFolder, out: Output) -> None:
+    """What the robot did, what the logger saw of its switches, and where to look."""
+    found = result["no_release"]
+    out.line("No release:           the recording holds none: there is nothing to evaluate, and no report.")
+    strokes = found["strokes_started"]
+    started = "its strokes are unknown" if strokes is None else f"it started {strokes} strokes"
+    moved = found["joints_moved_true_deg"]
+    joints = "" if moved is None else f"; in truth no joint moved by more than {moved:.1f} deg"
+    out.line(
+        f"What the robot did:   it hung {found['hook_min']:g} minutes on the hook, was let go and fell "
+        f"{found['fall_s']:.2f} s; {started}{joints}."
+    )
+    for switch in found["switches"]:
+        edges = switch["edges_s"]
+        times = f"changed {len(edges)} times, first at {edges[0]:.3f} s" if edges else "never changed"
+        end = "open" if switch["open_at_the_end"] else "closed"
+        out.line(f"What the logger saw:  switch {switch['switch']} {times}, and was {end} at the end.")
+    if not found["switches"]:
+        out.line("What the logger saw:  nothing: no recording is left.")
+    out.line(
+        "Next:                 both switches must be open for 5 ms. Press and let go of each, robot disarmed,"
+    )
+    out.line(f"{_INDENT}and watch them: tfsat-host monitor. Their edges in this recording:")
+    out.line(f"{_INDENT}tfsat-host decode {shlex.quote(str(folder.path / 'SD.bin'))}")
+
+
+def _show_flight(schedule: Schedule, result: Json, out: Output) -> None:
+    if result["evaluation"] is not None:
+        _show_evaluated_motion(result, out)
+    else:
+        _show_quick_look(schedule, result, out)
+    rates = ", ".join(f"{rate:g}" for rate in result["initial_rate_deg_s"])
+    out.line(
+        f"In truth let go at:   ({rates}) deg/s, body {result['initial_rate_body']} about its own axes x, y, z, about "
+        "as the paper's robot was; `design` assumes rest."
+    )
+    if result["simulate_command"]:
+        out.line(f"As filed, computed:   {result['simulate_command']}")
+
+
+def _show_evaluated_motion(result: Json, out: Output) -> None:
+    found = result["evaluation"]
+    rows = [
+        (
+            f"{stroke['scheduled_s']:.2f}",
+            "MISSING" if stroke["logged_s"] is None else f"{stroke['logged_s']:.4f}",
+            f"joint {stroke['joint']}",
+            f"{stroke['commanded_deg']:+.2f}",
+            _told(stroke["size_deg"], stroke["size_deg_std"]),
+        )
+        for stroke in found["strokes"]
+    ]
+    columns = ("scheduled / s", "in the log / s", "moves", "commanded / deg", "flown / deg")
+    out.table(columns, rows, title="Strokes after the release, as evaluated")
+    for name, when in (("initial", "at the release"), ("final", f"at {found['until_s']:.2f} s")):
+        angles = ", ".join(
+            f"joint {one['joint']} {_told(one[f'{name}_deg'], one[f'{name}_deg_std'])}"
+            for one in found["joints"]
+        )
+        out.line(f"Joints stood at:      {angles} deg {when}.")
+    turned = plus_minus(found["reorientation_deg"], found["reorientation_deg_std"])
+    out.line(f"Body 1 turned by:     {turned} deg from the release to {found['until_s']:.2f} s.")
+
+
+def _told(value: float | None, std: float | None) -> str:
+    """A number with its standard deviation; null is what nobody knows."""
+    if value is None:
+        return "unknown"
+    return plus_minus(value, float("nan") if std is None else std, sign=True)
+
+
+def _show_quick_look(schedule: Schedule, result: Json, out: Output) -> None:
+    """Without an evaluation: what the log shows at first sight, and that nobody knows how well."""
+    look = result["quick_look"]
+    if look is None:
+        return
+    seen, sizes = [f"{t_s:.4f}" for t_s in result["strokes_s"]], look["strokes_deg"]
     rows = [
         (
             f"{stroke.t_s:.2f}",
             seen[i] if i < len(seen) else "MISSING",
             f"joint {stroke.joint}",
             f"{stroke.angle_deg:+.2f}",
-            "unknown" if i >= len(reached) or reached[i] is None else f"{reached[i]:+.1f}",
+            "unknown" if sizes[i] is None else f"{sizes[i]:+.1f}",
         )
         for i, stroke in enumerate(schedule.strokes)
     ]
-    columns = ("scheduled / s", "in the log / s", "moves", "commanded / deg", "reached / deg")
-    out.table(columns, rows, title="Strokes after release")
-    changes = ", ".join(f"joint {i} {change:+.1f}" for i, change in enumerate(result["joint_change_deg"], 1))
-    out.line(f"Joints went to:       {changes} deg, by the angle sensors.")
+    columns = ("scheduled / s", "in the log / s", "moves", "commanded / deg", "flown / deg")
+    out.table(columns, rows, title="Strokes after the release, a quick look: no calibration, ± unknown")
+    changes = ", ".join(f"joint {i} {change:+.1f}" for i, change in enumerate(look["joint_change_deg"], 1))
     out.line(
-        f"Body 1 turned by:     {result['reorientation_deg']:.2f} deg by its gyro as it is; "
-        f"the truth is {result['reorientation_true_deg']:.2f} deg."
+        f"Greatest change of:   {changes} deg from before the release, by one angle sensor each, ± unknown."
     )
-    rates = ", ".join(f"{rate:g}" for rate in result["initial_rate_deg_s"])
     out.line(
-        f"Released turning at:  ({rates}) deg/s (body 3), about as the paper's robot was; `design` assumes rest."
+        f"Body 1 turned by:     {look['reorientation_deg']:.2f} deg from the release to {look['until_s']:.2f} s by its "
+        f"gyro less its rest, ± unknown; the truth is {result['reorientation_true_deg']:.2f} deg."
     )
-    out.line(f"As filed, computed:   {result['simulate_command']}")
 
 
-def _show_sequencer(result: dict[str, Any], out: Output) -> None:
+def _show_sequencer(result: Json, out: Output) -> None:
     if result["sequencer_state"] is None:
         out.line("The sequencer:        does not answer.")
         return
@@ -89,14 +190,15 @@ def _show_sequencer(result: dict[str, Any], out: Output) -> None:
     )
     out.line(f"The sequencer:        {result['sequencer_state']}{ignored if knocks else ''}.")
     if result["sequencer_state"] == "armed":
-        out.line(
-            "                      STILL ARMED: its servos would move when both switches open. First of all:"
-        )
-        out.line("                      tfsat-host disarm")
+        out.line(f"{_INDENT}STILL ARMED: its servos would move when both switches open. First of all:")
+        out.line(f"{_INDENT}tfsat-host disarm")
 
 
-def _show_evaluation(result: dict[str, Any], out: Output) -> None:
-    verdict = result["evaluation"]
+def _show_evaluation(result: Json, out: Output) -> None:
+    verdict, refused = result["evaluation"], result["evaluation_refused"]
+    if refused is not None:
+        out.line(f"The evaluation:       REFUSED. {refused['what']} {refused['meaning']}")
+        out.line(f"{_INDENT}{refused['next_step']}")
     if verdict is None:
         return
     if result["compared"]:
@@ -107,7 +209,7 @@ def _show_evaluation(result: dict[str, Any], out: Output) -> None:
                 f"{one['std']:.3f}",
                 f"{one['true']:.3f}",
                 one["unit"],
-                f"{one['deviations']:+.1f}",
+                "–" if one["deviations"] is None else f"{one['deviations']:+.1f}",
             )
             for one in result["compared"]
         ]
@@ -115,4 +217,4 @@ def _show_evaluation(result: dict[str, Any], out: Output) -> None:
         out.table(columns, rows, title="Evaluated, beside the hidden truth")
     out.line(f"The evaluation:       {verdict['level'].upper()}. {verdict['sentence']}")
     for reason in verdict["reasons"]:
-        out.line(f"                      {reason}")
+        out.line(f"{_INDENT}{reason}")

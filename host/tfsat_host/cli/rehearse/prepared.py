@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.output import Output
-from tfsat_host.errors import UsageError
+from tfsat_host.errors import TfsatError, UsageError
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.imu_part import ImuPart
@@ -15,6 +15,28 @@ if TYPE_CHECKING:
     from tfsat_host.rehearsal.preflight import Preflight
     from tfsat_host.rehearsal.truth import Truth
     from tfsat_host.robot import RobotModel
+
+
+def robot_of(args: argparse.Namespace) -> RobotModel:
+    """The robot's file, of a robot that can be dropped.
+
+    Raises:
+        TfsatError: it cannot be read, or there are no boards for such a robot.
+    """
+    from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+    from tfsat_host.robot import load_robot
+
+    robot = load_robot(args.robot)
+    if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
+        raise TfsatError(
+            what=f"{robot.name} cannot be rehearsed: its file has {robot.n_bodies} bodies, {robot.n_joints} joints and "
+            f"{len(robot.imus)} IMUs, and the boards drop a robot of {IMU_COUNT} bodies with an IMU each and "
+            f"{JOINT_COUNT} joints.",
+            meaning="Nothing was flown.",
+            next_step="Name a file like robots/drop_tower.toml with --robot, or leave it out. What such a robot would "
+            f"do is computed by tfsat-host simulate --robot {args.robot}",
+        )
+    return robot
 
 
 def truth_of(args: argparse.Namespace, filed: RobotModel, number: int) -> Truth:

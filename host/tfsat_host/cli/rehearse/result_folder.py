@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
+from tfsat_host.campaign.folder import DROP
 from tfsat_host.errors import UsageError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.record.run_record import is_inside
+from tfsat_host.whole_file import write_whole
 
 MARK_FILE = ".tfsat-rehearsal"
 """A folder with this file was made by a rehearsal and may be made again by another; the file names what lies there."""
 
 RECORDING = "SD.bin"
+
+_FIRST_LINE = "made by tfsat-host rehearse"
+_HASHED = re.compile(r"(?P<sha256>[0-9a-f]{64})  (?P<name>.+)")
 
 
 class ResultFolder:
@@ -20,49 +30,94 @@ class ResultFolder:
         files: What was written.
 
     Raises:
-        UsageError: the folder holds something that no rehearsal made, or a recording that somebody copied into it,
-            and `force` is not set.
+        UsageError: the folder is a campaign's drop; or it holds something that no rehearsal made, or a file of a
+            rehearsal that somebody replaced, and `force` is not set.
     """
 
     def __init__(self, path: Path, *, force: bool) -> None:
         self.path = path
         self.files: list[Path] = []
+        self._force = force
         if path.exists() and not path.is_dir():
             raise _refused(
                 f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
             )
-        if path.is_dir() and any(path.iterdir()) and not (path / MARK_FILE).exists() and not force:
+        self._check()
+
+    def _check(self) -> None:
+        """Nothing of somebody else's would be overwritten."""
+        path = self.path
+        if (path / DROP).exists():
+            raise _refused(
+                f"{path} is a drop of a campaign: it holds {DROP}.", "Give another folder with --out."
+            )
+        if self._force or not path.is_dir():
+            return
+        if any(path.iterdir()) and not (path / MARK_FILE).exists():
             raise _refused(
                 f"{path} holds files that no rehearsal made.",
                 "Give another folder with --out, or add --force.",
             )
-        if self._recording_of_somebody() and not force:
+        for name in self._not_ours():
             raise _refused(
-                f"{path / RECORDING} was not made by the rehearsal that made {path}.",
+                f"{path / name} is not as the rehearsal made it that made {path}.",
                 "Give another folder with --out, or add --force to overwrite it.",
             )
 
-    def _recording_of_somebody(self) -> bool:
-        """A recording lies there of which the mark does not know; one of an older program names nothing."""
+    def _not_ours(self) -> list[str]:
+        """Of what a rehearsal would overwrite: what it did not leave so. A mark of an older program knows no hashes."""
+        marked = self._marked()
+        if marked and RECORDING not in marked and (self.path / RECORDING).exists():
+            return [RECORDING]
+        return [name for name, sha256 in marked.items() if not self._is_ours(self.path / name, sha256)]
+
+    def _is_ours(self, path: Path, sha256: str) -> bool:
+        return not (sha256 and path.is_file()) or sha256_of(path) == sha256 or self.may_be_made_again(path)
+
+    def may_be_made_again(self, path: Path) -> bool:
+        """A file that was changed, but by a command that makes it out of the others."""
+        del path
+        return False
+
+    def _marked(self) -> dict[str, str]:
+        """SHA-256 of each file that the mark names, empty where it does not say."""
         mark = self.path / MARK_FILE
-        if not mark.exists() or not (self.path / RECORDING).exists():
-            return False
-        names = mark.read_text(encoding="utf-8").splitlines()[1:]
-        return bool(names) and RECORDING not in names
+        lines = mark.read_text(encoding="utf-8").splitlines()[1:] if mark.exists() else []
+        hashed = [(_HASHED.fullmatch(line), line) for line in lines]
+        named = [(found["name"], found["sha256"]) if found else (line, "") for found, line in hashed]
+        return {name: sha256 for name, sha256 in named if is_inside(name)}
 
     def emptied(self) -> None:
-        """There from now on, without what the rehearsal before left in it: none of that is of this one."""
+        """There from now on, without what the rehearsal before left in it: none of that is of this one.
+
+        What somebody put there, or put in the place of such a file, stays.
+
+        Raises:
+            UsageError: somebody replaced a file while this one was rehearsed.
+        """
+        self._check()
         self.path.mkdir(parents=True, exist_ok=True)
-        mark = self.path / MARK_FILE
-        if mark.exists():
-            for name in mark.read_text(encoding="utf-8").splitlines()[1:]:
-                (self.path / Path(name).name).unlink(missing_ok=True)
+        for name, sha256 in self._marked().items():
+            old = self.path / name
+            if self._is_ours(old, sha256):
+                old.unlink(missing_ok=True)
+            if old.parent != self.path:
+                with suppress(OSError):  # not there, or something of somebody else's is in it
+                    old.parent.rmdir()
         self.marked()
 
     def marked(self) -> None:
         """The mark names all files so far."""
-        names = "".join(f"{path.name}\n" for path in self.files if path.parent == self.path)
-        (self.path / MARK_FILE).write_text(f"made by tfsat-host rehearse\n{names}", encoding="utf-8")
+        (self.path / MARK_FILE).write_text(_text(self._name(path) for path in self.files), encoding="utf-8")
+
+    def sealed(self) -> None:
+        """The mark says how each of them was left: what is replaced from now on is somebody else's."""
+        there = [path for path in self.files if path.is_file()]
+        lines = (f"{sha256_of(path)}  {self._name(path)}" for path in there)
+        write_whole(self.path / MARK_FILE, _text(lines).encode())
+
+    def _name(self, path: Path) -> str:
+        return path.relative_to(self.path).as_posix()
 
     def file(self, name: str) -> Path:
         """Where a file of that name is about to be written."""
@@ -70,6 +125,10 @@ class ResultFolder:
         self.files.append(path)
         self.marked()
         return path
+
+
+def _text(lines: Iterable[str]) -> str:
+    return "".join(f"{line}\n" for line in (_FIRST_LINE, *lines))
 
 
 def _refused(what: str, next_step: str) -> UsageError:

@@ -8,7 +8,7 @@ from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment, during
 from tfsat_host.rehearsal.moment import Moment
 
 ONE_PERCENT_PPM = 10_000.0
@@ -64,15 +64,15 @@ BOARD_FAULTS = (
         f"The program that uploads is killed after {FRAMES_BEFORE_CRASH} frames; the team starts it again.",
         Moment.POWERED,
         _host_crash,
-        Outcome.FLIES,
+        {Moment.POWERED: Outcome.FLIES},
     ),
     Fault(
         "wrong-maneuver",
         "Somebody uploads 18/90 after the maneuver was read back.",
         Moment.UPLOADED,
         _wrong_maneuver,
-        Outcome.FLIES,
-        noticed="It went the wrong way",
+        during(Moment.UPLOADED, Moment.RECORDING, Outcome.FLIES),
+        noticed="Another maneuver was flown",
         morning=("maneuver",),
     ),
     Fault(
@@ -80,14 +80,14 @@ BOARD_FAULTS = (
         "The sequencer's watchdog restarts it while it hangs armed on the hook.",
         Moment.LIFTED,
         _watchdog,
-        Outcome.FLIES,
+        {Moment.LIFTED: Outcome.FLIES},
     ),
     Fault(
         "watchdog-while-falling",
         "The sequencer's watchdog restarts it halfway through the fall.",
         Moment.FALLING,
         _watchdog,
-        Outcome.STOPS,
+        {Moment.FALLING: Outcome.STOPS},
         noticed="Stroke",
     ),
     Fault(
@@ -95,7 +95,7 @@ BOARD_FAULTS = (
         "The sequencer's supply sags at the moment of the release; it starts anew and finds its switches open.",
         Moment.RELEASE,
         _brown_out,
-        Outcome.STANDS_STILL,
+        {Moment.RELEASE: Outcome.STANDS_STILL},
         noticed="did not move",
     ),
     Fault(
@@ -103,7 +103,7 @@ BOARD_FAULTS = (
         "The sequencer's clock runs 1 % fast.",
         Moment.POWERED,
         _fast_sequencer,
-        Outcome.FLIES,
+        at_any_moment(Outcome.FLIES),
         noticed="clock runs",
         morning=("clock-pace",),
     ),
@@ -112,7 +112,7 @@ BOARD_FAULTS = (
         "The logger's clock runs 1 % fast.",
         Moment.POWERED,
         _fast_logger,
-        Outcome.FLIES,
+        at_any_moment(Outcome.FLIES),
         noticed="clock runs",
         morning=("clock-pace",),
     ),

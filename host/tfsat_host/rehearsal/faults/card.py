@@ -5,7 +5,7 @@ from __future__ import annotations
 from tfsat_host.emulated.card import CardDefect
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment, during
 from tfsat_host.rehearsal.moment import Moment
 
 STALL_US = 400_000
@@ -48,7 +48,7 @@ POWER_CUTS = tuple(
         f"Both boards lose their power {when} the landing.",
         moment,
         power_cut,
-        Outcome.FLIES,
+        {moment: Outcome.FLIES},
         complete=False,
         noticed="has no end",
     )
@@ -66,7 +66,7 @@ CARD_FAULTS = (
         f"Now and then the card is busy for {STALL_US // 1000} ms.",
         Moment.POWERED,
         _slow,
-        Outcome.FLIES,
+        at_any_moment(Outcome.FLIES),
         morning=(),
     ),
     Fault(
@@ -75,7 +75,7 @@ CARD_FAULTS = (
         "in RAM bridges.",
         Moment.LIFTED,
         _gone_on_the_hook,
-        Outcome.FLIES,
+        {Moment.LIFTED: Outcome.FLIES},
         complete=False,
         noticed="RAM kept the newest",
     ),
@@ -84,7 +84,7 @@ CARD_FAULTS = (
         "Somebody's files fill the card.",
         Moment.POWERED,
         _full,
-        Outcome.NOT_DROPPED,
+        during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
         noticed="The card has no room",
         morning=("card-room", "card-writing"),
     ),
@@ -93,7 +93,7 @@ CARD_FAULTS = (
         "No card is in the logger.",
         Moment.POWERED,
         _missing,
-        Outcome.NOT_DROPPED,
+        during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
         noticed="No SD card answers",
         morning=("card-room", "card-writing"),
     ),
@@ -102,16 +102,19 @@ CARD_FAULTS = (
         "The card forbids writing.",
         Moment.POWERED,
         _protected,
-        Outcome.NOT_DROPPED,
+        during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
         noticed="The card forbids writing",
         morning=("card-writing",),
     ),
     Fault(
         "card-pulled",
-        "The card is shaken out of its contacts halfway through the fall.",
+        "The card is shaken out of its contacts.",
         Moment.FALLING,
         _missing,
-        Outcome.FLIES,
+        {
+            **during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
+            **during(Moment.RECORDING, Moment.LANDED, Outcome.FLIES),
+        },
         noticed="in the logger's RAM only",
         morning=("card-room", "card-writing"),
     ),

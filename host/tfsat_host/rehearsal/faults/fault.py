@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from tfsat_host.emulated.robot import US_PER_S
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.moment import Moment
+from tfsat_host.rehearsal.moment import Moment, between
 
 AT = "@"
 """Between a fault's name and another moment than its own, as in gyro-dead@powered."""
@@ -22,16 +23,30 @@ class Outcome(Enum):
     NOT_DROPPED = "is not dropped"
 
 
-@dataclass(frozen=True, slots=True)
+Outcomes = Mapping[Moment, Outcome]
+"""What comes of a fault by the moment at which it strikes; at a moment that is missing it cannot be."""
+
+
+def during(first: Moment, last: Moment, outcome: Outcome) -> Outcomes:
+    """The same at all moments from one to another."""
+    return dict.fromkeys(between(first, last), outcome)
+
+
+def at_any_moment(outcome: Outcome) -> Outcomes:
+    """The same whenever it strikes."""
+    return dict.fromkeys(Moment, outcome)
+
+
+@dataclass(frozen=True, eq=False)
 class Fault:
     """See the module.
 
     Attributes:
         name: To type.
-        what: What happens, a sentence.
+        what: What happens, a sentence that is true at every moment in `outcomes`.
         moment: When.
         strike_now: Does it.
-        outcome: What the robot must then do, if a preflight does not keep it from being dropped.
+        outcomes: What the robot must then do, if a preflight does not keep it from being dropped.
         complete: The recording holds the whole drop; else it holds all that had reached the card.
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
         morning: Checks of the preflight that say so if it is there in the morning already; empty: none can;
@@ -42,10 +57,15 @@ class Fault:
     what: str
     moment: Moment
     strike_now: Callable[[Day], None]
-    outcome: Outcome
+    outcomes: Outcomes
     complete: bool = True
     noticed: str = ""
     morning: tuple[str, ...] | None = None
+
+    @property
+    def outcome(self) -> Outcome:
+        """What the robot must do, struck at this moment."""
+        return self.outcomes[self.moment]
 
     def strike(self, day: Day, moment: Moment) -> None:
         """Does it, if its moment has come."""
@@ -53,5 +73,14 @@ class Fault:
             self.strike_now(day)
 
     def at(self, moment: Moment) -> Fault:
-        """The same at another moment."""
+        """The same at another moment, one in `outcomes`."""
         return replace(self, moment=moment, name=f"{self.name}{AT}{moment.typed}")
+
+    def telling(self, tell: Callable[[float], None]) -> Fault:
+        """The same, which tells virtual time, in s, when it strikes: a day may end before."""
+
+        def strike_and_tell(day: Day) -> None:
+            tell(day.robot.now_us / US_PER_S)
+            self.strike_now(day)
+
+        return replace(self, strike_now=strike_and_tell)

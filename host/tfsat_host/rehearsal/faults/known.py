@@ -14,7 +14,11 @@ FAULTS = (*RELEASE_FAULTS, *BOARD_FAULTS, *SENSOR_FAULTS, *CARD_FAULTS)
 
 
 def fault_named(typed: str) -> Fault:
-    """By its name, or at another moment than its own by NAME@MOMENT. Raises UsageError for one that does not exist."""
+    """By its name, or at another moment than its own by NAME@MOMENT.
+
+    Raises:
+        UsageError: there is no such fault or moment, or the fault cannot be at that moment.
+    """
     name, at, when = typed.partition(AT)
     fault = next((one for one in FAULTS if one.name == name), None)
     moment = next((one for one in Moment if one.typed == when), None)
@@ -26,10 +30,20 @@ def fault_named(typed: str) -> Fault:
         )
     if not at:
         return fault
-    if moment is None:
-        raise UsageError(
-            what=f"There is no moment {when!r}.",
-            meaning="Nothing was flown.",
-            next_step=f"Write {name}{AT} and one of {', '.join(one.typed for one in Moment)}.",
-        )
+    if moment is None or moment not in fault.outcomes:
+        raise _not_then(fault, when, moment)
     return fault.at(moment)
+
+
+def _not_then(fault: Fault, typed: str, moment: Moment | None) -> UsageError:
+    """The words for a moment at which a fault cannot be, or that does not exist."""
+    possible = ", ".join(one.typed for one in fault.outcomes)
+    return UsageError(
+        what=f"There is no moment {typed!r}."
+        if moment is None
+        else f"{fault.name} cannot strike at {typed} ({moment.value}): {fault.what}",
+        meaning="Nothing was flown.",
+        next_step=f"Write {fault.name}{AT} and one of {possible}."
+        if len(fault.outcomes) > 1
+        else f"Write {fault.name} alone: it strikes at {possible} ({fault.moment.value}) and at no other moment.",
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, during
 from tfsat_host.rehearsal.moment import Moment
 
 BOUNCE_US = 50_000
@@ -43,7 +43,7 @@ RELEASE_FAULTS = (
         "Switch 1 shows closed for ever, and only switch 2 opens at the release.",
         Moment.ARMED,
         _stuck_closed,
-        Outcome.STANDS_STILL,
+        during(Moment.POWERED, Moment.RELEASE, Outcome.STANDS_STILL),
         noticed="holds no release",
         morning=(),
     ),
@@ -52,7 +52,10 @@ RELEASE_FAULTS = (
         "Switch 1 shows open while the robot hangs in the releaser.",
         Moment.POWERED,
         _stuck_open,
-        Outcome.NOT_DROPPED,
+        {
+            **during(Moment.POWERED, Moment.RECORDING, Outcome.NOT_DROPPED),
+            **during(Moment.ARMED, Moment.RELEASE, Outcome.FLIES),
+        },
         noticed="A release switch is open (switch 1)",
         morning=("switches",),
     ),
@@ -61,21 +64,21 @@ RELEASE_FAULTS = (
         f"Both switches' contacts chatter for {BOUNCE_US // 1000} ms at the release.",
         Moment.RELEASE,
         _bounce,
-        Outcome.FLIES,
+        during(Moment.POWERED, Moment.RELEASE, Outcome.FLIES),
     ),
     Fault(
         "lift-knock",
         f"A blow in the lift opens both switches for {KNOCK_US // 1000} ms.",
         Moment.LIFTED,
         _knock_both,
-        Outcome.FLIES,
+        {Moment.LIFTED: Outcome.FLIES},
     ),
     Fault(
         "release-before-arming",
         "The robot is let go although nobody has armed it.",
         Moment.POWERED,
         _not_armed,
-        Outcome.STANDS_STILL,
+        during(Moment.POWERED, Moment.RECORDING, Outcome.STANDS_STILL),
         noticed="did not move",
     ),
     Fault(
@@ -83,6 +86,6 @@ RELEASE_FAULTS = (
         "The sequencer's cable is pulled right after arming.",
         Moment.ARMED,
         _cable_pulled,
-        Outcome.FLIES,
+        {Moment.ARMED: Outcome.FLIES},
     ),
 )

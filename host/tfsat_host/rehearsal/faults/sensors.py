@@ -9,7 +9,7 @@ from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.faults import ImuFault, ServoFault
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.rehearsal.day import CALIBRATED, Day
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment
 from tfsat_host.rehearsal.moment import Moment
 
 ANOTHER_ROBOT = 4711
@@ -46,7 +46,7 @@ def _flies(
     morning: tuple[str, ...],
     moment: Moment = Moment.LIFTED,
 ) -> Fault:
-    return Fault(name, what, moment, strike, Outcome.FLIES, noticed=noticed, morning=morning)
+    return Fault(name, what, moment, strike, at_any_moment(Outcome.FLIES), noticed=noticed, morning=morning)
 
 
 SENSOR_FAULTS = (

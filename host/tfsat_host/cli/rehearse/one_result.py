@@ -1,0 +1,214 @@
+"""The result of one rehearsal, as `--json` prints it and `summary.json` keeps it."""
+
+from __future__ import annotations
+
+import argparse
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.rehearse.one_words import simulate_command
+from tfsat_host.cli.rehearse.prepared import strokes_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
+    from tfsat_host.errors import TfsatError
+    from tfsat_host.maneuver import Schedule
+    from tfsat_host.rehearsal.compared import Compared
+    from tfsat_host.rehearsal.drop import Drop
+    from tfsat_host.rehearsal.truth import Truth
+    from tfsat_host.robot import RobotModel
+    from tfsat_host.sdlog import DropLog
+
+Json = dict[str, Any]
+
+LOOK_MARGIN_S = 0.05
+"""What is looked at ends this long before the landing."""
+
+
+def robot_facts(args: argparse.Namespace, truth: Truth, filed: RobotModel) -> Json:
+    """Which robot flew."""
+    return {
+        "sequencer": args.sequencer,
+        "seed": truth.seed,
+        "robot": {"name": filed.name, "file": str(filed.path)},
+        "as_filed": args.as_filed,
+        "imu": truth.imu or None,
+    }
+
+
+def day_facts(drop: Drop, preflight: Path) -> Json:
+    """How the day went until the drop, and how the sequencer was found after it.
+
+    Args:
+        drop: The day.
+        preflight: Its file.
+    """
+    from tfsat_host.cli.preflight_words import as_json
+    from tfsat_host.rehearsal.checked import NoGo
+
+    refused, checked = drop.refused, drop.checked
+    red = () if checked is None else checked.wrong
+    return {
+        "verified": drop.upload is not None,
+        "preflight": None if checked is None else "go" if checked.go else "no-go",
+        "preflight_file": None if checked is None else str(preflight),
+        "no_go": [check.name for check in red],
+        "no_go_checks": [as_json(check) for check in red],
+        "refused": None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}",
+        "refused_by": None if refused is None else "preflight" if isinstance(refused, NoGo) else "board",
+        "setbacks": list(drop.setbacks),
+        "sequencer_state": None if drop.sequencer is None else drop.sequencer.state.name.lower(),
+        "knocks": None if drop.sequencer is None else drop.sequencer.knocks,
+    }
+
+
+def flight_facts(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | None, folder: Path) -> Json:
+    """What the recording is, and what was true of the fall."""
+    import numpy as np
+
+    from tfsat_host.cli.evaluate.run_files import MANEUVER, ROBOT
+    from tfsat_host.emulated.truth import true_reorientation_deg
+
+    rate_deg_s = [round(float(rate), 6) for rate in np.rad2deg(truth.rate_rad_s)]
+    found: Json = {
+        "initial_rate_deg_s": rate_deg_s,
+        "initial_rate_body": 3,
+        "simulate_command": None,
+        "verdict": None if log is None else log.verdict,
+        "samples": 0 if log is None else len(log),
+        "samples_lost": None if log is None else log.samples_lost,
+        "rate_hz": None if log is None else log.rate_hz,
+        "strokes_s": [],
+        "reorientation_true_deg": None,
+        "reorientation_true_until_s": None,
+        "no_release": None,
+    }
+    if drop.released_s is None or drop.landed_s is None:
+        return found
+    if log is None or log.release_us is None:
+        return found | {"no_release": _no_release(drop, log)}
+    until_s = drop.landed_s - drop.released_s - LOOK_MARGIN_S
+    return found | {
+        "simulate_command": simulate_command(
+            schedule, until_s, folder / MANEUVER, folder / ROBOT, rate_deg_s
+        ),
+        "strokes_s": [log.seconds(event.t_us) for event in log.events if event.name == "stroke"],
+        "reorientation_true_deg": true_reorientation_deg(drop.truth, drop.released_s, until_s),
+        "reorientation_true_until_s": until_s,
+    }
+
+
+def _no_release(drop: Drop, log: DropLog | None) -> Json:
+    """What a robot did that fell without a release in its recording."""
+    import numpy as np
+
+    from tfsat_host.protocol.limits import SWITCH_COUNT
+    from tfsat_host.rehearsal.rehearse import HOOK_S
+
+    angles = drop.truth[:, 1:4]
+    events = [] if log is None else [one for one in log.events if one.name == "switch_edge"]
+    return {
+        "hook_min": HOOK_S / 60.0,
+        "fall_s": (drop.landed_s or 0.0) - (drop.released_s or 0.0),
+        "joints_moved_true_deg": float(np.rad2deg(np.abs(angles - angles[0]).max())) if len(angles) else None,
+        "strokes_started": None if drop.sequencer is None else drop.sequencer.strokes_started,
+        "switches": [
+            {
+                "switch": index + 1,
+                "edges_s": [log.seconds(one.t_us) for one in events if one.index == index],
+                "open_at_the_end": bool(log.switch_open[-1, index]),
+            }
+            for index in range(SWITCH_COUNT)
+        ]
+        if log is not None and len(log)
+        else [],
+    }
+
+
+def evaluation_facts(
+    evaluated: EvaluatedRun | None, refusal: TfsatError | None, beside: tuple[Compared, ...]
+) -> Json:
+    """What the evaluation found, or why there is none; and what was found beside what was true."""
+    from tfsat_host.cli.output import error_as_dict
+
+    if evaluated is None:
+        return {
+            "evaluation": None,
+            "evaluation_refused": None if refusal is None else error_as_dict(refusal),
+            "compared": [],
+        }
+    return {
+        "evaluation": _found(evaluated),
+        "evaluation_refused": None,
+        "compared": [
+            {
+                "name": one.name,
+                "unit": one.unit,
+                "found": one.found,
+                "std": one.std,
+                "true": one.true,
+                "deviations": one.deviations,
+            }
+            for one in beside
+        ],
+    }
+
+
+def _found(evaluated: EvaluatedRun) -> Json:
+    """The keys of `evaluate --json` that tell of the maneuver."""
+    from tfsat_host.cli.evaluate.result import result_of
+
+    whole = result_of(evaluated)
+    strokes = (
+        "stroke",
+        "joint",
+        "scheduled_s",
+        "logged_s",
+        "commanded_deg",
+        "size_deg",
+        "size_deg_std",
+        "remark",
+    )
+    joints = ("joint", "initial_deg", "initial_deg_std", "final_deg", "final_deg_std", "sensed")
+    return {
+        **whole["verdict"],
+        "reorientation_deg": whole["reorientation_deg"],
+        "reorientation_deg_std": whole["reorientation_deg_std"],
+        "until_s": whole["until_s"],
+        "strokes": [{key: one[key] for key in strokes} for one in whole["strokes"]],
+        "joints": [{key: one[key] for key in joints} for one in whole["joints"]],
+    }
+
+
+def quick_facts(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel) -> Json:
+    """The quick look, for a drop that cannot be evaluated: no calibration, no uncertainty. Raises EvaluationError."""
+    from tfsat_host.evaluation.quick.quick_look import quick_look
+    from tfsat_host.evaluation.quick.strokes import reached_deg
+
+    fall_s = (drop.landed_s or 0.0) - (drop.released_s or 0.0)
+    starts_s, _, joints = strokes_of(schedule)
+    look = quick_look(log, filed, until_s=fall_s - LOOK_MARGIN_S)
+    reached = reached_deg(log, filed, joints, starts_s, fall_s)
+    return {
+        "strokes_deg": [float(angle) for angle in reached],
+        "joint_change_deg": [float(change) for change in look.joint_change_deg],
+        "reorientation_deg": look.reorientation_deg,
+        "until_s": look.until_s,
+    }
+
+
+def stroke_warnings(schedule: Schedule, result: Json) -> list[str]:
+    """Where strokes were not as commanded: by the evaluation, or by the quick look where there is none."""
+    from tfsat_host.evaluation.quick.strokes import disagreements
+
+    starts_s, commanded_deg, _ = strokes_of(schedule)
+    if result["evaluation"] is not None:
+        sizes = [stroke["size_deg"] for stroke in result["evaluation"]["strokes"]]
+    elif result["quick_look"] is not None:
+        sizes = result["quick_look"]["strokes_deg"]
+    else:
+        return []
+    sizes = [size if size is not None and isfinite(size) else float("nan") for size in sizes]
+    return disagreements(starts_s, result["strokes_s"], commanded_deg, sizes)

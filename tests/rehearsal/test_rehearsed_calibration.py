@@ -1,0 +1,127 @@
+"""The biases of a rehearsed day are measured on its morning, kept raw, and computed anew from the bundle."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tests.bundle.commands import command, result
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.evidence import from_bytes
+from tfsat_host.calibration.steps.step import rest
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.rehearsal.truth import drawn_truth
+from tfsat_host.robot import load_robot
+
+MODEL = load_robot()
+CERTIFICATE = "calibration-emulated.toml"
+RECORDINGS = "calibration-emulated-recordings"
+
+
+def signed(run: Path) -> Calibration:
+    """The certificate as the preflight checked it: the first that was kept."""
+    return read_calibration(min((run / RECORDINGS).glob("certificate-*.toml")))
+
+
+def test_the_certificate_holds_what_calibrate_makes_of_the_raw_samples(run: Path) -> None:
+    found = signed(run)
+    (paper,) = found.papers
+    file = run / RECORDINGS / paper.file
+    assert sha256_of(file) == paper.sha256
+    evidence = from_bytes(file.read_bytes(), source=paper.file)
+    assert evidence.step == rest()
+    assert np.ptp(evidence.counts.t_us) * 1e-6 >= 20.0, "as long as calibrate bias reads"
+    assert evidence.counts.samples_lost == 0
+    assert evidence.origin.logger_serial == found.subject.logger_serial
+    for certified, solved in zip(found.gyros, solve([evidence], MODEL).gyros, strict=True):
+        assert np.allclose(certified.bias_rad_s, solved.bias_rad_s, rtol=1e-10)
+        assert np.allclose(certified.covariance[:3, :3], solved.covariance[:3, :3], rtol=1e-10)
+        assert np.allclose(certified.noise_rad_s, solved.noise_rad_s, rtol=1e-10)
+        assert np.isclose(certified.temperature_c, solved.temperature_c)
+        assert certified.bias_taken == paper.taken
+
+
+def test_a_cold_gyro_on_the_bench_feels_its_weight(run: Path) -> None:
+    truth = drawn_truth(MODEL, 1).imperfections
+    for body, gyro in enumerate(signed(run).gyros):
+        up = (truth.mounting[body] @ MODEL.imus[body].sensor_to_body).T @ [0.0, 0.0, 1.0]
+        felt = truth.gyro_g_sensitivity_rad_s_g[body] @ up
+        off = gyro.bias_rad_s - truth.gyro_bias_rad_s[body] - felt
+        assert np.rad2deg(np.abs(off)).max() < 0.02
+        assert np.rad2deg(np.linalg.norm(felt)) > 0.02
+        assert gyro.temperature_c < 25.5, "the minutes that warm it come later"
+
+
+def test_what_was_not_measured_is_said(run: Path) -> None:
+    assert signed(run).drawn == ("zero", "misalignment", "scale", "servo")
+    shown = json.loads(command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE, "--json").out)
+    assert shown["drawn"] == ["zero", "misalignment", "scale", "servo"]
+    words = command("calibrate", "show", "--emulated", "--out", run / CERTIFICATE).words
+    assert "Drawn for a rehearsal, never measured: zero points, mountings of the gyros" in words
+
+
+def test_the_bundle_is_computed_anew_from_the_raw_samples(run: Path) -> None:
+    (missing,) = result("bundle", "run")["missing"]
+    assert missing["lost"] is False and "a rehearsal drew them: zero points" in missing["why"]
+    said = result("reproduce", "run.tfsat.zip")
+    assert said["same"] is True and said["complete"] is True
+    again = next(one for one in said["compared"] if one["what"] == "calibration")
+    assert again["differences"] == [] and again["lacking"] is False
+    assert (
+        "from 1 recording: biases of the gyros. Not recorded in a rehearsal, but drawn: zero"
+        in again["sentence"]
+    )
+
+
+def test_a_bias_that_the_raw_samples_do_not_give_differs(run: Path) -> None:
+    present = read_calibration(run / CERTIFICATE)
+    wrong = replace(present.gyros[2], bias_rad_s=present.gyros[2].bias_rad_s + np.deg2rad([0.0, 0.001, 0.0]))
+    gyros = (*present.gyros[:2], wrong, present.gyros[3])
+    (run / CERTIFICATE).write_text(format_calibration(replace(present, gyros=gyros)))
+    command("bundle", "run")
+    again = next(
+        one
+        for one in result("reproduce", "run.tfsat.zip", expect=3)["compared"]
+        if one["what"] == "calibration"
+    )
+    assert [one["key"] for one in again["differences"]] == ["gyro[2].bias.value[1]"]
+
+
+def test_without_its_raw_samples_it_is_not_the_same(run: Path) -> None:
+    (recording,) = (run / RECORDINGS).glob("rest-*.npz")
+    recording.unlink()
+    command("bundle", "run", expect=3)
+    said = result("reproduce", "run.tfsat.zip", expect=3)
+    assert said["complete"] is False
+    assert recording.name in " ".join(said["incomplete"])
+
+
+def test_the_certificate_that_the_preflight_checked_stays(run: Path) -> None:
+    """The landing was noted in it since; both hold, and both are in the bundle."""
+    checked = json.loads((run / "preflight.json").read_text())["files"]["calibration"]["sha256"]
+    kept = {sha256_of(path): path.name for path in (run / RECORDINGS).glob("certificate-*.toml")}
+    assert checked in kept and checked != sha256_of(run / CERTIFICATE)
+    assert len(kept) == 2 and read_calibration(run / CERTIFICATE).last_landing is not None
+    assert result("bundle", "run")["record"] == []
+    (run / RECORDINGS / kept[checked]).unlink()
+    (sentence,) = result("bundle", "run", expect=3)["record"]
+    assert f"run/{CERTIFICATE} is not the calibration that the preflight checked" in sentence
+    assert "none of the certificates that were kept is" in sentence
+    assert sentence in result("reproduce", "run.tfsat.zip", expect=3)["record"]
+
+
+def test_another_maneuver_than_the_preflight_checked_is_named(run: Path) -> None:
+    maneuver = run / "maneuver.toml"
+    maneuver.write_text(maneuver.read_text() + "\n# touched\n")
+    said = command("bundle", "run", expect=3)
+    assert (
+        "CHANGED run/maneuver.toml is not the maneuver that the preflight checked (run/maneuver.toml"
+        in said.words
+    )
+    assert "CHANGED run/maneuver.toml is not" in command("reproduce", "run.tfsat.zip", expect=3).words

@@ -1,0 +1,74 @@
+"""A run keeps the robot that flew: every command that reads it later uses that one, and says so."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.cli.process import RunCli
+from tfsat_host.robot import default_robot_path
+
+SHIFTED = ("com_mm = [46.58, 50.93, 84.18]", "com_mm = [46.58, 50.93, 104.18]")
+"""20 mm at body 1: evaluated with the wrong file a drop would be doubtful, or its correction absurd."""
+
+
+@pytest.fixture
+def other(tfsat_host: RunCli) -> Path:
+    """A robot's file beside the commands, unlike the shipped one."""
+    file = tfsat_host.folder / "other.toml"
+    text = default_robot_path().read_text(encoding="utf-8")
+    assert SHIFTED[0] in text
+    file.write_text(text.replace(*SHIFTED), encoding="utf-8")
+    return file
+
+
+def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Path) -> None:
+    typed = ("rehearse", "54", "72", "--robot", "other.toml", "--as-filed", "--out", "run")
+    flown = tfsat_host.json(*typed)
+    assert (tfsat_host.folder / "run" / "robot.toml").read_bytes() == other.read_bytes()
+    program, *command = shlex.split(flown["simulate_command"])
+    assert program == "tfsat-host"
+    computed = tfsat_host.json(*command)
+    assert computed["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.003)
+    # Nothing else is known of it later than the folder; the file may have gone.
+    other.unlink()
+    for name in ("evaluate", "report"):
+        again = tfsat_host(name, "run")
+        assert "Robot: run/robot.toml, as the run has it." in again.stderr
+    told = tfsat_host.json("evaluate", "run")
+    assert told["reorientation_deg"] == pytest.approx(flown["evaluation"]["reorientation_deg"], abs=1e-9)
+    named = tfsat_host("evaluate", "run", "--robot", "drop_tower", expect=None)
+    assert "as named, and not the run's own run/robot.toml" in named.stderr
+
+    tfsat_host("bundle", "run", "--out", "run.tfsat.zip")
+    with zipfile.ZipFile(tfsat_host.folder / "run.tfsat.zip") as bundle:
+        assert json.loads(bundle.read("manifest.json"))["evaluated"]["robot"] == "run/robot.toml"
+        bundled = json.loads(bundle.read("evaluation.json"))
+    assert bundled["com_offset_mm"] == told["com_offset_mm"]
+    tfsat_host("campaign", "init", "campaign")
+    tfsat_host("campaign", "add", "campaign", "run")
+    (drop,) = tfsat_host.json("campaign", "report", "campaign")["drops"]
+    assert drop["evaluation"]["com_offset_mm"] == told["com_offset_mm"]
+
+
+def test_drops_of_different_robots_are_not_compared(tfsat_host: RunCli, other: Path) -> None:
+    del other
+    tfsat_host("rehearse", "59", "70", "--robot", "other.toml", "--out", "one")
+    tfsat_host("rehearse", "59", "70", "--seed", "2", "--out", "two")
+    refused = tfsat_host("evaluate", "one", "two", expect=2)
+    assert "one and two were not dropped with the same robot" in refused.stderr
+    assert "--robot FILE" in refused.stderr
+    assert tfsat_host("evaluate", "one", "two", "--robot", "drop_tower", expect=None).returncode in (0, 3)
+
+
+def test_a_robot_that_cannot_be_dropped(tfsat_host: RunCli) -> None:
+    for more in ((), ("--runs", "2")):
+        refused = tfsat_host("rehearse", "59", "70", "--robot", "cubesat_3u", *more, expect=1)
+        assert "3U CubeSat cannot be rehearsed" in refused.stderr
+        assert "0 IMUs" in refused.stderr
+        assert "Nothing was flown." in refused.stderr
+    assert not (tfsat_host.folder / "run").exists()
