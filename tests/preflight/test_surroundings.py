@@ -48,7 +48,7 @@ def test_a_card_that_is_pulled_during_the_trial(morning: Morning, monkeypatch: p
 
     monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
     result = morning.preflight(expect=4)
-    assert found_wrong(result) == {"card-writing"}
+    assert found_wrong(result) == {"card", "card-writing"}
 
 
 def test_samples_that_come_unevenly(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:

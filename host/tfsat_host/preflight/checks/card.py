@@ -23,22 +23,26 @@ _CARD_REMEDIES = {
 
 
 def check_card(evidence: Evidence) -> Check:
-    """A card that the logger calls ready, and a logger that has not given one up."""
+    """A card that the logger calls ready, and a logger that has not given one up.
+
+    The logger asks its card only when it has to write: a card that was taken out since is found by the recording that
+    was made for `check_writing`, so what it says afterwards counts.
+    """
     name = "card"
     answers = evidence.logger
     if isinstance(answers, Missing):
         return unreached(name, answers)
-    status = answers.status
-    numbers = {"card": status.card.name.lower(), "logger_state": status.state.name.lower()}
-    error = _CARD_REMEDIES.get(status.card)
+    status, card = answers.status, answers.later.card
+    numbers = {"card": card.name.lower(), "logger_state": status.state.name.lower()}
+    error = _CARD_REMEDIES.get(card)
     if status.state == LoggerState.FAILED and status.error != ErrorCode.NONE:
         error = status.error
-    if status.card == CardState.FULL and error == ErrorCode.CARD_FULL and status.state != LoggerState.FAILED:
+    if card == CardState.FULL and error == ErrorCode.CARD_FULL and status.state != LoggerState.FAILED:
         return go(name, "It is there and can be read; its room is another check.", **numbers)
     if error is not None:
         what, _, cure = REMEDIES[error]
         return no_go(name, what, cure, **numbers)
-    if status.card == CardState.UNKNOWN:
+    if card == CardState.UNKNOWN:
         return no_go(
             name, "The logger has not looked at its card yet.", "Wait 3 s and run this again.", **numbers
         )
@@ -67,7 +71,7 @@ def check_room(evidence: Evidence) -> Check:
     answers = evidence.logger
     if isinstance(answers, Missing):
         return unreached(name, answers)
-    status, each_mib = answers.status, answers.settings.file_mib
+    status, card, each_mib = answers.status, answers.later.card, answers.settings.file_mib
     needed_mib = each_mib * evidence.recordings
     numbers = {
         "free_mib": status.card_free_mib,
@@ -75,9 +79,9 @@ def check_room(evidence: Evidence) -> Check:
         "recordings": evidence.recordings,
         "file_mib": each_mib,
     }
-    if status.card not in (CardState.READY, CardState.FULL):
+    if card not in (CardState.READY, CardState.FULL):
         return unreached(name, Missing("There is no card whose room could be counted.", "See card."))
-    if status.card == CardState.FULL or status.card_free_mib < needed_mib:
+    if card == CardState.FULL or status.card_free_mib < needed_mib:
         return no_go(
             name,
             f"{status.card_free_mib} MiB are free; {evidence.recordings} recordings of {each_mib} MiB need "
