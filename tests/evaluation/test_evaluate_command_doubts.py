@@ -65,6 +65,13 @@ def reasons(found: Any) -> str:
     return "\n".join(found["verdict"]["reasons"])
 
 
+def test_nothing_is_said_of_a_time_after_the_last_stroke_that_was_not_recorded(run: Path) -> None:
+    cut(run, 1.06)
+    said = reasons(evaluated("run", expect=3))
+    assert "due after the end of what can be evaluated" in said
+    assert "after the last stroke" not in said
+
+
 def test_without_a_calibration(run: Path, good: Said) -> None:
     (run / CERTIFICATE).unlink()
     found = evaluated("run", expect=3)

@@ -25,7 +25,7 @@ from tfsat_host.evaluation.checks.start_pose import start_pose_check
 from tfsat_host.evaluation.clocks.clocks import Clocks, align_clocks
 from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
 from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
-from tfsat_host.evaluation.fall.micro_gravity import MicroGravity, micro_gravity, quiet_windows
+from tfsat_host.evaluation.fall.micro_gravity import SETTLE_S, MicroGravity, micro_gravity, quiet_windows
 from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
 from tfsat_host.evaluation.initial_rates import InitialRate, initial_rates
 from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
@@ -257,6 +257,8 @@ def _micro_gravity(
     landing_s = end_of_fall_s(log)
     ends = [stroke.end_s for stroke in strokes if np.isfinite(stroke.end_s)]
     last_end_s = max(ends) if ends else landing_s - LEFT_TO_SETTLE_S
+    if any(stroke.unfinished or stroke.scheduled_s > landing_s - SETTLE_S for stroke in strokes):
+        last_end_s = landing_s  # the recording ends among the strokes: nothing came after the last
     at_release = motion.angles_rad[int(np.searchsorted(motion.t_s, 0.0))]
     windows = quiet_windows(
         first_stroke_s,
