@@ -136,7 +136,7 @@ def _pause(schedule: Schedule, tower: DropTower, slowest: float) -> Check:
         pause_s(tower.clearance_mm, slowest),
         "s",
         f"At the first stroke, {start_s:.2f} s, even the slowest release has taken the robot "
-        f"{slowest * start_s:.0f} mm away; {tower.clearance_mm:g} mm are needed.",
+        f"{slowest * start_s:.1f} mm away; {tower.clearance_mm:g} mm are needed.",
     )
 
 
