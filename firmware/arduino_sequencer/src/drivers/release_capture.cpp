@@ -55,21 +55,19 @@ void ReleaseCapture::begin() {
   }
 }
 
-// The unit is turned round first, so that the next edge finds it waiting, however soon it comes. Was it
-// sooner still, the contact has moved on and no flag tells: such an edge is stamped with the present
-// time. Chatter of some microseconds is followed so for a while; what comes after that, aim() finds.
+// While the capture unit is turned round, the contact may have moved on already: such an edge is stamped
+// with the present time, and the next one is waited for. Chatter of some microseconds is followed so
+// for a while; what comes after that, aim() finds.
 void ReleaseCapture::on_capture(uint8_t index) {
   volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
   volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
   bool open = (control & kRisingEdge) != 0;
-  const uint16_t count = index == 0 ? ICR1 : ICR3;
+  push(TickClock::extend(index == 0 ? ICR1 : ICR3), index, open);
   wait_for(control, flags, !open);
-  push(TickClock::extend(count), index, open);
   for (uint8_t turn = 0; turn < kMostTurns && is_open(index) != open; ++turn) {
-    if ((flags & kCaptureFlag) != 0) return;  // the next interrupt's
     open = !open;
-    wait_for(control, flags, !open);
     push(TickClock::now(), index, open);
+    wait_for(control, flags, !open);
   }
 }
 
