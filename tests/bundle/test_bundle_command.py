@@ -112,7 +112,7 @@ def test_a_recording_that_cannot_be_evaluated_is_bundled_all_the_same(run: Path)
     assert {"run/SD.bin", f"run/{CERTIFICATE}", "evaluation.json"} <= said["files"].keys()
     again = result("reproduce", "run.tfsat.zip", expect=3)
     assert (again["same"], again["complete"]) == (True, False)
-    assert again["compared"][0]["sentence"].startswith("It cannot be evaluated")
+    assert again["compared"][0]["sentence"].startswith("The drop cannot be evaluated")
 
 
 def test_a_recording_by_itself_takes_what_lies_beside_it(run: Path) -> None:

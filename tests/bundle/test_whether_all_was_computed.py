@@ -12,7 +12,7 @@ import pytest
 from tests.bundle.commands import command, result
 from tests.bundle.rewritten import rewrite
 from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, done
-from tests.evaluation.run_folder import CERTIFICATE
+from tests.evaluation.run_folder import CERTIFICATE, change_headers
 from tfsat_host.calibration.certificate.campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject
 from tfsat_host.cli.recomputing import Recomputed
@@ -29,6 +29,7 @@ def calibrated(run: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("tfsat_host.cli.recomputing.recompute", lambda *_: recomputed)
     (run / CERTIFICATE).unlink()
     origin = done(REST).origin
+    change_headers(run / "SD.bin", board_serial=list(bytes.fromhex(origin.logger_serial)))
     subject = Subject(MODEL.name, origin.logger_serial, origin.who_am_i, origin.emulated)
     campaign = Campaign(run / CERTIFICATE, MODEL, subject)
     for step in (REST, ZERO, SWINGS[0]):
@@ -56,7 +57,7 @@ def test_a_calibration_that_cannot_be_computed_anew_is_said(calibrated: Path, da
     assert (said["same"], said["complete"]) == (True, False)
     assert any(recording.name in sentence for sentence in said["incomplete"])
     words = command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
-    assert "SAME as far as it could be computed. LOST: " in words
+    assert "SAME as far as it could be computed, and not whole: 1 LOST, 1 NOT COMPUTED (above)." in words
     assert "SAME: the raw data give" not in words
 
 
@@ -81,7 +82,8 @@ def test_changed_evidence_is_said(bundle: Path) -> None:
     said = result("reproduce", bundle, expect=3)
     assert (said["same"], said["complete"]) == (True, False)
     words = command("reproduce", bundle, "--out", "again", expect=3).words
-    assert "SAME as far as it could be computed. CHANGED: " in words and "preflight.json was changed" in words
+    assert "SAME as far as it could be computed, and not whole: 1 CHANGED (above)." in words
+    assert "preflight.json was changed" in words
 
 
 def test_a_certificate_without_recordings_is_no_loss(bundle: Path) -> None:
@@ -101,6 +103,9 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
     said = result("reproduce", "run.tfsat.zip", expect=3)
     assert (said["same"], said["complete"]) == (True, False)
     assert "It ends at the release." in said["compared"][0]["sentence"]
+    words = command("reproduce", "run.tfsat.zip", "--out", "again", expect=3).words
+    assert "Evaluation: REFUSED. The drop cannot be evaluated, now as then: It ends at the release." in words
+    assert words.count("LOST when bundled") == 1 == words.count("LOST (above)") and "same" not in words
 
 
 @pytest.fixture

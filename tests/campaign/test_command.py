@@ -50,7 +50,7 @@ def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     assert drop.keys() - before.keys() == {"drop.json", "record.json", *taught}
     assert {name for name in before if drop[name] != before[name]} == {CERTIFICATE}
     assert b"[[landing]]" in drop[CERTIFICATE], "it learns of the drop's landing, once"
-    assert result("campaign", "next", "camp") == {"number": 2, "folder": "drop-0002"}
+    assert result("campaign", "next", "camp") == {"number": 2, "folder": "drop-0002", "findings": []}
     assert said["released"] == "2026-01-05T09:00:06.998Z" and len(said["session"]) == 8
     (entry,) = index_of(camp)
     assert entry == json.loads(drop["drop.json"])
@@ -141,7 +141,8 @@ def test_a_number_is_never_given_again(camp: Path) -> None:
     shutil.rmtree(camp / "drop-0002")
     said = command("campaign", "list", "camp", expect=3)
     assert "drop-0002 is in the index and not there any more" in said.err
-    assert command("campaign", "next", "camp").out == "3\n"
+    said = command("campaign", "next", "camp", expect=3)
+    assert said.out == "3\n" and "not there any more" in said.err
     assert result("campaign", "add", "camp", "run3")["number"] == 3
     command("campaign", "note", "camp", "2", "it burned")
     assert [drop["number"] for drop in index_of(camp)] == [1, 2, 3]
@@ -241,8 +242,11 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     assert said["report"] == "camp/report.html"
     assert [drop["number"] for drop in said["drops"]] == [1, 2]
     assert all(abs(drop["evaluation"]["reorientation_deg"] - 25.7) < 0.2 for drop in said["drops"])
-    assert said["comparison"] is None, "no robot fell"
-    assert len(said["comparison_emulated"]["cross_validation"]) == 2
+    (compared,) = said["comparisons"]
+    assert (compared["robot"], compared["drops"]) == ("emulated", [1, 2]), "no robot fell"
+    assert (
+        len(compared["comparison"]["cross_validation"]) == 2 and compared["comparison"]["agreement"]["agree"]
+    )
     page = (camp / "report.html").read_text()
     assert '"name":"drop-0001 (emulated)"' in page and '"name":"drop-0002 (emulated)"' in page
     words = command("campaign", "report", "camp").words
@@ -263,8 +267,10 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
     listed = result("campaign", "list", "camp")["drops"]
     assert [drop["robot"] for drop in listed] == ["real", "emulated", "real", "emulated"]
     told = result("campaign", "report", "camp")
-    for which, numbers in (("comparison", (1, 3)), ("comparison_emulated", (2, 4))):
-        drops = [one["drop"] for one in told[which]["cross_validation"]]
+    assert [one["robot"] for one in told["comparisons"]] == ["real", "emulated"]
+    for one, numbers in zip(told["comparisons"], ((1, 3), (2, 4)), strict=True):
+        assert one["drops"] == list(numbers)
+        drops = [left["drop"] for left in one["comparison"]["cross_validation"]]
         assert [f"drop-000{number}" in drop for number, drop in zip(numbers, drops, strict=True)] == [
             True,
             True,
@@ -275,13 +281,12 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
         "Correction of the model, by all drops together",
         "Each drop by the corrections of the others",
     ):
-        assert f"{title} (real)" in page and f"{title} (emulated)" in page
+        assert f"{title} (real robot)" in page and f"{title} (emulated robot)" in page
     said = command("campaign", "report", "camp")
-    assert "The real drops together:" in said.words and "The emulated drops together:" in said.words
-    mixed = evaluate("run1", "run3", "--json").json["comparison"]["remarks"]
-    assert (
-        "No robot fell in run3, but an emulated one: what these drops say together is of two robots." in mixed
-    )
+    assert "The drops of the real robot together:" in said.words
+    assert "The drops of the emulated robot together:" in said.words
+    mixed = evaluate("run1", "run3")
+    assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
     assert re.search(r"all drops +drop 1 +drop 3 ", said.out) and re.search(
         r"all drops +drop 2 +drop 4 ", said.out
     )

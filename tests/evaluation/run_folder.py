@@ -6,7 +6,7 @@ import shutil
 import tempfile
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from functools import cache
 from pathlib import Path
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tests.evaluation.drops import MORNING, Drop, calibrated_from_truth, drop, with_com_offsets
 from tests.evaluation.fitted_drops import PAPER_RATE_RAD_S
+from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.text import format_calibration
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.maneuver import format_maneuver, four_stroke
@@ -66,12 +67,22 @@ def run_folder(folder: Path, seed: int = 1) -> None:
     shutil.copytree(_made(seed).folder, folder)
 
 
+def on_other_logger(folder: Path, serial: bytes) -> None:
+    """The same drop as if another logger had recorded it, and its certificate were of that one."""
+    change_headers(folder / "SD.bin", board_serial=list(serial))
+    certificate = read_calibration(folder / CERTIFICATE)
+    subject = replace(certificate.subject, logger_serial=serial.hex())
+    (folder / CERTIFICATE).write_text(
+        format_calibration(replace(certificate, subject=subject)), encoding="utf-8"
+    )
+
+
 def tell_time(card: Path, at: datetime | None) -> None:
     """The recording began at that time of day, as `record start` would have it; None: nobody told the logger."""
     change_headers(card, wall_clock_us=0 if at is None else round(at.timestamp() * 1e6))
 
 
-def change_headers(card: Path, **values: int) -> None:
+def change_headers(card: Path, **values: int | list[int]) -> None:
     """Fields of the recording's header, by name, in each of its blocks."""
     fields = [*BLOCK_HEADER_DTYPE, *LOG_HEADER_DTYPE]
     filled = np.dtype(fields).itemsize

@@ -65,6 +65,31 @@ def test_a_drop_of_another_robot_is_found_out() -> None:
     assert found[2].objective_after > 5.0 * found[0].objective_before / 100.0
 
 
+def test_drops_of_one_robot_agree_and_are_not_widened() -> None:
+    found = combine([fitted(seed, robot=ROBOT).fit for seed in SEEDS])
+    assert found.agree and found.doubt() == "" and found.widened_by == 1.0
+    assert found.degrees_of_freedom == pytest.approx(18.0, abs=0.1), "nine of each drop, less nine"
+    assert 0.01 < found.chance < 0.999
+
+
+def test_drops_that_contradict_each_other_are_doubtful_and_their_deviations_cover_both() -> None:
+    first, other = fitted(11, robot=ROBOT).fit, fitted(12, robot=ROBOT).fit
+    moved = np.zeros(9)
+    moved[5] = 1.0  # mm: 9 deviations of the difference
+    shifted = replace(other, right_hand_side=other.right_hand_side + other.information @ moved)
+    found, before = combine([first, shifted]), combine([first, other])
+    assert not found.agree and found.chance < 1e-6
+    assert found.widened_by == pytest.approx(np.sqrt(found.chi_square / found.degrees_of_freedom))
+    assert found.widened_by > 2.0
+    np.testing.assert_allclose(found.std, found.widened_by * before.std)
+    assert "contradict each other" in found.doubt() and "DOUBTFUL" in found.doubt()
+    # A drop that tells nothing contradicts nobody.
+    silent = replace(
+        first, information=1e-9 * first.information, right_hand_side=1e-9 * shifted.right_hand_side
+    )
+    assert combine([first, silent]).agree and combine([first]).agree
+
+
 def test_one_fit_alone_is_itself_and_twice_the_data_halve_the_variance() -> None:
     fit = fitted(11, robot=ROBOT).fit
     alone = combine([fit])
@@ -135,7 +160,7 @@ def test_drops_together_are_one_fit_to_all_data_also_if_one_was_widened(
     together = combine([sharp.fit, vague.fit])
     # Each fit took its sensors' errors off in earnest, the sum at once to first order: a fiftieth of a deviation apart.
     np.testing.assert_allclose(together.values, values, atol=3e-3)
-    np.testing.assert_allclose(together.std, std, rtol=2e-3)
+    np.testing.assert_allclose(together.std / together.widened_by, std, rtol=2e-3)
 
 
 def test_a_drop_with_something_against_it_corrects_no_other() -> None:

@@ -6,6 +6,7 @@ import json
 import shlex
 import zipfile
 from pathlib import Path
+from shutil import copyfile, copytree
 
 import pytest
 
@@ -59,10 +60,15 @@ def test_drops_of_different_robots_are_not_compared(tfsat_host: RunCli, other: P
     del other
     tfsat_host("rehearse", "59", "70", "--robot", "other.toml", "--out", "one")
     tfsat_host("rehearse", "59", "70", "--seed", "2", "--out", "two")
-    refused = tfsat_host("evaluate", "one", "two", expect=2)
-    assert "one and two were not dropped with the same robot" in refused.stderr
+    for named in ((), ("--robot", "drop_tower")):
+        refused = tfsat_host("evaluate", "one", "two", *named, expect=2)
+        assert "These drops are not of one robot. one: emulated robot with logger" in refused.stderr
+    # The same logger beside another robot file.
+    copytree(tfsat_host.folder / "one", tfsat_host.folder / "three")
+    copyfile(default_robot_path(), tfsat_host.folder / "three" / "robot.toml")
+    refused = tfsat_host("evaluate", "one", "three", expect=2)
+    assert "one and three were not dropped with the same robot" in refused.stderr
     assert "--robot FILE" in refused.stderr
-    assert tfsat_host("evaluate", "one", "two", "--robot", "drop_tower", expect=None).returncode in (0, 3)
 
 
 def test_a_robot_that_cannot_be_dropped(tfsat_host: RunCli) -> None:

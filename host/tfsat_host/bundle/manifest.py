@@ -86,6 +86,7 @@ class Manifest:
         files: All files but the manifest, by name.
         missing: What is not there.
         record: What is not as the run's record says; sentences.
+        doubts: What else stands against the drop: samples that were lost, files of another robot; sentences.
         left_out: Files of the run that were not taken, and why.
     """
 
@@ -97,6 +98,7 @@ class Manifest:
     missing: tuple[Missing, ...] = ()
     record: tuple[str, ...] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -108,6 +110,7 @@ class Manifest:
             "images": dict(self.images),
             "missing": [{"what": one.what, "why": one.why, "lost": one.lost} for one in self.missing],
             "record": list(self.record),
+            "doubts": list(self.doubts),
             "left_out": dict(self.left_out),
             "files": {
                 name: {"sha256": file.sha256, "bytes": file.bytes}
@@ -128,7 +131,7 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
         BundleError: it is no manifest, or one of another format.
     """
     try:
-        values = json.loads(data.decode("utf-8"))
+        values = _whole(json.loads(data.decode("utf-8")))
         if values["format"] != FORMAT:
             raise ValueError(f"its format is {values['format']!r}, this program reads {FORMAT}")
         return Manifest(
@@ -139,9 +142,10 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
             files={json_values.text(name): _file(file) for name, file in _table(values["files"]).items()},
             missing=tuple(
                 Missing(json_values.text(one["what"]), json_values.text(one["why"]), one["lost"] is True)
-                for one in values["missing"]
+                for one in _list(values["missing"], "missing")
             ),
-            record=tuple(json_values.text(one) for one in values["record"]),
+            record=_sentences(values["record"], "record"),
+            doubts=_sentences(values.get("doubts", []), "doubts"),  # older bundles have none
             left_out={
                 json_values.text(name): json_values.text(why)
                 for name, why in _table(values["left_out"]).items()
@@ -149,10 +153,37 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise BundleError(
-            what=f"The manifest of {source} cannot be understood: {type(error).__name__}, {error}.",
+            what=f"The manifest of {source} cannot be understood: {_why(error)}.",
             meaning="What the bundle should hold is not known; nothing was unpacked.",
             next_step="Take the bundle from a copy, or use the tfsat-host that made it.",
         ) from error
+
+
+def _why(error: Exception) -> str:
+    """In words that are not Python's."""
+    if isinstance(error, KeyError):
+        return f"it has no {error.args[0]}"
+    if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):
+        return "it is no JSON text"
+    if isinstance(error, ValueError):
+        return str(error)
+    return "something in it is not what a bundle has there"
+
+
+def _whole(value: object) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError("it is no list of files")
+    return value
+
+
+def _list(value: object, name: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise ValueError(f"its {name} is no list")
+    return value
+
+
+def _sentences(value: object, name: str) -> tuple[str, ...]:
+    return tuple(json_values.text(one) for one in _list(value, name))
 
 
 def _evaluated(values: dict[str, Any]) -> Evaluated:

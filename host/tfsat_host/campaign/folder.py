@@ -5,6 +5,7 @@ Every drop's folder holds its own copy of its entry: an index that is lost or da
 
 from __future__ import annotations
 
+import shlex
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ from tfsat_host.whole_file import write_whole
 
 INDEX = "campaign.json"
 DROP = "drop.json"
+_OF_A_RUN = ("*.[bB][iI][nN]", DROP, "preflight.json", "record.json", ".tfsat-rehearsal")
+"""What lies in the folder of a run that was checked, flown or rehearsed."""
 STAGING = ".adding-"
 _LOCK = ".campaign.lock"
 _INDEX_BYTES_MAX = 64_000_000
@@ -58,7 +61,7 @@ def init(folder: Path) -> None:
     """Makes an empty campaign.
 
     Raises:
-        CampaignError: there is one already, or the folder holds drops of one.
+        CampaignError: there is one already, or the folder holds drops of one, or a run.
         OSError: it cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -67,8 +70,9 @@ def init(folder: Path) -> None:
             raise CampaignError(
                 what=f"{folder} is a campaign already.",
                 meaning="Nothing was changed.",
-                next_step=f"tfsat-host campaign list {folder}",
+                next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
             )
+        _require_no_run(folder)
         write_whole(folder / INDEX, format_index(()).encode())
 
 
@@ -85,7 +89,7 @@ def read(folder: Path) -> Contents:
         raise CampaignError(
             what=f"{folder} is no campaign: it holds neither {INDEX} nor drops.",
             meaning="Nothing was done.",
-            next_step=f"Make it one: tfsat-host campaign init {folder}",
+            next_step=f"Make it one: tfsat-host campaign init {shlex.quote(str(folder))}",
         )
     known, findings, damaged = _indexed(index)
     found = {drop.number: drop for drop in known}
@@ -96,9 +100,7 @@ def read(folder: Path) -> Contents:
             if entry is not None:
                 found[number] = entry
     findings += [
-        f"{folder / drop.folder} is in the index and not there any more."
-        for drop in known
-        if drop.number not in folders
+        sentence for drop in known if (sentence := _gone_or_other(folder, drop, drop.number in folders))
     ]
     drops = tuple(found[number] for number in sorted(found))
     return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
@@ -164,7 +166,8 @@ def void(folder: Path, number: int, why: str, at: datetime) -> DropEntry:
             raise CampaignError(
                 what=f"Drop {number} of {folder} is void already: {before.void.text}",
                 meaning="Nothing was changed.",
-                next_step=f'To write something about it: tfsat-host campaign note {folder} {number} "…"',
+                next_step="To write something about it: tfsat-host campaign note "
+                f'{shlex.quote(str(folder))} {number} "…"',
             )
         changed = before.voided(at, why)
         _replace(folder, contents, changed, at)
@@ -179,7 +182,7 @@ def drop_of(folder: Path, drops: Sequence[DropEntry], number: int) -> DropEntry:
         raise CampaignError(
             what=f"{folder} has no drop {number}; there are: {there}.",
             meaning="Nothing was changed.",
-            next_step=f"tfsat-host campaign list {folder}",
+            next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
         )
     return found
 
@@ -198,7 +201,8 @@ def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> No
             same,
             what=f"This recording is drop {same.number} of {folder} already ({same.folder}).",
             meaning="One drop counts once; nothing was added.",
-            next_step=f'To write something about it: tfsat-host campaign note {folder} {same.number} "…"',
+            next_step="To write something about it: tfsat-host campaign note "
+            f'{shlex.quote(str(folder))} {same.number} "…"',
         )
     alike = next((drop for drop in counting if drop.session == entry.session is not None), None)
     if alike is not None:
@@ -207,7 +211,8 @@ def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> No
             what=f"The recording {entry.session} is drop {alike.number} of {folder} already ({alike.folder}), in "
             "another copy.",
             meaning="One drop counts once; nothing was added.",
-            next_step=f"If this copy is to stand for it: tfsat-host campaign void {folder} {alike.number} "
+            next_step="If this copy is to stand for it: tfsat-host campaign void "
+            f"{shlex.quote(str(folder))} {alike.number} "
             '"another copy follows", then add this one again.',
         )
 
@@ -223,6 +228,32 @@ def _write(folder: Path, before: Contents, drops: Sequence[DropEntry], at: datet
     if before.index_damaged:
         (folder / INDEX).replace(folder / f"campaign.damaged-{at:%Y%m%dT%H%M%S}.json")
     write_whole(folder / INDEX, format_index(drops).encode())
+
+
+def _require_no_run(folder: Path) -> None:
+    found = next((path.name for pattern in _OF_A_RUN for path in sorted(folder.glob(pattern))), None)
+    if found is not None:
+        raise CampaignError(
+            what=f"{folder} is the folder of a run: it holds {found}.",
+            meaning="A campaign holds runs, a folder each, and is none itself. Nothing was changed.",
+            next_step="Give the name of a new folder; campaign add then copies the run into it.",
+        )
+
+
+def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
+    """What is wrong with the folder, or the own entry, of a drop that the index has; empty: nothing."""
+    place = folder / drop.folder
+    if not there:
+        return f"{place} is in the index and not there any more."
+    again = f"tfsat-host campaign note {shlex.quote(str(folder))} {drop.number} writes it anew."
+    try:
+        own = parse_drop((place / DROP).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return f"{place / DROP} is gone: only the index knows this drop. {again}"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        return f"{place / DROP} cannot be read ({reason}): only the index knows this drop. {again}"
+    return "" if own == drop else f"{place / DROP} is not as the index has this drop. {again}"
 
 
 def _folders(folder: Path) -> dict[int, Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import shutil
 import tempfile
 from functools import partial
@@ -49,6 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Collects, evaluates, writes."""
     from tfsat_host.bundle.archive import MARKER
     from tfsat_host.bundle.manifest import NAME_CHARACTERS_MAX
+    from tfsat_host.cli.bundle_doubts import verdict_words
     from tfsat_host.cli.bundle_files import collect
     from tfsat_host.cli.report_files import names_of
 
@@ -72,14 +74,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
         write_all([OutputFile(target, MARKER, partial(_write, folder, manifest))], force=args.force)
         manifest_sha256 = sha256_of(folder / "manifest.json")
     tell_new_folder(new_folder, out)
+    recording = verdict_words(found)
     result = {
         "bundle": str(target),
+        "recording": recording,
         "bytes": target.stat().st_size,
         "manifest_sha256": manifest_sha256,
         **manifest.as_dict(),
     }
-    out.result(result, lambda: _show(target, manifest, manifest_sha256, out))
-    lost = bool(manifest.record) or any(one.lost for one in manifest.missing)
+    out.result(result, lambda: _show(target, manifest, manifest_sha256, recording, out))
+    lost = bool(manifest.record or manifest.doubts) or any(one.lost for one in manifest.missing)
     return DataLossError.exit_code if lost else 0
 
 
@@ -97,6 +101,7 @@ def _staged(folder: Path, found: Collected, used: Evaluated, name: str, out: Out
         Missing,
         format_manifest,
     )
+    from tfsat_host.cli.bundle_doubts import doubts_of
     from tfsat_host.cli.bundle_files import images_of
     from tfsat_host.cli.recomputing import recompute
     from tfsat_host.record.run_record import verify
@@ -135,6 +140,7 @@ def _staged(folder: Path, found: Collected, used: Evaluated, name: str, out: Out
         (*missing, *without),
         record,
         found.left_out,
+        doubts_of(found, used, preflight),
     )
     (folder / MANIFEST).write_bytes(format_manifest(manifest).encode())
     return manifest
@@ -159,21 +165,24 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
-def _show(target: Path, manifest: Manifest, manifest_sha256: str, out: Output) -> None:
+def _show(target: Path, manifest: Manifest, manifest_sha256: str, recording: str, out: Output) -> None:
     from tfsat_host.cli.bundle_files import MADE_AGAIN
     from tfsat_host.cli.evaluate.phrases import printable
 
     size = sum(file.bytes for file in manifest.files.values())
     out.line(f"Written   {printable(target)}: {len(manifest.files)} files, {size / 1e6:.1f} MB.")
     out.line(f"Manifest  SHA-256 {manifest_sha256}: for the logbook, it vouches for every file.")
+    out.line(f"Recording {printable(manifest.evaluated.recording)}, {recording}.")
     for one in manifest.missing:
         out.line(f"{'LOST     ' if one.lost else 'Missing  '} {printable(one.what)}: {printable(one.why)}")
     for sentence in manifest.record:
         out.line(f"CHANGED   {printable(sentence)}")
+    for sentence in manifest.doubts:
+        out.line(f"DOUBTFUL  {printable(sentence)}")
     plain = [name for name, why in manifest.left_out.items() if why == MADE_AGAIN]
     for name, why in manifest.left_out.items():
         if name not in plain:
             out.line(f"Left out  {printable(name)} {printable(why)}.")
     if plain:
         out.line(f"Left out  {', '.join(map(printable, plain))}.")
-    out.line(f"To compute it anew: tfsat-host reproduce {printable(target)}")
+    out.line(f"To compute it anew: tfsat-host reproduce {shlex.quote(printable(target))}")

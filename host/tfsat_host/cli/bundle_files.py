@@ -286,7 +286,10 @@ def _not_there(found: Collected, evaluated: Evaluated) -> list[Missing]:
     expected = {
         "maneuver": (evaluated.maneuver, "No maneuver.toml lies beside the recording, and none was named."),
         "calibration": (evaluated.calibration, "No certificate was found, and none was named."),
-        "preflight.json": (f"{RUN}/preflight.json", "The run has none: tfsat-host preflight RUN writes it."),
+        "preflight.json": (
+            f"{RUN}/preflight.json",
+            "The run has none: nothing tells what was checked before.",
+        ),
         RECORD: (f"{RUN}/{RECORD}", "The run has none: nothing in it was signed."),
     }
     return [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -89,7 +90,8 @@ def _init(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.campaign.folder import INDEX, init
 
     init(args.dir)
-    text = f"Campaign  {args.dir}. The first drop comes in by: tfsat-host campaign add {args.dir} RUN"
+    add = f"tfsat-host campaign add {shlex.quote(str(args.dir))} RUN"
+    text = f"Campaign  {args.dir}. The first drop comes in by: {add}"
     out.result({"campaign": str(args.dir), "index": str(args.dir / INDEX)}, text)
     return 0
 
@@ -98,7 +100,8 @@ def _note(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.campaign.folder import note
     from tfsat_host.cli.campaign_add import check_note
 
-    check_note(args.text, f'tfsat-host campaign note {args.dir} {args.number} "wind from the west"')
+    folder = shlex.quote(str(args.dir))
+    check_note(args.text, f'tfsat-host campaign note {folder} {args.number} "wind from the west"')
     drop = note(args.dir, args.number, args.text, datetime.now(UTC))
     out.result(drop.as_dict(), f"Drop {drop.number}  {len(drop.notes)} notes.")
     return 0
@@ -108,7 +111,8 @@ def _void(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.campaign.folder import void
     from tfsat_host.cli.campaign_add import check_note
 
-    check_note(args.text, f'tfsat-host campaign void {args.dir} {args.number} "the hook was caught"')
+    folder = shlex.quote(str(args.dir))
+    check_note(args.text, f'tfsat-host campaign void {folder} {args.number} "the hook was caught"')
     drop = void(args.dir, args.number, args.text, datetime.now(UTC))
     kept = f"{args.dir / drop.folder} stays, and no report counts it"
     out.result(drop.as_dict(), f"Drop {drop.number}  void: {kept}.")
@@ -119,9 +123,13 @@ def _next(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.campaign.entries import folder_name
     from tfsat_host.campaign.folder import read
 
-    number = read(args.dir).next_number
-    out.result({"number": number, "folder": folder_name(number)}, str(number))
-    return 0
+    contents = read(args.dir)
+    number = contents.next_number
+    result = {"number": number, "folder": folder_name(number), "findings": list(contents.findings)}
+    out.result(result, str(number))
+    for sentence in contents.findings:
+        out.warn(sentence)
+    return DataLossError.exit_code if contents.findings else 0
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
@@ -143,6 +151,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
 
 def changes_in(folder: Path, drop: DropEntry) -> list[str]:
     """What is not as it was when the drop came in; sentences."""
+    from tfsat_host.cli.campaign_add import SIGNED_BY
     from tfsat_host.record.run_record import verify
 
     recording = folder / drop.recording
@@ -151,7 +160,8 @@ def changes_in(folder: Path, drop: DropEntry) -> list[str]:
     if not recording.is_file():
         return [f"{recording} is missing."]
     changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
-    return changes + [one.sentence for one in verify(folder) if one.name != drop.recording]
+    findings = verify(folder, closed_by=SIGNED_BY)
+    return changes + [one.sentence for one in findings if one.name != drop.recording]
 
 
 def _show(rows: list[tuple[DropEntry, list[str]]], out: Output) -> None:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from tfsat_host.cli.bundle_files import Collected
 
 _NOTHING = "Nothing was added."
+SIGNED_BY = "tfsat-host campaign add"
+"""How the entry of the record begins with which a run is closed."""
 
 
 def add(args: argparse.Namespace, out: Output) -> int:
@@ -210,7 +212,7 @@ def _sign(staged: Path, found: Collected, out: Output) -> list[str]:
     changed = {staged / finding.name for finding in findings}
     there = [path for path in files if path.is_file() and path not in changed]
     try:
-        sign(staged, there, f"tfsat-host campaign add {__version__}", datetime.now(UTC))
+        sign(staged, there, f"{SIGNED_BY} {__version__}", datetime.now(UTC))
     except RecordError as error:
         out.warn(f"The drop's record was not gone on with. {error.what} {error.next_step}")
     return [finding.sentence.replace(f"{staged}{os.sep}", "") for finding in findings]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +13,9 @@ from tfsat_host.errors import DataLossError, TfsatError
 
 if TYPE_CHECKING:
     from tfsat_host.campaign.entries import DropEntry
+    from tfsat_host.campaign.folder import Contents
+    from tfsat_host.cli.campaign_robots import OfOneRobot
     from tfsat_host.cli.evaluate.one_run import EvaluatedRun
-    from tfsat_host.cli.evaluate.several import Comparison
 
 _Tried = tuple["DropEntry", "EvaluatedRun | TfsatError"]
 
@@ -21,9 +23,8 @@ _Tried = tuple["DropEntry", "EvaluatedRun | TfsatError"]
 def report(args: argparse.Namespace, out: Output) -> int:
     """A drop that cannot be evaluated is named and does not keep the others from being compared.
 
-    Drops of a robot and of an emulated one are drawn over each other, and never taken together in a number.
+    Drops of different robots are drawn over each other, and never taken together in a number.
     """
-    from tfsat_host.campaign.entries import EMULATED, REAL
     from tfsat_host.campaign.folder import read
     from tfsat_host.cli.evaluate.one_run import robot_of
     from tfsat_host.cli.report_files import PAGE, ReportFiles
@@ -32,33 +33,42 @@ def report(args: argparse.Namespace, out: Output) -> int:
     counting = [drop for drop in contents.drops if drop.void is None]
     present = [drop for drop in counting if (args.dir / drop.folder / drop.recording).is_file()]
     if not present:
-        raise TfsatError(
-            what=f"{args.dir} has no drops with a recording that count.",
-            meaning="There is nothing to compare; no report was written.",
-            next_step=f"tfsat-host campaign add {args.dir} RUN",
-        )
+        raise _nothing_to_compare(args.dir, contents)
     options = _options(args, present, args.out or args.dir / PAGE)
     files = ReportFiles.of(options)
     files.check(force=args.force)
-    robot = robot_of(options, options.runs)
-    tried = [_tried(drop, args.dir, options, robot, out) for drop in present]
-    page, compared = _write(tried, files, options, out)
-    real, emulated = (compared.get(robot) for robot in (REAL, EMULATED))
+    if args.robot is not None:
+        robot_of(options)  # one that cannot be read is no drop's fault
+    tried = [_tried(drop, args.dir, options, out) for drop in present]
+    page, robots = _write(tried, files, options, out)
     void = [drop for drop in contents.drops if drop.void is not None]
     result = {
         "campaign": str(args.dir),
         "report": None if page is None else str(page),
         "drops": [_as_dict(one) for one in tried],
         "void": [drop.as_dict() for drop in void],
-        "comparison": _comparison(real),
-        "comparison_emulated": _comparison(emulated),
+        "comparisons": [robot.as_dict() for robot in robots],
         "findings": list(contents.findings),
     }
-    out.result(result, lambda: _show(tried, void, compared, page, out))
+    out.result(result, lambda: _show(tried, void, robots, page, out))
     for sentence in contents.findings:
         out.warn(sentence)
     good = all(not isinstance(one, TfsatError) and one.verdict.level == "good" for _, one in tried)
-    return 0 if good and not contents.findings else DataLossError.exit_code
+    agree = not any(robot.compared is not None and robot.compared.doubts for robot in robots)
+    return 0 if good and agree and not contents.findings else DataLossError.exit_code
+
+
+def _nothing_to_compare(folder: Path, contents: Contents) -> TfsatError:
+    """With what is wrong with the campaign: drops that it does not know any more are not none."""
+    wrong = " ".join(contents.findings)
+    place = shlex.quote(str(folder))
+    return TfsatError(
+        what=f"{folder} has no drops with a recording that count.{f' {wrong}' if wrong else ''}",
+        meaning="There is nothing to compare; no report was written.",
+        next_step=f"Copy {folder} back from where it is whole. What is left of it: tfsat-host campaign list {place}"
+        if wrong
+        else f"tfsat-host campaign add {place} RUN",
+    )
 
 
 def _options(args: argparse.Namespace, drops: list[DropEntry], page: Path) -> argparse.Namespace:
@@ -76,13 +86,14 @@ def _options(args: argparse.Namespace, drops: list[DropEntry], page: Path) -> ar
     return argparse.Namespace(**options)
 
 
-def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, robot: Any, out: Output) -> _Tried:
+def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, out: Output) -> _Tried:
     """A drop that nobody foresaw breaks its own evaluation, and not that of the others."""
-    from tfsat_host.cli.evaluate.one_run import evaluate_run
+    from tfsat_host.cli.evaluate.one_run import evaluate_run, robot_of
 
     recording = folder / drop.folder / drop.recording
     try:
-        return drop, evaluate_run(recording, options, robot, out)
+        _require_as_it_came(drop, folder)
+        return drop, evaluate_run(recording, options, robot_of(options, [recording]), out)
     except TfsatError as error:
         return drop, error
     except BrokenPipeError:
@@ -99,11 +110,25 @@ def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, robot: An
         )
 
 
+def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
+    """Raises TfsatError: what it would be evaluated with may not be what flew."""
+    from tfsat_host.cli.campaign import changes_in
+
+    changes = changes_in(folder / drop.folder, drop)
+    if changes:
+        raise TfsatError(
+            what=f"It is not as it came into the campaign: {' '.join(changes)}",
+            meaning="What was changed is no evidence of the drop: it is left out; what is said of the others holds.",
+            next_step="Put the file back as it was. If the change is meant: copy the drop's folder to another place, "
+            f"tfsat-host campaign void {shlex.quote(str(folder))} {drop.number}, then campaign add the copy.",
+        )
+
+
 def _write(
     tried: list[_Tried], files: Any, options: argparse.Namespace, out: Output
-) -> tuple[Path | None, dict[str, Comparison]]:
-    """The page, of those that can be evaluated, and how they compare: real ones with real ones, emulated likewise."""
-    from tfsat_host.cli.evaluate.several import Comparison, robot_in
+) -> tuple[Path | None, list[OfOneRobot]]:
+    """The page, of those that can be evaluated, and each robot's drops by themselves."""
+    from tfsat_host.cli.campaign_robots import by_robot
     from tfsat_host.cli.outputs import new_folder_of, tell_new_folder
     from tfsat_host.cli.report import lacking, reported, together
     from tfsat_host.cli.report_files import PageParts
@@ -111,44 +136,31 @@ def _write(
     done = [(drop, one) for drop, one in tried if not isinstance(one, TfsatError)]
     refused = [(drop, one) for drop, one in tried if isinstance(one, TfsatError)]
     if not done:
-        return None, {}
-    drops = [reported(_name(drop, one), one, options) for drop, one in done]
-    alike = {
-        robot: [index for index, (_, one) in enumerate(done) if robot_in(one) == robot]
-        for robot in dict.fromkeys(robot_in(one) for _, one in done)
-    }
+        return None, []
+    drops = {drop.number: reported(_name(drop, one), one, options) for drop, one in done}
+    robots = by_robot([(drop.number, one) for drop, one in done])
     tables = []
-    for robot, which in alike.items():
-        of_them = together([drops[index] for index in which], [done[index][1] for index in which])
-        for one in of_them:
-            one["title"] += f" ({robot})" if len(alike) > 1 else ""
-        tables += of_them
+    for robot in robots:
+        if robot.compared is not None:
+            of_them = together([drops[number] for number in robot.numbers], robot.compared)
+            for table in of_them:
+                table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
+            tables += of_them
     parts = PageParts(tables=tables, lacking=[lacking(Path(drop.folder), one) for drop, one in refused])
     new_folder = new_folder_of(files.page)
     with out.progress("Writing the report", total=1.0) as advance:
-        files.write(drops, parts, datetime.now(UTC), force=options.force, progress=advance)
+        files.write(list(drops.values()), parts, datetime.now(UTC), force=options.force, progress=advance)
     tell_new_folder(new_folder, out)
-    return files.page, {
-        robot: Comparison([done[index][1] for index in which])
-        for robot, which in alike.items()
-        if len(which) > 1
-    }
+    return files.page, robots
 
 
 def _name(drop: DropEntry, run: EvaluatedRun) -> str:
     """As the page has it: beside real drops nobody may take an emulated one for another."""
     from tfsat_host.campaign.entries import EMULATED
-    from tfsat_host.cli.evaluate.several import robot_in
+    from tfsat_host.cli.evaluate.dropped_robot import dropped_robot
 
-    return f"{drop.folder} (emulated)" if robot_in(run) == EMULATED else drop.folder
-
-
-def _comparison(compared: Comparison | None) -> dict[str, Any] | None:
-    if compared is None:
-        return None
-    from tfsat_host.cli.evaluate.several import comparison_as_dict
-
-    return comparison_as_dict(compared)
+    emulated = dropped_robot(run.found.log).kind == EMULATED
+    return f"{drop.folder} (emulated)" if emulated else drop.folder
 
 
 def _as_dict(tried: _Tried) -> dict[str, Any]:
@@ -164,18 +176,36 @@ def _as_dict(tried: _Tried) -> dict[str, Any]:
 def _show(
     tried: list[_Tried],
     void: list[DropEntry],
-    compared: dict[str, Comparison],
+    robots: list[OfOneRobot],
     page: Path | None,
     out: Output,
 ) -> None:
+    from tfsat_host.cli.campaign_robots import show_robots
     from tfsat_host.cli.evaluate.phrases import printable
-    from tfsat_host.cli.evaluate.several import robot_in, row_of, show_comparison
+
+    _show_drops(tried, out)
+    for drop, one in tried:
+        if isinstance(one, TfsatError):
+            out.line(
+                f"Drop {drop.number} cannot be evaluated: {printable(one.what)} {printable(one.next_step)}"
+            )
+    for drop in void:
+        why = "" if drop.void is None else f": {printable(drop.void.text)}"
+        out.line(f"Drop {drop.number} is void and not counted{why}")
+    show_robots(robots, out)
+    out.line("No report was written." if page is None else f"Written  {printable(page)}")
+
+
+def _show_drops(tried: list[_Tried], out: Output) -> None:
+    from tfsat_host.cli.evaluate.dropped_robot import dropped_robot
+    from tfsat_host.cli.evaluate.phrases import printable
+    from tfsat_host.cli.evaluate.several import row_of
 
     rows = []
     for drop, one in tried:
         notes = "; ".join(printable(note.text) for note in drop.notes) or "–"
         found = ("failed", "–", "–", "–") if isinstance(one, TfsatError) else row_of(one)[1:]
-        robot = drop.robot if isinstance(one, TfsatError) else robot_in(one)
+        robot = drop.robot if isinstance(one, TfsatError) else dropped_robot(one.found.log).kind
         rows.append((str(drop.number), robot, *found, notes))
     columns = (
         "drop",
@@ -187,16 +217,3 @@ def _show(
         "notes",
     )
     out.table(columns, rows, title="All drops")
-    for drop, one in tried:
-        if isinstance(one, TfsatError):
-            out.line(
-                f"Drop {drop.number} cannot be evaluated: {printable(one.what)} {printable(one.next_step)}"
-            )
-    for drop in void:
-        why = "" if drop.void is None else f": {printable(drop.void.text)}"
-        out.line(f"Drop {drop.number} is void and not counted{why}")
-    for robot, comparison in compared.items():
-        out.line(f"The {robot} drops together:")
-        numbers = {id(one): drop.number for drop, one in tried}
-        show_comparison(comparison, out, [numbers[id(run)] for run in comparison.runs])
-    out.line("No report was written." if page is None else f"Written  {printable(page)}")

@@ -57,10 +57,16 @@ def write_all(files: list[OutputFile], *, force: bool) -> None:
         fill_whole(file.path, file.write)
 
 
-def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
+def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = "") -> None:
     """Refuse a path that holds something this command did not make, or that nothing can be written to.
 
     To be called before what takes long: it tries the folder, or the next above that exists, with an empty file.
+
+    Args:
+        path: Where.
+        marker: Of the command's own files.
+        force: Whether somebody else's may be overwritten.
+        elsewhere: What to do where nothing can be written, for a command without `--out`; a sentence.
 
     Raises:
         TfsatError: it does, or it is a directory, or its folder is none or cannot be written to.
@@ -84,7 +90,7 @@ def check_may_write(path: Path, *, marker: bytes, force: bool) -> None:
         raise UnwritableError(
             what=f"{path} cannot be written: {error.strerror}.",
             meaning="Nothing was written.",
-            next_step="Name another place with --out, one that you may write to.",
+            next_step=elsewhere or "Name another place with --out, one that you may write to.",
         ) from error
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.calibration_notice import find_certificate
+from tfsat_host.cli.flown import require_not_flown
 from tfsat_host.cli.output import jsonable
 from tfsat_host.cli.outputs import check_may_write
 from tfsat_host.errors import TfsatError, UsageError
@@ -138,7 +140,7 @@ def run_files(args: argparse.Namespace) -> RunFiles:
     """Reads what the options name.
 
     Raises:
-        UsageError: RUN is no folder.
+        UsageError: RUN is no folder, or that of a drop that was flown.
         TfsatError: the robot or facility file cannot be understood, or the result could not be written there.
     """
     from tfsat_host.cli.evaluate.run_files import robot_beside
@@ -150,9 +152,15 @@ def run_files(args: argparse.Namespace) -> RunFiles:
         raise UsageError(
             what=f"There is no folder {folder}.",
             meaning="A preflight belongs to a run: its folder holds what is to be flown. Nothing was looked at.",
-            next_step=f"mkdir {folder}, and copy maneuver.toml and calibration.toml into it",
+            next_step=f"mkdir {shlex.quote(str(folder))}, and copy maneuver.toml and calibration.toml into it",
         )
-    check_may_write(folder / RESULT, marker=_MADE_BY.encode(), force=False)
+    require_not_flown(folder)
+    check_may_write(
+        folder / RESULT,
+        marker=_MADE_BY.encode(),
+        force=False,
+        elsewhere="Make the folder writable, or copy maneuver.toml and the certificate into one that is.",
+    )
     maneuver = args.maneuver or folder / MANEUVER
     return RunFiles(
         folder,

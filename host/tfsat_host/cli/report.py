@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.evaluate.options import add_run_arguments, check_run_arguments, options_given
+from tfsat_host.cli.evaluate.several import Comparison
 from tfsat_host.cli.options import add_output_options, file_name, output_file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.outputs import new_folder_of, tell_new_folder
@@ -130,7 +131,9 @@ def _finish(
     out: Output,
 ) -> int:
     drops = [reported(files.drops[one.files.recording].name, one, args) for one in done]
-    page = PageParts(tables=together(drops, done), lacking=[lacking(*one) for one in refused])
+    compared = Comparison(done) if len(done) > 1 else None
+    tables = [] if compared is None else together(drops, compared)
+    page = PageParts(tables=tables, lacking=[lacking(*one) for one in refused])
     new_folder = new_folder_of(files.page)
     with out.progress("Writing the report", total=1.0) as advance:
         written = files.write(drops, page, datetime.now(UTC), force=args.force, progress=advance)
@@ -142,9 +145,12 @@ def _finish(
         "refused": [{"run": str(place), "what": error.what} for place, error in refused],
     }
     out.result(result, lambda: _show(drops, written, out))
+    doubts = () if compared is None else compared.doubts
+    for sentence in doubts:
+        out.warn(sentence)
     if refused:
         return TfsatError.exit_code
-    return DataLossError.exit_code if any(one.verdict.level != "good" for one in done) else 0
+    return DataLossError.exit_code if doubts or any(one.verdict.level != "good" for one in done) else 0
 
 
 def reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reported:
@@ -167,17 +173,11 @@ def reported(name: str, run: EvaluatedRun, args: argparse.Namespace) -> Reported
     )
 
 
-def together(drops: list[Reported], done: list[EvaluatedRun]) -> list[Table]:
-    """What several drops say of the model together."""
-    if len(done) < 2:
-        return []
-    from tfsat_host.cli.evaluate.several import Comparison
+def together(drops: list[Reported], compared: Comparison) -> list[Table]:
+    """What several drops say of the model together; `drops` are those that are compared, in order."""
     from tfsat_host.report.contents.tables.together import combined_table, cross_validation_table
 
-    compared, names = (
-        Comparison(done),
-        {str(run.place): drop.name for run, drop in zip(done, drops, strict=True)},
-    )
+    names = {str(run.place): drop.name for run, drop in zip(compared.runs, drops, strict=True)}
     if compared.combined is None:
         return []
     found = [drop.evaluation for drop in drops]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.cli.bundle_files import RUN
 from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
@@ -18,7 +20,8 @@ if TYPE_CHECKING:
     from tfsat_host.bundle.manifest import Manifest
     from tfsat_host.cli.recomputing import Recomputed
 
-_SHOWN = 20
+_RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
+"""Of a run's folder: what a rehearsal or an earlier evaluation said."""
 _UNREADABLE = object()
 _OF_ITS_TIME = ("made_by", "made_at")
 """Of a result: who made it and when differs rightly."""
@@ -33,12 +36,14 @@ class Compared:
         differs: How; None: it was not computed anew, and that is no difference.
         sentence: What was done, or why not.
         lacking: It should have been computed and could not be.
+        refused: The raw data give none.
     """
 
     what: str
     differs: Sequence[Difference] | None
     sentence: str
     lacking: bool = False
+    refused: bool = False
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +54,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "does, was lost, was changed, or could not be computed; with 1 if the archive is damaged or not safe: then "
         "nothing is unpacked."
     )
-    parser.add_argument("bundle", metavar="BUNDLE", type=file_name, help="what `tfsat-host bundle` made")
+    parser.add_argument(
+        "bundle", metavar="BUNDLE", type=file_name, help="a file that `tfsat-host bundle` made"
+    )
     parser.add_argument(
         "--out",
         metavar="DIR",
@@ -66,7 +73,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.bundle.unpacking import unpack
     from tfsat_host.cli.evaluate.phrases import printable
     from tfsat_host.cli.recomputing import recompute
+    from tfsat_host.cli.reproduce_words import show
 
+    _require_file(args.bundle)
     folder = args.out or Path(args.bundle.name.removesuffix(".zip").removesuffix(".tfsat") + "-reproduced")
     with out.progress("Unpacking and checking"):
         manifest, manifest_sha256 = unpack(args.bundle, folder)
@@ -91,18 +100,46 @@ def run(args: argparse.Namespace, out: Output) -> int:
         "name": manifest.name,
         "files": len(manifest.files),
         "compared": [_as_dict(one) for one in compared],
+        "not_computed": not_computed(manifest),
         "record": record,
+        "doubts": list(manifest.doubts),
         "missing": manifest.as_dict()["missing"],
         "environment": environment,
     }
-    out.result(result, lambda: _show(result, compared, out))
+    out.result(result, lambda: show(result, compared, out))
     return 0 if same and not incomplete else DataLossError.exit_code
+
+
+def _require_file(bundle: Path) -> None:
+    """Raises BundleError: there is none."""
+    from tfsat_host.bundle.errors import BundleError
+
+    if bundle.is_file():
+        return
+    what = f"{bundle} is a folder" if bundle.is_dir() else f"There is no file {bundle}"
+    raise BundleError(
+        what=f"{what}; BUNDLE is a file that tfsat-host bundle makes, such as run.tfsat.zip.",
+        meaning="Nothing was unpacked.",
+        next_step=f"To make one of a run: tfsat-host bundle {shlex.quote(str(bundle))}"
+        if bundle.is_dir()
+        else "Name the file; to make one of a run: tfsat-host bundle RUN",
+    )
+
+
+def not_computed(manifest: Manifest) -> list[str]:
+    """Results of earlier commands in the run's folder: they are kept by their hashes, and not made again."""
+    return [
+        name for name in sorted(manifest.files) if PurePosixPath(name).match(f"{RUN}/*") and _is_result(name)
+    ]
+
+
+def _is_result(name: str) -> bool:
+    return any(PurePosixPath(name).match(pattern) for pattern in _RESULTS)
 
 
 def _changed(folder: Path, manifest: Manifest) -> list[str]:
     """What is not as the run's record and its preflight say; sentences."""
     from tfsat_host.bundle.checked import not_as_checked
-    from tfsat_host.cli.bundle_files import RUN
     from tfsat_host.record.run_record import verify
 
     run = folder / RUN
@@ -119,6 +156,7 @@ def _incomplete(manifest: Manifest, compared: Sequence[Compared], record: Sequen
         *(f"NOT COMPUTED: {one.sentence}" for one in compared if one.lacking),
         *(f"LOST: {one.what}: {one.why}" for one in manifest.missing if one.lost),
         *(f"CHANGED: {sentence}" for sentence in record),
+        *(f"DOUBTFUL: {sentence}" for sentence in manifest.doubts),
     ]
 
 
@@ -136,7 +174,9 @@ def _evaluation(folder: Path, done: Recomputed) -> Compared:
         )
     differs = _differences(bundled, done.evaluation, EVALUATION_TOLERANCE)
     if "error" in done.evaluation:
-        return Compared("evaluation", differs, f"It cannot be evaluated: {done.evaluation['error']['what']}")
+        then = "now, and was not then" if differs else "now as then"
+        why = done.evaluation["error"]["what"]
+        return Compared("evaluation", differs, f"The drop cannot be evaluated, {then}: {why}", refused=True)
     count = _numbers(done.evaluation)
     return Compared("evaluation", differs, f"{count} numbers were decoded and evaluated anew.")
 
@@ -222,59 +262,3 @@ def vars_of(difference: Difference) -> dict[str, Any]:
         "recomputed": difference.recomputed,
         "relative": difference.relative,
     }
-
-
-def _show(result: dict[str, Any], compared: Sequence[Compared], out: Output) -> None:
-    from tfsat_host.cli.evaluate.phrases import printable
-
-    out.line(f"Unpacked  {printable(result['folder'])}: {result['files']} files, every hash is right.")
-    out.line(f"Manifest  SHA-256 {result['manifest_sha256']}: compare it with the logbook's.")
-    for one in compared:
-        word = "NOT DONE" if one.lacking else "not done" if one.differs is None else "same"
-        word = f"{len(one.differs)} DIFFER" if one.differs else word
-        out.line(f"{one.what.capitalize()}: {word}. {printable(one.sentence)}")
-        if one.differs:
-            rows = [_row(difference) for difference in one.differs[:_SHOWN]]
-            out.table(("what", "bundled", "recomputed", "relative"), rows)
-            if len(one.differs) > _SHOWN:
-                out.line(f"… and {len(one.differs) - _SHOWN} more: --json has all.")
-    for missing in result["missing"]:
-        out.line(
-            f"{'LOST' if missing['lost'] else 'Missing'} when bundled: {printable(missing['what'])}: "
-            f"{printable(missing['why'])}"
-        )
-    for sentence in result["record"]:
-        out.line(f"CHANGED   {printable(sentence)}")
-    if result["environment"]:
-        out.line(f"Computed with something else than then: {printable(' '.join(result['environment']))}")
-    if not result["same"]:
-        out.line("NOT THE SAME: see above.")
-    elif result["complete"]:
-        out.line("SAME: the raw data give what was bundled.")
-    else:
-        out.line(
-            f"SAME as far as it could be computed. {printable(' '.join(_briefly(result['incomplete'])))}"
-        )
-
-
-def _briefly(incomplete: Sequence[str]) -> list[str]:
-    """What was lost or changed if anything was: that is why something could not be computed."""
-    return [one for one in incomplete if not one.startswith("NOT COMPUTED")] or list(incomplete)
-
-
-def _row(difference: Difference) -> tuple[object, ...]:
-    from tfsat_host.cli.evaluate.phrases import printable
-
-    relative = "–" if difference.relative is None else f"{difference.relative:.1e}"
-    return (
-        printable(difference.key),
-        _value(difference.bundled),
-        _value(difference.recomputed),
-        relative,
-    )
-
-
-def _value(value: object) -> str:
-    from tfsat_host.cli.evaluate.phrases import printable
-
-    return f"{value:.9g}" if isinstance(value, float) else printable(str(value)[:80])

@@ -80,10 +80,15 @@ def entries_of(folder: Path) -> tuple[Entry, ...]:
     return entries
 
 
-def verify(folder: Path) -> tuple[Finding, ...]:
+def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     """What is not as the record says; nothing: all is. Without a record nothing can be.
 
     A file that was signed several times is held against the last time. Files that nobody signed are not looked at.
+
+    Args:
+        folder: Of the run.
+        closed_by: How `by` begins of the entry with which the run was closed. What was signed after the last such entry
+            counts for nothing, and is named; empty, or there is none: the run is open.
 
     Raises:
         OSError: something cannot be read.
@@ -91,8 +96,13 @@ def verify(folder: Path) -> tuple[Finding, ...]:
     if not (folder / RECORD).exists():
         return ()
     entries, findings = _read(folder)
-    last = {file.name: (file, entry) for entry in entries for file in entry.files}
-    return (*findings, *_found(folder, last.values()))
+    closing = [
+        number for number, entry in enumerate(entries, 1) if closed_by and entry.by.startswith(closed_by)
+    ]
+    count = closing[-1] if closing else len(entries)
+    last = {file.name: (file, entry) for entry in entries[:count] for file in entry.files}
+    after = (_after(folder, entry) for entry in entries[count:])
+    return (*findings, *_found(folder, last.values()), *after)
 
 
 def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
@@ -149,6 +159,15 @@ def _found(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> list[Fin
                 Finding("changed", file.name, f"{path} was changed since it was signed: {_of(entry)}.")
             )
     return found
+
+
+def _after(folder: Path, entry: Entry) -> Finding:
+    names = ", ".join(file.name for file in entry.files) or "no file"
+    return Finding(
+        "inserted",
+        RECORD,
+        f"{folder / RECORD} was gone on with after it was closed: {_of(entry)}, for {names}.",
+    )
 
 
 def _signed(folder: Path, file: Path) -> SignedFile:

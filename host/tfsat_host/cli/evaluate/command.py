@@ -103,7 +103,8 @@ def _run_several(args: argparse.Namespace, robot: RobotModel, out: Output) -> in
     _write(args, result, out)
     if len(done) < len(tried):
         return TfsatError.exit_code
-    return DataLossError.exit_code if any(one.verdict.level != "good" for one in done) else 0
+    doubtful = any(one.verdict.level != "good" for one in done) or (compared is not None and compared.doubts)
+    return DataLossError.exit_code if doubtful else 0
 
 
 def _tried(place: Path, args: argparse.Namespace, robot: RobotModel, out: Output) -> EvaluatedRun | _Refused:

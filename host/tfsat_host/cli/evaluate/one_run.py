@@ -13,6 +13,7 @@ from tfsat_host.cli.calibration_notice import find_certificate, is_of_robot, ori
 from tfsat_host.cli.decode_calibration import hold_against
 from tfsat_host.cli.decode_landing import time_of_day
 from tfsat_host.cli.decode_words import recordings_lines
+from tfsat_host.cli.evaluate.dropped_robot import require_one_robot
 from tfsat_host.cli.evaluate.phrases import printable
 from tfsat_host.cli.evaluate.run_files import ROBOT, RunFiles, robot_beside, run_files, schedule_in
 from tfsat_host.cli.output import Output
@@ -72,11 +73,13 @@ def robot_of(args: argparse.Namespace, runs: Sequence[Path] = ()) -> RobotModel:
         runs: Recordings or their folders.
 
     Raises:
-        UsageError: several robots were dropped, and none was named.
+        UsageError: several robots were dropped: their loggers differ, or their files and none was named.
         TfsatError: it cannot be read, or no logger of ours could have recorded it.
     """
     from tfsat_host.robot import load_robot
 
+    if len(runs) > 1:
+        require_one_robot(runs)
     robot = load_robot(args.robot or _robot_of_all(runs))
     if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
         raise TfsatError(

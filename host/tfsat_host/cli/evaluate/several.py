@@ -22,7 +22,8 @@ class Comparison:
         runs: The drops.
         combined: The offsets of all of them together whose correction is not withheld; None: it is in every drop.
         left_out: For each drop that others can judge, how their offsets do in it.
-        remarks: Which drops correct no other, and why; sentences.
+        doubts: Why the combination is not to be trusted: the drops contradict each other; sentences.
+        remarks: These, and which drops correct no other, and why; sentences.
     """
 
     def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
@@ -38,27 +39,9 @@ class Comparison:
         fits = [drop.fit for drop in trusted(drops)]
         self.combined: Combined | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
-        self.remarks: tuple[str, ...] = (*_mixed(runs), *left_aside(drops))
-
-
-def robot_in(run: EvaluatedRun) -> str:
-    """Whether a robot fell: one of `campaign.entries.ROBOTS`, by the recording itself."""
-    from tfsat_host.campaign.entries import EMULATED, REAL
-    from tfsat_host.cli.calibration_notice import origin_of_log
-
-    return EMULATED if origin_of_log(run.found.log.header).emulated else REAL
-
-
-def _mixed(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
-    """That some of the drops are an emulated robot's and others are not; nothing otherwise."""
-    from tfsat_host.campaign.entries import EMULATED
-
-    emulated = [str(run.place) for run in runs if robot_in(run) == EMULATED]
-    if len(emulated) in (0, len(runs)):
-        return ()
-    return (
-        f"No robot fell in {', '.join(emulated)}, but an emulated one: what these drops say together is of two robots.",
-    )
+        doubt = "" if self.combined is None else self.combined.doubt()
+        self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
+        self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
 
 
 def _fitted(run: EvaluatedRun) -> Any:
@@ -92,6 +75,14 @@ def comparison_as_dict(found: Comparison) -> Json:
                 offsets.names, offsets.units, combined.values, combined.std, strict=True
             )
         ],
+        "agreement": None
+        if combined is None
+        else {
+            "agree": combined.agree,
+            "chi_square": combined.chi_square,
+            "degrees_of_freedom": combined.degrees_of_freedom,
+            "widened_by": combined.widened_by,
+        },
         "remarks": list(found.remarks),
         "cross_validation": [
             {
@@ -149,7 +140,8 @@ def _show_combined(found: Comparison, combined: Combined, numbers: Sequence[int]
             zip(offsets.names, offsets.units, combined.values, combined.std, strict=True)
         )
     ]
-    columns = ("offset", "unit", "all drops", *[f"drop {n}" for n in numbers])
+    together = "all drops" if combined.agree else "all, DOUBTFUL"
+    columns = ("offset", "unit", together, *[f"drop {n}" for n in numbers])
     out.table(columns, rows, title="Corrections of the model")
 
 
@@ -173,4 +165,5 @@ def _show_left_out(left_out: Sequence[LeftOut], out: Output) -> None:
 
 
 def _each(found: Comparison, index: int) -> list[str]:
-    return [number(float(run.found.explained.fit.values[index]), 2, sign=True) for run in found.runs]
+    fits = (run.found.explained.fit for run in found.runs)
+    return [plus_minus(float(fit.values[index]), float(fit.std[index]), sign=True) for fit in fits]

@@ -9,6 +9,14 @@ with I_i the data's information, b_i their right-hand side and P the prior's cov
 once would solve. A drop whose own correction is withheld (`Explained.withheld`) corrects no other drop; the others are
 tried on it all the same.
 
+Whether the drops agree is told by a chi-square of what each one's data leave over at the common offsets,
+
+    sum of (b_i - I_i x)^T I_i^+ (b_i - I_i x)
+
+with one degree of freedom for each direction that a drop tells anything of, less those that x took. Where chance alone
+would leave more than once in a thousand times, the standard deviations are multiplied by the Birge ratio, the root of
+chi-square by its degrees of freedom (R. T. Birge, The calculation of errors by the method of least squares, 1932).
+
 Drops that share a calibration share its errors: no combination makes those smaller, and no drop left out shows them.
 The standard deviations here take the drops as independent.
 """
@@ -20,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from tfsat_host.evaluation.model_fit.fit import ModelFit, bounded_solution
 from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, averaged_momentum
@@ -27,6 +36,11 @@ from tfsat_host.evaluation.model_fit.offsets import Offsets
 from tfsat_host.evaluation.model_fit.unexplained import Flown
 
 FloatArray = NDArray[np.float64]
+
+CHANCE_LEAST = 1e-3
+"""Drops of one robot disagree by more in so few cases: less likely ones are not of one robot as it was."""
+_TELLS_LEAST = 1e-3
+"""Of the prior's information: where a drop has less, it tells nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +69,42 @@ class Combined:
 
     Attributes:
         values: (p,) in the offsets' units.
-        covariance: (p, p), the drops taken as independent.
+        covariance: (p, p), the drops taken as independent; widened if they do not agree.
+        chi_square: Of what the drops leave over at the common offsets.
+        degrees_of_freedom: Of that; 0 for one drop.
     """
 
     values: FloatArray
     covariance: FloatArray
+    chi_square: float
+    degrees_of_freedom: float
+
+    @property
+    def chance(self) -> float:
+        """How likely drops of one robot are to disagree so much or more; 1 for one drop."""
+        return _chance(self.chi_square, self.degrees_of_freedom)
+
+    @property
+    def agree(self) -> bool:
+        """The drops contradict each other by no more than chance makes them."""
+        return self.chance >= CHANCE_LEAST
+
+    @property
+    def widened_by(self) -> float:
+        """What the standard deviations were multiplied with: the Birge ratio; 1 if the drops agree."""
+        return _birge_ratio(self.chi_square, self.degrees_of_freedom)
+
+    def doubt(self) -> str:
+        """Why it is not to be trusted, a sentence or more; empty if the drops agree."""
+        if self.agree:
+            return ""
+        return (
+            f"The drops contradict each other: chi-square {self.chi_square:.0f} with {self.degrees_of_freedom:.0f} "
+            f"degrees of freedom, where chance makes more than {chi2.isf(CHANCE_LEAST, self.degrees_of_freedom):.0f} "
+            "once in a thousand times. Their common correction is DOUBTFUL; its standard deviations were multiplied by "
+            f"{self.widened_by:.1f} (Birge ratio). Something of the robot changed between the drops, or one of them is "
+            "wrong: look at each drop's own correction, and take none of them for the others before it is found."
+        )
 
     @property
     def std(self) -> FloatArray:
@@ -99,7 +144,7 @@ class LeftOut:
 
 
 def combine(fits: Sequence[ModelFit]) -> Combined:
-    """The offsets of one or more drops, within their bounds.
+    """The offsets of one or more drops, within their bounds, and whether the drops agree.
 
     Raises:
         ValueError: there is none, or the fits are not of the same offsets.
@@ -113,7 +158,39 @@ def combine(fits: Sequence[ModelFit]) -> Combined:
     information = prior + sum(fit.information for fit in fits)
     right = np.sum([fit.right_hand_side for fit in fits], axis=0)
     values = bounded_solution(information, right, -offsets.bounds, offsets.bounds)
-    return Combined(values, np.asarray(np.linalg.inv(information), dtype=np.float64))
+    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    # About the offsets without their bounds: drops that agree on one beyond its bound agree.
+    chi_square, freedom = _disagreement(fits, covariance @ right, covariance)
+    return Combined(values, covariance * _birge_ratio(chi_square, freedom) ** 2, chi_square, freedom)
+
+
+def _disagreement(
+    fits: Sequence[ModelFit], values: FloatArray, covariance: FloatArray
+) -> tuple[float, float]:
+    """Chi-square of the drops about common offsets (p,), and its degrees of freedom."""
+    if len(fits) < 2:
+        return 0.0, 0.0
+    scale = fits[0].offsets.prior_std
+    chi_square, told = 0.0, 0
+    for fit in fits:
+        tells, directions = np.linalg.eigh(scale[:, None] * fit.information * scale)
+        left = directions.T @ (scale * (fit.right_hand_side - fit.information @ values))
+        telling = tells > _TELLS_LEAST
+        chi_square += float((left[telling] ** 2 / tells[telling]).sum())
+        told += int(telling.sum())
+    taken = float(np.trace(covariance @ sum(fit.information for fit in fits)))
+    return chi_square, max(told - taken, 0.0)
+
+
+def _chance(chi_square: float, freedom: float) -> float:
+    return float(chi2.sf(chi_square, freedom)) if freedom > 0.0 else 1.0
+
+
+def _birge_ratio(chi_square: float, freedom: float) -> float:
+    """At least 1, and 1 where chance may have made the disagreement."""
+    if _chance(chi_square, freedom) >= CHANCE_LEAST:
+        return 1.0
+    return float(np.sqrt(max(chi_square / freedom, 1.0)))
 
 
 def trusted(drops: Sequence[FittedDrop]) -> tuple[FittedDrop, ...]:
