@@ -24,7 +24,7 @@ from tests.sequencer_proof.waiting import ACROSS_TURN_US, LONG_WAIT_US, Knocks, 
 
 NATIVE_JOBS, NATIVE_RELEASES = 20, 500
 AVR_JOBS, AVR_RELEASES = 10, 10
-DATED_JOBS, DATED_RELEASES = 16, 2_500
+DATED_JOBS, FAST_DATED_JOBS, DATED_RELEASES = 16, 8, 2_500
 KNOCK_JOBS, KNOCKS = 4, 50
 ABUSE_JOBS = 6
 BYTE_JOBS, BYTES, BYTE_DROPS = 10, 10_002, 10
@@ -38,6 +38,7 @@ SEED_OF = {
     "avr": 2000,
     "fast": 2500,
     "dated": 2700,
+    "fast_dated": 2800,
     "knocks": 3000,
     "cuts": 4000,
     "abused": 5000,
@@ -60,6 +61,7 @@ class Proof:
     fast: list[AvrReleases]
     """Likewise, with chatter that is faster than an interrupt."""
     dated: list[list[Dated]]
+    fast_dated: list[list[Dated]]
     knocks: list[Knocks]
     cuts: list[Cuts]
     rewrites: list[int]
@@ -90,7 +92,8 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[
         "native": [partial(native_releases, native, count=NATIVE_RELEASES)] * NATIVE_JOBS,
         "avr": [partial(avr_releases, bench, Chatter.SLOW, count=AVR_RELEASES)] * AVR_JOBS,
         "fast": [partial(avr_releases, bench, Chatter.BOTH, count=AVR_RELEASES)] * AVR_JOBS,
-        "dated": [partial(dated_releases, bench, count=DATED_RELEASES)] * DATED_JOBS,
+        "dated": [partial(dated_releases, bench, Chatter.SLOW, count=DATED_RELEASES)] * DATED_JOBS,
+        "fast_dated": [partial(dated_releases, bench, Chatter.BOTH, count=DATED_RELEASES)] * FAST_DATED_JOBS,
         "knocks": [partial(knocks, bench, count=KNOCKS)] * KNOCK_JOBS,
         "cuts": [partial(cut_points, bench, record, history) for record in Record for history in History],
         "abused": [
@@ -136,7 +139,8 @@ def judge_all(proof: Proof, image: Path) -> None:
     for part in proof.native:
         judge(part)
     judge([*(release for part in [*proof.avr, *proof.fast] for release in part.releases)])
-    judge_dates([one for part in proof.dated for one in part])
+    judge_dates([one for part in proof.dated for one in part], Chatter.SLOW)
+    judge_dates([one for part in proof.fast_dated for one in part], Chatter.BOTH)
     judge([wait.release for wait in proof.waits] + [part.release for part in proof.knocks])
     if any(proof.rewrites):
         raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes")

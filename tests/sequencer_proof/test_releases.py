@@ -38,10 +38,12 @@ def test_releases_of_the_image_are_on_time(bench: Bench) -> None:
     assert found.plan.strokes == tuple((s.joint, s.angle_cdeg, s.t_us) for s in wanted.strokes)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_releases_with_fast_chatter_are_on_time(bench: Bench, seed: int) -> None:
-    found = avr_releases(bench, Chatter.BOTH, seed=seed, count=40)
-    judge(found.releases)
+def test_releases_with_fast_chatter_are_on_time(bench: Bench) -> None:
+    judge(avr_releases(bench, Chatter.BOTH, seed=1, count=40).releases)
+
+
+def test_releases_with_fast_chatter_are_dated_wrong_but_rarely(bench: Bench) -> None:
+    judge_dates(dated_releases(bench, Chatter.BOTH, seed=DATED_SEED, count=DATED), Chatter.BOTH)
 
 
 def test_a_switch_that_fast_chatter_blinds_is_found(plant: Plant) -> None:
@@ -114,8 +116,8 @@ def test_a_release_by_one_switch_is_found(plant: Plant) -> None:
 
 
 def test_releases_are_dated_by_the_first_edge_at_which_both_were_open(bench: Bench) -> None:
-    dated = dated_releases(bench, seed=DATED_SEED, count=DATED)
-    judge_dates(dated)
+    dated = dated_releases(bench, Chatter.SLOW, seed=DATED_SEED, count=DATED)
+    judge_dates(dated, Chatter.SLOW)
     assert sum(abs(one.error_us) <= 1.0 for one in dated) > 0.999 * len(dated)
     assert all(abs(one.error_us) <= 50.0 for one in dated)
 
@@ -129,7 +131,7 @@ def test_edges_in_the_order_of_their_interrupts_are_found(plant: Plant) -> None:
         )
     )
     with pytest.raises(Broken, match="dated wrong"):
-        judge_dates(dated_releases(unsorted, seed=DATED_SEED, count=DATED))
+        judge_dates(dated_releases(unsorted, Chatter.SLOW, seed=DATED_SEED, count=DATED), Chatter.SLOW)
 
 
 def test_edges_within_a_microsecond_leave_two_dates() -> None:
