@@ -7,8 +7,6 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
@@ -45,26 +43,6 @@ class Seen:
     drop: Drop
     log: DropLog | None
     said: dict[str, str]
-
-    @property
-    def moved_deg(self) -> float:
-        """How far the joint that moved most went from where it began."""
-        return moved_deg(self.drop)
-
-    @property
-    def moves_at_the_end(self) -> bool:
-        """Some joint still moved in the last half second of the fall."""
-        assert self.drop.landed_s is not None
-        t = self.drop.truth[:, 0]
-        last = (t > self.drop.landed_s - 0.5) & (t < self.drop.landed_s)
-        angles = self.drop.truth[last, 1:4]
-        return bool(np.rad2deg(np.ptp(angles, axis=0).max()) > 0.1)
-
-
-def moved_deg(drop: Drop) -> float:
-    """How far the joint that moved most went from where it began; 0 if nobody began to record."""
-    angles = drop.truth[:, 1:4]
-    return float(np.rad2deg(np.abs(angles - angles[0]).max())) if len(angles) else 0.0
 
 
 @cache

@@ -15,13 +15,13 @@ from tests.rehearsal.faults_page import PAGE, page
 from tests.rehearsal.faults_seen import SCHEDULE, SEED, flown, no_go, seen
 from tfsat_host.emulated.robot import US_PER_S
 from tfsat_host.emulated.sequencer_image import sequencer_hex
-from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.rehearsal.faults.boards import BOARD_FAULTS
 from tfsat_host.rehearsal.faults.card import POWER_CUTS, power_cut
 from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment
 from tfsat_host.rehearsal.faults.known import FAULTS
 from tfsat_host.rehearsal.faults.release import RELEASE_FAULTS
 from tfsat_host.rehearsal.moment import GUARD_US, Moment
+from tfsat_host.rehearsal.outcome import came_of, moved_deg
 from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
@@ -53,15 +53,10 @@ def test_what_the_preflight_says(fault: Fault) -> None:
 def test_what_the_robot_then_does(fault: Fault) -> None:
     found = seen(fault)
     assert (found.drop.refused is not None) == (fault.outcome is Outcome.NOT_DROPPED)
-    if fault.outcome is Outcome.FLIES:
-        assert found.moved_deg > 15.0
-    elif fault.outcome is Outcome.STOPS:
-        assert found.drop.sequencer is not None
-        assert found.drop.sequencer.state is SequencerState.FAULT
-        assert found.moved_deg > 15.0
-        assert not found.moves_at_the_end
-    else:
-        assert found.moved_deg < 1.0
+    assert came_of(fault.outcome, found.drop) is True
+    assert (moved_deg(found.drop).max() > 15.0) == (fault.outcome in (Outcome.FLIES, Outcome.STOPS))
+    others = {other for other in Outcome if came_of(other, found.drop)} - {fault.outcome}
+    assert others <= {Outcome.FLIES} and (not others or fault.outcome is Outcome.STOPS)
 
 
 @EACH

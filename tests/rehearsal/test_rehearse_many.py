@@ -41,7 +41,8 @@ def test_the_command(tfsat_host: RunCli) -> None:
     again = tfsat_host.json("rehearse", "59", "70", "--seed", rows[1]["seed"], "--out", "again")
     found = {one["name"]: one["found"] for one in again["compared"]}
     assert float(rows[1]["reorientation found"]) == pytest.approx(found["reorientation"], abs=1e-6)
-    assert "95 % hold" in tfsat_host("rehearse", "59", "70", "--runs", "2", "--out", "many").stdout
+    shown = tfsat_host("rehearse", "59", "70", "--runs", "2", "--out", "many").stdout
+    assert "95 % hold" in shown and "2 of 2" in shown and "100 %" not in shown
 
 
 def test_its_folder(tfsat_host: RunCli) -> None:
@@ -62,6 +63,27 @@ def test_a_series_with_a_preflight_that_says_no(tfsat_host: RunCli) -> None:
     told = tfsat_host.json("rehearse", "59", "70", "--runs", "2", "--fault", "card-full", expect=4)
     assert (told["dropped"], told["none"]) == (0, 2)
     assert told["no_go"] == {"card-room": 2, "card-writing": 2}
+    (noticed,) = told["faults_noticed"]
+    assert noticed == {"name": "card-full", "struck": 2, "noticed": 2, "noticed_by": {"preflight": 2}}
+
+
+def test_who_noticed_is_counted_over_the_drops(tfsat_host: RunCli) -> None:
+    typed = ("rehearse", "59", "70", "--runs", "2", "--fault", "servo-dead", "--fault", "switch-bounce")
+    shown = tfsat_host(*typed, expect=3).stdout
+    assert "servo-dead. It struck in 2 and was noticed in 2 of them (the evaluation: 2)." in shown
+    assert "switch-bounce. It struck in 2 and was noticed in 0 of them." in shown
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_first_drop(
+    tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tfsat_host.folder / "file").write_text("mine")
+    monkeypatch.chdir(tfsat_host.folder)
+    monkeypatch.setattr("tfsat_host.rehearsal.many.fly_many", None)  # nobody may fly
+    err = io.StringIO()
+    monkeypatch.setattr("sys.stderr", err)
+    assert main(["rehearse", "59", "70", "--runs", "2", "--out", "file/many"]) == 1
+    assert "is a file, not a folder" in err.getvalue()
 
 
 def test_what_was_flown_when_it_was_stopped_is_kept() -> None:

@@ -49,7 +49,10 @@ def test_a_recording_without_the_time_of_day_is_dated_by_the_rehearsals_clock(tm
     (tmp_path / "SD.bin").write_bytes(drop.card)
     tell_time(tmp_path / "SD.bin", None)
     untold = replace(drop, card=(tmp_path / "SD.bin").read_bytes())
-    RunFolder(tmp_path / "run", force=False).write(maneuver, untold, filed, "{}\n")
+    folder = RunFolder(tmp_path / "run", force=False)
+    with folder.replaced():
+        folder.write(maneuver, untold, filed.path.read_bytes(), "{}\n")
+        folder.sealed()
     (landing,) = read_calibration(tmp_path / "run" / "calibration-emulated.toml").landings
     assert landing.at == drop.collected
 
@@ -118,6 +121,8 @@ def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
     for force in ((), ("--force",)):
         refused = command("rehearse", "59", "70", "--out", drop, *force, expect=2)
         assert "is a drop of a campaign" in refused.err
+        refused = command("rehearse", "59", "70", "--out", "camp", *force, expect=2)
+        assert "is a campaign: it holds campaign.json" in refused.err
     assert contents(drop) == before
 
 

@@ -68,6 +68,53 @@ def test_without_a_release_it_says_what_the_switches_did(tfsat_host: RunCli) -> 
     assert "tfsat-host" in result["evaluation_refused"]["next_step"]
 
 
+def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switches(
+    tfsat_host: RunCli,
+) -> None:
+    """What the joints did the truth tells; the sequencer lost its power since, and knows no run."""
+    faults = ("--fault", "power-cut-after-landing", "--fault", "card-gone-on-the-hook")
+    shown = tfsat_host("rehearse", "59", "70", *faults, "--out", "run", expect=3).stdout
+    assert "how many strokes it started no board knows" in shown and "0 strokes" not in shown
+    assert "in truth its joints moved: joint 1 by up to 59." in shown
+    assert "nothing of the drop: the recording breaks off 26." in shown
+    assert "both switches must be open" not in shown
+    assert "The logger recorded no longer: it had lost its power or its card" in shown
+    result = json.loads((tfsat_host.folder / "run" / "summary.json").read_text())
+    assert result["no_release"]["strokes_started"] is None
+    assert 26.0 < result["no_release"]["recording_ended_before_release_s"] < 27.0
+    cut, gone = result["faults"]
+    assert cut["came_of_it"] is gone["came_of_it"] is True
+    assert "By design the robot then flies the maneuver. It did." in shown
+    assert "Noticed by nobody by its own name. What power-cut-after-landing did may hide it" in shown
+
+
+def test_a_robot_that_another_fault_keeps_from_flying_is_said_to_have_been(tfsat_host: RunCli) -> None:
+    faults = ("--fault", "servo-slow", "--fault", "brown-out-at-release")
+    shown = tfsat_host("rehearse", "59", "70", *faults, "--out", "run", expect=3).stdout
+    assert "It did not, for another fault: with that it moves no joint, and it did." in shown
+    assert "By design the robot then moves no joint. It did." in shown
+
+
+def test_a_recording_out_of_ram_is_not_called_the_cards(tfsat_host: RunCli) -> None:
+    shown = tfsat_host("rehearse", "59", "70", "--fault", "card-pulled", "--out", "run").stdout
+    assert "The logger recorded no longer" not in shown  # it says itself what happened to its card
+    assert "RAM of the logger:    complete" in shown and "The card:" not in shown
+
+
+def test_two_faults_of_one_part_are_refused_before_anything_is_flown(tfsat_host: RunCli) -> None:
+    for one, other, part in (
+        ("servo-dead", "servo-reversed", "servo of joint 1"),
+        ("card-full@checked", "card-missing@checked", "card"),
+        ("gyro-dead", "gyro-dead@falling", "IMU of body 4"),
+        ("power-cut-at-landing", "power-cut-after-landing", "power of both boards"),
+    ):
+        refused = tfsat_host("rehearse", "59", "70", "--fault", one, "--fault", other, expect=2).stderr
+        assert f"{one} and {other} cannot both be thrown in: both are of the same part, {part}." in refused
+    twice = ("--fault", "switch-bounce", "--fault", "switch-bounce@armed")
+    assert "the same fault at two moments" in tfsat_host("rehearse", "59", "70", *twice, expect=2).stderr
+    assert not (tfsat_host.folder / "run").exists()
+
+
 def test_a_start_pose_that_is_wrong_is_named(tfsat_host: RunCli) -> None:
     """A reversed servo holds its joint on the other side of the pulse's middle before the first stroke."""
     flown = tfsat_host.json("rehearse", "59", "70", "--fault", "servo-reversed", expect=3)

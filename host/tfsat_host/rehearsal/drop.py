@@ -24,6 +24,7 @@ class Drop:
 
     Attributes:
         card: The newest recording on the card, byte by byte; empty if there is none.
+        from_ram: That recording was fetched from the logger's RAM instead.
         upload: Of the maneuver that flew; None: it did not come through.
         checked: The preflight's result; None: there was none.
         sequencer: Its status after the landing; None: it does not answer.
@@ -39,6 +40,7 @@ class Drop:
     """
 
     card: bytes
+    from_ram: bool
     upload: UploadResult | None
     checked: Checked | None
     sequencer: SequencerStatusReply | None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,13 +17,15 @@ import numpy as np
 
 from tfsat_host.emulated.imu_part import ImuPart
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.evaluation import evaluate
-from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.maneuver import Schedule
 from tfsat_host.rehearsal.compared import Compared, compared
 from tfsat_host.rehearsal.day import DROPPED
 from tfsat_host.rehearsal.drop import Drop
+from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.faults.known import fault_named
+from tfsat_host.rehearsal.noticed import notices_of, said_of
 from tfsat_host.rehearsal.preflight import Preflight
 from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import drawn_truth, hash_of, truth_as_filed
@@ -76,6 +79,7 @@ class Flown:
         samples_lost: In the recording; -1 without one.
         strokes_off_us: When each stroke came, less when it was scheduled.
         compared: Found and true.
+        noticed: Of each fault that struck, by its name, who noticed it (see `noticed.Notice`); nobody, if it is empty.
     """
 
     number: int
@@ -87,6 +91,7 @@ class Flown:
     samples_lost: int
     strokes_off_us: tuple[float, ...]
     compared: tuple[Compared, ...]
+    noticed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def fly_many(
@@ -166,24 +171,50 @@ def _environment(names: dict[str, str]) -> Iterator[None]:
 def _flown(series: Series, number: int) -> Flown:
     seed, filed = series.seed_of(number), series.filed
     truth = truth_as_filed(filed, seed) if series.as_filed else drawn_truth(filed, seed, series.part)
-    faults = tuple(fault_named(name) for name in series.faults)
+    struck: dict[str, float] = {}
+    faults = tuple(
+        fault.telling(partial(struck.__setitem__, fault.name)) for fault in map(fault_named, series.faults)
+    )
     drop = rehearse(
         series.schedule, filed, truth, hex_path=series.hex_path, preflight=series.preflight, faults=faults
     )
     no_go = () if drop.checked is None else tuple(check.name for check in drop.checked.wrong)
     if drop.refused is not None or not drop.card:
         why = "no recording" if drop.refused is None else drop.refused.what
-        return Flown(number, seed, truth.imu, why, no_go, "none", -1, (), ())
+        noticed = _noticed(faults, struck, drop)
+        return Flown(number, seed, truth.imu, why, no_go, "none", -1, (), (), noticed)
     log = _decoded(drop)
     try:
         found = evaluate(log, filed, drop.calibration, series.schedule, recorded=DROPPED)
-    except TfsatError:
-        return Flown(number, seed, truth.imu, "", no_go, "none", log.samples_lost, (), ())
+    except TfsatError as error:
+        noticed = _noticed(faults, struck, drop, log, refusal=error)
+        return Flown(number, seed, truth.imu, "", no_go, "none", log.samples_lost, (), (), noticed)
     off = [1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in found.strokes]
     beside = compared(found, drop, truth, filed)
+    verdict = verdict_of(found)
+    noticed = _noticed(faults, struck, drop, log, (found, verdict))
     return Flown(
-        number, seed, truth.imu, "", no_go, verdict_of(found).level, log.samples_lost, tuple(off), beside
+        number, seed, truth.imu, "", no_go, verdict.level, log.samples_lost, tuple(off), beside, noticed
     )
+
+
+def _noticed(
+    faults: Sequence[Fault],
+    struck: Collection[str],
+    drop: Drop,
+    log: DropLog | None = None,
+    told: tuple[Evaluation, Verdict] | None = None,
+    refusal: TfsatError | None = None,
+) -> dict[str, tuple[str, ...]]:
+    said, alone = said_of(drop, log, told, refusal), len(faults) == 1
+    good = told is not None and told[1].level == "good"
+    return {
+        fault.name: tuple(
+            dict.fromkeys(one.who for one in notices_of(fault, drop, said, alone=alone, good=good))
+        )
+        for fault in faults
+        if fault.name in struck
+    }
 
 
 def _decoded(drop: Drop) -> DropLog:

@@ -11,10 +11,12 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.log_names import RAM
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
+from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal import morning
@@ -42,6 +44,9 @@ AFTER_LANDING_US = 900_000
 RAM_TIMEOUT_S = 60.0
 """A logger whose card failed takes a drop to its end in RAM before it lists anything."""
 TRUTH_PERIOD_US = 1000
+_LOST = (
+    "The logger recorded no longer: it had lost its power or its card, or had closed the recording by itself."
+)
 
 
 def rehearse(
@@ -173,10 +178,13 @@ def _collected(day: Day, refused: TfsatError | None) -> Drop:
     except TfsatError as error:
         # A board that lost its power has no recording to close: its card tells what there is.
         if fell:
-            day.setbacks.append(f"{error.what} {error.meaning}")
+            closed = isinstance(error, BoardError) and error.code is ErrorCode.NOT_RECORDING
+            meaning = f"{error.meaning} {_LOST}" if closed else error.meaning
+            day.setbacks.append(f"{error.what} {meaning}")
             ram = _fetched_ram(day)
     return Drop(
         card=ram or robot.card(),
+        from_ram=bool(ram),
         upload=day.upload,
         checked=day.checked,
         sequencer=status,

@@ -107,13 +107,15 @@ def _runs(text: str) -> int:
 
 
 def _faults(names: list[str]) -> tuple[Fault, ...]:
-    from tfsat_host.rehearsal.faults.known import fault_named
+    from tfsat_host.rehearsal.faults.known import fault_named, require_different_parts
 
     if len(set(names)) < len(names):
         raise UsageError(
             what="A fault is named twice.", meaning="Nothing was flown.", next_step="Name each fault once."
         )
-    return tuple(fault_named(name) for name in names)
+    faults = tuple(fault_named(name) for name in names)
+    require_different_parts(faults)
+    return faults
 
 
 def _list_faults(out: Output) -> int:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 TABLE, SUMMARY = "runs.csv", "runs.json"
+_LEAST_FOR_SHARE = 20
+"""Below, the intervals that hold are counted."""
 
 
 def rehearse_many(
@@ -88,12 +90,12 @@ def _write(
     from tfsat_host.maneuver import format_maneuver
 
     robot = filed.path.read_bytes()  # which may lie in this very folder
-    folder.emptied()
-    folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
-    folder.file(ROBOT).write_bytes(robot)
-    folder.file(TABLE).write_text(_rows(outcomes), encoding="utf-8")
-    folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    folder.sealed()
+    with folder.replaced():
+        folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
+        folder.file(ROBOT).write_bytes(robot)
+        folder.file(TABLE).write_text(_rows(outcomes), encoding="utf-8")
+        folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        folder.sealed()
 
 
 def _again(args: argparse.Namespace) -> str:
@@ -120,6 +122,7 @@ def _result(
         "as_filed": series.as_filed,
         "imu": outcomes[0].imu or None,
         "faults": list(series.faults),
+        "faults_noticed": [_noticed(name, outcomes) for name in series.faults],
         "dropped": sum(not one.refused for one in outcomes),
         "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
         **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
@@ -150,13 +153,39 @@ def _rows(outcomes: tuple[Flown, ...]) -> str:
     return text.getvalue()
 
 
+def _noticed(name: str, outcomes: tuple[Flown, ...]) -> dict[str, Any]:
+    """In how many drops a fault struck and was noticed, and by whom."""
+    told = [one.noticed[name] for one in outcomes if name in one.noticed]
+    return {
+        "name": name,
+        "struck": len(told),
+        "noticed": sum(bool(who) for who in told),
+        "noticed_by": dict(Counter(who for each in told for who in each)),
+    }
+
+
+def _who_noticed(fault: dict[str, Any]) -> str:
+    from tfsat_host.cli.rehearse.thrown import WHO
+
+    by = "; ".join(f"{WHO[who]}: {times}" for who, times in fault["noticed_by"].items())
+    named = f" ({by})" if by else ""
+    return f"It struck in {fault['struck']} and was noticed in {fault['noticed']} of them{named}."
+
+
+def _held(one: Distribution) -> str:
+    """A share of few drops says less than their number."""
+    if one.count < _LEAST_FOR_SHARE:
+        return f"{round(one.held * one.count)} of {one.count}"
+    return f"{100.0 * one.held:.0f} %"
+
+
 def _show(
     result: dict[str, Any], told: tuple[Distribution, ...], args: argparse.Namespace, out: Output
 ) -> None:
     imu = f"IMUs {result['imu']}" if result["imu"] else "exactly as its file says"
     out.line(f"Drawn from seed {result['seed']}, robots of {result['robot']['file']}, {imu}.")
-    for name in result["faults"]:
-        out.line(f"Thrown into each: {name}")
+    for fault in result["faults_noticed"]:
+        out.line(f"Thrown into each: {fault['name']}. {_who_noticed(fault)}")
     rows = [
         (
             one.name,
@@ -166,7 +195,7 @@ def _show(
             f"{one.rms_error:.4f}",
             f"{one.largest_error:.4f}",
             f"{one.stated_std:.4f}",
-            f"{100.0 * one.held:.0f} %",
+            _held(one),
         )
         for one in told
     ]

@@ -18,7 +18,7 @@ from tfsat_host.cli.rehearse.one_result import (
 from tfsat_host.cli.rehearse.one_words import show
 from tfsat_host.cli.rehearse.prepared import image_of, preflight_of, truth_of
 from tfsat_host.cli.rehearse.run_folder import RunFolder
-from tfsat_host.cli.rehearse.thrown import Thrown
+from tfsat_host.cli.rehearse.thrown import Thrown, broke_design
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError
 
 if TYPE_CHECKING:
@@ -50,21 +50,23 @@ def rehearse_one(
     thrown = Thrown(faults)
     drop = _fly(args, schedule, filed, truth, thrown.faults, out)
     told = truth_text(truth, drop, filed, tuple(one.name for one in faults))
-    log = folder.write(maneuver, drop, filed, told)
+    robot = filed.path.read_bytes()  # which may lie in this very folder
+    with folder.replaced():
+        log = folder.write(maneuver, drop, robot, told)
+        evaluated, refusal = _evaluated(folder, drop, log)
+        result = {
+            "schedule": schedule.as_rows(),
+            "end_s": schedule.end_s,
+            **robot_facts(args, truth, filed),
+            "faults": thrown.facts(drop, log, evaluated, refusal),
+            "notices": notices,
+            **_found(schedule, truth, drop, log, filed, folder, evaluated, refusal, out),
+            "files": [str(path) for path in folder.files],
+        }
+        result = jsonable(result)
+        folder.write_summary(result)
     for stale in folder.removed:
         out.note(f"Removed {stale}: it was made of the recording that this one replaces.")
-    evaluated, refusal = _evaluated(folder, drop, log)
-    result = {
-        "schedule": schedule.as_rows(),
-        "end_s": schedule.end_s,
-        **robot_facts(args, truth, filed),
-        "faults": thrown.facts(drop, log, evaluated, refusal),
-        "notices": notices,
-        **_found(schedule, truth, drop, log, filed, folder, evaluated, refusal, out),
-        "files": [str(path) for path in folder.files],
-    }
-    result = jsonable(result)
-    folder.write_summary(result)
     out.result(result, lambda: show(schedule, result, folder, out))
     for warning in result["warnings"]:
         out.warn(warning)
@@ -75,7 +77,8 @@ def _exit_code(drop: Drop, log: DropLog | None, evaluated: EvaluatedRun | None, 
     if drop.checked is not None and drop.refused is not None and not drop.checked.go:
         return RefusedError.exit_code
     good = evaluated is not None and evaluated.verdict.level == "good"
-    as_planned = good and log is not None and log.verdict == "complete" and not result["warnings"]
+    by_design = not result["warnings"] and not broke_design(result["faults"])
+    as_planned = good and log is not None and log.verdict == "complete" and by_design
     return 0 if as_planned else DataLossError.exit_code
 
 
@@ -107,6 +110,7 @@ def _evaluated(
 ) -> tuple[EvaluatedRun | None, TfsatError | None]:
     """As `report` would, typed for this folder; or why the recording cannot be evaluated. Neither: nothing fell."""
     from tfsat_host.cli import report
+    from tfsat_host.cli.report_files import PAGE
 
     if log is None or drop.refused is not None:
         return None, None
@@ -114,6 +118,7 @@ def _evaluated(
     report.configure(parser)
     typed = parser.parse_args([str(folder.path)])
     quiet = Output(json_mode=True, yes=True, stdout=io.StringIO(), stderr=io.StringIO())
+    folder.announced(PAGE)
     try:
         done, written = report.report_on(typed, quiet, folder.collected)
     except TfsatError as error:

@@ -77,6 +77,7 @@ def flight_facts(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | No
         "initial_rate_body": 3,
         "simulate_command": None,
         "verdict": None if log is None else log.verdict,
+        "recording_from": "ram" if drop.from_ram else "card",
         "samples": 0 if log is None else len(log),
         "samples_lost": None if log is None else log.samples_lost,
         "rate_hz": None if log is None else log.rate_hz,
@@ -102,18 +103,17 @@ def flight_facts(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | No
 
 def _no_release(drop: Drop, log: DropLog | None) -> Json:
     """What a robot did that fell without a release in its recording."""
-    import numpy as np
-
     from tfsat_host.protocol.limits import SWITCH_COUNT
+    from tfsat_host.rehearsal.outcome import moved_deg
     from tfsat_host.rehearsal.rehearse import HOOK_S
 
-    angles = drop.truth[:, 1:4]
     events = [] if log is None else [one for one in log.events if one.name == "switch_edge"]
     return {
         "hook_min": HOOK_S / 60.0,
         "fall_s": (drop.landed_s or 0.0) - (drop.released_s or 0.0),
-        "joints_moved_true_deg": float(np.rad2deg(np.abs(angles - angles[0]).max())) if len(angles) else None,
-        "strokes_started": None if drop.sequencer is None else drop.sequencer.strokes_started,
+        "joints_moved_true_deg": [float(moved) for moved in moved_deg(drop)],
+        "strokes_started": _strokes_started(drop),
+        "recording_ended_before_release_s": _ended_before_release_s(drop, log),
         "switches": [
             {
                 "switch": index + 1,
@@ -125,6 +125,33 @@ def _no_release(drop: Drop, log: DropLog | None) -> Json:
         if log is not None and len(log)
         else [],
     }
+
+
+def _strokes_started(drop: Drop) -> int | None:
+    """As the sequencer tells it; None: it does not answer, or started anew since the release and knows no run."""
+    from tfsat_host.rehearsal.day import DROPPED
+
+    if drop.sequencer is None or drop.released_s is None:
+        return None
+    told = drop.sequencer.strokes_started
+    now_s = (drop.collected - DROPPED).total_seconds()
+    restarted = drop.sequencer.uptime_ms / 1000.0 < now_s - drop.released_s
+    return None if restarted and told == 0 else told
+
+
+def _ended_before_release_s(drop: Drop, log: DropLog | None) -> float | None:
+    """How long before the release a recording without an end breaks off; None: it holds the release's time, or all."""
+    if (
+        log is None
+        or log.footer is not None
+        or not len(log)
+        or drop.released_s is None
+        or not len(drop.truth)
+    ):
+        return None
+    length_s = float(log.t_us[-1] - log.t_us[0]) / 1e6
+    before_s = drop.released_s - (float(drop.truth[0, 0]) + length_s)
+    return before_s if before_s > 0.0 else None
 
 
 def evaluation_facts(

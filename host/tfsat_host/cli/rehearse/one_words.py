@@ -49,7 +49,8 @@ def show(schedule: Schedule, result: Json, folder: RunFolder, out: Output) -> No
         out.line(f"On the way:           {setback}")
     if result["verdict"]:
         out.line(
-            f"The card:             {result['verdict']}, {result['samples']} samples at {result['rate_hz']:.1f} Hz, "
+            f"{'The card:' if result['recording_from'] == 'card' else 'RAM of the logger:':<22}"
+            f"{result['verdict']}, {result['samples']} samples at {result['rate_hz']:.1f} Hz, "
             f"{result['samples_lost']} lost."
         )
     _show_sequencer(result, out)
@@ -85,25 +86,54 @@ def _show_no_release(result: Json, folder: RunFolder, out: Output) -> None:
     found = result["no_release"]
     out.line("No release:           the recording holds none: there is nothing to evaluate, and no report.")
     strokes = found["strokes_started"]
-    started = "its strokes are unknown" if strokes is None else f"it started {strokes} strokes"
-    moved = found["joints_moved_true_deg"]
-    joints = "" if moved is None else f"; in truth no joint moved by more than {moved:.1f} deg"
+    started = (
+        "how many strokes it started no board knows"
+        if strokes is None
+        else f"it started {strokes} stroke{'' if strokes == 1 else 's'}"
+    )
+    joints = f"; in truth {_moved(found['joints_moved_true_deg'])}"
     out.line(
         f"What the robot did:   it hung {found['hook_min']:g} minutes on the hook, was let go and fell "
         f"{found['fall_s']:.2f} s; {started}{joints}."
     )
+    ended_s = found["recording_ended_before_release_s"]
+    if ended_s is not None or not found["switches"]:
+        _show_no_recording(ended_s, out)
+        return
     for switch in found["switches"]:
         edges = switch["edges_s"]
         times = f"changed {len(edges)} times, first at {edges[0]:.3f} s" if edges else "never changed"
         end = "open" if switch["open_at_the_end"] else "closed"
         out.line(f"What the logger saw:  switch {switch['switch']} {times}, and was {end} at the end.")
-    if not found["switches"]:
-        out.line("What the logger saw:  nothing: no recording is left.")
     out.line(
         "Next:                 both switches must be open for 5 ms. Press and let go of each, robot disarmed,"
     )
     out.line(f"{_INDENT}and watch them: tfsat-host monitor. Their edges in this recording:")
     out.line(f"{_INDENT}tfsat-host decode {shlex.quote(str(folder.path / 'SD.bin'))}")
+
+
+def _moved(moved_deg: Sequence[float]) -> str:
+    """What the joints did, by the truth."""
+    from tfsat_host.rehearsal.outcome import STILL_DEG
+
+    if max(moved_deg) < STILL_DEG:
+        return f"no joint moved by more than {max(moved_deg):.1f} deg"
+    each = ", ".join(f"joint {joint} by up to {moved:.1f} deg" for joint, moved in enumerate(moved_deg, 1))
+    return f"its joints moved: {each}"
+
+
+def _show_no_recording(ended_s: float | None, out: Output) -> None:
+    """The switches are not to blame: nobody wrote down what they did."""
+    if ended_s is None:
+        out.line("What the logger saw:  nothing: no recording is left.")
+    else:
+        out.line(
+            f"What the logger saw:  nothing of the drop: the recording breaks off {ended_s:.1f} s before the release."
+        )
+    out.line(
+        "Next:                 find out why nothing more was kept: card and supply of the logger, robot disarmed:"
+    )
+    out.line(f"{_INDENT}tfsat-host status, tfsat-host log list")
 
 
 def _show_flight(schedule: Schedule, result: Json, out: Output) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from tfsat_host.campaign.folder import DROP
+from tfsat_host.campaign.folder import DROP, INDEX
+from tfsat_host.cli.outputs import check_may_write
+from tfsat_host.cli.rehearse.before import Before
 from tfsat_host.errors import UsageError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.record.run_record import is_inside
@@ -30,19 +32,24 @@ class ResultFolder:
         files: What was written.
 
     Raises:
-        UsageError: the folder is a campaign's drop; or it holds something that no rehearsal made, or a file of a
-            rehearsal that somebody replaced, and `force` is not set.
+        UsageError: the folder is a campaign or one of its drops; or it holds something that no rehearsal made, or a
+            file of a rehearsal that somebody replaced, and `force` is not set.
+        TfsatError: it cannot be written to.
     """
 
     def __init__(self, path: Path, *, force: bool) -> None:
         self.path = path
         self.files: list[Path] = []
         self._force = force
+        self._before = Before(path, MARK_FILE)
+        self._announced: list[Path] = []
         if path.exists() and not path.is_dir():
             raise _refused(
                 f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
             )
+        self._recover()
         self._check()
+        check_may_write(path / MARK_FILE, marker=_FIRST_LINE.encode(), force=True)
 
     def _check(self) -> None:
         """Nothing of somebody else's would be overwritten."""
@@ -51,6 +58,8 @@ class ResultFolder:
             raise _refused(
                 f"{path} is a drop of a campaign: it holds {DROP}.", "Give another folder with --out."
             )
+        if (path / INDEX).exists():
+            raise _refused(f"{path} is a campaign: it holds {INDEX}.", "Give another folder with --out.")
         if self._force or not path.is_dir():
             return
         if any(path.iterdir()) and not (path / MARK_FILE).exists():
@@ -87,8 +96,9 @@ class ResultFolder:
         named = [(found["name"], found["sha256"]) if found else (line, "") for found, line in hashed]
         return {name: sha256 for name, sha256 in named if is_inside(name)}
 
-    def emptied(self) -> None:
-        """There from now on, without what the rehearsal before left in it: none of that is of this one.
+    @contextmanager
+    def replaced(self) -> Iterator[None]:
+        """Inside, the files of the rehearsal before are away; whatever ends it before `sealed` puts them back.
 
         What somebody put there, or put in the place of such a file, stays.
 
@@ -96,19 +106,44 @@ class ResultFolder:
             UsageError: somebody replaced a file while this one was rehearsed.
         """
         self._check()
-        self.path.mkdir(parents=True, exist_ok=True)
-        for name, sha256 in self._marked().items():
-            old = self.path / name
-            if self._is_ours(old, sha256):
-                old.unlink(missing_ok=True)
-            if old.parent != self.path:
-                with suppress(OSError):  # not there, or something of somebody else's is in it
-                    old.parent.rmdir()
-        self.marked()
+        try:
+            ours = [
+                name for name, sha256 in self._marked().items() if self._is_ours(self.path / name, sha256)
+            ]
+            old = dict.fromkeys((*(self.path / name for name in ours), *self.stale()))
+            self._before.begin()
+            for path in old:
+                self._before.set_aside(path)
+            self.marked()
+            yield
+            self._before.forget()
+        except BaseException:
+            self._settled(self.begun())
+            raise
+
+    def stale(self) -> Iterable[Path]:
+        """Files besides those in the mark that are of the rehearsal before."""
+        return ()
+
+    def _recover(self) -> None:
+        """A program that was killed left new files, all in its mark, and the old ones in their hidden folder."""
+        if self._before.waiting.is_dir():
+            self._settled([self.path / name for name in self._marked()])
+
+    def _settled(self, begun: Iterable[Path]) -> None:
+        """All new if that is whole, which its mark says by the hashes in it; else all as it was."""
+        if any(self._marked().values()):
+            self._before.forget()
+        else:
+            self._before.put_back(begun)
+
+    def begun(self) -> list[Path]:
+        """What was written, or is about to be."""
+        return list(dict.fromkeys((*self.files, *self._announced)))
 
     def marked(self) -> None:
         """The mark names all files so far."""
-        (self.path / MARK_FILE).write_text(_text(self._name(path) for path in self.files), encoding="utf-8")
+        (self.path / MARK_FILE).write_text(_text(self._name(path) for path in self.begun()), encoding="utf-8")
 
     def sealed(self) -> None:
         """The mark says how each of them was left: what is replaced from now on is somebody else's."""
@@ -121,8 +156,16 @@ class ResultFolder:
 
     def file(self, name: str) -> Path:
         """Where a file of that name is about to be written."""
-        path = self.path / name
+        path = self.announced(name)
         self.files.append(path)
+        return path
+
+    def announced(self, name: str) -> Path:
+        """Where something else is about to write a file of that name, which is put into `files` when it has."""
+        path = self.path / name
+        if path not in self._announced:
+            self._before.copy_aside(path)
+            self._announced.append(path)
         self.marked()
         return path
 

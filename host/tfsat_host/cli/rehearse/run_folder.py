@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.campaign.folder import DROP, INDEX
+from tfsat_host.cli.evaluate.run_files import MANEUVER, ROBOT
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.outputs import was_made_with
-from tfsat_host.cli.rehearse.result_folder import RECORDING, ResultFolder
+from tfsat_host.cli.preflight_files import RESULT
+from tfsat_host.cli.rehearse.result_folder import MARK_FILE, RECORDING, ResultFolder
+from tfsat_host.record.run_record import RECORD
 from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Maneuver
     from tfsat_host.rehearsal.drop import Drop
-    from tfsat_host.robot import RobotModel
     from tfsat_host.sdlog import DropLog
 
 SUMMARY = "summary.json"
+_DECODED = ("SD.csv", "SD.events.csv")
 
 
 class RunFolder(ResultFolder):
@@ -36,30 +40,38 @@ class RunFolder(ResultFolder):
     def __init__(self, path: Path, *, force: bool) -> None:
         super().__init__(path, force=force)
         self.removed: tuple[Path, ...] = ()
-        self.maneuver = path / "maneuver.toml"
+        self.maneuver = path / MANEUVER
         self.collected: datetime | None = None
+        self._copies: set[Path] = set()
 
     def may_be_made_again(self, path: Path) -> bool:
         """`report` writes its page anew."""
         return _is_derived(path)
 
-    def write(self, maneuver: Maneuver, drop: Drop, filed: RobotModel, truth_text: str) -> DropLog | None:
+    def stale(self) -> Iterable[Path]:
+        """What `evaluate` and `report` made of the recording that is replaced."""
+        self._copies = set(self._certificates())
+        known = self._marked()
+        self.removed = tuple(path for path in _derived_in(self.path) if self._name(path) not in known)
+        return self.removed
+
+    def begun(self) -> list[Path]:
+        """Also the certificate's copies, whose names tell what is in them."""
+        return list(dict.fromkeys((*super().begun(), *sorted(set(self._certificates()) - self._copies))))
+
+    def _certificates(self) -> Iterator[Path]:
+        return self.path.glob("calibration-emulated-recordings/certificate-*")
+
+    def write(self, maneuver: Maneuver, drop: Drop, robot: bytes, truth_text: str) -> DropLog | None:
         """Writes what the day left, decodes the card from its file and exports it; gives the log, if there is one.
 
-        Raises:
-            UsageError: somebody replaced a file in the folder meanwhile; nothing was overwritten.
+        Inside `replaced`.
         """
-        from tfsat_host.cli.evaluate.run_files import ROBOT
         from tfsat_host.emulated.truth import format_truth
         from tfsat_host.maneuver import format_maneuver
 
-        robot = filed.path.read_bytes()  # which may lie in this very folder
-        self.emptied()
-        self.removed = _derived_in(self.path)
-        for stale in self.removed:
-            stale.unlink()
         self.collected = drop.collected
-        self.file("maneuver.toml").write_text(format_maneuver(maneuver), encoding="utf-8")
+        self.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
         self.file(ROBOT).write_bytes(robot)
         certificate = self._write_certificate(drop)
         self.file("truth.json").write_text(truth_text, encoding="utf-8")
@@ -71,7 +83,6 @@ class RunFolder(ResultFolder):
         log = self._write_card(drop.card) if drop.card else None
         if log is not None:
             self._note_landing(log, drop, certificate)
-        self.sealed()
         return log
 
     def _write_certificate(self, drop: Drop) -> Path:
@@ -101,12 +112,12 @@ class RunFolder(ResultFolder):
         noted = kept_copy(certificate, read_calibration(certificate))
         if noted not in self.files:
             self.files.append(noted)
+            self.marked()
 
     def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
         """As `tfsat-host preflight` writes and signs it."""
-        from tfsat_host.cli.preflight_files import RESULT, hashes_of, result_of, write_result
+        from tfsat_host.cli.preflight_files import hashes_of, result_of, write_result
         from tfsat_host.facility import load_tower
-        from tfsat_host.record.run_record import RECORD
 
         assert drop.checked is not None
         evidence = drop.checked.evidence
@@ -118,8 +129,8 @@ class RunFolder(ResultFolder):
         }
         result = result_of(evidence, drop.checked.checks, hashes_of(files))
         self.file(RECORD)
-        write_result(self.path, result, evidence.now)
         self.file(RESULT)
+        write_result(self.path, result, evidence.now)
 
     def _write_card(self, card: bytes) -> DropLog:
         from tfsat_host.cli.decoded_files import write_decoded
@@ -128,6 +139,8 @@ class RunFolder(ResultFolder):
         path = self.file(RECORDING)
         path.write_bytes(card)
         log = load(path)
+        for name in _DECODED:
+            self.announced(name)
         self.files += write_decoded(log, self.path / "SD", ("csv",), force=True).files.values()
         self.marked()
         return log
@@ -140,9 +153,30 @@ class RunFolder(ResultFolder):
 
 
 def _derived_in(folder: Path) -> tuple[Path, ...]:
-    """Results of `evaluate` and `report`: beside another recording they would be taken for its."""
-    files = sorted(path for path in (*folder.glob("*"), *folder.glob("*/*")) if path.is_file())
-    return tuple(path for path in files if _is_derived(path))
+    """Results of `evaluate` and `report`: beside another recording they would be taken for its.
+
+    In subfolders `report` puts figures; one that is a run of its own, or a campaign's, is not looked into.
+    """
+    from tfsat_host.report.figures.files import FORMATS
+    from tfsat_host.report.figures.files import MARKER as FIGURE
+
+    beside = [path for path in folder.glob("*") if path.is_file() and _is_derived(path)]
+    figures = [
+        path
+        for place in folder.glob("*")
+        if place.is_dir() and not place.is_symlink() and not _is_a_run(place)
+        for path in place.glob("*")
+        if path.is_file() and path.suffix[1:] in FORMATS and was_made_with(path, FIGURE)
+    ]
+    return tuple(sorted((*beside, *figures)))
+
+
+def _is_a_run(folder: Path) -> bool:
+    """Of another drop, whatever it is in its folder that says so; or a campaign."""
+    signs = (MARK_FILE, MANEUVER, SUMMARY, DROP, INDEX, RESULT, RECORD)
+    return any((folder / sign).exists() for sign in signs) or any(
+        path.suffix.lower() == ".bin" for path in folder.glob("*")
+    )
 
 
 def _is_derived(path: Path) -> bool:

@@ -42,11 +42,13 @@ class Thrown:
             refusal: Why it could not be evaluated.
         """
         from tfsat_host.rehearsal.noticed import notices_of, said_of
+        from tfsat_host.rehearsal.outcome import came_of, moved_deg, strongest
 
         told = None if evaluated is None else (evaluated.found, evaluated.verdict)
         said = said_of(drop, log, told, refusal)
         alone = len(self.faults) == 1
         good = evaluated is not None and evaluated.verdict.level == "good"
+        designed = strongest([fault.outcome for fault in self.faults if fault.name in self._struck_s])
         return [
             {
                 "name": fault.name,
@@ -55,6 +57,10 @@ class Thrown:
                 "when": fault.moment.value,
                 "struck_s": self._struck_s.get(fault.name),
                 "outcome": fault.outcome.value,
+                "came_of_it": came_of(fault.outcome, drop) if fault.name in self._struck_s else None,
+                "outcome_of_all": designed.value,
+                "all_came_of_it": came_of(designed, drop),
+                "joints_moved_true_deg": [float(moved) for moved in moved_deg(drop)],
                 "to_be_noticed": bool(fault.noticed or fault.morning),
                 "noticed_by": [
                     {"who": one.who, "what": one.what, "by_name": one.certain}
@@ -67,7 +73,7 @@ class Thrown:
         ]
 
 
-_WHO = {
+WHO = {
     "preflight": "the preflight's checks",
     "refusal": "a board, which refused to go on",
     "board": "a board after the landing",
@@ -81,7 +87,29 @@ def _if_dropped(fault: Json) -> str:
     """What it does if the preflight lets it go, or nobody listens to that."""
     from tfsat_host.rehearsal.faults.fault import Outcome
 
-    return "" if fault["outcome"] == Outcome.NOT_DROPPED.value else ", if it is dropped"
+    judged = fault["came_of_it"] is not None
+    return "" if judged or fault["outcome"] == Outcome.NOT_DROPPED.value else ", if it is dropped"
+
+
+def _came_of(fault: Json) -> str:
+    """Whether it did; nothing where nothing was dropped that could have."""
+    from tfsat_host.rehearsal.faults.fault import Outcome
+
+    if fault["came_of_it"] is None:
+        return ""
+    if fault["outcome"] == Outcome.NOT_DROPPED.value:
+        return " It was not." if fault["came_of_it"] else " It WAS."
+    if fault["came_of_it"]:
+        return " It did."
+    if fault["outcome"] != fault["outcome_of_all"] and fault["all_came_of_it"]:
+        return f" It did not, for another fault: with that it {fault['outcome_of_all']}, and it did."
+    moved = ", ".join(f"{moved:.1f}" for moved in fault["joints_moved_true_deg"])
+    return f" It did NOT: in truth joints 1, 2, 3 moved by up to {moved} deg."
+
+
+def broke_design(faults: Sequence[Json]) -> bool:
+    """The robot did not do what it must with all of them together."""
+    return any(fault["struck_s"] is not None and fault["all_came_of_it"] is False for fault in faults)
 
 
 def show_thrown(faults: Sequence[Json], out: Output) -> None:
@@ -91,10 +119,21 @@ def show_thrown(faults: Sequence[Json], out: Output) -> None:
         if fault["struck_s"] is None:
             out.line("                      It did not strike: the day ended before.")
             continue
-        out.line(f"                      By design the robot then {fault['outcome']}{_if_dropped(fault)}.")
+        out.line(
+            f"                      By design the robot then {fault['outcome']}{_if_dropped(fault)}.{_came_of(fault)}"
+        )
         for one in fault["noticed_by"]:
             unnamed = "" if one["by_name"] else ", not by the fault's name"
-            out.line(f"                      Noticed by {_WHO[one['who']]}{unnamed}: {one['what']}")
+            out.line(f"                      Noticed by {WHO[one['who']]}{unnamed}: {one['what']}")
         if not fault["noticed_by"]:
-            why = "" if fault["to_be_noticed"] else " It changes nothing that is to be noticed."
-            out.line(f"                      Noticed by nobody.{why}")
+            out.line(f"                      {_unnoticed(fault, faults)}")
+
+
+def _unnoticed(fault: Json, faults: Sequence[Json]) -> str:
+    """Why nobody noticed it, if that is plain."""
+    if not fault["to_be_noticed"]:
+        return "Noticed by nobody. It changes nothing that is to be noticed."
+    others = [one["name"] for one in faults if one is not fault and one["noticed_by"]]
+    if not others:
+        return "Noticed by nobody."
+    return f"Noticed by nobody by its own name. What {' and '.join(others)} did may hide it: rehearse it by itself."

@@ -8,7 +8,7 @@ from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment, during
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, during
 from tfsat_host.rehearsal.moment import Moment
 
 ONE_PERCENT_PPM = 10_000.0
@@ -103,17 +103,19 @@ BOARD_FAULTS = (
         "The sequencer's clock runs 1 % fast.",
         Moment.POWERED,
         _fast_sequencer,
-        at_any_moment(Outcome.FLIES),
+        during(Moment.POWERED, Moment.FALLING, Outcome.FLIES),
         noticed="clock runs",
         morning=("clock-pace",),
+        part="sequencer's clock",
     ),
     Fault(
         "logger-clock-fast",
         "The logger's clock runs 1 % fast.",
         Moment.POWERED,
         _fast_logger,
-        at_any_moment(Outcome.FLIES),
+        during(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
         noticed="clock runs",
         morning=("clock-pace",),
+        part="logger's clock",
     ),
 )

@@ -51,6 +51,7 @@ POWER_CUTS = tuple(
         {moment: Outcome.FLIES},
         complete=False,
         noticed="has no end",
+        part="power of both boards",
     )
     for name, when, moment in (
         ("power-cut-before-landing", "100 ms before", Moment.BEFORE_LANDING),
@@ -68,6 +69,7 @@ CARD_FAULTS = (
         _slow,
         at_any_moment(Outcome.FLIES),
         morning=(),
+        part="card",
     ),
     Fault(
         "card-gone-on-the-hook",
@@ -78,6 +80,7 @@ CARD_FAULTS = (
         {Moment.LIFTED: Outcome.FLIES},
         complete=False,
         noticed="RAM kept the newest",
+        part="card",
     ),
     Fault(
         "card-full",
@@ -87,6 +90,7 @@ CARD_FAULTS = (
         during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
         noticed="The card has no room",
         morning=("card-room", "card-writing"),
+        part="card",
     ),
     Fault(
         "card-missing",
@@ -95,7 +99,8 @@ CARD_FAULTS = (
         _missing,
         during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
         noticed="No SD card answers",
-        morning=("card-room", "card-writing"),
+        morning=("card", "card-room", "card-writing"),
+        part="card",
     ),
     Fault(
         "card-write-protected",
@@ -104,7 +109,8 @@ CARD_FAULTS = (
         _protected,
         during(Moment.POWERED, Moment.CHECKED, Outcome.NOT_DROPPED),
         noticed="The card forbids writing",
-        morning=("card-writing",),
+        morning=("card", "card-room", "card-writing"),
+        part="card",
     ),
     Fault(
         "card-pulled",
@@ -116,7 +122,8 @@ CARD_FAULTS = (
             **during(Moment.RECORDING, Moment.LANDED, Outcome.FLIES),
         },
         noticed="in the logger's RAM only",
-        morning=("card-room", "card-writing"),
+        morning=("card", "card-room", "card-writing"),
+        part="card",
     ),
     *POWER_CUTS,
 )

@@ -51,6 +51,7 @@ class Fault:
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
         morning: Checks of the preflight that say so if it is there in the morning already; empty: none can;
             None: it cannot be there then.
+        part: What it is a fault of, which can have one at a time; empty: of nothing that another fault is of, too.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Fault:
     complete: bool = True
     noticed: str = ""
     morning: tuple[str, ...] | None = None
+    part: str = ""
 
     @property
     def outcome(self) -> Outcome:

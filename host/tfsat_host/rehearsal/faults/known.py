@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tfsat_host.errors import UsageError
 from tfsat_host.rehearsal.faults.boards import BOARD_FAULTS
 from tfsat_host.rehearsal.faults.card import CARD_FAULTS
@@ -33,6 +35,26 @@ def fault_named(typed: str) -> Fault:
     if moment is None or moment not in fault.outcomes:
         raise _not_then(fault, when, moment)
     return fault.at(moment)
+
+
+def require_different_parts(faults: Sequence[Fault]) -> None:
+    """One part can have one fault at a time: of two that are thrown in, the last would win.
+
+    Raises:
+        UsageError: two are of the same part.
+    """
+    of_part: dict[str, Fault] = {}
+    for fault in faults:
+        part = fault.part or fault.name.partition(AT)[0]
+        other = of_part.setdefault(part, fault)
+        if other is not fault:
+            raise UsageError(
+                what=f"{other.name} and {fault.name} cannot both be thrown in: both are of the same part, {part}."
+                if fault.part
+                else f"{other.name} and {fault.name} are the same fault at two moments.",
+                meaning="Nothing was flown: only the one that strikes last would have been rehearsed.",
+                next_step=f"Rehearse each by itself: leave out --fault {other.name} or --fault {fault.name}.",
+            )
 
 
 def _not_then(fault: Fault, typed: str, moment: Moment | None) -> UsageError:

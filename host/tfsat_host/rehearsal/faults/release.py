@@ -46,6 +46,7 @@ RELEASE_FAULTS = (
         during(Moment.POWERED, Moment.RELEASE, Outcome.STANDS_STILL),
         noticed="holds no release",
         morning=(),
+        part="switch 1",
     ),
     Fault(
         "switch-stuck-open",
@@ -58,6 +59,7 @@ RELEASE_FAULTS = (
         },
         noticed="A release switch is open (switch 1)",
         morning=("switches",),
+        part="switch 1",
     ),
     Fault(
         "switch-bounce",

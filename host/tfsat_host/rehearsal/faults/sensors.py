@@ -9,7 +9,7 @@ from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.faults import ImuFault, ServoFault
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.rehearsal.day import CALIBRATED, Day
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment, during
 from tfsat_host.rehearsal.moment import Moment
 
 ANOTHER_ROBOT = 4711
@@ -44,35 +44,40 @@ def _flies(
     strike: Callable[[Day], None],
     noticed: str,
     morning: tuple[str, ...],
+    part: str,
     moment: Moment = Moment.LIFTED,
 ) -> Fault:
-    return Fault(name, what, moment, strike, at_any_moment(Outcome.FLIES), noticed=noticed, morning=morning)
+    outcomes = at_any_moment(Outcome.FLIES)
+    return Fault(name, what, moment, strike, outcomes, noticed=noticed, morning=morning, part=part)
+
+
+def _servo_flies(name: str, what: str, kind: ServoFault, noticed: str) -> Fault:
+    """After the landing no servo matters any more."""
+    return Fault(
+        name,
+        what,
+        Moment.LIFTED,
+        partial(_servo, kind=kind),
+        during(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
+        noticed=noticed,
+        morning=(),
+        part="servo of joint 1",
+    )
 
 
 SENSOR_FAULTS = (
-    _flies(
-        "servo-dead", "The servo of joint 1 does not turn.", partial(_servo, kind="dead"), "did not move", ()
+    _servo_flies("servo-dead", "The servo of joint 1 does not turn.", "dead", "did not move"),
+    _servo_flies(
+        "servo-slow", "The servo of joint 1 reaches a quarter of its rate.", "slow", "had not come to rest"
     ),
-    _flies(
-        "servo-slow",
-        "The servo of joint 1 reaches a quarter of its rate.",
-        partial(_servo, kind="slow"),
-        "had not come to rest",
-        (),
-    ),
-    _flies(
-        "servo-reversed",
-        "The servo of joint 1 turns the other way.",
-        partial(_servo, kind="reversed"),
-        "wrong way",
-        (),
-    ),
+    _servo_flies("servo-reversed", "The servo of joint 1 turns the other way.", "reversed", "wrong way"),
     _flies(
         "gyro-dead",
         "The IMU of body 4 answers no more.",
         partial(_imu, kind="dead"),
         "body 4",
         ("gyros-present",),
+        "IMU of body 4",
     ),
     _flies(
         "gyro-frozen",
@@ -80,6 +85,7 @@ SENSOR_FAULTS = (
         partial(_imu, kind="frozen"),
         "body 4",
         ("gyros-present",),
+        "IMU of body 4",
     ),
     _flies(
         "gyro-swapped",
@@ -87,6 +93,7 @@ SENSOR_FAULTS = (
         partial(_imu, kind="swapped", other=3),
         "IMUs of bodies 3 and 4 exchanged",
         ("gyros-agree",),
+        "IMU of body 4",
         Moment.POWERED,
     ),
     _flies(
@@ -95,6 +102,7 @@ SENSOR_FAULTS = (
         partial(_imu, kind="saturated"),
         "body 4",
         ("gyro-biases", "gyros-agree"),
+        "IMU of body 4",
     ),
     _flies(
         "bus-stuck",
@@ -102,6 +110,7 @@ SENSOR_FAULTS = (
         _bus,
         "body 3",
         ("gyros-present",),
+        "bus of the IMUs of bodies 3 and 4",
     ),
     _flies(
         "angle-sensor-slipped",
@@ -109,6 +118,7 @@ SENSOR_FAULTS = (
         _slipped,
         "joint 1",
         ("joint-sensors",),
+        "first angle sensor of joint 1",
     ),
     _flies(
         "calibration-of-another-robot",
@@ -116,6 +126,7 @@ SENSOR_FAULTS = (
         _foreign_calibration,
         "it is not used",
         ("gyros-agree", "joint-sensors", "start-pose", "calibration"),
+        "calibration",
         Moment.POWERED,
     ),
 )
