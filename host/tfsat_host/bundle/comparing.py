@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -129,3 +129,22 @@ def _largest(values: list[Any]) -> float:
         elif value is not None:
             return 0.0
     return largest
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One part of a bundle, computed anew.
+
+    Attributes:
+        what: `evaluation`, `report` or `calibration`.
+        differs: How; None: it was not computed anew, and that is no difference.
+        sentence: What was done, or why not.
+        lacking: It should have been computed and could not be.
+        refused: The raw data give none.
+    """
+
+    what: str
+    differs: Sequence[Difference] | None
+    sentence: str
+    lacking: bool = False
+    refused: bool = False

@@ -11,11 +11,8 @@ from tfsat_host.cli.options import add_output_options, file_name, output_file_na
 from tfsat_host.cli.output import Output
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import DataLossError
-from tfsat_host.file_hash import sha256_of
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from tfsat_host.campaign.entries import DropEntry
 
 _ACTIONS = {
@@ -133,6 +130,7 @@ def _next(args: argparse.Namespace, out: Output) -> int:
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.campaign.changes import changes_in
     from tfsat_host.campaign.folder import read
 
     contents = read(args.dir)
@@ -147,21 +145,6 @@ def _list(args: argparse.Namespace, out: Output) -> int:
     for sentence in contents.findings:
         out.warn(sentence)
     return DataLossError.exit_code if contents.findings or any(changes for _, changes in rows) else 0
-
-
-def changes_in(folder: Path, drop: DropEntry) -> list[str]:
-    """What is not as it was when the drop came in; sentences."""
-    from tfsat_host.cli.campaign_add import SIGNED_BY
-    from tfsat_host.record.run_record import verify
-
-    recording = folder / drop.recording
-    if not folder.is_dir():
-        return []  # told as a finding of the campaign
-    if not recording.is_file():
-        return [f"{recording} is missing."]
-    changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
-    findings = verify(folder, closed_by=SIGNED_BY)
-    return changes + [one.sentence for one in findings if one.name != drop.recording]
 
 
 def _show(rows: list[tuple[DropEntry, list[str]]], out: Output) -> None:

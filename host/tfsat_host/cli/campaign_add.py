@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from tfsat_host.cli.bundle_files import Collected
 
 _NOTHING = "Nothing was added."
-SIGNED_BY = "tfsat-host campaign add"
-"""How the entry of the record begins with which a run is closed."""
 
 
 def add(args: argparse.Namespace, out: Output) -> int:
@@ -198,6 +196,7 @@ def _sign(staged: Path, found: Collected, out: Output) -> list[str]:
 
     That is not signed again: it would look as if it had always been so.
     """
+    from tfsat_host.campaign.changes import SIGNED_BY
     from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
     from tfsat_host.cli.evaluate.run_files import MANEUVER, ROBOT
     from tfsat_host.record.run_record import RecordError, sign, verify

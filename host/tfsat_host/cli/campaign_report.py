@@ -112,7 +112,7 @@ def _tried(drop: DropEntry, folder: Path, options: argparse.Namespace, out: Outp
 
 def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
     """Raises TfsatError: what it would be evaluated with may not be what flew."""
-    from tfsat_host.cli.campaign import changes_in
+    from tfsat_host.campaign.changes import changes_in
 
     changes = changes_in(folder / drop.folder, drop)
     if changes:

@@ -6,10 +6,10 @@ import argparse
 import json
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.bundle.comparing import Compared
 from tfsat_host.cli.bundle_files import RUN
 from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.output import Output
@@ -25,25 +25,6 @@ _RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
 _UNREADABLE = object()
 _OF_ITS_TIME = ("made_by", "made_at")
 """Of a result: who made it and when differs rightly."""
-
-
-@dataclass(frozen=True)
-class Compared:
-    """One part of a bundle, computed anew.
-
-    Attributes:
-        what: `evaluation`, `report` or `calibration`.
-        differs: How; None: it was not computed anew, and that is no difference.
-        sentence: What was done, or why not.
-        lacking: It should have been computed and could not be.
-        refused: The raw data give none.
-    """
-
-    what: str
-    differs: Sequence[Difference] | None
-    sentence: str
-    lacking: bool = False
-    refused: bool = False
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

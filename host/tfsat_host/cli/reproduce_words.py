@@ -9,8 +9,7 @@ from tfsat_host.cli.evaluate.phrases import printable
 from tfsat_host.cli.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.bundle.comparing import Difference
-    from tfsat_host.cli.reproduce import Compared
+    from tfsat_host.bundle.comparing import Compared, Difference
 
 _SHOWN = 20
 
