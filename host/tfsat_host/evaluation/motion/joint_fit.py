@@ -145,7 +145,9 @@ def errors_by_sensors(
             off = (joint.angle_rad[:, k] - angles_rad[:, j])[there] + rows[:, :r] @ errors
             rows[:, nuisance[k]] = -joint.sensors.direction[k]
             bend = nuisance[2 + 4 * k : 6 + 4 * k]
-            curve = joint.sensors.bend_curve(k, joint.shown_rad[there, k])
+            # Where the joint is, not where a noisy sample has it: a bend that follows the noise would explain it.
+            shown = joint.sensors.zero_rad[k] + joint.sensors.direction[k] * angles_rad[there, j]
+            curve = joint.sensors.bend_curve(k, shown)
             rows[:, bend] = -joint.sensors.direction[k] * curve
             information += rows.T @ rows / joint.noise_rad[k] ** 2
             right += rows.T @ off / joint.noise_rad[k] ** 2
