@@ -26,6 +26,7 @@ from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults.fault import Fault
 from tfsat_host.rehearsal.faults.known import fault_named
 from tfsat_host.rehearsal.noticed import notices_of, said_of
+from tfsat_host.rehearsal.outcome import came_of, designed_for
 from tfsat_host.rehearsal.preflight import Preflight
 from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.truth import drawn_truth, hash_of, truth_as_filed
@@ -80,6 +81,7 @@ class Flown:
         strokes_off_us: When each stroke came, less when it was scheduled.
         compared: Found and true.
         noticed: Of each fault that struck, by its name, who noticed it (see `noticed.Notice`); nobody, if it is empty.
+        broke_design: By the truth the robot did not do what it must with the faults that struck.
     """
 
     number: int
@@ -92,6 +94,7 @@ class Flown:
     strokes_off_us: tuple[float, ...]
     compared: tuple[Compared, ...]
     noticed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    broke_design: bool = False
 
 
 def fly_many(
@@ -178,24 +181,24 @@ def _flown(series: Series, number: int) -> Flown:
     drop = rehearse(
         series.schedule, filed, truth, hex_path=series.hex_path, preflight=series.preflight, faults=faults
     )
+    broke = bool(struck) and came_of(designed_for(faults, struck), drop) is False
     no_go = () if drop.checked is None else tuple(check.name for check in drop.checked.wrong)
     if drop.refused is not None or not drop.card:
         why = "no recording" if drop.refused is None else drop.refused.what
         noticed = _noticed(faults, struck, drop)
-        return Flown(number, seed, truth.imu, why, no_go, "none", -1, (), (), noticed)
+        return Flown(number, seed, truth.imu, why, no_go, "none", -1, (), (), noticed, broke)
     log = _decoded(drop)
     try:
         found = evaluate(log, filed, drop.calibration, series.schedule, recorded=DROPPED)
     except TfsatError as error:
         noticed = _noticed(faults, struck, drop, log, refusal=error)
-        return Flown(number, seed, truth.imu, "", no_go, "none", log.samples_lost, (), (), noticed)
+        return Flown(number, seed, truth.imu, "", no_go, "none", log.samples_lost, (), (), noticed, broke)
     off = [1e6 * (stroke.logged_s - stroke.scheduled_s) for stroke in found.strokes]
     beside = compared(found, drop, truth, filed)
     verdict = verdict_of(found)
     noticed = _noticed(faults, struck, drop, log, (found, verdict))
-    return Flown(
-        number, seed, truth.imu, "", no_go, verdict.level, log.samples_lost, tuple(off), beside, noticed
-    )
+    lost = log.samples_lost
+    return Flown(number, seed, truth.imu, "", no_go, verdict.level, lost, tuple(off), beside, noticed, broke)
 
 
 def _noticed(

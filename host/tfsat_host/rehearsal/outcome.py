@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.rehearsal.drop import Drop
-from tfsat_host.rehearsal.faults.fault import Outcome
+from tfsat_host.rehearsal.faults.fault import Fault, Outcome
 
 FLOWN_DEG = 15.0
 """A joint that went further has made a stroke."""
@@ -56,3 +56,8 @@ def came_of(outcome: Outcome, drop: Drop) -> bool | None:
 def strongest(outcomes: Collection[Outcome]) -> Outcome:
     """What must come of several faults at once; of none: it flies."""
     return next((one for one in STRONGEST_FIRST if one in outcomes), Outcome.FLIES)
+
+
+def designed_for(faults: Collection[Fault], struck: Collection[str]) -> Outcome:
+    """What must come of a day on which those of the faults struck that are named."""
+    return strongest([fault.outcome for fault in faults if fault.name in struck])

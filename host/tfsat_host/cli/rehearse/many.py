@@ -77,7 +77,8 @@ def rehearse_many(
         )
     if result["no_go"] and not result["dropped"]:
         return RefusedError.exit_code
-    return 0 if result["good"] == result["runs"] else DataLossError.exit_code
+    as_planned = result["good"] == result["runs"] and not result["broke_design"]
+    return 0 if as_planned else DataLossError.exit_code
 
 
 def _write(
@@ -123,6 +124,7 @@ def _result(
         "imu": outcomes[0].imu or None,
         "faults": list(series.faults),
         "faults_noticed": [_noticed(name, outcomes) for name in series.faults],
+        "broke_design": [one.number for one in outcomes if one.broke_design],
         "dropped": sum(not one.refused for one in outcomes),
         "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
         **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
@@ -186,6 +188,9 @@ def _show(
     out.line(f"Drawn from seed {result['seed']}, robots of {result['robot']['file']}, {imu}.")
     for fault in result["faults_noticed"]:
         out.line(f"Thrown into each: {fault['name']}. {_who_noticed(fault)}")
+    if result["broke_design"]:
+        drops = ", ".join(map(str, result["broke_design"]))
+        out.line(f"The robot did NOT do what it must with these faults, by the truth, in drop {drops}.")
     rows = [
         (
             one.name,

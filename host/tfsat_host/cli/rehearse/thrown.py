@@ -42,13 +42,13 @@ class Thrown:
             refusal: Why it could not be evaluated.
         """
         from tfsat_host.rehearsal.noticed import notices_of, said_of
-        from tfsat_host.rehearsal.outcome import came_of, moved_deg, strongest
+        from tfsat_host.rehearsal.outcome import came_of, designed_for, moved_deg
 
         told = None if evaluated is None else (evaluated.found, evaluated.verdict)
         said = said_of(drop, log, told, refusal)
         alone = len(self.faults) == 1
         good = evaluated is not None and evaluated.verdict.level == "good"
-        designed = strongest([fault.outcome for fault in self.faults if fault.name in self._struck_s])
+        designed = designed_for(self.faults, self._struck_s)
         return [
             {
                 "name": fault.name,
