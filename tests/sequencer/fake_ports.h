@@ -64,6 +64,7 @@ class FakeServos : public tfsat::sequencer::ServoOutput {
     CHECK(joint < 3 && width_ticks >= 1000 && width_ticks <= 5000);
     changes.push_back(Change{joint, at, width_ticks});
   }
+  void cancel() override { changes.resize(begun); }
   void stop() override {
     held = false;
     begun = 0;

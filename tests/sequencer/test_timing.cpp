@@ -211,6 +211,32 @@ TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
   CHECK(train.next().rise == 77);
 }
 
+TEST_CASE(cancelled_changes_leave_the_train_at_the_width_it_has) {
+  BegunCount begun;
+  ChangeTable table(begun);
+  table.clear();
+  PulseTrain train(table, 0);
+  train.hold(0, 2000, kFrame);
+  for (uint16_t i = 1; i <= 3; ++i) CHECK(table.add(0, i * 10 * kFrame, static_cast<uint16_t>(2000 + i)));
+  Pulse pulse = train.next();
+  while (!pulse.begins_change) pulse = train.next();
+  table.began(pulse.rise);
+  pulse = train.next();
+  train.take_back(pulse);  // begins nothing: stays as it is
+  CHECK(pulse.width_ticks == 2001);
+  while (!pulse.begins_change) pulse = train.next();
+  CHECK(pulse.width_ticks == 2002);
+  table.cancel();
+  train.take_back(pulse);
+  CHECK(!pulse.begins_change && pulse.width_ticks == 2001);
+  for (int i = 0; i < 20; ++i) {
+    const tick_t before = pulse.rise;
+    pulse = train.next();
+    CHECK(pulse.width_ticks == 2001 && !pulse.begins_change && pulse.rise - before == kFrame);
+  }
+  CHECK(table.begun() == 1 && table.began_at(0) == 10 * kFrame);
+}
+
 TEST_CASE(the_table_tells_when_changes_began) {
   BegunCount begun;
   ChangeTable table(begun);

@@ -51,6 +51,11 @@ class ChangeTable {
     return true;
   }
 
+  // Nothing more is planned; what has begun stays on record.
+  void cancel() {
+    for (uint8_t i = 0; i < count_; ++i) changes_[i].planned = true;
+  }
+
   // The joint's next change that is not planned, or null.
   Change* next(uint8_t joint) {
     for (uint8_t i = 0; i < count_; ++i) {

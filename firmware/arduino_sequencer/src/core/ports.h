@@ -30,6 +30,8 @@ class ServoOutput {
   // The first pulse of this width begins exactly at `at`. Calls for one joint come in order of
   // time.
   virtual void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) = 0;
+  // Forgets the scheduled changes that have not begun; the trains go on with the widths they have.
+  virtual void cancel() = 0;
   // Ends all pulses (a pulse that has begun is completed).
   virtual void stop() = 0;
   // Scheduled changes whose first pulse has begun since the last hold() or stop(), over all joints.

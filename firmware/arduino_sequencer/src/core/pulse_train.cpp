@@ -50,12 +50,20 @@ Pulse PulseTrain::next() {
   Pulse pulse;
   pulse.begins_change = change != nullptr && !tick_before(last_rise_, change->at);
   if (pulse.begins_change) {
+    width_before_ticks_ = width_ticks_;
     width_ticks_ = change->width_ticks;
     change->planned = true;
   }
   pulse.rise = last_rise_;
   pulse.width_ticks = width_ticks_;
   return pulse;
+}
+
+void PulseTrain::take_back(Pulse& pulse) {
+  if (!pulse.begins_change) return;
+  width_ticks_ = width_before_ticks_;
+  pulse.width_ticks = width_ticks_;
+  pulse.begins_change = false;
 }
 
 }  // namespace sequencer

@@ -32,6 +32,8 @@ class PulseTrain {
 
   // The pulse after the last one that next() returned. Call while running().
   Pulse next();
+  // `pulse`, the last that next() returned, begins no change after all: it keeps the width before.
+  void take_back(Pulse& pulse);
 
  private:
   void aim_at(const ChangeTable::Change& change);
@@ -44,6 +46,7 @@ class PulseTrain {
   uint32_t gap_ticks_ = 0;
   uint32_t longer_gaps_ = 0;  // this many are a tick longer
   uint16_t width_ticks_ = 0;
+  uint16_t width_before_ticks_ = 0;  // the change that began last
   uint8_t joint_;
   bool running_ = false;
   bool first_ = false;

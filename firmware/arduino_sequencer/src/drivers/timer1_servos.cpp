@@ -82,6 +82,16 @@ void Timer1Servos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { changes_.add(joint, at, width_ticks); }
 }
 
+// A pulse's width is settled by the interrupt after its rise: until then it can be the old one.
+void Timer1Servos::cancel() {
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    changes_.cancel();
+    for (Channel& channel : channels_) {
+      if (channel.next == Edge::kRise) channel.train.take_back(channel.pulse);
+    }
+  }
+}
+
 void Timer1Servos::stop() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     changes_.clear();

@@ -5,7 +5,6 @@
 namespace tfsat {
 namespace emulator {
 
-using sequencer::Pulse;
 using sequencer::SwitchEdge;
 using sequencer::tick_t;
 
@@ -27,6 +26,15 @@ void NativeServos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
   changes_.add(joint, at, width_ticks);
 }
 
+void NativeServos::cancel() {
+  changes_.cancel();
+  for (Channel& channel : channels_) {
+    if (!channel.pending || channel.high) continue;
+    channel.train.take_back(channel.pulse);
+    channel.fall_ns = channel.rise_ns + channel.pulse.width_ticks * kNanosecondsPerTick;
+  }
+}
+
 void NativeServos::stop() {
   for (Channel& channel : channels_) {
     channel.train.stop();
@@ -36,12 +44,11 @@ void NativeServos::stop() {
 }
 
 void NativeServos::plan(Channel& channel) {
-  const Pulse pulse = channel.train.next();
-  const int32_t ahead = static_cast<int32_t>(pulse.rise - ticks());
+  channel.pulse = channel.train.next();
+  const int32_t ahead = static_cast<int32_t>(channel.pulse.rise - ticks());
   channel.rise_ns = (now_ns_ / kNanosecondsPerTick + static_cast<uint64_t>(std::max<int32_t>(ahead, 1))) *
                     kNanosecondsPerTick;
-  channel.fall_ns = channel.rise_ns + pulse.width_ticks * kNanosecondsPerTick;
-  channel.begins_change = pulse.begins_change;
+  channel.fall_ns = channel.rise_ns + channel.pulse.width_ticks * kNanosecondsPerTick;
   channel.pending = true;
 }
 
@@ -67,7 +74,7 @@ void NativeServos::advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinE
     now_ns_ = servo_ns;
     channel.high = !channel.high;
     edges.push_back({servo_ns + origin_ns, first, channel.high});
-    if (channel.high && channel.begins_change) {
+    if (channel.high && channel.pulse.begins_change) {
       changes_.began(static_cast<tick_t>(servo_ns / kNanosecondsPerTick));
       if (!stroke_line_high_) edges.push_back({servo_ns + origin_ns, kStrokeLinePin, true});
       stroke_line_high_ = true;

@@ -22,6 +22,7 @@ class NativeServos : public sequencer::ServoOutput {
 
   void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override;
   void schedule(uint8_t joint, sequencer::tick_t at, uint16_t width_ticks) override;
+  void cancel() override;
   void stop() override;
   uint8_t changes_begun() override { return changes_.begun(); }
   sequencer::tick_t change_began_at(uint8_t index) override { return changes_.began_at(index); }
@@ -39,7 +40,7 @@ class NativeServos : public sequencer::ServoOutput {
     sequencer::PulseTrain train;
     bool high = false;
     bool pending = false;  // a pulse is planned or under way
-    bool begins_change = false;
+    sequencer::Pulse pulse{};
     uint64_t rise_ns = 0;
     uint64_t fall_ns = 0;
   };
