@@ -101,6 +101,7 @@ inline size_t build_SequencerStatusReply(uint8_t* payload) {
   message.ram_never_used_bytes = 16624u;
   message.frames_rejected = 57127u;
   message.stores_damaged = 125u;
+  message.false_releases = 7062u;
   message.encode(payload);
   return protocol::SequencerStatusReply::kSize;
 }
@@ -108,11 +109,11 @@ inline size_t build_SequencerStatusReply(uint8_t* payload) {
 inline bool matches_SequencerStatusReply(const uint8_t* payload, size_t size) {
   protocol::SequencerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kFault && message.fault == protocol::ErrorCode::kResetWhileRunning && message.last_refusal == protocol::ErrorCode::kJogNotConfirmed && message.switches_open == 116u && message.arm_token == 4805u && message.reset_cause == protocol::ResetCause::kBrownOut && message.resets_while_armed == 79u && message.strokes_started == 237u && message.knocks == 35747u && message.joint_angle_cdeg[0] == 10715 && message.joint_angle_cdeg[1] == -14318 && message.joint_angle_cdeg[2] == 26185 && message.uptime_ms == 75591690u && message.image_crc == 2730027459u && message.ram_never_used_bytes == 16624u && message.frames_rejected == 57127u && message.stores_damaged == 125u;
+  return message.state == protocol::SequencerState::kFault && message.fault == protocol::ErrorCode::kResetWhileRunning && message.last_refusal == protocol::ErrorCode::kJogNotConfirmed && message.switches_open == 116u && message.arm_token == 4805u && message.reset_cause == protocol::ResetCause::kBrownOut && message.resets_while_armed == 79u && message.strokes_started == 237u && message.knocks == 35747u && message.joint_angle_cdeg[0] == 10715 && message.joint_angle_cdeg[1] == -14318 && message.joint_angle_cdeg[2] == 26185 && message.uptime_ms == 75591690u && message.image_crc == 2730027459u && message.ram_never_used_bytes == 16624u && message.frames_rejected == 57127u && message.stores_damaged == 125u && message.false_releases == 7062u;
 }
 
-static const uint8_t kPayloadSequencerStatusReply[] = {0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D};
-static const uint8_t kFrameSequencerStatusReply[] = {0x23, 0x82, 0x03, 0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x27, 0xB1, 0x00};
+static const uint8_t kPayloadSequencerStatusReply[] = {0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x96, 0x1B};
+static const uint8_t kFrameSequencerStatusReply[] = {0x25, 0x82, 0x03, 0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x96, 0x1B, 0xAE, 0x68, 0x00};
 
 inline size_t build_RunReportRequest(uint8_t* payload) {
   (void)payload;
@@ -130,27 +131,29 @@ static const uint8_t kFrameRunReportRequest[] = {0x05, 0x04, 0x04, 0x4F, 0x91, 0
 
 inline size_t build_RunReportReply(uint8_t* payload) {
   protocol::RunReportReply message;
-  message.released = 27u;
-  message.bounces = 47566u;
-  message.release_ms = 1476772892u;
-  message.release_us = 63037u;
-  message.stroke_count = 148u;
-  message.start_us[0] = 850145609u;
-  message.start_us[1] = 3504581378u;
-  message.start_us[2] = 1864049852u;
-  message.start_us[3] = 223518325u;
-  message.start_us[4] = 2877954095u;
-  message.start_us[5] = 1237422568u;
-  message.start_us[6] = 3891858338u;
-  message.start_us[7] = 2251326811u;
-  message.start_us[8] = 610795285u;
-  message.start_us[9] = 3265231054u;
-  message.start_us[10] = 1624699528u;
-  message.start_us[11] = 4279135297u;
-  message.start_us[12] = 2638603771u;
-  message.start_us[13] = 998072244u;
-  message.start_us[14] = 3652508014u;
-  message.start_us[15] = 2011976487u;
+  message.released = 185u;
+  message.bounces = 22533u;
+  message.release_ms = 4131208662u;
+  message.release_us = 38004u;
+  message.stroke_count = 50u;
+  message.start_us[0] = 3504581378u;
+  message.start_us[1] = 1864049852u;
+  message.start_us[2] = 223518325u;
+  message.start_us[3] = 2877954095u;
+  message.start_us[4] = 1237422568u;
+  message.start_us[5] = 3891858338u;
+  message.start_us[6] = 2251326811u;
+  message.start_us[7] = 610795285u;
+  message.start_us[8] = 3265231054u;
+  message.start_us[9] = 1624699528u;
+  message.start_us[10] = 4279135297u;
+  message.start_us[11] = 2638603771u;
+  message.start_us[12] = 998072244u;
+  message.start_us[13] = 3652508014u;
+  message.start_us[14] = 2011976487u;
+  message.start_us[15] = 371444961u;
+  message.earlier_us = 3025880730u;
+  message.later_us = 1385349204u;
   message.encode(payload);
   return protocol::RunReportReply::kSize;
 }
@@ -158,11 +161,11 @@ inline size_t build_RunReportReply(uint8_t* payload) {
 inline bool matches_RunReportReply(const uint8_t* payload, size_t size) {
   protocol::RunReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.released == 27u && message.bounces == 47566u && message.release_ms == 1476772892u && message.release_us == 63037u && message.stroke_count == 148u && message.start_us[0] == 850145609u && message.start_us[1] == 3504581378u && message.start_us[2] == 1864049852u && message.start_us[3] == 223518325u && message.start_us[4] == 2877954095u && message.start_us[5] == 1237422568u && message.start_us[6] == 3891858338u && message.start_us[7] == 2251326811u && message.start_us[8] == 610795285u && message.start_us[9] == 3265231054u && message.start_us[10] == 1624699528u && message.start_us[11] == 4279135297u && message.start_us[12] == 2638603771u && message.start_us[13] == 998072244u && message.start_us[14] == 3652508014u && message.start_us[15] == 2011976487u;
+  return message.released == 185u && message.bounces == 22533u && message.release_ms == 4131208662u && message.release_us == 38004u && message.stroke_count == 50u && message.start_us[0] == 3504581378u && message.start_us[1] == 1864049852u && message.start_us[2] == 223518325u && message.start_us[3] == 2877954095u && message.start_us[4] == 1237422568u && message.start_us[5] == 3891858338u && message.start_us[6] == 2251326811u && message.start_us[7] == 610795285u && message.start_us[8] == 3265231054u && message.start_us[9] == 1624699528u && message.start_us[10] == 4279135297u && message.start_us[11] == 2638603771u && message.start_us[12] == 998072244u && message.start_us[13] == 3652508014u && message.start_us[14] == 2011976487u && message.start_us[15] == 371444961u && message.earlier_us == 3025880730u && message.later_us == 1385349204u;
 }
 
-static const uint8_t kPayloadRunReportReply[] = {0x1B, 0xCE, 0xB9, 0x1C, 0xC4, 0x05, 0x58, 0x3D, 0xF6, 0x94, 0x49, 0x31, 0xAC, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77};
-static const uint8_t kFrameRunReportReply[] = {0x4F, 0x84, 0x05, 0x1B, 0xCE, 0xB9, 0x1C, 0xC4, 0x05, 0x58, 0x3D, 0xF6, 0x94, 0x49, 0x31, 0xAC, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0x3E, 0x4A, 0x00};
+static const uint8_t kPayloadRunReportReply[] = {0xB9, 0x05, 0x58, 0xD6, 0x3D, 0x3D, 0xF6, 0x74, 0x94, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0xE1, 0xCC, 0x23, 0x16, 0x9A, 0x46, 0x5B, 0xB4, 0x54, 0xC0, 0x92, 0x52};
+static const uint8_t kFrameRunReportReply[] = {0x57, 0x84, 0x05, 0xB9, 0x05, 0x58, 0xD6, 0x3D, 0x3D, 0xF6, 0x74, 0x94, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0xE1, 0xCC, 0x23, 0x16, 0x9A, 0x46, 0x5B, 0xB4, 0x54, 0xC0, 0x92, 0x52, 0xBD, 0x3C, 0x00};
 
 inline size_t build_LoggerStatusRequest(uint8_t* payload) {
   (void)payload;
@@ -180,29 +183,29 @@ static const uint8_t kFrameLoggerStatusRequest[] = {0x05, 0x03, 0x06, 0x9A, 0x28
 
 inline size_t build_LoggerStatusReply(uint8_t* payload) {
   protocol::LoggerStatusReply message;
-  message.state = protocol::LoggerState::kIdle;
-  message.error = protocol::ErrorCode::kFaultLatched;
-  message.imu_present = 82u;
-  message.switches_open = 240u;
-  message.session = 2399253447u;
-  message.samples = 758721920u;
-  message.samples_dropped = 3413157690u;
-  message.blocks_written = 1772626163u;
-  message.ring_blocks = 2015u;
-  message.ring_peak_blocks = 42519u;
-  message.rate_hz = 17486u;
-  message.who_am_i[0] = 226u;
-  message.who_am_i[1] = 128u;
-  message.who_am_i[2] = 30u;
-  message.who_am_i[3] = 189u;
-  message.uptime_ms = 1533275839u;
-  message.card = protocol::CardState::kFailing;
-  message.card_free_mib = 2547180082u;
+  message.state = protocol::LoggerState::kStopped;
+  message.error = protocol::ErrorCode::kStrokeMissed;
+  message.imu_present = 45u;
+  message.switches_open = 203u;
+  message.session = 1772626163u;
+  message.samples = 132094637u;
+  message.samples_dropped = 2786530406u;
+  message.blocks_written = 1145998880u;
+  message.ring_blocks = 57990u;
+  message.ring_peak_blocks = 32957u;
+  message.rate_hz = 7924u;
+  message.who_am_i[0] = 189u;
+  message.who_am_i[1] = 91u;
+  message.who_am_i[2] = 249u;
+  message.who_am_i[3] = 151u;
+  message.uptime_ms = 906648556u;
+  message.card = protocol::CardState::kMissing;
+  message.card_free_mib = 1920552799u;
   message.phase = protocol::DropPhase::kWaiting;
-  message.ram_holds_drop = 212u;
-  message.late_ticks = 1920552799u;
-  message.settings_origin = protocol::Origin::kUploaded;
-  message.unix_us = 12603397028241181865ull;
+  message.ram_holds_drop = 174u;
+  message.late_ticks = 1293925515u;
+  message.settings_origin = protocol::Origin::kFactory;
+  message.unix_us = 9912053338791674088ull;
   message.encode(payload);
   return protocol::LoggerStatusReply::kSize;
 }
@@ -210,16 +213,16 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
 inline bool matches_LoggerStatusReply(const uint8_t* payload, size_t size) {
   protocol::LoggerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kIdle && message.error == protocol::ErrorCode::kFaultLatched && message.imu_present == 82u && message.switches_open == 240u && message.session == 2399253447u && message.samples == 758721920u && message.samples_dropped == 3413157690u && message.blocks_written == 1772626163u && message.ring_blocks == 2015u && message.ring_peak_blocks == 42519u && message.rate_hz == 17486u && message.who_am_i[0] == 226u && message.who_am_i[1] == 128u && message.who_am_i[2] == 30u && message.who_am_i[3] == 189u && message.uptime_ms == 1533275839u && message.card == protocol::CardState::kFailing && message.card_free_mib == 2547180082u && message.phase == protocol::DropPhase::kWaiting && message.ram_holds_drop == 212u && message.late_ticks == 1920552799u && message.settings_origin == protocol::Origin::kUploaded && message.unix_us == 12603397028241181865ull;
+  return message.state == protocol::LoggerState::kStopped && message.error == protocol::ErrorCode::kStrokeMissed && message.imu_present == 45u && message.switches_open == 203u && message.session == 1772626163u && message.samples == 132094637u && message.samples_dropped == 2786530406u && message.blocks_written == 1145998880u && message.ring_blocks == 57990u && message.ring_peak_blocks == 32957u && message.rate_hz == 7924u && message.who_am_i[0] == 189u && message.who_am_i[1] == 91u && message.who_am_i[2] == 249u && message.who_am_i[3] == 151u && message.uptime_ms == 906648556u && message.card == protocol::CardState::kMissing && message.card_free_mib == 1920552799u && message.phase == protocol::DropPhase::kWaiting && message.ram_holds_drop == 174u && message.late_ticks == 1293925515u && message.settings_origin == protocol::Origin::kFactory && message.unix_us == 9912053338791674088ull;
 }
 
-static const uint8_t kPayloadLoggerStatusReply[] = {0x00, 0x12, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B, 0x06, 0x32, 0xE2, 0xD2, 0x97, 0x00, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x01, 0xA9, 0x8C, 0x87, 0x4F, 0xD2, 0x42, 0xE8, 0xAE};
-static const uint8_t kFrameLoggerStatusReply[] = {0x03, 0x83, 0x07, 0x27, 0x12, 0x52, 0xF0, 0xC7, 0xB3, 0x01, 0x8F, 0x80, 0x2D, 0x39, 0x2D, 0x3A, 0xA7, 0x70, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xDF, 0x07, 0x17, 0xA6, 0x4E, 0x44, 0xE2, 0x80, 0x1E, 0xBD, 0xBF, 0xEE, 0x63, 0x5B, 0x06, 0x32, 0xE2, 0xD2, 0x97, 0x11, 0xD4, 0x5F, 0x4F, 0x79, 0x72, 0x01, 0xA9, 0x8C, 0x87, 0x4F, 0xD2, 0x42, 0xE8, 0xAE, 0xDC, 0x4F, 0x00};
+static const uint8_t kPayloadLoggerStatusReply[] = {0x03, 0x14, 0x2D, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0xBD, 0x5B, 0xF9, 0x97, 0xEC, 0x5B, 0x0A, 0x36, 0x02, 0x5F, 0x4F, 0x79, 0x72, 0x00, 0xAE, 0x8B, 0xBC, 0x1F, 0x4D, 0x00, 0xE8, 0x00, 0x67, 0xCD, 0xFE, 0xAF, 0x8E, 0x89};
+static const uint8_t kFrameLoggerStatusReply[] = {0x2A, 0x83, 0x07, 0x03, 0x14, 0x2D, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0xBD, 0x5B, 0xF9, 0x97, 0xEC, 0x5B, 0x0A, 0x36, 0x02, 0x5F, 0x4F, 0x79, 0x72, 0x06, 0xAE, 0x8B, 0xBC, 0x1F, 0x4D, 0x02, 0xE8, 0x09, 0x67, 0xCD, 0xFE, 0xAF, 0x8E, 0x89, 0x36, 0x0F, 0x00};
 
 inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
   protocol::ManeuverBeginRequest message;
-  message.stroke_count = 77u;
-  message.speed_cdeg_s = 60247u;
+  message.stroke_count = 39u;
+  message.speed_cdeg_s = 50685u;
   message.encode(payload);
   return protocol::ManeuverBeginRequest::kSize;
 }
@@ -227,15 +230,15 @@ inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
 inline bool matches_ManeuverBeginRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 77u && message.speed_cdeg_s == 60247u;
+  return message.stroke_count == 39u && message.speed_cdeg_s == 50685u;
 }
 
-static const uint8_t kPayloadManeuverBeginRequest[] = {0x4D, 0x57, 0xEB};
-static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0x4D, 0x57, 0xEB, 0x04, 0x14, 0x00};
+static const uint8_t kPayloadManeuverBeginRequest[] = {0x27, 0xFD, 0xC5};
+static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0x27, 0xFD, 0xC5, 0xB7, 0x7F, 0x00};
 
 inline size_t build_ManeuverBeginReply(uint8_t* payload) {
   protocol::ManeuverBeginReply message;
-  message.stroke_count = 137u;
+  message.stroke_count = 100u;
   message.encode(payload);
   return protocol::ManeuverBeginReply::kSize;
 }
@@ -243,18 +246,18 @@ inline size_t build_ManeuverBeginReply(uint8_t* payload) {
 inline bool matches_ManeuverBeginReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 137u;
+  return message.stroke_count == 100u;
 }
 
-static const uint8_t kPayloadManeuverBeginReply[] = {0x89};
-static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x89, 0x9C, 0x0E, 0x00};
+static const uint8_t kPayloadManeuverBeginReply[] = {0x64};
+static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x64, 0x1F, 0x22, 0x00};
 
 inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
   protocol::ManeuverStrokeRequest message;
-  message.index = 39u;
-  message.joint = 197u;
-  message.angle_cdeg = 25653;
-  message.start_us = 40670948u;
+  message.index = 2u;
+  message.joint = 160u;
+  message.angle_cdeg = 16091;
+  message.start_us = 3709010961u;
   message.encode(payload);
   return protocol::ManeuverStrokeRequest::kSize;
 }
@@ -262,15 +265,15 @@ inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
 inline bool matches_ManeuverStrokeRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 39u && message.joint == 197u && message.angle_cdeg == 25653 && message.start_us == 40670948u;
+  return message.index == 2u && message.joint == 160u && message.angle_cdeg == 16091 && message.start_us == 3709010961u;
 }
 
-static const uint8_t kPayloadManeuverStrokeRequest[] = {0x27, 0xC5, 0x35, 0x64, 0xE4, 0x96, 0x6C, 0x02};
-static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0x27, 0xC5, 0x35, 0x64, 0xE4, 0x96, 0x6C, 0x02, 0x60, 0x50, 0x00};
+static const uint8_t kPayloadManeuverStrokeRequest[] = {0x02, 0xA0, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD};
+static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0x02, 0xA0, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD, 0xA8, 0xE6, 0x00};
 
 inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
   protocol::ManeuverStrokeReply message;
-  message.index = 160u;
+  message.index = 123u;
   message.encode(payload);
   return protocol::ManeuverStrokeReply::kSize;
 }
@@ -278,15 +281,15 @@ inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
 inline bool matches_ManeuverStrokeReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 160u;
+  return message.index == 123u;
 }
 
-static const uint8_t kPayloadManeuverStrokeReply[] = {0xA0};
-static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0xA0, 0x85, 0xEA, 0x00};
+static const uint8_t kPayloadManeuverStrokeReply[] = {0x7B};
+static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0x7B, 0x93, 0x90, 0x00};
 
 inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
   protocol::ManeuverCommitRequest message;
-  message.crc = 16091u;
+  message.crc = 6529u;
   message.encode(payload);
   return protocol::ManeuverCommitRequest::kSize;
 }
@@ -294,16 +297,16 @@ inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
 inline bool matches_ManeuverCommitRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.crc == 16091u;
+  return message.crc == 6529u;
 }
 
-static const uint8_t kPayloadManeuverCommitRequest[] = {0xDB, 0x3E};
-static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0xDB, 0x3E, 0x2E, 0x19, 0x00};
+static const uint8_t kPayloadManeuverCommitRequest[] = {0x81, 0x19};
+static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0x81, 0x19, 0xDF, 0xAC, 0x00};
 
 inline size_t build_ManeuverCommitReply(uint8_t* payload) {
   protocol::ManeuverCommitReply message;
-  message.stored = 221u;
-  message.written = 123u;
+  message.stored = 183u;
+  message.written = 85u;
   message.encode(payload);
   return protocol::ManeuverCommitReply::kSize;
 }
@@ -311,11 +314,11 @@ inline size_t build_ManeuverCommitReply(uint8_t* payload) {
 inline bool matches_ManeuverCommitReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 221u && message.written == 123u;
+  return message.stored == 183u && message.written == 85u;
 }
 
-static const uint8_t kPayloadManeuverCommitReply[] = {0xDD, 0x7B};
-static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0xDD, 0x7B, 0xE1, 0x41, 0x00};
+static const uint8_t kPayloadManeuverCommitReply[] = {0xB7, 0x55};
+static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0xB7, 0x55, 0xAC, 0x60, 0x00};
 
 inline size_t build_ManeuverInfoRequest(uint8_t* payload) {
   (void)payload;
@@ -333,12 +336,12 @@ static const uint8_t kFrameManeuverInfoRequest[] = {0x05, 0x13, 0x0E, 0xE1, 0xAA
 
 inline size_t build_ManeuverInfoReply(uint8_t* payload) {
   protocol::ManeuverInfoReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.stroke_count = 183u;
-  message.speed_cdeg_s = 22000u;
-  message.crc = 62504u;
-  message.end_us = 2455756394u;
-  message.generation = 815224867u;
+  message.origin = protocol::Origin::kUploaded;
+  message.stroke_count = 146u;
+  message.speed_cdeg_s = 12439u;
+  message.crc = 52942u;
+  message.end_us = 1829129110u;
+  message.generation = 188597584u;
   message.encode(payload);
   return protocol::ManeuverInfoReply::kSize;
 }
@@ -346,15 +349,15 @@ inline size_t build_ManeuverInfoReply(uint8_t* payload) {
 inline bool matches_ManeuverInfoReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverInfoReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.stroke_count == 183u && message.speed_cdeg_s == 22000u && message.crc == 62504u && message.end_us == 2455756394u && message.generation == 815224867u;
+  return message.origin == protocol::Origin::kUploaded && message.stroke_count == 146u && message.speed_cdeg_s == 12439u && message.crc == 52942u && message.end_us == 1829129110u && message.generation == 188597584u;
 }
 
-static const uint8_t kPayloadManeuverInfoReply[] = {0x00, 0xB7, 0xF0, 0x55, 0x28, 0xF4, 0x6A, 0xDE, 0x5F, 0x92, 0x23, 0x58, 0x97, 0x30};
-static const uint8_t kFrameManeuverInfoReply[] = {0x03, 0x93, 0x0F, 0x10, 0xB7, 0xF0, 0x55, 0x28, 0xF4, 0x6A, 0xDE, 0x5F, 0x92, 0x23, 0x58, 0x97, 0x30, 0xC3, 0xAB, 0x00};
+static const uint8_t kPayloadManeuverInfoReply[] = {0x01, 0x92, 0x97, 0x30, 0xCE, 0xCE, 0x96, 0x4B, 0x06, 0x6D, 0x50, 0xC5, 0x3D, 0x0B};
+static const uint8_t kFrameManeuverInfoReply[] = {0x13, 0x93, 0x0F, 0x01, 0x92, 0x97, 0x30, 0xCE, 0xCE, 0x96, 0x4B, 0x06, 0x6D, 0x50, 0xC5, 0x3D, 0x0B, 0x82, 0xEB, 0x00};
 
 inline size_t build_ManeuverReadRequest(uint8_t* payload) {
   protocol::ManeuverReadRequest message;
-  message.index = 206u;
+  message.index = 169u;
   message.encode(payload);
   return protocol::ManeuverReadRequest::kSize;
 }
@@ -362,18 +365,18 @@ inline size_t build_ManeuverReadRequest(uint8_t* payload) {
 inline bool matches_ManeuverReadRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 206u;
+  return message.index == 169u;
 }
 
-static const uint8_t kPayloadManeuverReadRequest[] = {0xCE};
-static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0xCE, 0xCE, 0x68, 0x00};
+static const uint8_t kPayloadManeuverReadRequest[] = {0xA9};
+static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0xA9, 0x8F, 0x74, 0x00};
 
 inline size_t build_ManeuverReadReply(uint8_t* payload) {
   protocol::ManeuverReadReply message;
-  message.index = 109u;
-  message.joint = 11u;
-  message.angle_cdeg = -22155;
-  message.start_us = 1202501827u;
+  message.index = 71u;
+  message.joint = 229u;
+  message.angle_cdeg = -31717;
+  message.start_us = 575874543u;
   message.encode(payload);
   return protocol::ManeuverReadReply::kSize;
 }
@@ -381,15 +384,15 @@ inline size_t build_ManeuverReadReply(uint8_t* payload) {
 inline bool matches_ManeuverReadReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 109u && message.joint == 11u && message.angle_cdeg == -22155 && message.start_us == 1202501827u;
+  return message.index == 71u && message.joint == 229u && message.angle_cdeg == -31717 && message.start_us == 575874543u;
 }
 
-static const uint8_t kPayloadManeuverReadReply[] = {0x6D, 0x0B, 0x75, 0xA9, 0xC3, 0xB8, 0xAC, 0x47};
-static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x6D, 0x0B, 0x75, 0xA9, 0xC3, 0xB8, 0xAC, 0x47, 0x13, 0x8F, 0x00};
+static const uint8_t kPayloadManeuverReadReply[] = {0x47, 0xE5, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22};
+static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x47, 0xE5, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22, 0xF1, 0xC4, 0x00};
 
 inline size_t build_ArmRequest(uint8_t* payload) {
   protocol::ArmRequest message;
-  message.arm_token = 58852u;
+  message.arm_token = 49290u;
   message.encode(payload);
   return protocol::ArmRequest::kSize;
 }
@@ -397,15 +400,15 @@ inline size_t build_ArmRequest(uint8_t* payload) {
 inline bool matches_ArmRequest(const uint8_t* payload, size_t size) {
   protocol::ArmRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.arm_token == 58852u;
+  return message.arm_token == 49290u;
 }
 
-static const uint8_t kPayloadArmRequest[] = {0xE4, 0xE5};
-static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0xE4, 0xE5, 0x70, 0xEF, 0x00};
+static const uint8_t kPayloadArmRequest[] = {0x8A, 0xC0};
+static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0x8A, 0xC0, 0x92, 0xB3, 0x00};
 
 inline size_t build_ArmReply(uint8_t* payload) {
   protocol::ArmReply message;
-  message.state = protocol::SequencerState::kFault;
+  message.state = protocol::SequencerState::kArmed;
   message.encode(payload);
   return protocol::ArmReply::kSize;
 }
@@ -413,11 +416,11 @@ inline size_t build_ArmReply(uint8_t* payload) {
 inline bool matches_ArmReply(const uint8_t* payload, size_t size) {
   protocol::ArmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kFault;
+  return message.state == protocol::SequencerState::kArmed;
 }
 
-static const uint8_t kPayloadArmReply[] = {0x04};
-static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x04, 0xA4, 0x67, 0x00};
+static const uint8_t kPayloadArmReply[] = {0x01};
+static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x01, 0x01, 0x37, 0x00};
 
 inline size_t build_DisarmRequest(uint8_t* payload) {
   (void)payload;
@@ -435,7 +438,7 @@ static const uint8_t kFrameDisarmRequest[] = {0x05, 0x21, 0x14, 0x6D, 0x7A, 0x00
 
 inline size_t build_DisarmReply(uint8_t* payload) {
   protocol::DisarmReply message;
-  message.state = protocol::SequencerState::kJogging;
+  message.state = protocol::SequencerState::kRunning;
   message.encode(payload);
   return protocol::DisarmReply::kSize;
 }
@@ -443,16 +446,16 @@ inline size_t build_DisarmReply(uint8_t* payload) {
 inline bool matches_DisarmReply(const uint8_t* payload, size_t size) {
   protocol::DisarmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kJogging;
+  return message.state == protocol::SequencerState::kRunning;
 }
 
-static const uint8_t kPayloadDisarmReply[] = {0x05};
-static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x05, 0x13, 0xEA, 0x00};
+static const uint8_t kPayloadDisarmReply[] = {0x02};
+static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x02, 0xF4, 0x9A, 0x00};
 
 inline size_t build_RecordStartRequest(uint8_t* payload) {
   protocol::RecordStartRequest message;
-  message.number = 3230310313u;
-  message.unix_us = 6828047896905163488ull;
+  message.number = 2603683029u;
+  message.unix_us = 4136704207455655711ull;
   message.encode(payload);
   return protocol::RecordStartRequest::kSize;
 }
@@ -460,16 +463,16 @@ inline size_t build_RecordStartRequest(uint8_t* payload) {
 inline bool matches_RecordStartRequest(const uint8_t* payload, size_t size) {
   protocol::RecordStartRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 3230310313u && message.unix_us == 6828047896905163488ull;
+  return message.number == 2603683029u && message.unix_us == 4136704207455655711ull;
 }
 
-static const uint8_t kPayloadRecordStartRequest[] = {0xA9, 0x9F, 0x8A, 0xC0, 0xE0, 0xA2, 0x62, 0xBC, 0x62, 0x19, 0xC2, 0x5E};
-static const uint8_t kFrameRecordStartRequest[] = {0x11, 0x40, 0x16, 0xA9, 0x9F, 0x8A, 0xC0, 0xE0, 0xA2, 0x62, 0xBC, 0x62, 0x19, 0xC2, 0x5E, 0x31, 0x06, 0x00};
+static const uint8_t kPayloadRecordStartRequest[] = {0xD5, 0x0C, 0x31, 0x9B, 0x1F, 0x17, 0x42, 0x3A, 0x8F, 0x86, 0x68, 0x39};
+static const uint8_t kFrameRecordStartRequest[] = {0x11, 0x40, 0x16, 0xD5, 0x0C, 0x31, 0x9B, 0x1F, 0x17, 0x42, 0x3A, 0x8F, 0x86, 0x68, 0x39, 0x76, 0x48, 0x00};
 
 inline size_t build_RecordStartReply(uint8_t* payload) {
   protocol::RecordStartReply message;
-  message.state = protocol::LoggerState::kIdle;
-  message.session = 2603683029u;
+  message.state = protocol::LoggerState::kStopped;
+  message.session = 1977055746u;
   message.encode(payload);
   return protocol::RecordStartReply::kSize;
 }
@@ -477,11 +480,11 @@ inline size_t build_RecordStartReply(uint8_t* payload) {
 inline bool matches_RecordStartReply(const uint8_t* payload, size_t size) {
   protocol::RecordStartReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kIdle && message.session == 2603683029u;
+  return message.state == protocol::LoggerState::kStopped && message.session == 1977055746u;
 }
 
-static const uint8_t kPayloadRecordStartReply[] = {0x00, 0xD5, 0x0C, 0x31, 0x9B};
-static const uint8_t kFrameRecordStartReply[] = {0x03, 0xC0, 0x17, 0x07, 0xD5, 0x0C, 0x31, 0x9B, 0x4F, 0x30, 0x00};
+static const uint8_t kPayloadRecordStartReply[] = {0x03, 0x02, 0x7A, 0xD7, 0x75};
+static const uint8_t kFrameRecordStartReply[] = {0x0A, 0xC0, 0x17, 0x03, 0x02, 0x7A, 0xD7, 0x75, 0xEF, 0xEB, 0x00};
 
 inline size_t build_RecordStopRequest(uint8_t* payload) {
   (void)payload;
@@ -499,10 +502,10 @@ static const uint8_t kFrameRecordStopRequest[] = {0x05, 0x41, 0x18, 0xCB, 0xB0, 
 
 inline size_t build_RecordStopReply(uint8_t* payload) {
   protocol::RecordStopReply message;
-  message.state = protocol::LoggerState::kStopping;
-  message.session = 3617587272u;
-  message.samples = 1977055746u;
-  message.samples_dropped = 336524219u;
+  message.state = protocol::LoggerState::kIdle;
+  message.session = 2990959989u;
+  message.samples = 1350428462u;
+  message.samples_dropped = 4004864232u;
   message.encode(payload);
   return protocol::RecordStopReply::kSize;
 }
@@ -510,15 +513,15 @@ inline size_t build_RecordStopReply(uint8_t* payload) {
 inline bool matches_RecordStopReply(const uint8_t* payload, size_t size) {
   protocol::RecordStopReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kStopping && message.session == 3617587272u && message.samples == 1977055746u && message.samples_dropped == 336524219u;
+  return message.state == protocol::LoggerState::kIdle && message.session == 2990959989u && message.samples == 1350428462u && message.samples_dropped == 4004864232u;
 }
 
-static const uint8_t kPayloadRecordStopReply[] = {0x02, 0x48, 0x00, 0xA0, 0xD7, 0x02, 0x7A, 0xD7, 0x75, 0xBB, 0xF3, 0x0E, 0x14};
-static const uint8_t kFrameRecordStopReply[] = {0x05, 0xC1, 0x19, 0x02, 0x48, 0x0D, 0xA0, 0xD7, 0x02, 0x7A, 0xD7, 0x75, 0xBB, 0xF3, 0x0E, 0x14, 0x2B, 0xD5, 0x00};
+static const uint8_t kPayloadRecordStopReply[] = {0x00, 0x75, 0x6D, 0x46, 0xB2, 0x2E, 0xE7, 0x7D, 0x50, 0xE8, 0x60, 0xB5, 0xEE};
+static const uint8_t kFrameRecordStopReply[] = {0x03, 0xC1, 0x19, 0x0F, 0x75, 0x6D, 0x46, 0xB2, 0x2E, 0xE7, 0x7D, 0x50, 0xE8, 0x60, 0xB5, 0xEE, 0xFC, 0x96, 0x00};
 
 inline size_t build_LiveRequest(uint8_t* payload) {
   protocol::LiveRequest message;
-  message.enabled = 178u;
+  message.enabled = 140u;
   message.encode(payload);
   return protocol::LiveRequest::kSize;
 }
@@ -526,19 +529,19 @@ inline size_t build_LiveRequest(uint8_t* payload) {
 inline bool matches_LiveRequest(const uint8_t* payload, size_t size) {
   protocol::LiveRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 178u;
+  return message.enabled == 140u;
 }
 
-static const uint8_t kPayloadLiveRequest[] = {0xB2};
-static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0xB2, 0x70, 0xD4, 0x00};
+static const uint8_t kPayloadLiveRequest[] = {0x8C};
+static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0x8C, 0xED, 0x03, 0x00};
 
 inline size_t build_LiveReply(uint8_t* payload) {
   protocol::LiveReply message;
-  message.enabled = 80u;
-  message.rate_hz = 61109u;
-  message.gyro_lsb_per_deg_s = 187.125f;
-  message.accel_lsb_per_g = 124.4375f;
-  message.angle_counts_per_turn = 3378236948u;
+  message.enabled = 43u;
+  message.rate_hz = 51547u;
+  message.gyro_lsb_per_deg_s = 255.0625f;
+  message.accel_lsb_per_g = 192.375f;
+  message.angle_counts_per_turn = 2751609665u;
   message.encode(payload);
   return protocol::LiveReply::kSize;
 }
@@ -546,21 +549,21 @@ inline size_t build_LiveReply(uint8_t* payload) {
 inline bool matches_LiveReply(const uint8_t* payload, size_t size) {
   protocol::LiveReply message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 80u && message.rate_hz == 61109u && message.gyro_lsb_per_deg_s == 187.125f && message.accel_lsb_per_g == 124.4375f && message.angle_counts_per_turn == 3378236948u;
+  return message.enabled == 43u && message.rate_hz == 51547u && message.gyro_lsb_per_deg_s == 255.0625f && message.accel_lsb_per_g == 192.375f && message.angle_counts_per_turn == 2751609665u;
 }
 
-static const uint8_t kPayloadLiveReply[] = {0x50, 0xB5, 0xEE, 0x00, 0x20, 0x3B, 0x43, 0x00, 0xE0, 0xF8, 0x42, 0x14, 0xCE, 0x5B, 0xC9};
-static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x50, 0xB5, 0xEE, 0x04, 0x20, 0x3B, 0x43, 0x0A, 0xE0, 0xF8, 0x42, 0x14, 0xCE, 0x5B, 0xC9, 0x40, 0x35, 0x00};
+static const uint8_t kPayloadLiveReply[] = {0x2B, 0x5B, 0xC9, 0x00, 0x10, 0x7F, 0x43, 0x00, 0x60, 0x40, 0x43, 0x41, 0x3B, 0x02, 0xA4};
+static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x2B, 0x5B, 0xC9, 0x04, 0x10, 0x7F, 0x43, 0x0A, 0x60, 0x40, 0x43, 0x41, 0x3B, 0x02, 0xA4, 0x0B, 0xF1, 0x00};
 
 inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
   protocol::LoggerSettingsWriteRequest message;
-  message.settings.rate_hz = 1482u;
-  message.settings.gyro_range_deg_s = 41986u;
-  message.settings.accel_range_g = 66u;
-  message.settings.dlpf_cfg = 224u;
-  message.settings.bus_khz = 32424u;
-  message.settings.after_landing_s = 7392u;
-  message.settings.file_mib = 47895u;
+  message.settings.rate_hz = 57457u;
+  message.settings.gyro_range_deg_s = 32424u;
+  message.settings.accel_range_g = 28u;
+  message.settings.dlpf_cfg = 187u;
+  message.settings.bus_khz = 22863u;
+  message.settings.after_landing_s = 63366u;
+  message.settings.file_mib = 38334u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteRequest::kSize;
 }
@@ -568,15 +571,15 @@ inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.settings.rate_hz == 1482u && message.settings.gyro_range_deg_s == 41986u && message.settings.accel_range_g == 66u && message.settings.dlpf_cfg == 224u && message.settings.bus_khz == 32424u && message.settings.after_landing_s == 7392u && message.settings.file_mib == 47895u;
+  return message.settings.rate_hz == 57457u && message.settings.gyro_range_deg_s == 32424u && message.settings.accel_range_g == 28u && message.settings.dlpf_cfg == 187u && message.settings.bus_khz == 22863u && message.settings.after_landing_s == 63366u && message.settings.file_mib == 38334u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0xCA, 0x05, 0x02, 0xA4, 0x42, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB};
-static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0xCA, 0x05, 0x02, 0xA4, 0x42, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0xB9, 0xC4, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0x71, 0xE0, 0xA8, 0x7E, 0x1C, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95};
+static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0x71, 0xE0, 0xA8, 0x7E, 0x1C, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0x34, 0x46, 0x00};
 
 inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
   protocol::LoggerSettingsWriteReply message;
-  message.stored = 89u;
+  message.stored = 51u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteReply::kSize;
 }
@@ -584,11 +587,11 @@ inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 89u;
+  return message.stored == 51u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0x59};
-static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0x59, 0x68, 0xBF, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0x33};
+static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0x33, 0x84, 0x72, 0x00};
 
 inline size_t build_LoggerSettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -606,15 +609,15 @@ static const uint8_t kFrameLoggerSettingsReadRequest[] = {0x05, 0x46, 0x1E, 0x9A
 
 inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
   protocol::LoggerSettingsReadReply message;
-  message.origin = protocol::Origin::kUploaded;
-  message.settings.rate_hz = 13301u;
-  message.settings.gyro_range_deg_s = 53804u;
-  message.settings.accel_range_g = 112u;
-  message.settings.dlpf_cfg = 14u;
-  message.settings.bus_khz = 44243u;
-  message.settings.after_landing_s = 19210u;
-  message.settings.file_mib = 59714u;
-  message.rate_max_hz = 34681u;
+  message.origin = protocol::Origin::kFactory;
+  message.settings.rate_hz = 3739u;
+  message.settings.gyro_range_deg_s = 44243u;
+  message.settings.accel_range_g = 75u;
+  message.settings.dlpf_cfg = 233u;
+  message.settings.bus_khz = 34681u;
+  message.settings.after_landing_s = 9649u;
+  message.settings.file_mib = 50152u;
+  message.rate_max_hz = 25120u;
   message.encode(payload);
   return protocol::LoggerSettingsReadReply::kSize;
 }
@@ -622,15 +625,15 @@ inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.settings.rate_hz == 13301u && message.settings.gyro_range_deg_s == 53804u && message.settings.accel_range_g == 112u && message.settings.dlpf_cfg == 14u && message.settings.bus_khz == 44243u && message.settings.after_landing_s == 19210u && message.settings.file_mib == 59714u && message.rate_max_hz == 34681u;
+  return message.origin == protocol::Origin::kFactory && message.settings.rate_hz == 3739u && message.settings.gyro_range_deg_s == 44243u && message.settings.accel_range_g == 75u && message.settings.dlpf_cfg == 233u && message.settings.bus_khz == 34681u && message.settings.after_landing_s == 9649u && message.settings.file_mib == 50152u && message.rate_max_hz == 25120u;
 }
 
-static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x01, 0xF5, 0x33, 0x2C, 0xD2, 0x70, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87};
-static const uint8_t kFrameLoggerSettingsReadReply[] = {0x14, 0xC6, 0x1F, 0x01, 0xF5, 0x33, 0x2C, 0xD2, 0x70, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0x44, 0x9C, 0x00};
+static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x00, 0x9B, 0x0E, 0xD3, 0xAC, 0x4B, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62};
+static const uint8_t kFrameLoggerSettingsReadReply[] = {0x03, 0xC6, 0x1F, 0x11, 0x9B, 0x0E, 0xD3, 0xAC, 0x4B, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0xF5, 0x67, 0x00};
 
 inline size_t build_ClockSetRequest(uint8_t* payload) {
   protocol::ClockSetRequest message;
-  message.unix_us = 2716040641056482688ull;
+  message.unix_us = 24696951606974911ull;
   message.encode(payload);
   return protocol::ClockSetRequest::kSize;
 }
@@ -638,15 +641,15 @@ inline size_t build_ClockSetRequest(uint8_t* payload) {
 inline bool matches_ClockSetRequest(const uint8_t* payload, size_t size) {
   protocol::ClockSetRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.unix_us == 2716040641056482688ull;
+  return message.unix_us == 24696951606974911ull;
 }
 
-static const uint8_t kPayloadClockSetRequest[] = {0x80, 0x25, 0xB2, 0xA5, 0x92, 0x50, 0xB1, 0x25};
-static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0x80, 0x25, 0xB2, 0xA5, 0x92, 0x50, 0xB1, 0x25, 0xE8, 0x97, 0x00};
+static const uint8_t kPayloadClockSetRequest[] = {0xBF, 0x99, 0x91, 0x23, 0xBF, 0xBD, 0x57, 0x00};
+static const uint8_t kFrameClockSetRequest[] = {0x0A, 0x47, 0x20, 0xBF, 0x99, 0x91, 0x23, 0xBF, 0xBD, 0x57, 0x03, 0x2F, 0x9E, 0x00};
 
 inline size_t build_ClockSetReply(uint8_t* payload) {
   protocol::ClockSetReply message;
-  message.uptime_us = 14116755460379681173ull;
+  message.uptime_us = 11425411770930173396ull;
   message.encode(payload);
   return protocol::ClockSetReply::kSize;
 }
@@ -654,15 +657,15 @@ inline size_t build_ClockSetReply(uint8_t* payload) {
 inline bool matches_ClockSetReply(const uint8_t* payload, size_t size) {
   protocol::ClockSetReply message;
   if (!message.decode(payload, size)) return false;
-  return message.uptime_us == 14116755460379681173ull;
+  return message.uptime_us == 11425411770930173396ull;
 }
 
-static const uint8_t kPayloadClockSetReply[] = {0x95, 0xA1, 0xFC, 0x24, 0x4C, 0xCA, 0xE8, 0xC3};
-static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0x95, 0xA1, 0xFC, 0x24, 0x4C, 0xCA, 0xE8, 0xC3, 0x96, 0x79, 0x00};
+static const uint8_t kPayloadClockSetReply[] = {0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E};
+static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E, 0x84, 0x7F, 0x00};
 
 inline size_t build_LogListRequest(uint8_t* payload) {
   protocol::LogListRequest message;
-  message.from_number = 25120u;
+  message.from_number = 15558u;
   message.encode(payload);
   return protocol::LogListRequest::kSize;
 }
@@ -670,20 +673,20 @@ inline size_t build_LogListRequest(uint8_t* payload) {
 inline bool matches_LogListRequest(const uint8_t* payload, size_t size) {
   protocol::LogListRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.from_number == 25120u;
+  return message.from_number == 15558u;
 }
 
-static const uint8_t kPayloadLogListRequest[] = {0x20, 0x62};
-static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0x20, 0x62, 0x3B, 0xCD, 0x00};
+static const uint8_t kPayloadLogListRequest[] = {0xC6, 0x3C};
+static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0xC6, 0x3C, 0x14, 0xCC, 0x00};
 
 inline size_t build_LogListReply(uint8_t* payload) {
   protocol::LogListReply message;
-  message.found = 0u;
-  message.entry.number = 15558u;
-  message.entry.session = 3674090219u;
-  message.entry.blocks = 2033558693u;
-  message.entry.wall_clock_us = 1688038827094312488ull;
-  message.entry.closed = 181u;
+  message.found = 218u;
+  message.entry.number = 5997u;
+  message.entry.session = 3047462936u;
+  message.entry.blocks = 1406931409u;
+  message.entry.wall_clock_us = 17443439211354356327ull;
+  message.entry.closed = 144u;
   message.encode(payload);
   return protocol::LogListReply::kSize;
 }
@@ -691,18 +694,18 @@ inline size_t build_LogListReply(uint8_t* payload) {
 inline bool matches_LogListReply(const uint8_t* payload, size_t size) {
   protocol::LogListReply message;
   if (!message.decode(payload, size)) return false;
-  return message.found == 0u && message.entry.number == 15558u && message.entry.session == 3674090219u && message.entry.blocks == 2033558693u && message.entry.wall_clock_us == 1688038827094312488ull && message.entry.closed == 181u;
+  return message.found == 218u && message.entry.number == 5997u && message.entry.session == 3047462936u && message.entry.blocks == 1406931409u && message.entry.wall_clock_us == 17443439211354356327ull && message.entry.closed == 144u;
 }
 
-static const uint8_t kPayloadLogListReply[] = {0x00, 0xC6, 0x3C, 0xEB, 0x2A, 0xFE, 0xDA, 0xA5, 0xA4, 0x35, 0x79, 0x28, 0x06, 0x06, 0xA0, 0x5E, 0x1E, 0x6D, 0x17, 0xB5};
-static const uint8_t kFrameLogListReply[] = {0x03, 0xC8, 0x23, 0x16, 0xC6, 0x3C, 0xEB, 0x2A, 0xFE, 0xDA, 0xA5, 0xA4, 0x35, 0x79, 0x28, 0x06, 0x06, 0xA0, 0x5E, 0x1E, 0x6D, 0x17, 0xB5, 0xEE, 0x96, 0x00};
+static const uint8_t kPayloadLogListReply[] = {0xDA, 0x6D, 0x17, 0x18, 0x98, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x67, 0x7A, 0xE5, 0x1D, 0x8B, 0x8B, 0x13, 0xF2, 0x90};
+static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0xDA, 0x6D, 0x17, 0x18, 0x98, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x67, 0x7A, 0xE5, 0x1D, 0x8B, 0x8B, 0x13, 0xF2, 0x90, 0x57, 0x71, 0x00};
 
 inline size_t build_LogReadRequest(uint8_t* payload) {
   protocol::LogReadRequest message;
-  message.number = 21468u;
-  message.session = 4061367179u;
-  message.first_block = 2420835652u;
-  message.count = 11906u;
+  message.number = 11906u;
+  message.session = 3434739895u;
+  message.first_block = 1794208369u;
+  message.count = 2344u;
   message.encode(payload);
   return protocol::LogReadRequest::kSize;
 }
@@ -710,15 +713,15 @@ inline size_t build_LogReadRequest(uint8_t* payload) {
 inline bool matches_LogReadRequest(const uint8_t* payload, size_t size) {
   protocol::LogReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 21468u && message.session == 4061367179u && message.first_block == 2420835652u && message.count == 11906u;
+  return message.number == 11906u && message.session == 3434739895u && message.first_block == 1794208369u && message.count == 2344u;
 }
 
-static const uint8_t kPayloadLogReadRequest[] = {0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x44, 0x05, 0x4B, 0x90, 0x82, 0x2E};
-static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x44, 0x05, 0x4B, 0x90, 0x82, 0x2E, 0xCC, 0xE4, 0x00};
+static const uint8_t kPayloadLogReadRequest[] = {0x82, 0x2E, 0xB7, 0xF8, 0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x28, 0x09};
+static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0x82, 0x2E, 0xB7, 0xF8, 0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x28, 0x09, 0xB4, 0x33, 0x00};
 
 inline size_t build_LogReadReply(uint8_t* payload) {
   protocol::LogReadReply message;
-  message.count = 52409u;
+  message.count = 42848u;
   message.encode(payload);
   return protocol::LogReadReply::kSize;
 }
@@ -726,16 +729,16 @@ inline size_t build_LogReadReply(uint8_t* payload) {
 inline bool matches_LogReadReply(const uint8_t* payload, size_t size) {
   protocol::LogReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.count == 52409u;
+  return message.count == 42848u;
 }
 
-static const uint8_t kPayloadLogReadReply[] = {0xB9, 0xCC};
-static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0xB9, 0xCC, 0x70, 0x15, 0x00};
+static const uint8_t kPayloadLogReadReply[] = {0x60, 0xA7};
+static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0x60, 0xA7, 0x02, 0x67, 0x00};
 
 inline size_t build_LogEraseRequest(uint8_t* payload) {
   protocol::LogEraseRequest message;
-  message.number = 27377u;
-  message.session = 153676842u;
+  message.number = 17815u;
+  message.session = 3822016855u;
   message.encode(payload);
   return protocol::LogEraseRequest::kSize;
 }
@@ -743,15 +746,15 @@ inline size_t build_LogEraseRequest(uint8_t* payload) {
 inline bool matches_LogEraseRequest(const uint8_t* payload, size_t size) {
   protocol::LogEraseRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 27377u && message.session == 153676842u;
+  return message.number == 17815u && message.session == 3822016855u;
 }
 
-static const uint8_t kPayloadLogEraseRequest[] = {0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09};
-static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09, 0xFC, 0x86, 0x00};
+static const uint8_t kPayloadLogEraseRequest[] = {0x97, 0x45, 0x57, 0x59, 0xCF, 0xE3};
+static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0x97, 0x45, 0x57, 0x59, 0xCF, 0xE3, 0xF5, 0x82, 0x00};
 
 inline size_t build_LogEraseReply(uint8_t* payload) {
   protocol::LogEraseReply message;
-  message.erased = 167u;
+  message.erased = 130u;
   message.encode(payload);
   return protocol::LogEraseReply::kSize;
 }
@@ -759,80 +762,80 @@ inline size_t build_LogEraseReply(uint8_t* payload) {
 inline bool matches_LogEraseReply(const uint8_t* payload, size_t size) {
   protocol::LogEraseReply message;
   if (!message.decode(payload, size)) return false;
-  return message.erased == 167u;
+  return message.erased == 130u;
 }
 
-static const uint8_t kPayloadLogEraseReply[] = {0xA7};
-static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0xA7, 0xD6, 0x77, 0x00};
+static const uint8_t kPayloadLogEraseReply[] = {0x82};
+static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0x82, 0x11, 0x03, 0x00};
 
 inline size_t build_LogPartStream(uint8_t* payload) {
   protocol::LogPartStream message;
-  message.block = 1167581085u;
-  message.part = 227u;
-  message.data[0] = 130u;
-  message.data[1] = 32u;
-  message.data[2] = 190u;
-  message.data[3] = 92u;
-  message.data[4] = 250u;
-  message.data[5] = 153u;
-  message.data[6] = 55u;
-  message.data[7] = 213u;
-  message.data[8] = 115u;
-  message.data[9] = 17u;
-  message.data[10] = 176u;
-  message.data[11] = 78u;
-  message.data[12] = 236u;
-  message.data[13] = 138u;
-  message.data[14] = 41u;
-  message.data[15] = 199u;
-  message.data[16] = 101u;
-  message.data[17] = 3u;
-  message.data[18] = 161u;
-  message.data[19] = 64u;
-  message.data[20] = 222u;
-  message.data[21] = 124u;
-  message.data[22] = 26u;
-  message.data[23] = 185u;
-  message.data[24] = 87u;
-  message.data[25] = 245u;
-  message.data[26] = 147u;
-  message.data[27] = 49u;
-  message.data[28] = 208u;
-  message.data[29] = 110u;
-  message.data[30] = 12u;
-  message.data[31] = 170u;
-  message.data[32] = 72u;
-  message.data[33] = 231u;
-  message.data[34] = 133u;
-  message.data[35] = 35u;
-  message.data[36] = 193u;
-  message.data[37] = 96u;
-  message.data[38] = 254u;
-  message.data[39] = 156u;
-  message.data[40] = 58u;
-  message.data[41] = 216u;
-  message.data[42] = 119u;
-  message.data[43] = 21u;
-  message.data[44] = 179u;
-  message.data[45] = 81u;
-  message.data[46] = 239u;
-  message.data[47] = 142u;
-  message.data[48] = 44u;
-  message.data[49] = 202u;
-  message.data[50] = 104u;
-  message.data[51] = 7u;
-  message.data[52] = 165u;
-  message.data[53] = 67u;
-  message.data[54] = 225u;
-  message.data[55] = 127u;
-  message.data[56] = 30u;
-  message.data[57] = 188u;
-  message.data[58] = 90u;
-  message.data[59] = 248u;
-  message.data[60] = 151u;
-  message.data[61] = 53u;
-  message.data[62] = 211u;
-  message.data[63] = 113u;
+  message.block = 540953802u;
+  message.part = 190u;
+  message.data[0] = 92u;
+  message.data[1] = 250u;
+  message.data[2] = 153u;
+  message.data[3] = 55u;
+  message.data[4] = 213u;
+  message.data[5] = 115u;
+  message.data[6] = 17u;
+  message.data[7] = 176u;
+  message.data[8] = 78u;
+  message.data[9] = 236u;
+  message.data[10] = 138u;
+  message.data[11] = 41u;
+  message.data[12] = 199u;
+  message.data[13] = 101u;
+  message.data[14] = 3u;
+  message.data[15] = 161u;
+  message.data[16] = 64u;
+  message.data[17] = 222u;
+  message.data[18] = 124u;
+  message.data[19] = 26u;
+  message.data[20] = 185u;
+  message.data[21] = 87u;
+  message.data[22] = 245u;
+  message.data[23] = 147u;
+  message.data[24] = 49u;
+  message.data[25] = 208u;
+  message.data[26] = 110u;
+  message.data[27] = 12u;
+  message.data[28] = 170u;
+  message.data[29] = 72u;
+  message.data[30] = 231u;
+  message.data[31] = 133u;
+  message.data[32] = 35u;
+  message.data[33] = 193u;
+  message.data[34] = 96u;
+  message.data[35] = 254u;
+  message.data[36] = 156u;
+  message.data[37] = 58u;
+  message.data[38] = 216u;
+  message.data[39] = 119u;
+  message.data[40] = 21u;
+  message.data[41] = 179u;
+  message.data[42] = 81u;
+  message.data[43] = 239u;
+  message.data[44] = 142u;
+  message.data[45] = 44u;
+  message.data[46] = 202u;
+  message.data[47] = 104u;
+  message.data[48] = 7u;
+  message.data[49] = 165u;
+  message.data[50] = 67u;
+  message.data[51] = 225u;
+  message.data[52] = 127u;
+  message.data[53] = 30u;
+  message.data[54] = 188u;
+  message.data[55] = 90u;
+  message.data[56] = 248u;
+  message.data[57] = 151u;
+  message.data[58] = 53u;
+  message.data[59] = 211u;
+  message.data[60] = 113u;
+  message.data[61] = 15u;
+  message.data[62] = 174u;
+  message.data[63] = 76u;
   message.encode(payload);
   return protocol::LogPartStream::kSize;
 }
@@ -840,16 +843,16 @@ inline size_t build_LogPartStream(uint8_t* payload) {
 inline bool matches_LogPartStream(const uint8_t* payload, size_t size) {
   protocol::LogPartStream message;
   if (!message.decode(payload, size)) return false;
-  return message.block == 1167581085u && message.part == 227u && message.data[0] == 130u && message.data[1] == 32u && message.data[2] == 190u && message.data[3] == 92u && message.data[4] == 250u && message.data[5] == 153u && message.data[6] == 55u && message.data[7] == 213u && message.data[8] == 115u && message.data[9] == 17u && message.data[10] == 176u && message.data[11] == 78u && message.data[12] == 236u && message.data[13] == 138u && message.data[14] == 41u && message.data[15] == 199u && message.data[16] == 101u && message.data[17] == 3u && message.data[18] == 161u && message.data[19] == 64u && message.data[20] == 222u && message.data[21] == 124u && message.data[22] == 26u && message.data[23] == 185u && message.data[24] == 87u && message.data[25] == 245u && message.data[26] == 147u && message.data[27] == 49u && message.data[28] == 208u && message.data[29] == 110u && message.data[30] == 12u && message.data[31] == 170u && message.data[32] == 72u && message.data[33] == 231u && message.data[34] == 133u && message.data[35] == 35u && message.data[36] == 193u && message.data[37] == 96u && message.data[38] == 254u && message.data[39] == 156u && message.data[40] == 58u && message.data[41] == 216u && message.data[42] == 119u && message.data[43] == 21u && message.data[44] == 179u && message.data[45] == 81u && message.data[46] == 239u && message.data[47] == 142u && message.data[48] == 44u && message.data[49] == 202u && message.data[50] == 104u && message.data[51] == 7u && message.data[52] == 165u && message.data[53] == 67u && message.data[54] == 225u && message.data[55] == 127u && message.data[56] == 30u && message.data[57] == 188u && message.data[58] == 90u && message.data[59] == 248u && message.data[60] == 151u && message.data[61] == 53u && message.data[62] == 211u && message.data[63] == 113u;
+  return message.block == 540953802u && message.part == 190u && message.data[0] == 92u && message.data[1] == 250u && message.data[2] == 153u && message.data[3] == 55u && message.data[4] == 213u && message.data[5] == 115u && message.data[6] == 17u && message.data[7] == 176u && message.data[8] == 78u && message.data[9] == 236u && message.data[10] == 138u && message.data[11] == 41u && message.data[12] == 199u && message.data[13] == 101u && message.data[14] == 3u && message.data[15] == 161u && message.data[16] == 64u && message.data[17] == 222u && message.data[18] == 124u && message.data[19] == 26u && message.data[20] == 185u && message.data[21] == 87u && message.data[22] == 245u && message.data[23] == 147u && message.data[24] == 49u && message.data[25] == 208u && message.data[26] == 110u && message.data[27] == 12u && message.data[28] == 170u && message.data[29] == 72u && message.data[30] == 231u && message.data[31] == 133u && message.data[32] == 35u && message.data[33] == 193u && message.data[34] == 96u && message.data[35] == 254u && message.data[36] == 156u && message.data[37] == 58u && message.data[38] == 216u && message.data[39] == 119u && message.data[40] == 21u && message.data[41] == 179u && message.data[42] == 81u && message.data[43] == 239u && message.data[44] == 142u && message.data[45] == 44u && message.data[46] == 202u && message.data[47] == 104u && message.data[48] == 7u && message.data[49] == 165u && message.data[50] == 67u && message.data[51] == 225u && message.data[52] == 127u && message.data[53] == 30u && message.data[54] == 188u && message.data[55] == 90u && message.data[56] == 248u && message.data[57] == 151u && message.data[58] == 53u && message.data[59] == 211u && message.data[60] == 113u && message.data[61] == 15u && message.data[62] == 174u && message.data[63] == 76u;
 }
 
-static const uint8_t kPayloadLogPartStream[] = {0x9D, 0xDF, 0x97, 0x45, 0xE3, 0x82, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71};
-static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0x9D, 0xDF, 0x97, 0x45, 0xE3, 0x82, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x1B, 0x92, 0x00};
+static const uint8_t kPayloadLogPartStream[] = {0xCA, 0x4C, 0x3E, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C};
+static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0xCA, 0x4C, 0x3E, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0x0F, 0xFF, 0x00};
 
 inline size_t build_LogZerosStream(uint8_t* payload) {
   protocol::LogZerosStream message;
-  message.first_block = 266682736u;
-  message.count = 44572u;
+  message.first_block = 3935022748u;
+  message.count = 35011u;
   message.encode(payload);
   return protocol::LogZerosStream::kSize;
 }
@@ -857,52 +860,52 @@ inline size_t build_LogZerosStream(uint8_t* payload) {
 inline bool matches_LogZerosStream(const uint8_t* payload, size_t size) {
   protocol::LogZerosStream message;
   if (!message.decode(payload, size)) return false;
-  return message.first_block == 266682736u && message.count == 44572u;
+  return message.first_block == 3935022748u && message.count == 35011u;
 }
 
-static const uint8_t kPayloadLogZerosStream[] = {0x70, 0x41, 0xE5, 0x0F, 0x1C, 0xAE};
-static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x70, 0x41, 0xE5, 0x0F, 0x1C, 0xAE, 0x1B, 0x8E, 0x00};
+static const uint8_t kPayloadLogZerosStream[] = {0x9C, 0xAE, 0x8B, 0xEA, 0xC3, 0x88};
+static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x9C, 0xAE, 0x8B, 0xEA, 0xC3, 0x88, 0xC1, 0xA1, 0x00};
 
 inline size_t build_LiveSampleStream(uint8_t* payload) {
   protocol::LiveSampleStream message;
-  message.index = 1280586979u;
-  message.time_us = 16900794015568515235ull;
-  message.sample.time_offset_us = 653959695u;
-  message.sample.flags = 50482u;
-  message.sample.imu[0].accel[0] = 417;
-  message.sample.imu[0].accel[1] = -24616;
-  message.sample.imu[0].accel[2] = 15888;
-  message.sample.imu[0].temperature = -9145;
-  message.sample.imu[0].gyro[0] = 31358;
-  message.sample.imu[0].gyro[1] = 6326;
-  message.sample.imu[0].gyro[2] = -18707;
-  message.sample.imu[1].accel[0] = -3236;
-  message.sample.imu[1].accel[1] = -28268;
-  message.sample.imu[1].accel[2] = 12235;
-  message.sample.imu[1].temperature = -12797;
-  message.sample.imu[1].gyro[0] = 27706;
-  message.sample.imu[1].gyro[1] = 2674;
-  message.sample.imu[1].gyro[2] = -22359;
-  message.sample.imu[2].accel[0] = -6888;
-  message.sample.imu[2].accel[1] = -31920;
-  message.sample.imu[2].accel[2] = 8583;
-  message.sample.imu[2].temperature = -16449;
-  message.sample.imu[2].gyro[0] = 24054;
-  message.sample.imu[2].gyro[1] = -978;
-  message.sample.imu[2].gyro[2] = -26011;
-  message.sample.imu[3].accel[0] = -10540;
-  message.sample.imu[3].accel[1] = 29963;
-  message.sample.imu[3].accel[2] = 4931;
-  message.sample.imu[3].temperature = -20102;
-  message.sample.imu[3].gyro[0] = 20402;
-  message.sample.imu[3].gyro[1] = -4631;
-  message.sample.imu[3].gyro[2] = -29663;
-  message.sample.angle[0] = 10840u;
-  message.sample.angle[1] = 51344u;
-  message.sample.angle[2] = 26311u;
-  message.sample.angle[3] = 1279u;
-  message.sample.angle[4] = 41782u;
-  message.sample.angle[5] = 16750u;
+  message.index = 653959695u;
+  message.time_us = 14209450326119007458ull;
+  message.sample.time_offset_us = 27332412u;
+  message.sample.flags = 40920u;
+  message.sample.imu[0].accel[0] = -9145;
+  message.sample.imu[0].accel[1] = 31358;
+  message.sample.imu[0].accel[2] = 6326;
+  message.sample.imu[0].temperature = -18707;
+  message.sample.imu[0].gyro[0] = 21797;
+  message.sample.imu[0].gyro[1] = -3236;
+  message.sample.imu[0].gyro[2] = -28268;
+  message.sample.imu[1].accel[0] = -12797;
+  message.sample.imu[1].accel[1] = 27706;
+  message.sample.imu[1].accel[2] = 2674;
+  message.sample.imu[1].temperature = -22359;
+  message.sample.imu[1].gyro[0] = 18145;
+  message.sample.imu[1].gyro[1] = -6888;
+  message.sample.imu[1].gyro[2] = -31920;
+  message.sample.imu[2].accel[0] = -16449;
+  message.sample.imu[2].accel[1] = 24054;
+  message.sample.imu[2].accel[2] = -978;
+  message.sample.imu[2].temperature = -26011;
+  message.sample.imu[2].gyro[0] = 14492;
+  message.sample.imu[2].gyro[1] = -10540;
+  message.sample.imu[2].gyro[2] = 29963;
+  message.sample.imu[3].accel[0] = -20102;
+  message.sample.imu[3].accel[1] = 20402;
+  message.sample.imu[3].accel[2] = -4631;
+  message.sample.imu[3].temperature = -29663;
+  message.sample.imu[3].gyro[0] = 10840;
+  message.sample.imu[3].gyro[1] = -14192;
+  message.sample.imu[3].gyro[2] = 26311;
+  message.sample.angle[0] = 1279u;
+  message.sample.angle[1] = 41782u;
+  message.sample.angle[2] = 16750u;
+  message.sample.angle[3] = 57253u;
+  message.sample.angle[4] = 32221u;
+  message.sample.angle[5] = 7188u;
   message.encode(payload);
   return protocol::LiveSampleStream::kSize;
 }
@@ -910,17 +913,17 @@ inline size_t build_LiveSampleStream(uint8_t* payload) {
 inline bool matches_LiveSampleStream(const uint8_t* payload, size_t size) {
   protocol::LiveSampleStream message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 1280586979u && message.time_us == 16900794015568515235ull && message.sample.time_offset_us == 653959695u && message.sample.flags == 50482u && message.sample.imu[0].accel[0] == 417 && message.sample.imu[0].accel[1] == -24616 && message.sample.imu[0].accel[2] == 15888 && message.sample.imu[0].temperature == -9145 && message.sample.imu[0].gyro[0] == 31358 && message.sample.imu[0].gyro[1] == 6326 && message.sample.imu[0].gyro[2] == -18707 && message.sample.imu[1].accel[0] == -3236 && message.sample.imu[1].accel[1] == -28268 && message.sample.imu[1].accel[2] == 12235 && message.sample.imu[1].temperature == -12797 && message.sample.imu[1].gyro[0] == 27706 && message.sample.imu[1].gyro[1] == 2674 && message.sample.imu[1].gyro[2] == -22359 && message.sample.imu[2].accel[0] == -6888 && message.sample.imu[2].accel[1] == -31920 && message.sample.imu[2].accel[2] == 8583 && message.sample.imu[2].temperature == -16449 && message.sample.imu[2].gyro[0] == 24054 && message.sample.imu[2].gyro[1] == -978 && message.sample.imu[2].gyro[2] == -26011 && message.sample.imu[3].accel[0] == -10540 && message.sample.imu[3].accel[1] == 29963 && message.sample.imu[3].accel[2] == 4931 && message.sample.imu[3].temperature == -20102 && message.sample.imu[3].gyro[0] == 20402 && message.sample.imu[3].gyro[1] == -4631 && message.sample.imu[3].gyro[2] == -29663 && message.sample.angle[0] == 10840u && message.sample.angle[1] == 51344u && message.sample.angle[2] == 26311u && message.sample.angle[3] == 1279u && message.sample.angle[4] == 41782u && message.sample.angle[5] == 16750u;
+  return message.index == 653959695u && message.time_us == 14209450326119007458ull && message.sample.time_offset_us == 27332412u && message.sample.flags == 40920u && message.sample.imu[0].accel[0] == -9145 && message.sample.imu[0].accel[1] == 31358 && message.sample.imu[0].accel[2] == 6326 && message.sample.imu[0].temperature == -18707 && message.sample.imu[0].gyro[0] == 21797 && message.sample.imu[0].gyro[1] == -3236 && message.sample.imu[0].gyro[2] == -28268 && message.sample.imu[1].accel[0] == -12797 && message.sample.imu[1].accel[1] == 27706 && message.sample.imu[1].accel[2] == 2674 && message.sample.imu[1].temperature == -22359 && message.sample.imu[1].gyro[0] == 18145 && message.sample.imu[1].gyro[1] == -6888 && message.sample.imu[1].gyro[2] == -31920 && message.sample.imu[2].accel[0] == -16449 && message.sample.imu[2].accel[1] == 24054 && message.sample.imu[2].accel[2] == -978 && message.sample.imu[2].temperature == -26011 && message.sample.imu[2].gyro[0] == 14492 && message.sample.imu[2].gyro[1] == -10540 && message.sample.imu[2].gyro[2] == 29963 && message.sample.imu[3].accel[0] == -20102 && message.sample.imu[3].accel[1] == 20402 && message.sample.imu[3].accel[2] == -4631 && message.sample.imu[3].temperature == -29663 && message.sample.imu[3].gyro[0] == 10840 && message.sample.imu[3].gyro[1] == -14192 && message.sample.imu[3].gyro[2] == 26311 && message.sample.angle[0] == 1279u && message.sample.angle[1] == 41782u && message.sample.angle[2] == 16750u && message.sample.angle[3] == 57253u && message.sample.angle[4] == 32221u && message.sample.angle[5] == 7188u;
 }
 
-static const uint8_t kPayloadLiveSampleStream[] = {0xE3, 0x34, 0x54, 0x4C, 0xA3, 0x50, 0x02, 0xE8, 0x9C, 0xAE, 0x8B, 0xEA, 0x0F, 0xA2, 0xFA, 0x26, 0x32, 0xC5, 0xA1, 0x01, 0xD8, 0x9F, 0x10, 0x3E, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41};
-static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0xE3, 0x34, 0x54, 0x4C, 0xA3, 0x50, 0x02, 0xE8, 0x9C, 0xAE, 0x8B, 0xEA, 0x0F, 0xA2, 0xFA, 0x26, 0x32, 0xC5, 0xA1, 0x01, 0xD8, 0x9F, 0x10, 0x3E, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0x41, 0x52, 0x00};
+static const uint8_t kPayloadLiveSampleStream[] = {0x0F, 0xA2, 0xFA, 0x26, 0xE2, 0xC4, 0xE1, 0x65, 0xC9, 0x1B, 0x32, 0xC5, 0x3C, 0x0F, 0xA1, 0x01, 0xD8, 0x9F, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C};
+static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0x0F, 0xA2, 0xFA, 0x26, 0xE2, 0xC4, 0xE1, 0x65, 0xC9, 0x1B, 0x32, 0xC5, 0x3C, 0x0F, 0xA1, 0x01, 0xD8, 0x9F, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0xC5, 0x87, 0x00};
 
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
-  message.request = 223u;
-  message.code = protocol::ErrorCode::kSpeedOutOfRange;
-  message.detail = 471112318;
+  message.request = 186u;
+  message.code = protocol::ErrorCode::kStrokesOverlap;
+  message.detail = -155514965;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
 }
@@ -928,30 +931,30 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 223u && message.code == protocol::ErrorCode::kSpeedOutOfRange && message.detail == 471112318;
+  return message.request == 186u && message.code == protocol::ErrorCode::kStrokesOverlap && message.detail == -155514965;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0xDF, 0x0D, 0x7E, 0x9A, 0x14, 0x1C};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0xDF, 0x0D, 0x7E, 0x9A, 0x14, 0x1C, 0xB8, 0x83, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0xBA, 0x0A, 0xAB, 0x07, 0xBB, 0xF6};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0xBA, 0x0A, 0xAB, 0x07, 0xBB, 0xF6, 0x7F, 0x87, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
-  message.frame_us = 47692u;
-  message.servo[0].zero_us = 63163u;
-  message.servo[0].ns_per_deg = 38130u;
-  message.servo[0].reversed = 51u;
-  message.servo[0].min_cdeg = -11935;
-  message.servo[0].max_cdeg = 28568;
-  message.servo[1].zero_us = 44039u;
-  message.servo[1].ns_per_deg = 19007u;
-  message.servo[1].reversed = 232u;
-  message.servo[1].min_cdeg = -31058;
-  message.servo[1].max_cdeg = 9445;
-  message.servo[2].zero_us = 24916u;
-  message.servo[2].ns_per_deg = 65420u;
-  message.servo[2].reversed = 157u;
-  message.servo[2].min_cdeg = 15355;
-  message.servo[2].max_cdeg = -9678;
+  message.frame_us = 38130u;
+  message.servo[0].zero_us = 53601u;
+  message.servo[0].ns_per_deg = 28568u;
+  message.servo[0].reversed = 13u;
+  message.servo[0].min_cdeg = -21497;
+  message.servo[0].max_cdeg = 19007;
+  message.servo[1].zero_us = 34478u;
+  message.servo[1].ns_per_deg = 9445u;
+  message.servo[1].reversed = 195u;
+  message.servo[1].min_cdeg = 24916;
+  message.servo[1].max_cdeg = -116;
+  message.servo[2].zero_us = 15355u;
+  message.servo[2].ns_per_deg = 55858u;
+  message.servo[2].reversed = 120u;
+  message.servo[2].min_cdeg = 5793;
+  message.servo[2].max_cdeg = -19239;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -959,16 +962,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 47692u && message.servo[0].zero_us == 63163u && message.servo[0].ns_per_deg == 38130u && message.servo[0].reversed == 51u && message.servo[0].min_cdeg == -11935 && message.servo[0].max_cdeg == 28568 && message.servo[1].zero_us == 44039u && message.servo[1].ns_per_deg == 19007u && message.servo[1].reversed == 232u && message.servo[1].min_cdeg == -31058 && message.servo[1].max_cdeg == 9445 && message.servo[2].zero_us == 24916u && message.servo[2].ns_per_deg == 65420u && message.servo[2].reversed == 157u && message.servo[2].min_cdeg == 15355 && message.servo[2].max_cdeg == -9678;
+  return message.frame_us == 38130u && message.servo[0].zero_us == 53601u && message.servo[0].ns_per_deg == 28568u && message.servo[0].reversed == 13u && message.servo[0].min_cdeg == -21497 && message.servo[0].max_cdeg == 19007 && message.servo[1].zero_us == 34478u && message.servo[1].ns_per_deg == 9445u && message.servo[1].reversed == 195u && message.servo[1].min_cdeg == 24916 && message.servo[1].max_cdeg == -116 && message.servo[2].zero_us == 15355u && message.servo[2].ns_per_deg == 55858u && message.servo[2].reversed == 120u && message.servo[2].min_cdeg == 5793 && message.servo[2].max_cdeg == -19239;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0x4C, 0xBA, 0xBB, 0xF6, 0xF2, 0x94, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0x07, 0xAC, 0x3F, 0x4A, 0xE8, 0xAE, 0x86, 0xE5, 0x24, 0x54, 0x61, 0x8C, 0xFF, 0x9D, 0xFB, 0x3B, 0x32, 0xDA};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0x4C, 0xBA, 0xBB, 0xF6, 0xF2, 0x94, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0x07, 0xAC, 0x3F, 0x4A, 0xE8, 0xAE, 0x86, 0xE5, 0x24, 0x54, 0x61, 0x8C, 0xFF, 0x9D, 0xFB, 0x3B, 0x32, 0xDA, 0x8F, 0xC5, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0xF2, 0x94, 0x61, 0xD1, 0x98, 0x6F, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0xAE, 0x86, 0xE5, 0x24, 0xC3, 0x54, 0x61, 0x8C, 0xFF, 0xFB, 0x3B, 0x32, 0xDA, 0x78, 0xA1, 0x16, 0xD9, 0xB4};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0xF2, 0x94, 0x61, 0xD1, 0x98, 0x6F, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0xAE, 0x86, 0xE5, 0x24, 0xC3, 0x54, 0x61, 0x8C, 0xFF, 0xFB, 0x3B, 0x32, 0xDA, 0x78, 0xA1, 0x16, 0xD9, 0xB4, 0x8D, 0xCF, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 120u;
-  message.written = 22u;
+  message.stored = 83u;
+  message.written = 241u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -976,11 +979,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 120u && message.written == 22u;
+  return message.stored == 83u && message.written == 241u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0x78, 0x16};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0x78, 0x16, 0x8A, 0xC9, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0x53, 0xF1};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0x53, 0xF1, 0x5F, 0x9E, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -998,24 +1001,24 @@ static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x2E, 0x76, 0x71
 
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.generation = 1393592873u;
-  message.frame_us = 61768u;
-  message.servo[0].zero_us = 11702u;
-  message.servo[0].ns_per_deg = 52206u;
-  message.servo[0].reversed = 106u;
-  message.servo[0].min_cdeg = 2141;
-  message.servo[0].max_cdeg = -22892;
-  message.servo[1].zero_us = 58115u;
-  message.servo[1].ns_per_deg = 33083u;
-  message.servo[1].reversed = 31u;
-  message.servo[1].min_cdeg = -16982;
-  message.servo[1].max_cdeg = 23521;
-  message.servo[2].zero_us = 38992u;
-  message.servo[2].ns_per_deg = 13960u;
-  message.servo[2].reversed = 212u;
-  message.servo[2].min_cdeg = 29431;
-  message.servo[2].max_cdeg = 4398;
+  message.origin = protocol::Origin::kUploaded;
+  message.generation = 766965589u;
+  message.frame_us = 52206u;
+  message.servo[0].zero_us = 2141u;
+  message.servo[0].ns_per_deg = 42644u;
+  message.servo[0].reversed = 68u;
+  message.servo[0].min_cdeg = -7421;
+  message.servo[0].max_cdeg = -32453;
+  message.servo[1].zero_us = 48554u;
+  message.servo[1].ns_per_deg = 23521u;
+  message.servo[1].reversed = 250u;
+  message.servo[1].min_cdeg = -26544;
+  message.servo[1].max_cdeg = 13960;
+  message.servo[2].zero_us = 29431u;
+  message.servo[2].ns_per_deg = 4398u;
+  message.servo[2].reversed = 175u;
+  message.servo[2].min_cdeg = 19869;
+  message.servo[2].max_cdeg = -5163;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -1023,17 +1026,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.generation == 1393592873u && message.frame_us == 61768u && message.servo[0].zero_us == 11702u && message.servo[0].ns_per_deg == 52206u && message.servo[0].reversed == 106u && message.servo[0].min_cdeg == 2141 && message.servo[0].max_cdeg == -22892 && message.servo[1].zero_us == 58115u && message.servo[1].ns_per_deg == 33083u && message.servo[1].reversed == 31u && message.servo[1].min_cdeg == -16982 && message.servo[1].max_cdeg == 23521 && message.servo[2].zero_us == 38992u && message.servo[2].ns_per_deg == 13960u && message.servo[2].reversed == 212u && message.servo[2].min_cdeg == 29431 && message.servo[2].max_cdeg == 4398;
+  return message.origin == protocol::Origin::kUploaded && message.generation == 766965589u && message.frame_us == 52206u && message.servo[0].zero_us == 2141u && message.servo[0].ns_per_deg == 42644u && message.servo[0].reversed == 68u && message.servo[0].min_cdeg == -7421 && message.servo[0].max_cdeg == -32453 && message.servo[1].zero_us == 48554u && message.servo[1].ns_per_deg == 23521u && message.servo[1].reversed == 250u && message.servo[1].min_cdeg == -26544 && message.servo[1].max_cdeg == 13960 && message.servo[2].zero_us == 29431u && message.servo[2].ns_per_deg == 4398u && message.servo[2].reversed == 175u && message.servo[2].min_cdeg == 19869 && message.servo[2].max_cdeg == -5163;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0x29, 0x8A, 0x10, 0x53, 0x48, 0xF1, 0xB6, 0x2D, 0xEE, 0xCB, 0x6A, 0x5D, 0x08, 0x94, 0xA6, 0x03, 0xE3, 0x3B, 0x81, 0x1F, 0xAA, 0xBD, 0xE1, 0x5B, 0x50, 0x98, 0x88, 0x36, 0xD4, 0xF7, 0x72, 0x2E, 0x11};
-static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0x29, 0x8A, 0x10, 0x53, 0x48, 0xF1, 0xB6, 0x2D, 0xEE, 0xCB, 0x6A, 0x5D, 0x08, 0x94, 0xA6, 0x03, 0xE3, 0x3B, 0x81, 0x1F, 0xAA, 0xBD, 0xE1, 0x5B, 0x50, 0x98, 0x88, 0x36, 0xD4, 0xF7, 0x72, 0x2E, 0x11, 0x0B, 0xB3, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x01, 0x55, 0xF7, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xF7, 0x72, 0x2E, 0x11, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB};
+static const uint8_t kFrameSettingsReadReply[] = {0x27, 0x96, 0x2F, 0x01, 0x55, 0xF7, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xF7, 0x72, 0x2E, 0x11, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB, 0x29, 0x42, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = -20634;
-  message.angle_cdeg[1] = 19869;
-  message.angle_cdeg[2] = -5163;
+  message.angle_cdeg[0] = -30196;
+  message.angle_cdeg[1] = 10307;
+  message.angle_cdeg[2] = -14725;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -1041,15 +1044,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == -20634 && message.angle_cdeg[1] == 19869 && message.angle_cdeg[2] == -5163;
+  return message.angle_cdeg[0] == -30196 && message.angle_cdeg[1] == 10307 && message.angle_cdeg[2] == -14725;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0x66, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x66, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB, 0x6B, 0x07, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0x0C, 0x8A, 0x43, 0x28, 0x7B, 0xC6};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x0C, 0x8A, 0x43, 0x28, 0x7B, 0xC6, 0xEE, 0x44, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 138u;
+  message.at_start_pose = 100u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -1057,18 +1060,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 138u;
+  return message.at_start_pose == 100u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0x8A};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x8A, 0x06, 0x19, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0x64};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x64, 0xE6, 0x05, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 40u;
-  message.from_cdeg = -14725;
-  message.to_cdeg = 25778;
-  message.confirm = 48914617u;
+  message.joint = 2u;
+  message.from_cdeg = -24287;
+  message.to_cdeg = 16217;
+  message.confirm = 3717254630u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -1076,16 +1079,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 40u && message.from_cdeg == -14725 && message.to_cdeg == 25778 && message.confirm == 48914617u;
+  return message.joint == 2u && message.from_cdeg == -24287 && message.to_cdeg == 16217 && message.confirm == 3717254630u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0x28, 0x7B, 0xC6, 0xB2, 0x64, 0xB9, 0x60, 0xEA, 0x02};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x28, 0x7B, 0xC6, 0xB2, 0x64, 0xB9, 0x60, 0xEA, 0x02, 0xCE, 0xEC, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0x02, 0x21, 0xA1, 0x59, 0x3F, 0xE6, 0xCD, 0x90, 0xDD};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x02, 0x21, 0xA1, 0x59, 0x3F, 0xE6, 0xCD, 0x90, 0xDD, 0xA3, 0x66, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = -24287;
-  message.arrived = 63u;
+  message.angle_cdeg = 31688;
+  message.arrived = 25u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -1093,19 +1096,19 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == -24287 && message.arrived == 63u;
+  return message.angle_cdeg == 31688 && message.arrived == 25u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0x21, 0xA1, 0x3F};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0x21, 0xA1, 0x3F, 0x8A, 0x3A, 0x00};
+static const uint8_t kPayloadJogReply[] = {0xC8, 0x7B, 0x19};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0xC8, 0x7B, 0x19, 0x62, 0xBA, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
     {"HelloReply", protocol::HelloReply::kType, 1, build_HelloReply, matches_HelloReply, kPayloadHelloReply, 24, kFrameHelloReply, 30},
     {"SequencerStatusRequest", protocol::SequencerStatusRequest::kType, 2, build_SequencerStatusRequest, matches_SequencerStatusRequest, kPayloadSequencerStatusRequest, 0, kFrameSequencerStatusRequest, 6},
-    {"SequencerStatusReply", protocol::SequencerStatusReply::kType, 3, build_SequencerStatusReply, matches_SequencerStatusReply, kPayloadSequencerStatusReply, 30, kFrameSequencerStatusReply, 36},
+    {"SequencerStatusReply", protocol::SequencerStatusReply::kType, 3, build_SequencerStatusReply, matches_SequencerStatusReply, kPayloadSequencerStatusReply, 32, kFrameSequencerStatusReply, 38},
     {"RunReportRequest", protocol::RunReportRequest::kType, 4, build_RunReportRequest, matches_RunReportRequest, kPayloadRunReportRequest, 0, kFrameRunReportRequest, 6},
-    {"RunReportReply", protocol::RunReportReply::kType, 5, build_RunReportReply, matches_RunReportReply, kPayloadRunReportReply, 74, kFrameRunReportReply, 80},
+    {"RunReportReply", protocol::RunReportReply::kType, 5, build_RunReportReply, matches_RunReportReply, kPayloadRunReportReply, 82, kFrameRunReportReply, 88},
     {"LoggerStatusRequest", protocol::LoggerStatusRequest::kType, 6, build_LoggerStatusRequest, matches_LoggerStatusRequest, kPayloadLoggerStatusRequest, 0, kFrameLoggerStatusRequest, 6},
     {"LoggerStatusReply", protocol::LoggerStatusReply::kType, 7, build_LoggerStatusReply, matches_LoggerStatusReply, kPayloadLoggerStatusReply, 54, kFrameLoggerStatusReply, 60},
     {"ManeuverBeginRequest", protocol::ManeuverBeginRequest::kType, 8, build_ManeuverBeginRequest, matches_ManeuverBeginRequest, kPayloadManeuverBeginRequest, 3, kFrameManeuverBeginRequest, 9},

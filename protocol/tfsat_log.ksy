@@ -340,7 +340,7 @@ enums:
       doc: 'The ring was full: value = samples lost.'
     7:
       id: release
-      doc: 'The logger believes a release, see [release]; time = its first edge, arg = 1. arg = 0: both switches closed again, it was none.'
+      doc: 'The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one.'
     8:
       id: landing
       doc: 'The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release.'

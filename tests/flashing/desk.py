@@ -85,7 +85,22 @@ class Sketch:
                 said += reply(
                     frame,
                     SequencerStatusReply(
-                        self.state, none, none, 0, 1, ResetCause.POWER_ON, 0, 0, 0, (0, 0, 0), 1, 0, 0, 0, 0
+                        self.state,
+                        none,
+                        none,
+                        0,
+                        1,
+                        ResetCause.POWER_ON,
+                        0,
+                        0,
+                        0,
+                        (0, 0, 0),
+                        1,
+                        0,
+                        0,
+                        0,
+                        0,
+                        0,
                     ),
                 )
             else:

@@ -96,7 +96,12 @@ void Bench::require_transition(SequencerState before) {
       REQUIRE(after == SequencerState::kRunning && open_[0] && open_[1] && stood);
       break;
     case SequencerState::kRunning:
-      REQUIRE(after == SequencerState::kDone || after == SequencerState::kFault);
+      if (after == SequencerState::kArmed || board_->core.fault() == ErrorCode::kClosedWhileRunning) {
+        REQUIRE(!open_[0] && !open_[1] && now_us_ - switched_us_ >= kReleaseSeatedUs);
+        REQUIRE(after != SequencerState::kArmed || board_->core.strokes_started() == 0);
+      } else {
+        REQUIRE(after == SequencerState::kDone || after == SequencerState::kFault);
+      }
       break;
     case SequencerState::kJogging:
       REQUIRE(after == SequencerState::kSafe);

@@ -30,6 +30,7 @@ class Step(IntEnum):
 
 
 SECOND = bytes([Step.TURN, 5 << 5 | 24, Step.TURN, 5 << 5 | 24])  # 50 turns of 20 ms
+QUARTER = bytes([Step.TURN, 5 << 5 | 12])  # 13 turns of 20 ms
 TURN = bytes([Step.TURN, 2 << 5])  # one of 1 ms
 DEBOUNCE = bytes([Step.TURN, 2 << 5 | 7])  # eight of 1 ms
 STORE = bytes([Step.TURN, 4 << 5 | 31]) * 9  # as long as a maneuver takes to store
@@ -47,6 +48,8 @@ DISARM = bytes([Step.SEND_ANY, 11, 0])
 SCRIPTS = {
     "Drop": ARM + OPEN + SECOND * 3 + ARM,
     "Knock": ARM + OPEN + TURN + CLOSE + DEBOUNCE + OPEN_ONE + SECOND,
+    "Jolt": ARM + OPEN + DEBOUNCE + CLOSE + QUARTER + OPEN + SECOND * 3,
+    "ClosedInTheRun": ARM + OPEN + SECOND + CLOSE + QUARTER + DISARM + TURN,
     "ArmedAndUnplugged": ARM + UNPLUG + SECOND + PLUG + DISARM + TURN,
     "ResetWhileArmed": ARM + WATCHDOG + DEBOUNCE + OPEN + DEBOUNCE,
     "OpenedInReset": ARM + OPEN_ONE + WATCHDOG + DEBOUNCE + DISARM + TURN,

@@ -69,6 +69,7 @@ class Board:
             700,
             0,
             0,
+            0,
         )
         return [reply(frame, status)]
 

@@ -101,8 +101,8 @@ TEST_CASE(knocks_and_a_single_switch_release_nothing) {
 TEST_CASE(contacts_that_chatter_are_a_release_when_they_stay_open) {
   Bench bench;
   bench.run_ms(500);
-  uint64_t first_us = bench.t_us + 2;
-  for (int i = 0; i < 12; ++i) {  // 48 ms
+  const uint64_t first_us = bench.t_us + 2;
+  for (int i = 0; i < 2; ++i) {  // 8 ms
     bench.both(true);
     bench.run_ms(2);
     bench.change(1, false, bench.t_us + 1);
@@ -191,11 +191,11 @@ TEST_CASE(a_release_that_closes_again_was_none) {
   Bench bench;
   const uint64_t released_us = bench.release();
   bench.both(false);
-  bench.run_ms(DropWatch::kSeatedUs / 1000 - 1);
+  bench.run_ms(kReleaseSeatedUs / 1000 - 1);
   bench.change(0, true, bench.t_us + 1);  // once more apart: the time begins anew
   bench.run_ms(2);
   bench.change(0, false, bench.t_us + 1);
-  bench.run_ms(DropWatch::kSeatedUs / 1000);
+  bench.run_ms(kReleaseSeatedUs / 1000);
   CHECK(!bench.waiting() && !bench.watch.seated());
   bench.run_ms(2);
   CHECK(bench.waiting() && bench.watch.seated() && bench.events.size() == 2);

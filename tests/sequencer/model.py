@@ -14,6 +14,7 @@ from tfsat_host.protocol.limits import (
     JOG_IDLE_MS,
     JOG_SPEED_CDEG_S,
     JOINT_REPORT_AGE_MS,
+    RELEASE_SEATED_US,
     START_POSE_TOLERANCE_CDEG,
 )
 from tfsat_host.protocol.messages import (
@@ -39,6 +40,7 @@ from tfsat_host.protocol.record import Payload
 
 SAFE, ARMED, RUNNING, DONE, FAULT, JOGGING = SequencerState
 JOINTS = (1, 2, 3)
+NEVER_US = 1 << 62
 
 
 @dataclass
@@ -76,7 +78,9 @@ class Model:
     refusal: ErrorCode = ErrorCode.NONE
     knocks: int = 0
     touched: bool = False
+    false_releases: int = 0
     run_from_us: int = 0
+    closed_from_us: int | None = None
     jogged: Jog | None = None
     reported: tuple[tuple[int, ...], int] | None = None
     staged: tuple[int, int] | None = None
@@ -94,6 +98,7 @@ class Model:
         self.settings.load()
         if not power_lost and self.state in (ARMED, RUNNING, FAULT):
             fresh.resets, fresh.held_cdeg, fresh.knocks = self.resets, self.held_cdeg, self.knocks
+            fresh.false_releases = self.false_releases
             fresh.state, fresh.fault = FAULT, self.fault
             if self.state == RUNNING:
                 fresh.fault = ErrorCode.RESET_WHILE_RUNNING
@@ -117,6 +122,17 @@ class Model:
             self.touched = False
             self.knocks += 1
         return False
+
+    def hangs_us(self) -> int:
+        """When both switches will have been closed for long enough to take a release back."""
+        return NEVER_US if self.closed_from_us is None else self.closed_from_us + RELEASE_SEATED_US
+
+    def end_false_run(self) -> None:
+        """Both switches have been closed for long."""
+        begun = self.strokes_begun(self.hangs_us())
+        self.state, self.fault = (FAULT, ErrorCode.CLOSED_WHILE_RUNNING) if begun else (ARMED, self.fault)
+        self.held_cdeg = self.angles_cdeg(begun)
+        self.false_releases += 1
 
     def end_jog(self) -> None:
         if self.state == JOGGING:
@@ -196,7 +212,7 @@ class Model:
         if self.refusal != ErrorCode.NONE:
             return self.error(request, self.refusal, opened)
         self.state, self.accepted_token = ARMED, request.arm_token
-        self.knocks, self.touched, self.resets = 0, False, 0
+        self.knocks, self.touched, self.resets, self.false_releases = 0, False, 0, 0
         return ArmReply(ARMED)
 
     def reason_not_to_arm(self, request: ArmRequest, opened: int, now_us: int) -> ErrorCode:

@@ -14,6 +14,7 @@ from tests.sequencer.model import ARMED, DONE, FAULT, RUNNING, SAFE, Model
 from tests.sequencer.store_model import Store
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.framing import Frame
+from tfsat_host.protocol.limits import RELEASE_SEATED_US
 from tfsat_host.protocol.messages import (
     JogReply,
     RunReportReply,
@@ -27,7 +28,7 @@ from tfsat_host.protocol.record import Payload
 
 SETTLE_US = 10_000
 STORE_US = 600_000
-NO_RUN = RunReportReply(0, 0, 0, 0, 0, (0,) * 16)
+NO_RUN = RunReportReply(0, 0, 0, 0, 0, (0,) * 16, 0, 0)
 JOG_TOLERANCE_CDEG = 3  # the board's milliseconds against the model's microseconds
 
 
@@ -117,15 +118,28 @@ class SideBySide(RuleBasedStateMachine):
     def catch_up(self) -> None:
         """The model follows time; nothing is asked right before or after what time brings."""
         model = self.model
-        if model.state == RUNNING and self.pass_by(model.run_ends_us()):
+        if model.state == RUNNING and model.hangs_us() < model.run_ends_us():
+            if self.pass_by(model.hangs_us()):
+                model.end_false_run()
+                self.report = NO_RUN if model.state == ARMED else self.report
+        elif model.state == RUNNING and self.pass_by(model.run_ends_us()):
             model.state = DONE
         if model.jogged is not None and self.pass_by(model.jogged.ends_us):
             model.end_jog()
         self.pass_by(model.report_ends_us())
 
+    def close_both(self) -> None:
+        """Not so that it would take back a release in the very moment of a stroke."""
+        if self.model.state == RUNNING:
+            for _, _, start_us in self.model.maneuver.record.strokes:
+                self.pass_by(self.model.run_from_us + start_us - RELEASE_SEATED_US)
+        for index in (0, 1):
+            self.board.switch(index, opened=False)
+
     def settle(self) -> None:
         """After the switches moved: what the release detector must have made of it."""
         moved_us = self.board.now_us
+        self.model.closed_from_us = moved_us if self.opened == 0 else None
         self.board.advance(SETTLE_US)
         if self.model.switches_stand(self.opened, moved_us):
             self.report, self.released_us = None, moved_us - self.started_us
@@ -178,6 +192,7 @@ class SideBySide(RuleBasedStateMachine):
         assert (status.state, status.fault) == (model.state, model.fault)
         assert (status.last_refusal, status.resets_while_armed) == (model.refusal, model.resets)
         assert (status.knocks, status.switches_open) == (model.knocks, self.opened)
+        assert status.false_releases == model.false_releases
         held = sequencer.read_back()
         assert (held.strokes, held.speed_cdeg_s) == (
             model.maneuver.record.strokes,

@@ -123,14 +123,17 @@ class AnyOrder(SideBySide):
 
     @rule(index=st.integers(0, 1))
     def move_a_switch(self, index: int) -> None:
-        self.board.switch(index, opened=not self.board.opened[index])
+        if self.opened == 1 << index:
+            self.close_both()
+        else:
+            self.board.switch(index, opened=not self.board.opened[index])
         self.settle()
 
     @rule()
     def hang_in_the_releaser(self) -> None:
-        for index in (0, 1):
-            self.board.switch(index, opened=False)
-        self.settle()
+        if self.opened:
+            self.close_both()
+            self.settle()
 
     @precondition(lambda self: self.model.state == ARMED)
     @rule()
@@ -148,6 +151,8 @@ class AnyOrder(SideBySide):
         if self.model.state == ARMED and not all(before.values()):
             self.model.touched = True
         self.board.advance(open_us)
+        if not any(before.values()):
+            self.close_both()
         for index, opened in before.items():
             self.board.switch(index, opened=opened)
         self.settle()

@@ -27,8 +27,8 @@ from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame
-from tfsat_host.protocol.limits import RELEASE_CHATTER_US
-from tfsat_host.protocol.messages import ArmReply, ArmRequest, ErrorReply
+from tfsat_host.protocol.limits import RELEASE_BOUNCE_US, RELEASE_CHATTER_US, RELEASE_SEATED_US
+from tfsat_host.protocol.messages import ArmReply, ArmRequest, ErrorReply, RunReportReply, RunReportRequest
 
 TICK_NS = 500
 DEBOUNCE_US = 5000
@@ -153,6 +153,58 @@ def test_a_switch_that_opened_long_before_the_other(board: Board) -> None:
     assert mark.rise_ns == pytest.approx(1000 * (released_us + 700_000), abs=TICK_NS)
 
 
+@pytest.mark.parametrize("open_us", [6_000, 60_000, 450_000])
+def test_a_jolt_on_the_crane_starts_nothing_and_the_drop_after_it_flies(board: Board, open_us: int) -> None:
+    sequencer = connect(board)
+    sequencer.arm()
+    for opened in (True, False):
+        board.switch(0, opened=opened)
+        board.switch(1, opened=opened)
+        board.advance(open_us if opened else RELEASE_SEATED_US + 2_000)
+    status = sequencer.status()
+    assert (status.state, status.false_releases, status.knocks) == (SequencerState.ARMED, 1, 0)
+    board.advance(2_500_000)
+    edges = board.edges()
+    assert pulses(edges, STROKE_LINE) == []
+    for joint in range(JOINTS):
+        assert_servo_signal(pulses(edges, joint))
+    released_us = board.now_us
+    for index in (0, 1):
+        board.switch(index, opened=True)
+    board.advance(2_400_000)
+    marks = [pulse.rise_ns for pulse in pulses(board.edges(), STROKE_LINE)]
+    expected_ns = [1000 * (released_us + start_us) for _, _, start_us in rows(OLD)]
+    assert marks == pytest.approx(expected_ns, abs=TICK_NS)
+    assert sequencer.status().state == SequencerState.DONE
+
+
+def test_both_closed_again_after_two_strokes_holds_the_servos_until_somebody_disarms(board: Board) -> None:
+    sequencer = connect(board)
+    sequencer.arm()
+    for opened in (True, False):
+        board.switch(0, opened=opened)
+        board.switch(1, opened=opened)
+        board.advance(1_150_000 if opened else RELEASE_SEATED_US + 2_000)
+    over_ns = 1000 * board.now_us
+    board.advance(2_000_000)
+    edges = board.edges()
+    assert len(pulses(edges, STROKE_LINE)) == 2
+    held_cdeg = (5900, 7000, 0)
+    for joint, angle_cdeg in enumerate(held_cdeg):
+        train = pulses(edges, joint)
+        assert_servo_signal(train)
+        (held_ns,) = {pulse.width_ns for pulse in train if pulse.rise_ns > over_ns}
+        assert held_ns == pytest.approx(width_ns(angle_cdeg), abs=TICK_NS)
+    status = sequencer.status()
+    assert (status.state, status.fault) == (SequencerState.FAULT, ErrorCode.CLOSED_WHILE_RUNNING)
+    assert status.joint_angle_cdeg == held_cdeg
+    sequencer.disarm()
+    board.advance(50_000)
+    board.edges()
+    board.advance(500_000)
+    assert board.edges() == []
+
+
 @pytest.mark.parametrize("shaken_us", [100_000, 1_500_000])
 def test_a_robot_that_is_shaken_before_its_release_keeps_its_pause(board: Board, shaken_us: int) -> None:
     """Chatter for longer than any release must not let the schedule begin long before the release."""
@@ -168,7 +220,10 @@ def test_a_robot_that_is_shaken_before_its_release_keeps_its_pause(board: Board,
     board.advance(2_400_000)
     marks = [pulse.rise_ns // 1000 for pulse in pulses(board.edges(), STROKE_LINE)]
     early_us = released_us + rows(OLD)[0][2] - marks[0]
-    assert 0 <= early_us <= RELEASE_CHATTER_US
+    assert 0 <= early_us <= RELEASE_BOUNCE_US
+    report = client(board).request(RunReportRequest(), RunReportReply)
+    assert early_us - report.later_us == 0
+    assert report.earlier_us + report.later_us == RELEASE_CHATTER_US
     assert [mark - marks[0] for mark in marks] == [row[2] - rows(OLD)[0][2] for row in rows(OLD)]
 
 

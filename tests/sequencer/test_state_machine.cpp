@@ -46,6 +46,125 @@ TEST_CASE(a_stroke_that_did_not_begin_is_a_fault_until_somebody_disarms) {
   CHECK(bench.arm() == ErrorCode::kNone);
 }
 
+// A jolt on the crane: armed again, and the drop that follows flies all its strokes.
+TEST_CASE(both_closed_again_before_the_first_stroke_is_armed_again) {
+  for (const uint32_t open_ms : {6u, 100u, 480u}) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.run_ms(20);
+    bench.open_both();
+    bench.run_ms(open_ms);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    bench.close_both();
+    bench.run_ms(199);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    bench.run_ms(2);
+    CHECK(bench.core.state() == SequencerState::kArmed && bench.core.false_releases() == 1);
+    CHECK(bench.servos.changes.empty() && bench.servos.held && bench.core.strokes_started() == 0);
+    CHECK(bench.core.run_report().released == 0 && bench.core.knocks() == 0);
+    bench.run_ms(3000);
+    CHECK(bench.core.state() == SequencerState::kArmed);
+    bench.open_both();
+    const tick_t released_at = bench.now;
+    bench.run_ms(10);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    check_changes(bench.servos, released_at);
+  }
+}
+
+TEST_CASE(false_releases_survive_a_reset_and_end_with_the_next_arming) {
+  Bench before;
+  CHECK(before.arm() == ErrorCode::kNone);
+  for (int i = 0; i < 3; ++i) {
+    before.open_both();
+    before.run_ms(20);
+    before.close_both();
+    before.run_ms(250);
+  }
+  CHECK(before.core.false_releases() == 3);
+  Bench bench(before, ResetCause::kBrownOut);
+  bench.run_ms(20);
+  CHECK(bench.core.state() == SequencerState::kArmed && bench.core.false_releases() == 3);
+  bench.core.disarm();
+  CHECK(bench.core.false_releases() == 3);
+  CHECK(bench.arm() == ErrorCode::kNone);
+  CHECK(bench.core.false_releases() == 0);
+}
+
+TEST_CASE(both_closed_again_after_a_stroke_holds_what_the_servos_were_told) {
+  for (const uint8_t begun : {1, 2, 3}) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.open_both();
+    bench.run_ms(800);
+    bench.strokes_begin(begun);
+    bench.close_both();
+    bench.run_ms(202);
+    CHECK(bench.core.state() == SequencerState::kFault);
+    CHECK(bench.core.fault() == ErrorCode::kClosedWhileRunning);
+    CHECK(bench.servos.changes.size() == begun && bench.servos.held);
+    CHECK(bench.core.strokes_started() == begun);
+    const int16_t joint_1 = begun >= 3 ? 0 : 5900, joint_2 = begun >= 2 ? 7000 : 0;
+    CHECK(bench.core.held_cdeg()[0] == joint_1 && bench.core.held_cdeg()[1] == joint_2);
+    bench.run_ms(3000);
+    CHECK(bench.core.state() == SequencerState::kFault && bench.arm() == ErrorCode::kFaultLatched);
+    bench.core.disarm();
+    CHECK(bench.core.state() == SequencerState::kSafe && !bench.servos.held);
+  }
+}
+
+// The first stroke's time is over and no pulse of it was seen: a joint may have moved all the same.
+TEST_CASE(both_closed_again_after_the_time_of_a_stroke_that_was_not_seen_is_a_fault) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.open_both();
+  bench.run_ms(600);
+  bench.close_both();
+  bench.run_ms(202);
+  CHECK(bench.core.fault() == ErrorCode::kClosedWhileRunning && bench.core.strokes_started() == 0);
+}
+
+TEST_CASE(one_switch_closed_ends_no_fall) {
+  for (const uint8_t index : {0, 1}) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.open_both();
+    bench.run_ms(300);
+    bench.switches.set(index, false, bench.now);
+    bench.run_ms(1000);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    bench.servos.begun = 4;
+    bench.run_ms(1200);
+    CHECK(bench.core.state() == SequencerState::kDone);
+  }
+}
+
+TEST_CASE(the_report_holds_both_releases_that_the_edges_fit) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  const auto open_for = [&](uint32_t ms) {
+    bench.open_both();
+    bench.run_ms(ms);
+    bench.close_both();
+  };
+  for (int i = 0; i < 4; ++i) {
+    open_for(2);
+    bench.run_ms(2);
+  }
+  bench.open_both();
+  bench.run_ms(7);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  const RunReportReply& report = bench.core.run_report();
+  CHECK(report.earlier_us == 12000 && report.later_us == 4000);
+  bench.close_both();
+  bench.run_ms(100);
+  bench.open_both();
+  bench.run_ms(100);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  CHECK(report.earlier_us == 12000 && report.later_us == 4000 + 107000);
+}
+
 TEST_CASE(armed_for_hours_then_released) {
   for (const uint32_t hours : {1u, 7u, 30u}) {
     Bench bench;

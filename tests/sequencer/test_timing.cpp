@@ -82,7 +82,7 @@ TEST_CASE(ten_thousand_releases_with_bounce_start_at_the_second_opening) {
       }
       SwitchEdge edge;
       while (switches.take_edge(edge)) detector.on_edge(edge);
-      released = detector.poll(now, switches.levels());
+      released = detector.poll(now, switches.levels()) == ReleaseDetector::Verdict::kReleased;
       if (!released) continue;
       CHECK(next == contacts.size());
       CHECK(detector.released_at() == expected);
@@ -90,7 +90,7 @@ TEST_CASE(ten_thousand_releases_with_bounce_start_at_the_second_opening) {
       slowest = std::max(slowest, now - contacts.back().at);
     }
     CHECK(released && detector.knocks() == 0);
-    CHECK(!detector.poll(now + kDebounce, 3));  // told once
+    CHECK(detector.poll(now + kDebounce, 3) == ReleaseDetector::Verdict::kNone);  // told once
   }
   std::printf("  certain at the latest %.3f ms after the last edge\n", slowest / 2000.0);
   CHECK(slowest <= kDebounce + kTicksPerMs);
@@ -114,8 +114,10 @@ TEST_CASE(no_release_without_the_debounce) {
         both_since = now;
       }
       SwitchEdge edge;
-      while (switches.take_edge(edge)) detector.on_edge(edge);
-      CHECK(!detector.poll(now, switches.levels()));
+      while (switches.take_edge(edge)) {
+        CHECK(detector.on_edge(edge) == ReleaseDetector::Verdict::kNone);
+      }
+      CHECK(detector.poll(now, switches.levels()) == ReleaseDetector::Verdict::kNone);
     }
   }
 }

@@ -109,7 +109,11 @@ def test_knocks_start_nothing(bench: Bench) -> None:
 
 def test_a_release_by_one_switch_is_found(plant: Plant) -> None:
     eager = plant(
-        Edit("src/core/release_detector.cpp", "if (open_ == kBoth && opening_) {", "if (open_ != 0) {")
+        Edit(
+            "src/core/release_detector.cpp",
+            "if (open_ == kBoth) return judge_open",
+            "if (open_ != 0) return judge_open",
+        )
     )
     with pytest.raises(Broken, match="knocks"):
         knocks(eager, seed=2, count=3)

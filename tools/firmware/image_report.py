@@ -21,7 +21,7 @@ from tfsat_host.flashing.intel_hex import read_hex
 RAM_BYTES = 2560
 RAM_SECTIONS = (".data", ".bss", ".noinit")
 
-FLASH_BUDGET_PERCENT = 75
+FLASH_BUDGET_PERCENT = 85
 FLASH_BUDGET_BYTES = FLASH_BYTES * FLASH_BUDGET_PERCENT // 100
 STACK_SPARE_BYTES = 512
 """Never touched by the stack, whatever the board does."""

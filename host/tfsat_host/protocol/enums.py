@@ -25,7 +25,7 @@ class SequencerState(IntEnum):
     ARMED = 1
     """Servos hold the start pose; the release starts the schedule."""
     RUNNING = 2
-    """Released: strokes run on schedule."""
+    """Released: strokes run on schedule. ARMED again after a false release."""
     DONE = 3
     """All strokes were commanded; servos hold the end pose."""
     FAULT = 4
@@ -143,7 +143,7 @@ class EventCode(IntEnum):
     SAMPLES_DROPPED = 6
     """The ring was full: value = samples lost."""
     RELEASE = 7
-    """The logger believes a release, see [release]; time = its first edge, arg = 1. arg = 0: both switches closed again, it was none."""
+    """The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one."""
     LANDING = 8
     """The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release."""
     RING_HIGH_WATER = 9
@@ -217,6 +217,8 @@ class ErrorCode(IntEnum):
     """The stored maneuver leaves a joint's limits in the servo settings."""
     STORE_DAMAGED = 27
     """The stored maneuver or the servo settings are damaged in the EEPROM."""
+    CLOSED_WHILE_RUNNING = 28
+    """Both release switches closed again after the maneuver had begun."""
     NO_CARD = 40
     """No SD card answers."""
     CARD_FULL = 41

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("9c2323c9cc045839")
+PROTOCOL_HASH = bytes.fromhex("37d5c85327a225ae")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -65,8 +65,14 @@ STROKE_LINE_US = 1000
 """The sequencer's stroke line stays high this long from each stroke's first pulse."""
 RELEASE_DEBOUNCE_US = 5000
 """Both switches must stay open this long before a release is believed; the schedule still counts from the first edge."""
+RELEASE_BOUNCE_US = 10000
+"""Sound contacts bounce for no longer than this when they open."""
 RELEASE_CHATTER_US = 60000
-"""Contacts that still chatter this long after both were first open belong to a shaken robot, not to a release: the time starts anew."""
+"""Worn contacts bounce for less than this; both open for longer, the robot has left."""
+RELEASE_HUNG_US = 1000
+"""Sound contacts that bounce are not closed together for this long; the robot may have hung between."""
+RELEASE_SEATED_US = 200000
+"""Both switches closed again for this long: the robot hangs, it was no release."""
 SAMPLE_RATE_HZ = 280
 """Factory setting: sampling rate (paper, sec. robot)."""
 SAMPLE_RATE_MIN_HZ = 10

@@ -406,10 +406,11 @@ class SequencerStatusReply(Payload):
         ram_never_used_bytes: Low-water mark of free RAM since the board started.
         frames_rejected: Frames that arrived damaged, since the board started.
         stores_damaged: Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
+        false_releases: False releases since arming; see release. They survive a reset.
     """
 
     TYPE: ClassVar[int] = 0x82
-    SIZE: ClassVar[int] = 30
+    SIZE: ClassVar[int] = 32
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
         ("fault", ErrorCode, None),
@@ -426,6 +427,7 @@ class SequencerStatusReply(Payload):
         ("ram_never_used_bytes", "H", None),
         ("frames_rejected", "H", None),
         ("stores_damaged", "B", None),
+        ("false_releases", "H", None),
     )
 
     state: SequencerState
@@ -443,6 +445,7 @@ class SequencerStatusReply(Payload):
     ram_never_used_bytes: int
     frames_rejected: int
     stores_damaged: int
+    false_releases: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -465,10 +468,12 @@ class RunReportReply(Payload):
         release_us: And microseconds beyond those, 0 to 999.
         stroke_count: Strokes whose new pulse has begun.
         start_us: Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.
+        earlier_us: The robot may have left so long before the release edge; 0 unless the edges fit two releases.
+        later_us: And so long after it.
     """
 
     TYPE: ClassVar[int] = 0x84
-    SIZE: ClassVar[int] = 74
+    SIZE: ClassVar[int] = 82
     LAYOUT: ClassVar[Layout] = (
         ("released", "B", None),
         ("bounces", "H", None),
@@ -476,6 +481,8 @@ class RunReportReply(Payload):
         ("release_us", "H", None),
         ("stroke_count", "B", None),
         ("start_us", "I", 16),
+        ("earlier_us", "I", None),
+        ("later_us", "I", None),
     )
 
     released: int
@@ -484,6 +491,8 @@ class RunReportReply(Payload):
     release_us: int
     stroke_count: int
     start_us: tuple[int, ...]
+    earlier_us: int
+    later_us: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,6 +148,11 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "What is left may be older than what you uploaded last.",
         "Upload both again: tfsat-host upload-sequence, and tfsat-host upload-servos. If it recurs, replace the Arduino Micro.",
     ),
+    ErrorCode.CLOSED_WHILE_RUNNING: (
+        "Both release switches closed again after the maneuver had begun.",
+        "The robot hung, or was caught: the strokes left were not flown, and the servos hold where they were told last.",
+        "Keep clear of the joints, then tfsat-host disarm: the servos go limp. Bring the joints to 0 deg, seat the robot and arm again.",
+    ),
     ErrorCode.NO_CARD: (
         "No SD card answers.",
         "Only the newest seconds stay, in the logger's RAM, until its power goes.",

@@ -1,12 +1,6 @@
-// Tells a release from a bounce and from a knock.
+// Tells a release from a bounce, a knock and a false release: the rule of protocol/tfsat.toml, [release].
 //
-// A release is: both switches open, and both open without interruption for the debounce time, seen
-// from a state in which both were closed. Its time is the first edge at which both were open: the
-// contacts may chatter after that, but the robot has left at the first. One switch alone never
-// starts anything (a knock during the lift, a broken wire); both open for less than the debounce,
-// then closed again for as long, is counted as a knock. Contacts that go on chattering for longer
-// than any release does start anew, so that a shaken robot's time never begins long before its
-// release.
+// A pure function of the stamped edges: when poll() is called decides only how soon it is told.
 #ifndef TFSAT_RELEASE_RELEASE_DETECTOR_H
 #define TFSAT_RELEASE_RELEASE_DETECTOR_H
 
@@ -18,39 +12,57 @@ namespace sequencer {
 
 class ReleaseDetector {
  public:
+  enum class Verdict : uint8_t { kNone, kReleased, kFalseRelease };
+
   // Starts watching; both switches must be closed now. Goes on counting knocks from `knocks`.
   void reset(tick_t now, uint16_t knocks);
-  void on_edge(const SwitchEdge& edge);
-  // Call often, after the edges, with the switches' present levels. True once, when a release is
-  // certain.
-  bool poll(tick_t now, uint8_t levels_open);
-  // Time of the release that poll() told.
-  tick_t released_at() const { return both_open_since_first_; }
-  uint16_t knocks() const { return knocks_; }
-  // Edges of both switches since released_at(), its own included.
+  // In order of time. What is certain by the time of this edge.
+  Verdict on_edge(const SwitchEdge& edge);
+  // Call often, after the edges, with the switches' present levels.
+  Verdict poll(tick_t now, uint8_t levels_open);
+
+  // Of the last release: t = 0 of the schedule.
+  tick_t released_at() const { return released_at_; }
+  // Ticks before and after released_at() between which the robot may have left; 0 where the edges fit
+  // one release only. Both may grow until both switches have been open for release_chatter_us.
+  uint32_t earlier_ticks() const { return ambiguous() ? released_at_ - first_ : 0; }
+  uint32_t later_ticks() const { return ambiguous() ? last_ - released_at_ : 0; }
+  // Edges of both switches from released_at(), its own included, to when it was certain.
   uint16_t bounces() const { return bounces_; }
+  uint16_t knocks() const { return knocks_; }
 
  private:
   static constexpr uint32_t kDebounceTicks = protocol::kReleaseDebounceUs * kTicksPerUs;
+  static constexpr uint32_t kBounceTicks = protocol::kReleaseBounceUs * kTicksPerUs;
+  static constexpr uint32_t kHungTicks = protocol::kReleaseHungUs * kTicksPerUs;
   static constexpr uint32_t kChatterTicks = protocol::kReleaseChatterUs * kTicksPerUs;
+  static constexpr uint32_t kSeatedTicks = protocol::kReleaseSeatedUs * kTicksPerUs;
   // An edge that hardware could not stamp is believed when the level has stood this long and no other
   // edge has come meanwhile.
   static constexpr uint32_t kLevelTicks = 1 * kTicksPerMs;
   static constexpr uint8_t kBoth = 3;
 
-  void change(uint8_t open, tick_t at);
-  void judge();
+  bool ambiguous() const { return hung_ || last_ - first_ > kBounceTicks; }
+  Verdict change(uint8_t open, tick_t at);
+  Verdict judge(tick_t until);
+  Verdict judge_open(uint32_t stood);
+  Verdict judge_closed(uint32_t stood);
+  void note_both_open(tick_t at);
 
-  tick_t both_open_since_first_ = 0;  // first edge of this opening
+  tick_t released_at_ = 0;
+  tick_t first_ = 0;  // both open for the first time, at most kChatterTicks before the last
+  tick_t last_ = 0;   // both open for the last time before settled_
   tick_t last_change_ = 0;
   tick_t disagree_since_ = 0;
   uint16_t knocks_ = 0;
   uint16_t bounces_ = 0;
   uint8_t open_ = 0;
-  bool opening_ = false;  // both have been open since both were last closed for long
-  bool touched_ = false;  // at least one has been open since
+  bool opening_ = false;   // both have been open, and may have been since the release
+  bool hung_ = false;      // the robot may have, between first_ and last_
+  bool touched_ = false;   // at least one has been open since both were last closed for long
+  bool released_ = false;  // and no false release since
+  bool settled_ = false;   // later edges say nothing of the release any more
   bool disagrees_ = false;
-  bool released_ = false;  // certain, and not told yet
 };
 
 }  // namespace sequencer

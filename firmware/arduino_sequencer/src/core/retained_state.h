@@ -34,6 +34,7 @@ struct RetainedState {
   uint8_t resets;    // while armed
   uint8_t driven;    // bit i: servo i gets pulses
   uint16_t knocks;   // since arming
+  uint16_t false_releases;  // likewise
   uint16_t records;  // which maneuver and settings were in force at the arming
   uint16_t token;
   int16_t held_cdeg[protocol::kJointCount];  // what each servo is told
@@ -63,6 +64,7 @@ struct RetainedState {
     sum = protocol::crc16_update(sum, resets);
     sum = protocol::crc16_update(sum, driven);
     sum = add(sum, knocks);
+    sum = add(sum, false_releases);
     sum = add(sum, records);
     sum = add(sum, token);
     for (int16_t angle : held_cdeg) sum = add(sum, static_cast<uint16_t>(angle));

@@ -64,6 +64,7 @@ void Sequencer::start(tick_t now, ResetCause cause) {
       latch(retained_.fault);
       break;
     default:
+      retained_.false_releases = 0;
       retained_.clear();
       detector_.reset(now, 0);
   }
@@ -98,10 +99,8 @@ void Sequencer::poll(tick_t now) {
   if (resuming_) resume(now);
   switch (state_) {
     case SequencerState::kArmed:
-      watch_release(now);
-      break;
     case SequencerState::kRunning:
-      watch_run(now);
+      watch_switches(now);
       break;
     case SequencerState::kJogging:
       watch_jog();
@@ -143,6 +142,11 @@ void Sequencer::hold(uint8_t joint, int16_t angle_cdeg) {
   note_held(joint, angle_cdeg);
 }
 
+// Also forgets what was scheduled.
+void Sequencer::hold_start_pose() {
+  for (uint8_t joint = 1; joint <= kJointCount; ++joint) hold(joint, 0);
+}
+
 void Sequencer::note_held(uint8_t joint, int16_t angle_cdeg) {
   retained_.held_cdeg[joint - 1] = angle_cdeg;
   retained_.seal();
@@ -153,9 +157,10 @@ ErrorCode Sequencer::arm(uint16_t token, tick_t now) {
   last_refusal_ = refusal(token);
   if (last_refusal_ != ErrorCode::kNone) return last_refusal_;
   retained_.knocks = 0;
+  retained_.false_releases = 0;
   retained_.records = records();
   begin_watch(now);
-  for (uint8_t joint = 1; joint <= kJointCount; ++joint) hold(joint, 0);
+  hold_start_pose();
   accepted_token_ = token;
   retained_.resets = 0;
   enter(SequencerState::kArmed);
@@ -228,15 +233,42 @@ void Sequencer::resume(tick_t now) {
   }
 }
 
-void Sequencer::watch_release(tick_t now) {
+// In a run, too: the robot may turn out to hang.
+void Sequencer::watch_switches(tick_t now) {
   SwitchEdge edge;
-  while (switches_.take_edge(edge)) detector_.on_edge(edge);
-  const bool released = detector_.poll(now, switches_.levels());
+  while (switches_.take_edge(edge)) heed(detector_.on_edge(edge), now);
+  heed(detector_.poll(now, switches_.levels()), now);
   if (detector_.knocks() != retained_.knocks) {
     retained_.knocks = detector_.knocks();
     retained_.seal();
   }
-  if (released) begin_run(detector_.released_at());
+  if (state_ == SequencerState::kRunning) watch_run(now);
+}
+
+void Sequencer::heed(ReleaseDetector::Verdict verdict, tick_t now) {
+  if (verdict == ReleaseDetector::Verdict::kReleased && state_ == SequencerState::kArmed) {
+    begin_run(detector_.released_at());
+  } else if (verdict == ReleaseDetector::Verdict::kFalseRelease &&
+             state_ == SequencerState::kRunning) {
+    end_false_run(now);
+  }
+}
+
+// Before the first stroke nothing has moved: armed as before. After it, only a person knows what the
+// robot hangs on, and where its joints may go.
+void Sequencer::end_false_run(tick_t now) {
+  servos_.cancel();
+  note_strokes();
+  ++retained_.false_releases;
+  const uint32_t first_us = maneuvers_.current().strokes[0].start_us;
+  if (strokes_started_ > 0 || !tick_before(now, released_at_ + ticks_from_us(first_us))) {
+    latch(ErrorCode::kClosedWhileRunning);
+    return;
+  }
+  hold_start_pose();
+  retained_.run.report = RunReportReply{};
+  retained_.run.seal();
+  enter(SequencerState::kArmed);
 }
 
 // The whole schedule goes to the servo driver at once: from here on, hardware and its interrupts
@@ -268,8 +300,20 @@ void Sequencer::note_release_time() {
   retained_.run.seal();
 }
 
+// Contacts that go on bouncing after the release was believed may make it less certain.
+void Sequencer::note_release_interval() {
+  RunReportReply& report = retained_.run.report;
+  const uint32_t earlier_us = us_from_ticks(detector_.earlier_ticks());
+  const uint32_t later_us = us_from_ticks(detector_.later_ticks());
+  if (report.earlier_us == earlier_us && report.later_us == later_us) return;
+  report.earlier_us = earlier_us;
+  report.later_us = later_us;
+  retained_.run.seal();
+}
+
 void Sequencer::watch_run(tick_t now) {
   note_strokes();
+  note_release_interval();
   const Maneuver& maneuver = maneuvers_.current();
   if (tick_before(now, released_at_ + ticks_from_us(maneuver.end_us()))) return;
   if (strokes_started_ == maneuver.stroke_count) {

@@ -59,6 +59,7 @@ class Sequencer {
   uint8_t resets_while_armed() const { return retained_.resets; }
   uint8_t strokes_started() const { return strokes_started_; }
   uint16_t knocks() const { return detector_.knocks(); }
+  uint16_t false_releases() const { return retained_.false_releases; }
   // What each servo is told to hold; 0 where it gets no pulses.
   const int16_t (&held_cdeg() const)[protocol::kJointCount] { return retained_.held_cdeg; }
   const Jog& jogging() const { return jog_; }
@@ -71,6 +72,7 @@ class Sequencer {
   void enter(SequencerState state);
   void latch(ErrorCode fault);
   void hold(uint8_t joint, int16_t angle_cdeg);
+  void hold_start_pose();
   void note_held(uint8_t joint, int16_t angle_cdeg);
   ErrorCode refusal(uint16_t token);
   bool fits_settings() const;
@@ -79,11 +81,14 @@ class Sequencer {
   uint16_t records() const;
   void note_begun();
   void resume(tick_t now);
-  void watch_release(tick_t now);
+  void watch_switches(tick_t now);
+  void heed(ReleaseDetector::Verdict verdict, tick_t now);
   void begin_run(tick_t released_at);
+  void end_false_run(tick_t now);
   void watch_run(tick_t now);
   void watch_jog();
   void note_release_time();
+  void note_release_interval();
   void note_strokes();
   void count_uptime(tick_t now);
 

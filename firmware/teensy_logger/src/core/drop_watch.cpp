@@ -34,25 +34,16 @@ void DropWatch::on_edge(const Edge& edge) {
   const uint8_t bit = static_cast<uint8_t>(1u << edge.index);
   moved_ = static_cast<uint8_t>(moved_ | bit);
   open_by_edges_ = static_cast<uint8_t>(edge.open ? open_by_edges_ | bit : open_by_edges_ & ~bit);
-  detector_.on_edge(sequencer::SwitchEdge{ticks(edge.t_us), edge.index, edge.open});
+  heed(detector_.on_edge(sequencer::SwitchEdge{ticks(edge.t_us), edge.index, edge.open}), edge.t_us);
 }
 
 void DropWatch::poll(uint64_t t_us, uint8_t switches_open, uint32_t peak_counts) {
   note_seated(t_us, switches_open);
-  if (phase() == DropPhase::kWaiting) {
-    note_release(t_us, switches_open);
-  } else if (phase() == DropPhase::kFalling) {
-    note_landing(t_us, peak_counts);
-  }
+  if (phase() != DropPhase::kLanded) watch_switches(t_us, switches_open);
+  if (phase() == DropPhase::kFalling) note_landing(t_us, peak_counts);
 }
 
-void DropWatch::seat(uint64_t t_us) {
-  detector_.reset(ticks(t_us), 0);
-  moved_ = 0;
-  seated_ = true;
-}
-
-// A recording may begin before the robot is seated, and a release may turn out to be none.
+// A recording may begin before the robot is seated.
 void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
   if (switches_open != 0) {
     closed_ = false;
@@ -64,26 +55,34 @@ void DropWatch::note_seated(uint64_t t_us, uint8_t switches_open) {
     closed_since_us_ = t_us;
   }
   const uint64_t closed_us = t_us - closed_since_us_;
-  if (!seated_ && closed_us >= protocol::kReleaseDebounceUs) seat(t_us);
-  hangs_ = closed_us >= kSeatedUs;
-  if (phase() != DropPhase::kFalling || !hangs_) return;
-  phase_ = DropPhase::kWaiting;
-  note(released_us_, EventCode::kRelease, 0, 0);
-  seat(t_us);
+  hangs_ = closed_us >= protocol::kReleaseSeatedUs;
+  if (seated_ || closed_us < protocol::kReleaseDebounceUs) return;
+  detector_.reset(ticks(t_us), 0);
+  moved_ = 0;
+  seated_ = true;
 }
 
 // The pins are read after the edges were taken: a switch that chatters may have moved again, and
 // that edge is still to come. Its level tells of a missed edge only at an instant without one.
-void DropWatch::note_release(uint64_t t_us, uint8_t switches_open) {
+void DropWatch::watch_switches(uint64_t t_us, uint8_t switches_open) {
   const uint8_t open = static_cast<uint8_t>((switches_open & ~moved_) | (open_by_edges_ & moved_));
   moved_ = 0;
-  if (!seated_ || !detector_.poll(ticks(t_us), open)) return;
-  const uint32_t ago_ticks = ticks(t_us) - detector_.released_at();
-  released_us_ = t_us - sequencer::us_from_ticks(ago_ticks);
-  released_low_us_ = static_cast<uint32_t>(released_us_);
-  releases_.store(releases() + 1, std::memory_order_release);
-  phase_ = DropPhase::kFalling;
-  note(released_us_, EventCode::kRelease, 1, 0);
+  if (seated_) heed(detector_.poll(ticks(t_us), open), t_us);
+}
+
+void DropWatch::heed(sequencer::ReleaseDetector::Verdict verdict, uint64_t t_us) {
+  using Verdict = sequencer::ReleaseDetector::Verdict;
+  if (verdict == Verdict::kReleased && phase() == DropPhase::kWaiting) {
+    const uint32_t ago_ticks = ticks(t_us) - detector_.released_at();
+    released_us_ = t_us - sequencer::us_from_ticks(ago_ticks);
+    released_low_us_ = static_cast<uint32_t>(released_us_);
+    releases_.store(releases() + 1, std::memory_order_release);
+    phase_ = DropPhase::kFalling;
+    note(released_us_, EventCode::kRelease, 1, 0);
+  } else if (verdict == Verdict::kFalseRelease && phase() == DropPhase::kFalling) {
+    phase_ = DropPhase::kWaiting;
+    note(released_us_, EventCode::kRelease, 0, 0);
+  }
 }
 
 void DropWatch::note_landing(uint64_t t_us, uint32_t peak_counts) {

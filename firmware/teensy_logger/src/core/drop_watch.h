@@ -1,7 +1,8 @@
 // Where in a drop the robot is: released by its switches, landed by its accelerometers or by time.
 //
-// The release follows the sequencer's own rule, by the sequencer's own code. The landing is only
-// looked for after it, so no knock in the lift ends a recording.
+// The release, a false one included, follows the sequencer's own rule, by the sequencer's own code. The
+// landing is only looked for after it, so no knock in the lift ends a recording; it is one for the rest
+// of the recording, whatever switches the robot lies on.
 #pragma once
 
 #include <atomic>
@@ -15,10 +16,6 @@ namespace logger {
 
 class DropWatch {
  public:
-  // Both switches closed again for this long in a fall: it was none. A landing is one for the rest
-  // of the recording, whatever the robot lies on.
-  static constexpr uint32_t kSeatedUs = 200000;
-
   // A recording begins. `counts_per_g`: of the accelerometers; at the end of its range a sensor
   // shows a shock, too.
   void reset(float counts_per_g);
@@ -39,7 +36,7 @@ class DropWatch {
   protocol::DropPhase phase() const { return phase_.load(std::memory_order_acquire); }
   // Both. Releases since reset(), those that were none included.
   uint32_t releases() const { return releases_.load(std::memory_order_acquire); }
-  // Both switches have been closed for kSeatedUs, at the last instant.
+  // Both switches have been closed for release_seated_us, at the last instant.
   bool seated() const { return hangs_.load(std::memory_order_relaxed); }
   // Both, after a release: its time, which must lie within 35 minutes of `t_us`.
   uint64_t released_us(uint64_t t_us) const {
@@ -49,11 +46,9 @@ class DropWatch {
   }
 
  private:
-  static constexpr uint8_t kBothOpen = (1u << protocol::kSwitchCount) - 1;
-
-  void seat(uint64_t t_us);
   void note_seated(uint64_t t_us, uint8_t switches_open);
-  void note_release(uint64_t t_us, uint8_t switches_open);
+  void watch_switches(uint64_t t_us, uint8_t switches_open);
+  void heed(sequencer::ReleaseDetector::Verdict verdict, uint64_t t_us);
   void note_landing(uint64_t t_us, uint32_t peak_counts);
   void note(uint64_t t_us, protocol::EventCode code, uint16_t arg, int32_t value);
 

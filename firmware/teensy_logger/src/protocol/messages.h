@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x9C, 0x23, 0x23, 0xC9, 0xCC, 0x04, 0x58, 0x39};
+constexpr uint8_t kProtocolHash[8] = {0x37, 0xD5, 0xC8, 0x53, 0x27, 0xA2, 0x25, 0xAE};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -71,8 +71,14 @@ constexpr uint32_t kJogIdleMs = 1000;
 constexpr uint32_t kStrokeLineUs = 1000;
 // Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
 constexpr uint32_t kReleaseDebounceUs = 5000;
-// Contacts that still chatter this long after both were first open belong to a shaken robot, not to a release: the time starts anew.
+// Sound contacts bounce for no longer than this when they open.
+constexpr uint32_t kReleaseBounceUs = 10000;
+// Worn contacts bounce for less than this; both open for longer, the robot has left.
 constexpr uint32_t kReleaseChatterUs = 60000;
+// Sound contacts that bounce are not closed together for this long; the robot may have hung between.
+constexpr uint32_t kReleaseHungUs = 1000;
+// Both switches closed again for this long: the robot hangs, it was no release.
+constexpr uint32_t kReleaseSeatedUs = 200000;
 // Factory setting: sampling rate (paper, sec. robot).
 constexpr uint32_t kSampleRateHz = 280;
 // Slowest sampling rate that a setting may ask for.
@@ -166,7 +172,7 @@ enum class Board : uint8_t {
 enum class SequencerState : uint8_t {
   kSafe = 0,  // Nothing moves. No servo pulses.
   kArmed = 1,  // Servos hold the start pose; the release starts the schedule.
-  kRunning = 2,  // Released: strokes run on schedule.
+  kRunning = 2,  // Released: strokes run on schedule. ARMED again after a false release.
   kDone = 3,  // All strokes were commanded; servos hold the end pose.
   kFault = 4,  // Something is wrong; nothing new is commanded until a person disarms. Servos that were driven are held where they were.
   kJogging = 5,  // One joint is moved slowly on a person's order; the others get no pulses.
@@ -237,7 +243,7 @@ enum class EventCode : uint8_t {
   kSensorRecovered = 4,  // A sensor answers again: index = IMU.
   kCardStall = 5,  // A card write took long: value = milliseconds.
   kSamplesDropped = 6,  // The ring was full: value = samples lost.
-  kRelease = 7,  // The logger believes a release, see [release]; time = its first edge, arg = 1. arg = 0: both switches closed again, it was none.
+  kRelease = 7,  // The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one.
   kLanding = 8,  // The robot has landed: arg = 1 by a shock, value = mg; arg = 0 by the time since the release.
   kRingHighWater = 9,  // More of the ring than ever waits for the card: arg = quarters of the ring, value = blocks.
   kCardLost = 10,  // The card stopped answering: arg = error code. It is tried again for as long as the ring has room.
@@ -276,6 +282,7 @@ enum class ErrorCode : uint8_t {
   kSettingOutOfRange = 25,  // A servo setting makes no sense.
   kSettingsDoNotFit = 26,  // The stored maneuver leaves a joint's limits in the servo settings.
   kStoreDamaged = 27,  // The stored maneuver or the servo settings are damaged in the EEPROM.
+  kClosedWhileRunning = 28,  // Both release switches closed again after the maneuver had begun.
   kNoCard = 40,  // No SD card answers.
   kCardFull = 41,  // The card has no room for a recording.
   kCardWriteFailed = 42,  // The card refused a write.
@@ -884,7 +891,7 @@ struct SequencerStatusRequest {
 // What the sequencer is doing.
 struct SequencerStatusReply {
   static constexpr uint8_t kType = 0x82;
-  static constexpr size_t kSize = 30;
+  static constexpr size_t kSize = 32;
 
   SequencerState state;  // State machine.
   ErrorCode fault;  // The latched fault, or none.
@@ -901,6 +908,7 @@ struct SequencerStatusReply {
   uint16_t ram_never_used_bytes;  // Low-water mark of free RAM since the board started.
   uint16_t frames_rejected;  // Frames that arrived damaged, since the board started.
   uint8_t stores_damaged;  // Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
+  uint16_t false_releases;  // False releases since arming; see release. They survive a reset.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -918,6 +926,7 @@ struct SequencerStatusReply {
     out.u16(ram_never_used_bytes);
     out.u16(frames_rejected);
     out.u8(stores_damaged);
+    out.u16(false_releases);
   }
 
   void read(Reader& in) {
@@ -936,6 +945,7 @@ struct SequencerStatusReply {
     ram_never_used_bytes = in.u16();
     frames_rejected = in.u16();
     stores_damaged = in.u8();
+    false_releases = in.u16();
   }
 
   // `out` must hold kSize bytes.
@@ -971,7 +981,7 @@ struct RunReportRequest {
 // The last run, as measured by the sequencer's own timer.
 struct RunReportReply {
   static constexpr uint8_t kType = 0x84;
-  static constexpr size_t kSize = 74;
+  static constexpr size_t kSize = 82;
 
   uint8_t released;  // 1: there was a run since power was switched on. 0: the rest is zero.
   uint16_t bounces;  // Edges of both switches from the release's first edge to its confirmation.
@@ -979,6 +989,8 @@ struct RunReportReply {
   uint16_t release_us;  // And microseconds beyond those, 0 to 999.
   uint8_t stroke_count;  // Strokes whose new pulse has begun.
   uint32_t start_us[16];  // Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.
+  uint32_t earlier_us;  // The robot may have left so long before the release edge; 0 unless the edges fit two releases.
+  uint32_t later_us;  // And so long after it.
 
   void write(Writer& out) const {
     out.u8(released);
@@ -987,6 +999,8 @@ struct RunReportReply {
     out.u16(release_us);
     out.u8(stroke_count);
     for (size_t i = 0; i < 16; ++i) out.u32(start_us[i]);
+    out.u32(earlier_us);
+    out.u32(later_us);
   }
 
   void read(Reader& in) {
@@ -996,6 +1010,8 @@ struct RunReportReply {
     release_us = in.u16();
     stroke_count = in.u8();
     for (size_t i = 0; i < 16; ++i) start_us[i] = in.u32();
+    earlier_us = in.u32();
+    later_us = in.u32();
   }
 
   // `out` must hold kSize bytes.

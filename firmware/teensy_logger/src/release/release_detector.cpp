@@ -8,63 +8,93 @@ void ReleaseDetector::reset(tick_t now, uint16_t knocks) {
   open_ = 0;
   opening_ = false;
   touched_ = false;
-  disagrees_ = false;
   released_ = false;
+  disagrees_ = false;
   last_change_ = now;
   knocks_ = knocks;
 }
 
-void ReleaseDetector::on_edge(const SwitchEdge& edge) {
+ReleaseDetector::Verdict ReleaseDetector::on_edge(const SwitchEdge& edge) {
   const uint8_t bit = static_cast<uint8_t>(1 << edge.index);
-  change(static_cast<uint8_t>(edge.open ? open_ | bit : open_ & ~bit), edge.at);
+  return change(static_cast<uint8_t>(edge.open ? open_ | bit : open_ & ~bit), edge.at);
 }
 
-void ReleaseDetector::change(uint8_t open, tick_t at) {
-  if (open == open_) return;
-  // The loop may have been away for longer than the debounce.
-  if (!tick_before(at, last_change_ + kDebounceTicks)) judge();
-  if (released_) return;
-  open_ = open;
-  disagrees_ = false;
-  last_change_ = at;
-  if (open != 0) touched_ = true;
-  if (opening_) ++bounces_;
-  if (opening_ && at - both_open_since_first_ > kChatterTicks) opening_ = false;
-  if (open == kBoth && !opening_) {
-    opening_ = true;
-    both_open_since_first_ = at;
-    bounces_ = 1;
-  }
-}
-
-bool ReleaseDetector::poll(tick_t now, uint8_t levels_open) {
+ReleaseDetector::Verdict ReleaseDetector::poll(tick_t now, uint8_t levels_open) {
   if (levels_open == open_) {
     disagrees_ = false;
   } else if (!disagrees_) {
     disagrees_ = true;
     disagree_since_ = now;
   } else if (now - disagree_since_ >= kLevelTicks) {
-    change(levels_open, disagree_since_);
+    return change(levels_open, disagree_since_);
   }
-  // An edge stamped after `now` was read is not old yet.
-  if (!tick_before(now, last_change_ + kDebounceTicks)) judge();
-  const bool released = released_;
-  released_ = false;
-  return released;
+  return judge(now);
 }
 
-// What the switches are now, they have been for the debounce.
-void ReleaseDetector::judge() {
-  if (released_) return;
-  if (open_ == kBoth && opening_) {
-    released_ = true;
+ReleaseDetector::Verdict ReleaseDetector::change(uint8_t open, tick_t at) {
+  if (open == open_) return Verdict::kNone;
+  const Verdict verdict = judge(at);
+  open_ = open;
+  disagrees_ = false;
+  last_change_ = at;
+  if (open != 0) touched_ = true;
+  if (opening_ && !released_) ++bounces_;
+  if (open == kBoth) note_both_open(at);
+  return verdict;
+}
+
+// What the switches are now, they have been since the last change.
+ReleaseDetector::Verdict ReleaseDetector::judge(tick_t until) {
+  // An edge may be stamped after `until` was read.
+  if (tick_before(until, last_change_)) return Verdict::kNone;
+  const uint32_t stood = until - last_change_;
+  if (open_ == 0 && stood >= kHungTicks && !settled_) hung_ = true;
+  if (stood < kDebounceTicks) return Verdict::kNone;
+  if (open_ == kBoth) return judge_open(stood);
+  if (stood >= kChatterTicks && !released_) opening_ = false;
+  return open_ == 0 ? judge_closed(stood) : Verdict::kNone;
+}
+
+ReleaseDetector::Verdict ReleaseDetector::judge_open(uint32_t stood) {
+  if (stood >= kChatterTicks) settled_ = true;
+  if (released_) return Verdict::kNone;
+  released_ = true;
+  return Verdict::kReleased;
+}
+
+ReleaseDetector::Verdict ReleaseDetector::judge_closed(uint32_t stood) {
+  if (!released_) {
+    opening_ = false;
+    if (touched_) ++knocks_;
     touched_ = false;
-  } else if (open_ == 0 && touched_) {
+  } else if (stood >= kSeatedTicks) {
+    released_ = false;
+    opening_ = false;
     touched_ = false;
-    ++knocks_;
+    return Verdict::kFalseRelease;
   }
-  // Unless it was the release: whatever both did before was chatter of a knock.
-  opening_ = false;
+  return Verdict::kNone;
+}
+
+void ReleaseDetector::note_both_open(tick_t at) {
+  if (released_) {
+    if (!settled_) last_ = at;
+    return;
+  }
+  const bool anew = !opening_;
+  last_ = at;
+  settled_ = false;
+  opening_ = true;
+  if (anew || at - released_at_ > kBounceTicks) {
+    released_at_ = at;
+    bounces_ = 1;
+  }
+  if (anew) {
+    hung_ = false;
+    first_ = at;
+  } else if (at - first_ > kChatterTicks) {
+    first_ = at - kChatterTicks;
+  }
 }
 
 }  // namespace sequencer
