@@ -12,7 +12,7 @@ from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.robot import EmulatedRobot, Reset
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
-from tfsat_host.protocol.limits import RELEASE_CHATTER_US
+from tfsat_host.protocol.limits import RELEASE_BOUNCE_US, RELEASE_CHATTER_US
 from tfsat_host.protocol.messages import SequencerStatusReply
 
 BOTH = pytest.mark.parametrize("sequencer", ["native", "avr"])
@@ -125,10 +125,14 @@ def test_contacts_bounce_for_as_long_as_they_are_told(sequencer: str, bounce_us:
     assert len(noted_us) > bounce_us / 1000
     # The schedule counts from the first edge, but for contacts that chatter too long (protocol/tfsat.toml, [release]).
     late_us = min(event.t_us for event in log.events if event.name == "stroke") - released_us - 700_000
-    if bounce_us <= RELEASE_CHATTER_US:
+    if bounce_us <= RELEASE_BOUNCE_US:
         assert 0 <= late_us < 50
     else:
-        assert bounce_us - RELEASE_CHATTER_US <= late_us <= bounce_us
+        assert bounce_us - RELEASE_BOUNCE_US <= late_us <= bounce_us
+        assert log.release is not None
+        earliest_us, latest_us = log.release.interval_us
+        assert latest_us == pytest.approx(released_us + bounce_us, abs=1500)
+        assert (earliest_us <= released_us + 1) == (bounce_us < RELEASE_CHATTER_US)
 
 
 def test_good_contacts_bounce_for_a_few_milliseconds() -> None:

@@ -127,7 +127,7 @@ def test_a_release_that_is_lost_is_told_by_the_strokes(tmp_path: Path) -> None:
 def test_a_release_that_is_only_known_to_some_ms_weighs_as_much(tmp_path: Path) -> None:
     log = log_with(tmp_path / "SD.bin", (PLANNED_S + 0.003).tolist())
     at_us = log.origin_us
-    release = Release(at_us, at_us - 5_000, at_us + 25_000, touches_gap=True)
+    release = Release(at_us, at_us - 5_000, at_us + 25_000, (at_us, at_us), touches_gap=True)
     fit = align_clocks(replace(log, release=release), SCHEDULE).sequencer
     assert fit is not None and fit.fits
     assert fit.offset_s == pytest.approx(0.003, abs=1e-4)

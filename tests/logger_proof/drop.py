@@ -9,10 +9,8 @@ import numpy as np
 from tests.logger_proof.due import Due
 from tests.logger_proof.truth import Truth
 from tfsat_host.protocol.limits import LANDING_LATEST_US, RELEASE_DEBOUNCE_US
-from tfsat_host.sdlog.release import release_times
+from tfsat_host.sdlog.release_rule import releases_by_rule
 
-SEATED_US = 200_000
-"""Both switches closed again for so long: it was no release."""
 TICKS_US = 20_000
 """Some sampling instants, should a few be missed."""
 ROUNDING_US = 1
@@ -25,15 +23,13 @@ def drop_events(truth: Truth) -> Iterator[Due]:
     """Releases, those that were none, and the landing, of the whole run."""
     switches = truth.edges[truth.edges["source"] == 0]
     edges = [(edge["t_us"].item(), edge["index"].item(), bool(edge["open"])) for edge in switches]
-    for release_us in release_times(edges, 0, truth.end_us):
-        is_real = release_us == truth.release_us
-        times = (release_us - ROUNDING_US, release_us + ROUNDING_US)
-        yield Due("release", *times, release_us + RELEASE_DEBOUNCE_US + TICKS_US, 0, 1)
-        if is_real:
+    for release in releases_by_rule(edges, 0, truth.end_us):
+        times = (release.at_us - ROUNDING_US, release.at_us + ROUNDING_US)
+        yield Due("release", *times, release.at_us + RELEASE_DEBOUNCE_US + TICKS_US, 0, 1)
+        if release.at_us == truth.release_us:
             yield _landing(truth)
-        else:
-            closed_us = next(t_us for t_us, index, is_open in edges if index == 1 and not is_open)
-            yield Due("release", *times, closed_us + SEATED_US + TICKS_US, 0, 0)
+        elif release.false_us is not None:
+            yield Due("release", *times, release.false_us + TICKS_US, 0, 0)
 
 
 def _landing(truth: Truth) -> Due:

@@ -18,6 +18,7 @@ from tfsat_host.evaluation.model_fit.explained import Explained
 from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
 from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity
 from tfsat_host.protocol.limits import FALL_US
+from tfsat_host.sdlog.doubts import two_releases
 from tfsat_host.sdlog.summary import warnings
 
 Level = Literal["good", "doubtful", "failed"]
@@ -97,7 +98,8 @@ def _of_recording(found: Evaluation) -> Iterator[str]:
         yield (
             f"The recording ends {last_s:.2f} s after the release, in the fall: all numbers are of what came before."
         )
-    yield from (line for line in warnings(found.log) if not line.startswith(" "))
+    of_release = two_releases(found.log.release)
+    yield from (line for line in warnings(found.log) if not line.startswith(" ") and line != of_release)
 
 
 def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
@@ -116,6 +118,9 @@ def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
 
 
 def _of_fall(found: Evaluation) -> Iterator[str]:
+    of_release = two_releases(found.log.release)
+    if of_release is not None:
+        yield of_release
     yield from found.instants.findings
     yield from found.micro_gravity.findings
     if found.clocks is not None:

@@ -59,6 +59,18 @@ def event_doubts(impossible: int) -> Iterator[str]:
         yield f"{impossible} events have impossible times"
 
 
+def two_releases(release: Release | None) -> str | None:
+    """A sentence if the switches' edges fit two releases: nothing is lost, but t = 0 is not certain."""
+    if release is None or release.left_us[0] == release.left_us[1]:
+        return None
+    before_ms = (release.t_us - release.left_us[0]) / 1e3
+    after_ms = (release.left_us[1] - release.t_us) / 1e3
+    return (
+        "The release switches' edges fit two releases (a blow and then the release, or worn contacts): the robot left "
+        f"between {before_ms:.3f} ms before t = 0 and {after_ms:.3f} ms after it."
+    )
+
+
 def release_doubts(
     release: Release | None,
     events: Sequence[DropEvent],
@@ -83,7 +95,7 @@ def release_doubts(
             f"the logger noted a release at {release.contradicts_us / 1e6:.6f} s of its clock; its switch edges "
             f"tell none there but one at {release.t_us / 1e6:.6f} s, which t = 0 is"
         )
-    if release.uncertainty_us:
+    if release.earliest_us < release.latest_us:
         before_ms = (release.t_us - release.earliest_us) / 1e3
         after_ms = (release.latest_us - release.t_us) / 1e3
         yield (

@@ -30,7 +30,7 @@ def metadata(log: DropLog) -> Json:
         "rate_hz": log.rate_hz if log.rate_hz == log.rate_hz else None,
         "release_us": log.release_us,
         "release_uncertainty_us": log.release_uncertainty_us,
-        "release_interval_us": [log.release.earliest_us, log.release.latest_us] if log.release else None,
+        "release_interval_us": list(log.release.interval_us) if log.release else None,
         "t_s_origin": log.t_s_origin,
         "doubts": list(log.doubts),
         "header": _plain(log.header) | {"is_copy": log.header_is_copy, "time_us": log.header_time_us},

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import (
+    LANDING_LATEST_US,
     PAUSE_MIN_US,
-    RELEASE_CHATTER_US,
+    RELEASE_BOUNCE_US,
     RELEASE_DEBOUNCE_US,
+    RELEASE_SEATED_US,
     SAMPLES_PER_BLOCK,
     SWITCH_COUNT,
 )
@@ -21,30 +23,27 @@ from tfsat_host.protocol.limits import (
 from .events import DropEvent
 from .gaps import Gap
 from .noted import Noted, read_noted, set_against
+from .release_rule import ALL_OPEN, RuledRelease, SwitchEdge, releases_by_rule
 
-ALL_OPEN = (1 << SWITCH_COUNT) - 1
 _BACKLOG_BLOCKS = 2
 """Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
 _ROWS_AT_A_TIME = 1 << 15
 _STEPS_LOOKED_AT = 1 << 16
 _NEVER_US = 1 << 62
-_SEATED_US = 200_000
-"""Both switches closed for so long in a fall and the logger revokes its release (`DropWatch::kSeatedUs`)."""
 
-SwitchEdge = tuple[int, int, bool]
-"""Time in µs, switch from 0, whether it opened."""
 Span = tuple[int, int]
 """Times in µs between which edges may be missing."""
 
 
 @dataclass(frozen=True)
 class Release:
-    """A release; the true one lies from `earliest_us` to `latest_us` (both `t_us` if edges tell it).
+    """A release by the rule, t = 0 of the schedule, and what is not certain of it.
 
     Attributes:
         t_us: The logger's clock.
-        earliest_us: It cannot have been before.
+        earliest_us: The rule's release cannot have been before; `t_us` if its edges are all there.
         latest_us: It cannot have been after.
+        left_us: Between when the robot left: not the same time twice where the edges fit two releases.
         touches_gap: Blocks or samples that are lost may hold its edges.
         contradicts_us: Another time, at which the logger noted a release that the edges do not tell, and
             nothing is lost that would explain it.
@@ -53,13 +52,20 @@ class Release:
     t_us: int
     earliest_us: int
     latest_us: int
+    left_us: Span
     touches_gap: bool
     contradicts_us: int | None = None
 
     @property
     def uncertainty_us(self) -> int:
-        """The most by which `t_us` can be wrong."""
-        return max(self.t_us - self.earliest_us, self.latest_us - self.t_us)
+        """The most by which the robot may have left before or after `t_us`."""
+        earliest_us, latest_us = self.interval_us
+        return max(self.t_us - earliest_us, latest_us - self.t_us)
+
+    @property
+    def interval_us(self) -> Span:
+        """Between when the robot left, lost edges counted too."""
+        return min(self.earliest_us, self.left_us[0]), max(self.latest_us, self.left_us[1])
 
 
 def find_release(
@@ -103,7 +109,9 @@ def find_release(
         if gap.end_us is not None
     ]
     start = _state_at_start(edges, int(t_us[0]), switch_open[0])
-    told = release_times(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
+    ruled = releases_by_rule(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
+    left_us = {release.at_us: release.left_us for release in ruled}
+    told = [release.at_us for release in ruled if not _is_false(release, events)]
     before_start = [(-_NEVER_US, int(t_us[0])) for gap in gaps if gap.start_us is None]
     noted = read_noted(events)
     releases = set_against(told, noted, unseen + holes + before_start)
@@ -118,7 +126,7 @@ def find_release(
     def may_move_it(span: Span) -> bool:
         if is_noted:
             # Only an unseen closing and another release could: that takes longer than most gaps.
-            return chosen < span[1] and span[0] <= end and span[1] - span[0] >= _SEATED_US
+            return chosen < span[1] and span[0] <= end and span[1] - span[0] >= RELEASE_SEATED_US
         return span[1] >= begin and span[0] <= end and not _is_chatter(span, chosen)
 
     near = [span for span in unseen + holes if may_move_it(span)]
@@ -126,9 +134,17 @@ def find_release(
         chosen,
         chosen if is_noted else min([chosen, *(span[0] for span in near)]),
         max([chosen, *(span[1] for span in near)]),
+        left_us.get(chosen, (chosen, chosen)),
         any(may_move_it(span) for span in holes),
         None if is_noted or near else _last_before(noted, latest_us),
     )
+
+
+def _is_false(release: RuledRelease, events: Sequence[DropEvent]) -> bool:
+    """Whether both switches closed again before the landing; after it, they say nothing of the release."""
+    landings = (event.t_us for event in events if event.name == "landing" and event.t_us > release.at_us)
+    landed_us = next(landings, release.at_us + LANDING_LATEST_US)
+    return release.false_us is not None and release.false_us < landed_us
 
 
 def _state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: NDArray[np.bool_]) -> int:
@@ -141,43 +157,6 @@ def _state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: NDArray
         if time_us < first_us:
             state = state & ~(1 << switch) if opened else state | 1 << switch
     return state
-
-
-def release_times(edges: Sequence[SwitchEdge], start: int, end_us: int) -> list[int]:
-    """All releases, by the rule of the firmware's `ReleaseDetector`, armed anew when both have closed.
-
-    Both switches open without interruption for RELEASE_DEBOUNCE_US; the time is the first edge at
-    which both were open, unless the contacts still chatter RELEASE_CHATTER_US after it.
-
-    Args:
-        edges: By time.
-        start: Bit i: switch i is open before them.
-        end_us: How long the switches are known to stay as the last edge left them.
-    """
-    releases: list[int] = []
-    state = start
-    watching = start == 0
-    since: int | None = None
-    last_us: int | None = None
-    for time_us, switch, is_open in [*edges, (end_us, -1, False)]:
-        if last_us is not None and time_us - last_us >= RELEASE_DEBOUNCE_US:
-            if state == ALL_OPEN and since is not None and watching:
-                releases.append(since)
-                watching = False
-            elif state == 0:
-                watching = True
-            since = None
-        if switch < 0:
-            break
-        changed = state | 1 << switch if is_open else state & ~(1 << switch)
-        if changed == state:
-            continue
-        state, last_us = changed, time_us
-        if since is not None and time_us - since > RELEASE_CHATTER_US:
-            since = None
-        if state == ALL_OPEN and since is None:
-            since = time_us
-    return releases
 
 
 def _choose(
@@ -287,10 +266,13 @@ def _window(release_us: int, edges: list[SwitchEdge], start: int, unseen: list[S
     state, next_edge = start, 0
     previous: int | None = None
     for mark in [*marks, _NEVER_US]:
-        if previous is None or mark - previous >= RELEASE_DEBOUNCE_US:
+        quiet_us = _NEVER_US if previous is None else mark - previous
+        if quiet_us >= RELEASE_DEBOUNCE_US:
             started = 0 if previous is None else bisect_right(span_starts, previous)
             known = not started or reach_us[started - 1] < mark
-            if known and mark <= release_us and state != ALL_OPEN:
+            # Edges with one switch open may belong to the same bounce.
+            apart = state == 0 or quiet_us > RELEASE_BOUNCE_US
+            if known and mark <= release_us and state != ALL_OPEN and apart:
                 begin, found_begin = mark, True
             if known and previous is not None and previous >= release_us and state == ALL_OPEN:
                 end = previous
@@ -307,4 +289,4 @@ def _is_chatter(span: Span, release_us: int) -> bool:
     """Too short to hide a closing, and after both were first seen open: it cannot move the release."""
     first_us, last_us = span
     short = last_us - first_us < RELEASE_DEBOUNCE_US
-    return short and first_us >= release_us and last_us - release_us <= RELEASE_CHATTER_US
+    return short and first_us >= release_us and last_us - release_us <= RELEASE_BOUNCE_US

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 
+from .doubts import two_releases
 from .droplog import DropLog
 from .gaps import Gap
 from .metadata import late_samples, metadata
@@ -47,7 +48,8 @@ def clipping(log: DropLog) -> Json | None:
     if not clipped.any():
         return None
     times = log.t_s[clipped]
-    fall_s = FALL_US / 1e6
+    landings = (log.seconds(event.t_us) for event in log.events if event.name == "landing")
+    fall_s = min([FALL_US / 1e6, *(t_s for t_s in landings if t_s > 0.0)])
     released = log.release_us is not None
     return {
         "first_s": float(times[0]),
@@ -65,6 +67,8 @@ def _row(name: str, valid: NDArray[np.bool_], clipped: int | None) -> Json:
 def warnings(log: DropLog) -> list[str]:
     """Sentences on everything that was lost or is doubtful; empty for a recording without fault."""
     lines = [f"Doubtful: {doubt}." for doubt in log.doubts]
+    if (ambiguous := two_releases(log.release)) is not None:
+        lines.append(ambiguous)
     if log.header_is_copy and log.late_start is None:
         lines.append("The first block is lost; the scales come from a copy of the header.")
     gaps = [gap for gap in log.gaps if not gap.late_start]

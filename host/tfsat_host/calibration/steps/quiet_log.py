@@ -36,7 +36,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
     Returns:
         Its samples; None if nothing rested for `LEAST_S`.
     """
-    end_us = int(log.t_us[-1]) + 1 if log.release is None else log.release.earliest_us - _RELEASE_MARGIN_US
+    end_us = int(log.t_us[-1]) + 1 if log.release is None else log.release.interval_us[0] - _RELEASE_MARGIN_US
     rows = int(np.searchsorted(log.t_us, end_us))
     per_second = max(4, round(log.header.rate_hz))
     seconds = rows // per_second
