@@ -134,7 +134,11 @@ def _sequencer(watch: SequencerWatch, width: int) -> list[Block]:
         ),
         _row(_REFUSAL, "last refusal", error_words(status.last_refusal), width),
         _row(
-            _ACTIVITY, "knocks", f"{status.knocks}; strokes of the last run: {status.strokes_started}", width
+            _ACTIVITY,
+            "knocks",
+            f"{status.knocks}; false releases: {status.false_releases}; "
+            f"strokes of the last run: {status.strokes_started}",
+            width,
         ),
         _row(_ACTIVITY, "commanded", servos, width),
     ]

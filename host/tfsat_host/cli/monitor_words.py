@@ -33,6 +33,7 @@ def sequencer_as_dict(watch: SequencerWatch) -> dict[str, Any]:
         "last_refusal_explained": explained(status.last_refusal),
         "switches_closed": switches_closed(status.switches_open),
         "knocks": status.knocks,
+        "false_releases": status.false_releases,
         "strokes_started": status.strokes_started,
         "resets_while_armed": status.resets_while_armed,
         "commanded_deg": commanded_deg(status),
@@ -100,6 +101,7 @@ def one_line(t_s: float, sequencer: SequencerWatch | None, logger: LoggerWatch |
         parts.append(
             f"sequencer {with_fault(status.state.name.lower(), status.fault.name.lower())}, "
             f"switches {switch_words(status.switches_open)}, knocks {status.knocks}, "
+            f"false releases {status.false_releases}, "
             f"strokes {status.strokes_started}, commanded {servos}, last refusal {error_words(status.last_refusal)}"
         )
     if logger is not None:

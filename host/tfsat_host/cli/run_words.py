@@ -16,6 +16,7 @@ def run_as_dict(run: LastRun) -> dict[str, Any]:
         "released_uptime_s": run.released_us / US_PER_S,
         "since_release_s": run.since_release_s,
         "bounces": run.bounces,
+        "release_interval_us": [-run.earlier_us, run.later_us],
         "strokes_planned": run.planned,
         "strokes": [
             {"start_us": onset.start_us, "scheduled_us": onset.scheduled_us, "error_us": onset.error_us}
@@ -31,6 +32,14 @@ def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
     rows = [
         ("  last run", "; ".join([_released(run), *_extent(run, state), f"{run.bounces} edges of bounce"]))
     ]
+    if run.earlier_us or run.later_us:
+        rows.append(
+            (
+                "    ATTENTION",
+                "the switches' edges fit two releases: the robot may have left up to "
+                f"{run.earlier_us / 1000:.1f} ms before or {run.later_us / 1000:.1f} ms after it",
+            )
+        )
     for number, onset in enumerate(run.onsets, 1):
         error = (
             "no stroke of the maneuver on the board is known to be this one"

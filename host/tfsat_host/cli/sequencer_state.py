@@ -106,6 +106,7 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
         "resets_while_armed": status.resets_while_armed,
         "strokes_started": status.strokes_started,
         "knocks": status.knocks,
+        "false_releases": status.false_releases,
         "joint_angle_deg": _joint_angles_deg(status),
         "uptime_s": status.uptime_ms / 1000,
         "image_crc": None if natively else f"{status.image_crc:08x}",
@@ -165,7 +166,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
     rows += _servo_rows(report)
     rows += [
         ("  switches", switch_words(status.switches_open)),
-        ("  knocks", str(status.knocks)),
+        ("  knocks", f"{status.knocks}, and {status.false_releases} false releases"),
         ("  last start", f"{_cause(status)}, {status.uptime_ms / 1000:.0f} s ago"),
     ]
     rows += run_rows(report.run, status.state)

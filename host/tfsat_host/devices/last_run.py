@@ -11,7 +11,11 @@ from tfsat_host.protocol.limits import SCHEDULE_GRID_US
 from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
 
 _OF_THIS_START = (SequencerState.RUNNING, SequencerState.DONE)
-_FAULTS_OF_A_RUN = (ErrorCode.STROKE_MISSED, ErrorCode.RESET_WHILE_RUNNING)
+_FAULTS_OF_A_RUN = (
+    ErrorCode.STROKE_MISSED,
+    ErrorCode.RESET_WHILE_RUNNING,
+    ErrorCode.CLOSED_WHILE_RUNNING,
+)
 _US_PER_MS = 1000
 
 
@@ -41,6 +45,8 @@ class LastRun:
         released_us: The release edge on the board's clock, since the start in which it was released.
         since_release_s: How long ago that is, to 1 ms; None where the board may have been reset since.
         bounces: Edges of both switches from the release's first edge to its confirmation.
+        earlier_us: The robot may have left so long before the release edge; 0 unless the edges fit two releases.
+        later_us: And so long after it.
         planned: Strokes of the maneuver that was flown; None where that on the board is not known to be it.
         onsets: Of the strokes that have begun, in order.
     """
@@ -48,6 +54,8 @@ class LastRun:
     released_us: int
     since_release_s: float | None
     bounces: int
+    earlier_us: int
+    later_us: int
     planned: int | None
     onsets: tuple[Onset, ...]
 
@@ -74,6 +82,8 @@ def last_run(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
         since_release_s=(status.uptime_ms - report.release_ms) / 1000 if _in_this_start(status) else None,
         bounces=report.bounces,
+        earlier_us=report.earlier_us,
+        later_us=report.later_us,
         planned=len(scheduled_us) if flown else None,
         onsets=onsets,
     )

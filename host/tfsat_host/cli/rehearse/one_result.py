@@ -61,6 +61,7 @@ def day_facts(drop: Drop, preflight: Path) -> Json:
         "setbacks": list(drop.setbacks),
         "sequencer_state": None if drop.sequencer is None else drop.sequencer.state.name.lower(),
         "knocks": None if drop.sequencer is None else drop.sequencer.knocks,
+        "false_releases": None if drop.sequencer is None else drop.sequencer.false_releases,
     }
 
 

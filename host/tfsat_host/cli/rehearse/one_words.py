@@ -219,6 +219,11 @@ def _show_sequencer(result: Json, out: Output) -> None:
         "switch)"
     )
     out.line(f"The sequencer:        {result['sequencer_state']}{ignored if knocks else ''}.")
+    if false_releases := result["false_releases"]:
+        times = "once" if false_releases == 1 else f"{false_releases} times"
+        out.line(
+            f"{_INDENT}Both switches opened and closed again for good {times}: no release, and nothing moved for it."
+        )
     if result["sequencer_state"] == "armed":
         out.line(f"{_INDENT}STILL ARMED: its servos would move when both switches open. First of all:")
         out.line(f"{_INDENT}tfsat-host disarm")

@@ -9,7 +9,8 @@ from tfsat_host.rehearsal.moment import Moment
 
 BOUNCE_US = 50_000
 KNOCK_US = 4_000
-"""Both switches open for 5 ms are a release, whoever opened them."""
+JOLT_US = 6_000
+"""Both switches open for 5 ms are a release, whoever opened them; closed again for 200 ms, a false one."""
 
 
 def _stuck_closed(day: Day) -> None:
@@ -27,6 +28,11 @@ def _bounce(day: Day) -> None:
 def _knock_both(day: Day) -> None:
     for switch in (1, 2):
         day.robot.knock(switch, KNOCK_US)
+
+
+def _jolt(day: Day) -> None:
+    for switch in (1, 2):
+        day.robot.knock(switch, JOLT_US)
 
 
 def _not_armed(day: Day) -> None:
@@ -67,12 +73,20 @@ RELEASE_FAULTS = (
         Moment.RELEASE,
         _bounce,
         during(Moment.POWERED, Moment.RELEASE, Outcome.FLIES),
+        noticed="edges fit two releases",
     ),
     Fault(
         "lift-knock",
         f"A blow in the lift opens both switches for {KNOCK_US // 1000} ms.",
         Moment.LIFTED,
         _knock_both,
+        {Moment.LIFTED: Outcome.FLIES},
+    ),
+    Fault(
+        "crane-jolt",
+        f"A jolt on the crane opens both switches for {JOLT_US // 1000} ms, as a release does, and the robot hangs on.",
+        Moment.LIFTED,
+        _jolt,
         {Moment.LIFTED: Outcome.FLIES},
     ),
     Fault(
