@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "../../firmware/arduino_sequencer/src/core/maneuver.h"
@@ -29,7 +31,13 @@ class FakeSwitches : public tfsat::sequencer::ReleaseSwitches {
     edges.pop_front();
     return true;
   }
-  uint8_t levels() override { return open; }
+  uint8_t levels() override {
+    const uint8_t read = open;
+    const std::function<void()> happens = std::move(after_levels);
+    after_levels = nullptr;
+    if (happens) happens();
+    return read;
+  }
 
   // With `stamped` false the hardware missed the edge: only the level tells.
   void set(uint8_t index, bool opened, tick_t at, bool stamped = true) {
@@ -40,6 +48,7 @@ class FakeSwitches : public tfsat::sequencer::ReleaseSwitches {
   }
 
   std::deque<SwitchEdge> edges;
+  std::function<void()> after_levels;  // happens once, as soon as the levels have been read
   uint8_t open = 0;
 };
 

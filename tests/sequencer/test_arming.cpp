@@ -81,3 +81,29 @@ TEST_CASE(a_run_that_led_back_to_the_start_can_be_flown_again) {
   Bench bench;
   for (int run = 0; run < 3; ++run) fly(bench, 4);
 }
+
+TEST_CASE(a_release_right_after_the_check_of_the_switches_is_dated_by_its_edges) {
+  Bench bench;
+  bench.run_ms(20);
+  const tfsat::sequencer::tick_t released_at = bench.now + 30;
+  bench.switches.after_levels = [&] {
+    bench.switches.set(0, true, released_at - 20);
+    bench.switches.set(1, true, released_at);
+  };
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(20);
+  CHECK(bench.core.state() == SequencerState::kRunning);
+  const Maneuver& maneuver = bench.core.maneuvers().current();
+  CHECK(bench.servos.changes.front().at ==
+        released_at + ticks_from_us(maneuver.strokes[0].start_us));
+}
+
+TEST_CASE(edges_from_before_the_arming_release_nothing) {
+  Bench bench;
+  bench.open_both();
+  bench.run_ms(20);
+  bench.close_both();
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.run_ms(50);
+  CHECK(bench.core.state() == SequencerState::kArmed && bench.core.knocks() == 0);
+}

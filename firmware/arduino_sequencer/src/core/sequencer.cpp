@@ -167,10 +167,9 @@ ErrorCode Sequencer::arm(uint16_t token, tick_t now) {
   return ErrorCode::kNone;
 }
 
+// The edges from before have been taken, and after that both switches were closed: what has come
+// since is the detector's.
 void Sequencer::begin_watch(tick_t now) {
-  SwitchEdge stale;
-  while (switches_.take_edge(stale)) {
-  }
   detector_.reset(now, retained_.knocks);
   strokes_started_ = 0;
 }
@@ -184,6 +183,7 @@ ErrorCode Sequencer::refusal(uint16_t token) {
   const bool stored = maneuvers_.origin() != Origin::kFactory;
   if (!stored || !maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
   if (!fits_settings()) return ErrorCode::kSettingsDoNotFit;
+  for (SwitchEdge stale; switches_.take_edge(stale);) continue;
   if (switches_.levels() != 0) return ErrorCode::kSwitchOpen;
   if (state_ == SequencerState::kDone && !near_start_pose(retained_.held_cdeg)) {
     return ErrorCode::kNotAtStartPose;
