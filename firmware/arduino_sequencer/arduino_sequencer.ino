@@ -35,6 +35,7 @@ static RequestServer server(sequencer, identity, ram);
 static tfsat::protocol::Link host_link(usb, server);
 
 void setup() {
+  usb.serve();
   TickClock::begin();
   servos.begin();
   switches.begin();
@@ -44,7 +45,7 @@ void setup() {
   sequencer.start(TickClock::now(), RamPaint::survived() ? cause : ResetCause::kPowerOn);
   // Takes a while. Servos that were held are held again by now, and a host that enumerates the board
   // must not be served by an interrupt that waits for it.
-  identity = read_identity(cause, [] { usb.serve_control(); });
+  identity = read_identity(cause, [] { usb.serve(); });
   set_sleep_mode(SLEEP_MODE_IDLE);
 }
 
@@ -53,7 +54,7 @@ void setup() {
 void loop() {
   const tick_t now = TickClock::now();
   sequencer.poll(now);
-  usb.serve_control();
+  usb.serve();
   server.update(now, host_link.rejected_frames());
   if (!usb.connected()) sequencer.host_gone();
   host_link.poll();

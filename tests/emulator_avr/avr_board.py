@@ -41,6 +41,7 @@ def load_library(path: Path) -> ctypes.CDLL:
         "board_set_cable": (None, [board, ctypes.c_bool]),
         "board_set_port": (None, [board, ctypes.c_bool, ctypes.c_uint32]),
         "board_set_usb_stage_pause": (None, [board, ctypes.c_uint32]),
+        "board_reset_usb_bus": (None, [board]),
         "board_link_ready": (ctypes.c_bool, [board]),
         "board_write": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
         "board_read": (ctypes.c_size_t, [board, ctypes.c_char_p, ctypes.c_size_t]),
@@ -121,6 +122,10 @@ class AvrBoard:
                 f"the host polls every {USB_POLL_US} us: a pause of {pause_us} us is none of its"
             )
         self._library.board_set_usb_stage_pause(self._handle, pause_us // USB_POLL_US)
+
+    def reset_usb_bus(self) -> None:
+        """A host that resets the bus and, against the standard, asks within 125 us."""
+        self._library.board_reset_usb_bus(self._handle)
 
     @property
     def link_ready(self) -> bool:

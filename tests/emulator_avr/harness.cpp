@@ -49,6 +49,7 @@ void board_set_port(AvrSequencer* board, bool open, uint32_t baud) { board->set_
 void board_set_usb_stage_pause(AvrSequencer* board, uint32_t polls) {
   board->set_usb_stage_pause(polls);
 }
+void board_reset_usb_bus(AvrSequencer* board) { board->reset_usb_bus(); }
 bool board_link_ready(AvrSequencer* board) { return board->link_ready(); }
 size_t board_write(AvrSequencer* board, const uint8_t* data, size_t n) {
   return board->write(data, n);

@@ -1,4 +1,4 @@
-"""A USB host that takes milliseconds over each stage of a control transfer stretches no pulse."""
+"""A USB host that takes milliseconds over each stage of a control transfer, or resets the bus, stretches no pulse."""
 
 from __future__ import annotations
 
@@ -57,3 +57,23 @@ def test_a_cable_pulled_during_start_up_leaves_no_line_high(
     sequencer.usb_stage_pause(0)
     status = connect(sequencer).status()
     assert (status.state, status.resets_while_armed) == (SequencerState.ARMED, 1)
+
+
+@pytest.mark.parametrize("after_us", range(0, 1_200, 150))
+def test_a_bus_reset_with_a_request_right_after_it_stretches_no_pulse(
+    sequencer: AvrBoard, after_us: int
+) -> None:
+    """The Arduino core's handler of the reset lets its handler of requests interrupt, which waits for the host."""
+    client = connect(sequencer)
+    client.arm()
+    sequencer.run(50_000 + after_us)
+    run_until_lines_are_low(sequencer)
+    sequencer.usb_stage_pause(30_000)
+    for _ in range(3):
+        sequencer.reset_usb_bus()
+        sequencer.run(40_000)
+    sequencer.cable(False)
+    sequencer.run(100_000)
+    assert_only_whole_pulses(sequencer, 220_000)
+    sequencer.usb_stage_pause(0)
+    assert connect(sequencer).status().state == SequencerState.ARMED

@@ -6,7 +6,9 @@
 
 #include "../core/ticks.h"
 
-// The Arduino core's handler of the control endpoint. It saves what it uses and ends with RETI.
+// The Arduino core's handlers of the bus's events and of the control endpoint. They save what they use
+// and end with RETI.
+extern "C" void USB_GEN_vect(void);
 extern "C" void USB_COM_vect(void);
 
 namespace tfsat {
@@ -20,16 +22,18 @@ constexpr size_t kLongestWrite = 24;
 
 jmp_buf host_is_silent;
 
-// Masks the control endpoint's interrupt, which a bus reset enables again; true when a request
-// waits.
-bool take_over_control_endpoint() {
-  bool waiting;
+// After a bus reset the handler of the bus enables the control endpoint's interrupt. No interrupt comes
+// between its RETI and the CLI after it, so that one never does. True when a request waits.
+bool serve_bus() {
+  bool request;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    if (UDINT != 0) asm volatile("call %x0\n\tcli" ::"i"(USB_GEN_vect) : "memory");
+    UDIEN = 0;
     UENUM = 0;
     UEIENX = 0;
-    waiting = (UEINTX & _BV(RXSTPI)) != 0;
+    request = (UEINTX & _BV(RXSTPI)) != 0;
   }
-  return waiting;
+  return request;
 }
 
 void start_limit() {
@@ -50,17 +54,13 @@ void end_limit() {
 // longjmp() brings back the registers, and the interrupt flag, of setjmp().
 ISR(TIMER3_COMPB_vect) { longjmp(host_is_silent, 1); }
 
-void UsbStream::serve_control() {
-  if (!take_over_control_endpoint()) return;
-  // Start of frame and bus reset select other endpoints: they wait until the request is done.
-  const uint8_t enabled = UDIEN;
-  UDIEN = 0;
+void UsbStream::serve() {
+  if (!serve_bus()) return;
   if (setjmp(host_is_silent) == 0) {
     start_limit();
     USB_COM_vect();
   }
   end_limit();
-  UDIEN = enabled;
 }
 
 bool UsbStream::connected() {

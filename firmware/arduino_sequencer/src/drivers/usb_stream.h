@@ -4,9 +4,10 @@
 //   - USB_Send() waits up to 250 ms for room, and fills a buffer only to wait for a second one to
 //     end it with. write() hands on less than the room there is, with interrupts off in between.
 //   - The control endpoint's interrupt waits for the host's next packet with all interrupts off: a
-//     slow host would stretch a servo pulse, a pulled cable would stop the board. serve_control()
-//     runs that handler from the main loop instead, where interrupts go on, and abandons it if the
-//     host is silent.
+//     slow host would stretch a servo pulse, a pulled cable would stop the board. serve() runs that
+//     handler from the main loop instead, where interrupts go on, and abandons it if the host is
+//     silent. It also serves the bus (reset, start of frame, suspend), whose own interrupt would
+//     enable the other after a reset.
 #pragma once
 
 #include "../protocol/link.h"
@@ -16,8 +17,9 @@ namespace sequencer {
 
 class UsbStream : public protocol::ByteStream {
  public:
-  // Serves a host's control request if there is one; takes at most 10 ms. Call from the main loop.
-  void serve_control();
+  // Serves the bus, and a host's control request if there is one; takes at most 10 ms. Call first in
+  // the program, then from the main loop each millisecond or so.
+  void serve();
 
   bool connected() override;
   int read() override;

@@ -48,6 +48,8 @@ class AvrSequencer : public SequencerBoard {
   // A busy host: it rests this many polls of 125 us after each stage of a control transfer. 0 at
   // first.
   void set_usb_stage_pause(uint32_t polls);
+  // The host resets the bus and asks at once: see AvrUsbHost::reset_bus().
+  void reset_usb_bus();
   // The device is enumerated and can carry bytes.
   bool link_ready() const;
   // The ten bytes of serial number in the signature row (0x0E to 0x17). "emulated" and two zeros at

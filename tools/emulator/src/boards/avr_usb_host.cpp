@@ -26,6 +26,7 @@ constexpr uint8_t kSetupReceived = 0x08, kOutReceived = 0x04;  // UEINTX: RXSTPI
 constexpr uint8_t kDeviceToHost = 0x80;
 constexpr uint8_t kStandardIn = 0x80, kStandardOut = 0x00, kClassInterfaceOut = 0x21;
 constexpr uint8_t kSetAddress = 5, kGetDescriptor = 6, kSetConfiguration = 9;
+constexpr size_t kSetAddressStep = 1;  // of enumerate()
 constexpr uint8_t kSetLineCoding = 0x20, kSetControlLineState = 0x22;
 constexpr uint16_t kDeviceDescriptor = 0x0100, kConfigurationDescriptor = 0x0200;
 constexpr uint16_t kProductString = 0x0302;
@@ -62,6 +63,14 @@ void AvrUsbHost::set_port(bool open, uint32_t baud) {
   port_open_ = open;
   if (baud != baud_) line_coding_sent_ = false;
   baud_ = baud;
+}
+
+void AvrUsbHost::reset_bus() {
+  if (!configured()) return;
+  detach();
+  avr_ioctl(avr_, AVR_IOCTL_USB_RESET, nullptr);
+  state_ = State::kEnumerating;
+  enumeration_step_ = kSetAddressStep;
 }
 
 void AvrUsbHost::detach() {

@@ -27,6 +27,9 @@ class AvrUsbHost {
   void set_cable(bool plugged);
   // The program on the host opens (DTR and RTS on) or closes the serial port at this rate.
   void set_port(bool open, uint32_t baud);
+  // Resets the bus and sets the address at once: a host that leaves out the 10 ms which a device has
+  // to recover (USB 2.0, section 7.1.7.5). Only where the device is enumerated.
+  void reset_bus();
   // A busy host: it rests this many polls of 125 us after each stage of a control transfer.
   void set_stage_pause(uint32_t ticks) { stage_pause_ticks_ = ticks; }
 
