@@ -12,6 +12,8 @@ from tests.sequencer_proof.signals import CYCLES_PER_US
 
 LATEST_SECOND_US = 8_000
 """The second switch opens this long after the first, at most."""
+TOGETHER_US = 100
+"""In half of all openings and closings, both move within this: a magnet lets go of both sides at once."""
 MOST_BOUNCES = 10
 SWUNG_US = 20_000
 """The robot hangs free so long before it is hung up."""
@@ -93,7 +95,8 @@ def _both(
     rng: random.Random, start: int, resolution: int, chatter: Chatter, *, closed: bool
 ) -> list[Contact]:
     first = rng.randrange(2)
-    begins = {first: start, 1 - first: start + draw(rng, 1, LATEST_SECOND_US, resolution)}
+    latest_us = rng.choice((TOGETHER_US, LATEST_SECOND_US))
+    begins = {first: start, 1 - first: start + draw(rng, 0, latest_us, resolution)}
     return in_order(
         contact
         for index, cycle in begins.items()

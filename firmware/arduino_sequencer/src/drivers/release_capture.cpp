@@ -3,7 +3,6 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <util/atomic.h>
-#include <util/delay.h>
 
 #include "tick_clock.h"
 
@@ -12,125 +11,193 @@ namespace sequencer {
 
 namespace {
 
-ReleaseCapture* instance;
+// As a sample has them: bit 6 and 7 are switch 1 and 2 being open; the rest is the turn.
+constexpr uint8_t kFirst = 0x40, kSecond = 0x80, kBoth = kFirst | kSecond, kTurn = 0x3F;
+constexpr uint32_t kStampTicks = static_cast<uint32_t>(kTurn) << 16 | 0xFFFF;
 
-// Of the capture unit in one interrupt: some 50 us at the most, a tenth of the shortest pulse.
-constexpr uint8_t kMostTurns = 8;
+// Contacts that have not moved for this many samples, 10 cycles each, will not within the 15 us of fast
+// chatter.
+constexpr uint8_t kQuietSamples = 28;
+// Following may take this much of the time from one levels() to the next: a servo's next edge, which
+// may be 0.5 ms away, must be prepared meanwhile, after two of the other servos' (docs/sequencer.md).
+constexpr uint16_t kFollowTicks = 300 * kTicksPerUs;
 
 // Timer 1 and Timer 3 have the same bits in the same places.
 constexpr uint8_t kRisingEdge = _BV(ICES1), kNoiseCanceler = _BV(ICNC1), kCaptureFlag = _BV(ICF1);
+constexpr uint8_t kClock = _BV(CS11);
 
-bool is_open(uint8_t index) { return index == 0 ? (PIND & _BV(PD4)) != 0 : (PINC & _BV(PC7)) != 0; }
+// Both switches at one moment. The turn of the timers' count tells moments apart for 2.1 s: the watchdog
+// bites sooner than the main loop could leave a sample waiting for so long.
+struct Sample {
+  uint16_t count;
+  uint8_t levels_and_turn;
+};
 
-// The edge that ends the present level is the one to wait for.
-void wait_for(volatile uint8_t& control, volatile uint8_t& flags, bool rising) {
-  if (rising) {
-    control |= kRisingEdge;
-  } else {
-    control &= static_cast<uint8_t>(~kRisingEdge);
-  }
-  flags = kCaptureFlag;  // changing the edge may raise it (datasheet section 14.6.3)
+constexpr uint8_t kQueueSize = 64;
+Sample queue[kQueueSize];
+Sample* next_in = queue;
+Sample* next_out = queue;
+volatile uint8_t waiting;  // samples in the queue
+uint8_t followed;          // levels of the newest
+uint8_t told;              // levels after the edges that were taken
+uint16_t left_ticks;       // of kFollowTicks
+
+inline __attribute__((always_inline)) void step(Sample*& place) {
+  if (++place == queue + kQueueSize) place = queue;
+}
+
+inline __attribute__((always_inline)) void put(Sample*& place, uint16_t count, uint8_t levels_and_turn) {
+  place->count = count;
+  place->levels_and_turn = levels_and_turn;
+  step(place);
+}
+
+inline __attribute__((always_inline)) uint8_t open_now() {
+  uint8_t levels = PINC & _BV(PC7);
+  if ((PIND & _BV(PD4)) != 0) levels |= kFirst;
+  return levels;
+}
+static_assert(kSecond == _BV(PC7), "the second switch's level is its pin's bit");
+
+// The edge that ends the present level is the one to wait for. Changing it may raise the flag
+// (datasheet section 14.6.3).
+inline __attribute__((always_inline)) void wait_for_change(uint8_t levels) {
+  TCCR1B = (levels & kFirst) != 0 ? kNoiseCanceler | kClock : kNoiseCanceler | kClock | kRisingEdge;
+  TCCR3B = (levels & kSecond) != 0 ? kNoiseCanceler | kClock : kNoiseCanceler | kClock | kRisingEdge;
+  TIFR1 = kCaptureFlag;
+  TIFR3 = kCaptureFlag;
+}
+
+// The switches whose edge a timer has stamped.
+inline __attribute__((always_inline)) uint8_t stamped() {
+  uint8_t switches = 0;
+  if ((TIFR1 & kCaptureFlag) != 0) switches |= kFirst;
+  if ((TIFR3 & kCaptureFlag) != 0) switches |= kSecond;
+  return switches;
 }
 
 }  // namespace
 
-ISR(TIMER1_CAPT_vect) { instance->on_capture(0); }
-ISR(TIMER3_CAPT_vect) { instance->on_capture(1); }
+// One interrupt for both switches. Timer 3's leaves a mark in GPIOR0, which changes no register, and goes
+// on as Timer 1's; so does levels(), with another mark.
+constexpr uint8_t kByTimer3 = 1, kByNone = 2;
 
-constexpr uint8_t ReleaseCapture::kQueueSize;
+ISR(TIMER3_CAPT_vect, ISR_NAKED) {
+  asm volatile("sbi %0, 0\n\tjmp __vector_16" ::"I"(_SFR_IO_ADDR(GPIOR0)));
+}
 
-void ReleaseCapture::begin() {
-  instance = this;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    DDRD &= static_cast<uint8_t>(~_BV(PD4));
-    DDRC &= static_cast<uint8_t>(~_BV(PC7));
-    PORTD |= _BV(PD4);
-    PORTC |= _BV(PC7);
-    TCCR1B |= kNoiseCanceler;
-    TCCR3B |= kNoiseCanceler;
-    wait_for(TCCR1B, TIFR1, !is_open(0));
-    wait_for(TCCR3B, TIFR3, !is_open(1));
+// Contacts that open chatter within microseconds, and both may at once. What the timers have stamped,
+// the first edge of each switch since it was last seen, goes first, in order of time. Then both pins
+// are read together, again and again, until neither has moved for longer than fast chatter pauses:
+// so no meeting of both is missed that lasts for 2 us.
+//
+// A full queue keeps its oldest samples, and where the time is used up there is no following on:
+// nothing more is captured until levels(). No noise may take the processor from the servos.
+ISR(TIMER1_CAPT_vect) {
+  const uint8_t by = GPIOR0;
+  GPIOR0 = 0;
+  uint8_t captured = by == kByNone ? 0 : by == kByTimer3 ? kSecond : kFirst;
+  uint8_t stampable = by == kByNone ? 0 : kBoth;  // has not been seen to move
+  uint8_t levels = followed;
+  uint8_t room = static_cast<uint8_t>(kQueueSize - waiting);
+  Sample* to = next_in;
+  const uint16_t end = TCNT1 + left_ticks;
+  uint8_t quiet = kQuietSamples;
+  bool going_on = false;
+
+  while (room > 0) {
+    if (stampable != 0) {
+      captured = (captured | stamped()) & stampable;
+      if (captured != 0) {
+        const uint16_t first = ICR1, second = ICR3;
+        uint8_t moved = captured;
+        if (moved == kBoth) moved = static_cast<int16_t>(second - first) < 0 ? kSecond : kFirst;
+        stampable ^= moved;
+        levels ^= moved;
+        const uint16_t at = moved == kFirst ? first : second;
+        const uint16_t present = TCNT1;  // no stamp is later
+        uint8_t turn = TickClock::turn_of(present);
+        if (at > present) --turn;
+        put(to, at, levels | (turn & kTurn));
+        --room;
+        continue;
+      }
+    }
+    uint8_t seen;
+    do {
+      seen = open_now();
+    } while (seen == levels && --quiet != 0);
+    if (seen == levels) {
+      wait_for_change(levels);
+      going_on = open_now() == levels;
+      if (going_on) break;
+      stampable = 0;
+    } else if (stampable == 0 || (stamped() & stampable) == 0) {
+      const uint16_t count = TCNT1;
+      put(to, count, seen | (TickClock::turn_of(count) & kTurn));
+      stampable &= static_cast<uint8_t>(~(seen ^ levels));
+      levels = seen;
+      --room;
+      if (static_cast<int16_t>(count - end) >= 0) break;
+    }
+    quiet = kQuietSamples;
+  }
+  const int16_t left = static_cast<int16_t>(end - TCNT1);
+  left_ticks = left > 0 ? left : 0;
+  followed = levels;
+  next_in = to;
+  waiting = static_cast<uint8_t>(kQueueSize - room);
+  if (going_on) {
     TIMSK1 |= _BV(ICIE1);
     TIMSK3 |= _BV(ICIE3);
-  }
-}
-
-// While the capture unit is turned round, the contact may have moved on already: such an edge is stamped
-// with the present time, and the next one is waited for. Chatter of some microseconds is followed so
-// for a while; what comes after that, aim() finds.
-void ReleaseCapture::on_capture(uint8_t index) {
-  volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
-  volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
-  bool open = (control & kRisingEdge) != 0;
-  push(TickClock::extend(index == 0 ? ICR1 : ICR3), index, open);
-  wait_for(control, flags, !open);
-  for (uint8_t turn = 0; turn < kMostTurns && is_open(index) != open; ++turn) {
-    open = !open;
-    push(TickClock::now(), index, open);
-    wait_for(control, flags, !open);
-  }
-}
-
-// In order of time: edges of both switches that come during one interrupt are served by the order of
-// their vectors, and in that order two switches that were open together might never have been.
-//
-// A full queue keeps its oldest edges: the first is the release. levels() makes up for the rest. Until
-// then nothing more is captured: no noise may take the processor from the servos.
-void ReleaseCapture::push(tick_t at, uint8_t index, bool open) {
-  if (count_ == kQueueSize) {
+  } else {
     TIMSK1 &= static_cast<uint8_t>(~_BV(ICIE1));
     TIMSK3 &= static_cast<uint8_t>(~_BV(ICIE3));
-    return;
   }
-  uint8_t place = static_cast<uint8_t>(head_ + count_++);
-  for (; place != head_ && tick_before(at, in_queue(place - 1).at); --place) {
-    in_queue(place) = in_queue(place - 1);
-  }
-  SwitchEdge& edge = in_queue(place);
-  edge.at = at;
-  edge.index = index;
-  edge.open = open;
 }
 
-// Not while an interrupt is due that may bring an earlier edge.
+void ReleaseCapture::begin() {
+  DDRD &= static_cast<uint8_t>(~_BV(PD4));
+  DDRC &= static_cast<uint8_t>(~_BV(PC7));
+  PORTD |= _BV(PD4);
+  PORTC |= _BV(PC7);
+  levels();
+}
+
+// Where both moved between two samples, the one that opened is told first: they met, or all but.
 bool ReleaseCapture::take_edge(SwitchEdge& edge) {
-  bool taken = false;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    const uint8_t due = static_cast<uint8_t>((TIFR1 & TIMSK1) | (TIFR3 & TIMSK3)) & kCaptureFlag;
-    if (count_ > 0 && due == 0) {
-      edge = in_queue(head_);
-      head_ = static_cast<uint8_t>((head_ + 1) % kQueueSize);
-      --count_;
-      taken = true;
+  while (waiting > 0) {
+    const Sample sample = *next_out;
+    const uint8_t moved = static_cast<uint8_t>((sample.levels_and_turn ^ told) & kBoth);
+    uint8_t one = moved;
+    if (one == kBoth) one = (sample.levels_and_turn & kFirst) != 0 ? kFirst : kSecond;
+    told ^= one;
+    if (moved == one) {
+      step(next_out);
+      ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { waiting = static_cast<uint8_t>(waiting - 1); }
     }
+    if (one == 0) continue;
+    const tick_t now = TickClock::now();
+    const uint32_t stamp =
+        static_cast<uint32_t>(sample.levels_and_turn & kTurn) << 16 | sample.count;
+    edge.at = now - ((now - stamp) & kStampTicks);
+    edge.index = one == kFirst ? 0 : 1;
+    edge.open = (sample.levels_and_turn & one) != 0;
+    return true;
   }
-  return taken;
+  return false;
 }
 
-// A contact that moved back within the microseconds in which an interrupt turned the capture unit
-// round leaves it waiting for the edge that has already been: turned again here, or the next edge,
-// which may be the release, would go unstamped.
-void ReleaseCapture::aim(uint8_t index) {
-  volatile uint8_t& control = index == 0 ? TCCR1B : TCCR3B;
-  volatile uint8_t& flags = index == 0 ? TIFR1 : TIFR3;
-  volatile uint8_t& mask = index == 0 ? TIMSK1 : TIMSK3;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    const bool open = is_open(index);
-    _delay_us(1);  // the noise canceler's four cycles and the synchronizer's: the flag is up to date
-    const bool waits_for_opening = (control & kRisingEdge) != 0;
-    const bool off = (mask & _BV(ICIE1)) == 0;
-    if (off || (open == waits_for_opening && (flags & kCaptureFlag) == 0)) {
-      if (!off) push(TickClock::now(), index, open);
-      wait_for(control, flags, !open);
-      mask |= _BV(ICIE1);
-    }
-  }
-}
-
+// Capture that was given up begins anew.
 uint8_t ReleaseCapture::levels() {
-  aim(0);
-  aim(1);
-  return static_cast<uint8_t>((is_open(0) ? 1 : 0) | (is_open(1) ? 2 : 0));
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+    left_ticks = kFollowTicks;
+    if ((TIMSK1 & _BV(ICIE1)) == 0) {
+      GPIOR0 = kByNone;
+      TIMER1_CAPT_vect();
+    }
+  }
+  return static_cast<uint8_t>(open_now() >> 6);
 }
 
 }  // namespace sequencer

@@ -10,6 +10,7 @@
 namespace tfsat {
 namespace sequencer {
 
+// There is one: its interrupts keep what they share with it in release_capture.cpp.
 class ReleaseCapture : public ReleaseSwitches {
  public:
   // Call after TickClock::begin().
@@ -17,20 +18,6 @@ class ReleaseCapture : public ReleaseSwitches {
 
   bool take_edge(SwitchEdge& edge) override;
   uint8_t levels() override;
-
-  // For the interrupts.
-  void on_capture(uint8_t index);
-
- private:
-  static constexpr uint8_t kQueueSize = 32;  // power of two
-
-  void push(tick_t at, uint8_t index, bool open);
-  void aim(uint8_t index);
-  SwitchEdge& in_queue(int place) { return queue_[place & (kQueueSize - 1)]; }
-
-  SwitchEdge queue_[kQueueSize];
-  uint8_t head_ = 0;   // next to take
-  uint8_t count_ = 0;  // changed with interrupts off
 };
 
 }  // namespace sequencer

@@ -7,21 +7,17 @@
 namespace tfsat {
 namespace sequencer {
 
-namespace {
-
-volatile uint16_t overflows;
+volatile uint16_t TickClock::overflows_;
 
 // An overflow whose interrupt has not run yet shows in TOV1; the count is small right after it.
-tick_t read_with_interrupts_off() {
+tick_t TickClock::read_with_interrupts_off() {
   const uint16_t count = TCNT1;
-  uint16_t high = overflows;
+  uint16_t high = overflows_;
   if ((TIFR1 & _BV(TOV1)) != 0 && count < 0x8000) ++high;
   return static_cast<uint32_t>(high) << 16 | count;
 }
 
-}  // namespace
-
-ISR(TIMER1_OVF_vect) { overflows = overflows + 1; }
+ISR(TIMER1_OVF_vect) { TickClock::on_overflow(); }
 
 // GTCCR.TSM holds the shared prescaler while both counters are set (datasheet section 12.3).
 void TickClock::begin() {
@@ -37,7 +33,7 @@ void TickClock::begin() {
     TCNT3 = 0;
     TIFR1 = 0xFF;
     TIFR3 = 0xFF;
-    overflows = 0;
+    overflows_ = 0;
     TIMSK1 = _BV(TOIE1);
     GTCCR = 0;
   }
@@ -47,11 +43,6 @@ tick_t TickClock::now() {
   tick_t ticks;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { ticks = read_with_interrupts_off(); }
   return ticks;
-}
-
-tick_t TickClock::extend(uint16_t count) {
-  const tick_t present = read_with_interrupts_off();
-  return present - static_cast<uint16_t>(static_cast<uint16_t>(present) - count);
 }
 
 }  // namespace sequencer
