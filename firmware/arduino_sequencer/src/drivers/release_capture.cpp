@@ -61,11 +61,16 @@ static_assert(kSecond == _BV(PC7), "the second switch's level is its pin's bit")
 
 // The edge that ends the present level is the one to wait for. Changing it may raise the flag
 // (datasheet section 14.6.3).
-inline __attribute__((always_inline)) void wait_for_change(uint8_t levels) {
-  TCCR1B = (levels & kFirst) != 0 ? kNoiseCanceler | kClock : kNoiseCanceler | kClock | kRisingEdge;
-  TCCR3B = (levels & kSecond) != 0 ? kNoiseCanceler | kClock : kNoiseCanceler | kClock | kRisingEdge;
-  TIFR1 = kCaptureFlag;
-  TIFR3 = kCaptureFlag;
+inline __attribute__((always_inline)) void wait_for_change(uint8_t levels, uint8_t switches) {
+  constexpr uint8_t falling = kNoiseCanceler | kClock, rising = falling | kRisingEdge;
+  if ((switches & kFirst) != 0) {
+    TCCR1B = (levels & kFirst) != 0 ? falling : rising;
+    TIFR1 = kCaptureFlag;
+  }
+  if ((switches & kSecond) != 0) {
+    TCCR3B = (levels & kSecond) != 0 ? falling : rising;
+    TIFR3 = kCaptureFlag;
+  }
 }
 
 // The switches whose edge a timer has stamped.
@@ -96,9 +101,12 @@ ISR(TIMER3_CAPT_vect, ISR_NAKED) {
 ISR(TIMER1_CAPT_vect) {
   const uint8_t by = GPIOR0;
   GPIOR0 = 0;
-  uint8_t captured = by == kByNone ? 0 : by == kByTimer3 ? kSecond : kFirst;
-  uint8_t stampable = by == kByNone ? 0 : kBoth;  // has not been seen to move
+  uint8_t captured = by == kByTimer3 ? kSecond : kFirst;
   uint8_t levels = followed;
+  if (by == kByNone) {
+    captured = 0;
+    wait_for_change(levels, kBoth);
+  }
   uint8_t room = static_cast<uint8_t>(kQueueSize - waiting);
   Sample* to = next_in;
   const uint16_t end = TCNT1 + left_ticks;
@@ -106,40 +114,37 @@ ISR(TIMER1_CAPT_vect) {
   bool going_on = false;
 
   while (room > 0) {
-    if (stampable != 0) {
-      captured = (captured | stamped()) & stampable;
-      if (captured != 0) {
-        const uint16_t first = ICR1, second = ICR3;
-        uint8_t moved = captured;
-        if (moved == kBoth) moved = static_cast<int16_t>(second - first) < 0 ? kSecond : kFirst;
-        stampable ^= moved;
-        levels ^= moved;
-        const uint16_t at = moved == kFirst ? first : second;
-        const uint16_t present = TCNT1;  // no stamp is later
-        uint8_t turn = TickClock::turn_of(present);
-        if (at > present) --turn;
-        put(to, at, levels | (turn & kTurn));
-        --room;
-        continue;
-      }
-    }
-    uint8_t seen;
-    do {
-      seen = open_now();
-    } while (seen == levels && --quiet != 0);
-    if (seen == levels) {
-      wait_for_change(levels);
-      going_on = open_now() == levels;
+    captured |= stamped();
+    uint8_t moved;
+    uint16_t at;
+    if (captured != 0) {
+      const uint16_t first = ICR1, second = ICR3;
+      moved = captured;
+      if (moved == kBoth) moved = static_cast<int16_t>(second - first) < 0 ? kSecond : kFirst;
+      captured ^= moved;
+      levels ^= moved;
+      wait_for_change(levels, moved);
+      at = moved == kFirst ? first : second;
+      const uint16_t present = TCNT1;  // no stamp is later
+      uint8_t turn = TickClock::turn_of(present);
+      if (at > present) --turn;
+      put(to, at, levels | (turn & kTurn));
+    } else {
+      uint8_t seen;
+      do {
+        seen = open_now();
+      } while (seen == levels && --quiet != 0);
+      if (stamped() != 0) continue;
+      going_on = seen == levels;
       if (going_on) break;
-      stampable = 0;
-    } else if (stampable == 0 || (stamped() & stampable) == 0) {
-      const uint16_t count = TCNT1;
-      put(to, count, seen | (TickClock::turn_of(count) & kTurn));
-      stampable &= static_cast<uint8_t>(~(seen ^ levels));
+      at = TCNT1;
+      moved = seen ^ levels;
       levels = seen;
-      --room;
-      if (static_cast<int16_t>(count - end) >= 0) break;
+      wait_for_change(levels, moved);
+      put(to, at, levels | (TickClock::turn_of(at) & kTurn));
     }
+    --room;
+    if (static_cast<int16_t>(at - end) >= 0) break;
     quiet = kQuietSamples;
   }
   const int16_t left = static_cast<int16_t>(end - TCNT1);
