@@ -10,6 +10,7 @@ from pathlib import Path
 EEPROM_BYTES = 1024
 CYCLES_PER_US = 16
 USB_POLL_US = 125
+MOST_PATHS = 256
 
 
 class ResetCause(IntEnum):
@@ -59,6 +60,11 @@ def load_library(path: Path) -> ctypes.CDLL:
         "board_eeprom_writes": (ctypes.c_uint32, [board]),
         "board_set_serial": (None, [board, ctypes.c_char_p]),
         "board_cycles": (ctypes.c_uint64, [board]),
+        "board_watch_blocking": (None, [board]),
+        "board_blocked": (
+            ctypes.c_size_t,
+            [board, ctypes.POINTER(ctypes.c_uint16), ctypes.POINTER(ctypes.c_uint64), ctypes.c_size_t],
+        ),
         "board_peek": (ctypes.c_uint8, [board, ctypes.c_uint16]),
     }
     for name, (result, arguments) in signatures.items():
@@ -189,6 +195,17 @@ class AvrBoard:
         if len(serial) != 10:
             raise ValueError(f"a serial number has 10 bytes, not {len(serial)}")
         self._library.board_set_serial(self._handle, serial)
+
+    def watch_blocking(self) -> None:
+        """From now on, measures how long interrupts stay off; several times slower."""
+        self._library.board_watch_blocking(self._handle)
+
+    def blocked(self) -> dict[int, int]:
+        """The longest they were off, cycles, by the address of the first instruction then."""
+        addresses = (ctypes.c_uint16 * MOST_PATHS)()
+        cycles = (ctypes.c_uint64 * MOST_PATHS)()
+        count = self._library.board_blocked(self._handle, addresses, cycles, MOST_PATHS)
+        return dict(zip(addresses[:count], cycles[:count], strict=True))
 
     def peek(self, address: int) -> int:
         """One byte of the data space, as a debugger would read it."""

@@ -77,5 +77,15 @@ void board_set_serial(AvrSequencer* board, const uint8_t* serial) {
 }
 uint64_t board_cycles(AvrSequencer* board) { return board->cycles(); }
 uint8_t board_peek(AvrSequencer* board, uint16_t address) { return board->peek(address); }
+void board_watch_blocking(AvrSequencer* board) { board->watch_blocking(); }
+size_t board_blocked(AvrSequencer* board, uint16_t* address, uint64_t* cycles, size_t capacity) {
+  size_t count = 0;
+  for (const auto& path : board->blocked()) {
+    if (count == capacity) break;
+    address[count] = path.first;
+    cycles[count++] = path.second;
+  }
+  return count;
+}
 
 }  // extern "C"

@@ -39,6 +39,7 @@ SEED_OF = {
     "fast": 2500,
     "dated": 2700,
     "fast_dated": 2800,
+    "fastest_dated": 2900,
     "knocks": 3000,
     "cuts": 4000,
     "abused": 5000,
@@ -59,9 +60,11 @@ class Proof:
     native: list[list[Release]]
     avr: list[AvrReleases]
     fast: list[AvrReleases]
-    """Likewise, with chatter that is faster than an interrupt."""
+    """Likewise, with chatter that is faster than an interrupt: mixed with slow, and alone, in turn."""
     dated: list[list[Dated]]
     fast_dated: list[list[Dated]]
+    fastest_dated: list[list[Dated]]
+    """By the fast kind alone."""
     knocks: list[Knocks]
     cuts: list[Cuts]
     rewrites: list[int]
@@ -91,9 +94,14 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[
         "waits": [partial(long_wait, bench, waited_us=us) for us in (LONG_WAIT_US, ACROSS_TURN_US)],
         "native": [partial(native_releases, native, count=NATIVE_RELEASES)] * NATIVE_JOBS,
         "avr": [partial(avr_releases, bench, Chatter.SLOW, count=AVR_RELEASES)] * AVR_JOBS,
-        "fast": [partial(avr_releases, bench, Chatter.BOTH, count=AVR_RELEASES)] * AVR_JOBS,
+        "fast": [
+            partial(avr_releases, bench, (Chatter.BOTH, Chatter.FAST)[number % 2], count=AVR_RELEASES)
+            for number in range(AVR_JOBS)
+        ],
         "dated": [partial(dated_releases, bench, Chatter.SLOW, count=DATED_RELEASES)] * DATED_JOBS,
         "fast_dated": [partial(dated_releases, bench, Chatter.BOTH, count=DATED_RELEASES)] * FAST_DATED_JOBS,
+        "fastest_dated": [partial(dated_releases, bench, Chatter.FAST, count=DATED_RELEASES)]
+        * FAST_DATED_JOBS,
         "knocks": [partial(knocks, bench, count=KNOCKS)] * KNOCK_JOBS,
         "cuts": [partial(cut_points, bench, record, history) for record in Record for history in History],
         "abused": [
@@ -141,6 +149,7 @@ def judge_all(proof: Proof, image: Path) -> None:
     judge([*(release for part in [*proof.avr, *proof.fast] for release in part.releases)])
     judge_dates([one for part in proof.dated for one in part], Chatter.SLOW)
     judge_dates([one for part in proof.fast_dated for one in part], Chatter.BOTH)
+    judge_dates([one for part in proof.fastest_dated for one in part], Chatter.FAST)
     judge([wait.release for wait in proof.waits] + [part.release for part in proof.knocks])
     if any(proof.rewrites):
         raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes")

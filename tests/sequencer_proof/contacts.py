@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -15,6 +15,8 @@ LATEST_SECOND_US = 8_000
 TOGETHER_US = 100
 """In half of all openings and closings, both move within this: a magnet lets go of both sides at once."""
 MOST_BOUNCES = 10
+UNDECIDED_CYCLES = CYCLES_PER_US
+"""Two ticks. Of two edges within it, which was first is beyond the board's clock."""
 SWUNG_US = 20_000
 """The robot hangs free so long before it is hung up."""
 
@@ -51,6 +53,26 @@ def open_switches(rig: Rig, contacts: list[Contact]) -> int:
         closed[contact.index] = contact.closed
         if not any(closed):
             return contact.cycle
+    raise ValueError("these contacts never open both switches")
+
+
+def admissible(contacts: Sequence[Contact]) -> list[int]:
+    """Cycles at which the rule may see both switches open for the first time; the last of them is not in doubt."""
+    dates: list[int] = []
+    closed = [True, True]
+    closed_at: list[int | None] = [None, None]
+    for number, contact in enumerate(contacts):
+        other = 1 - contact.index
+        closed[contact.index] = contact.closed
+        if contact.closed:
+            closed_at[contact.index] = contact.cycle
+        elif not closed[other]:
+            dates.append(contact.cycle)
+            following = contacts[number + 1 : number + 2]
+            if not following or following[0].cycle - contact.cycle > UNDECIDED_CYCLES:
+                return dates
+        elif (moment := closed_at[other]) is not None and contact.cycle - moment <= UNDECIDED_CYCLES:
+            dates.append(contact.cycle)
     raise ValueError("these contacts never open both switches")
 
 

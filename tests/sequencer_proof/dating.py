@@ -10,16 +10,14 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tests.sequencer_proof.contacts import Chatter, Contact, open_switches, opening
+from tests.sequencer_proof.contacts import Chatter, Contact, admissible, open_switches, opening
 from tests.sequencer_proof.releases import WORST_ERROR_US
 from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
 from tests.sequencer_proof.signals import CYCLES_PER_US, Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 
-UNDECIDED_CYCLES = CYCLES_PER_US
-"""Two ticks. Of two edges within it, which was first is beyond the board's clock."""
-ONE_BEYOND_IN = {Chatter.SLOW: 10_000, Chatter.BOTH: 1_000}
+ONE_BEYOND_IN = {Chatter.SLOW: 10_000, Chatter.BOTH: 5_000, Chatter.FAST: 2_000}
 """No more often may a date be off by more than is allowed; see `judge_dates`."""
 
 
@@ -48,34 +46,14 @@ def dated_releases(bench: Bench, chatter: Chatter, seed: int, count: int) -> lis
 def judge_dates(dated: Sequence[Dated], chatter: Chatter) -> None:
     """Raises Broken where dates are off.
 
-    Where both switches move within the microseconds of one interrupt and one of them moves back before it is over, the
-    board may miss that they were open together, until they are again: that rare it must be.
+    Where both switches move while interrupts are off (see `blocking`) and one of them moves back before they are on
+    again, the board may miss that they were open together, until they are again: that rare it must be.
     """
     beyond = [one.error_us for one in dated if abs(one.error_us) > WORST_ERROR_US]
     if len(beyond) > len(dated) / ONE_BEYOND_IN[chatter]:
         raise Broken(
             f"{len(beyond)} of {len(dated)} releases were dated wrong, by {max(map(abs, beyond))} us"
         )
-
-
-def admissible(contacts: Sequence[Contact]) -> list[int]:
-    """Cycles at which the rule may see both switches open for the first time; the last of them is not in doubt."""
-    dates: list[int] = []
-    closed = [True, True]
-    closed_at: list[int | None] = [None, None]
-    for number, contact in enumerate(contacts):
-        other = 1 - contact.index
-        closed[contact.index] = contact.closed
-        if contact.closed:
-            closed_at[contact.index] = contact.cycle
-        elif not closed[other]:
-            dates.append(contact.cycle)
-            following = contacts[number + 1 : number + 2]
-            if not following or following[0].cycle - contact.cycle > UNDECIDED_CYCLES:
-                return dates
-        elif (moment := closed_at[other]) is not None and contact.cycle - moment <= UNDECIDED_CYCLES:
-            dates.append(contact.cycle)
-    raise ValueError("these contacts never open both switches")
 
 
 def _dated(rig: Rig, client: SequencerClient, rng: random.Random, chatter: Chatter, zero_us: float) -> Dated:

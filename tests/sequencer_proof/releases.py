@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path
 
 from tests.emulator_avr.board_link import UPLOADED
-from tests.sequencer_proof.contacts import Chatter, hang_up, open_switches, opening
+from tests.sequencer_proof.contacts import Chatter, admissible, hang_up, open_switches, opening
 from tests.sequencer_proof.rigs import Bench, Rig, arm, native_rig, run_us, stack_never_used
 from tests.sequencer_proof.signals import (
     CYCLES_PER_TICK,
@@ -74,16 +74,21 @@ class Plan:
 
 
 def fly(rig: Rig, client: SequencerClient, plan: Plan, rng: random.Random, chatter: Chatter) -> Release:
-    """Hangs up, arms, releases after a random wait, all with chatter; measures the run. Raises Broken."""
+    """Hangs up, arms, releases after a random wait, all with chatter; measures the run. Raises Broken.
+
+    Where edges of both switches lie so close together that the rule has two answers, the nearer one counts.
+    """
     client.disarm()
     hang_up(rig, rng, chatter)
     arm(rig, client)
     steps = CYCLES_PER_US // rig.resolution
     start = rig.now + rng.randint(1000 * steps, LONGEST_WAIT_US * steps) * rig.resolution
     contacts = opening(rng, start, rig.resolution, chatter)
-    released = open_switches(rig, contacts)
+    open_switches(rig, contacts)
     run_us(rig, plan.end_us + AFTER_RUN_US)
-    release = measure(rig.edges(), plan, released, contact_edges=len(contacts))
+    edges = rig.edges()
+    answers = [measure(edges, plan, date, contact_edges=len(contacts)) for date in admissible(contacts)]
+    release = min(answers, key=lambda answer: abs(answer.errors[0]))
     check_own_report(client, plan, release, chatter)
     return release
 

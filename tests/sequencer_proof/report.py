@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from tests.sequencer_proof import report_link, report_releases, report_resets, report_store
+from tests.sequencer_proof import report_blocking, report_link, report_releases, report_resets, report_store
 from tests.sequencer_proof.campaigns import SEED_OF, Proof
 from tests.sequencer_proof.report_text import table
 from tests.sequencer_proof.rigs import image_report
@@ -55,6 +55,7 @@ def render(proof: Proof, image: Path, tools: Tools) -> str:
     sections = [
         _head(image, tools),
         report_releases.render(proof),
+        report_blocking.render(image),
         report_store.render(proof),
         report_link.render(proof),
         report_resets.render(proof),

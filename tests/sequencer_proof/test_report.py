@@ -36,6 +36,7 @@ PROOF = Proof(
     fast=[AvrReleases(Plan(STROKES, 2_231_765, FACTORY), [FAST_RELEASE], 610)],
     dated=[[Dated(0.5, False), Dated(-1.5, True), Dated(42.0, False)]],
     fast_dated=[[Dated(0.5, False), Dated(0.0, False)]],
+    fastest_dated=[[Dated(0.5, False), Dated(21.0, True)]],
     knocks=[Knocks(3, 4, FAST_RELEASE)],
     cuts=[Cuts(Record.MANEUVER, History.ERASED, 22, 22, stored_afterwards=22, never_used=590)],
     rewrites=[0, 0],
@@ -60,7 +61,8 @@ def test_the_report_names_no_machine() -> None:
 def test_a_report_tells_its_campaigns_figures(bench: Bench) -> None:
     text = render(PROOF, bench.image, Tools("5.4.0", "1.6"))
     assert "| 4 | 2 | -70 deg | 1820000 | 1820001 | 1820001 | 1820001 | +1 |" in text
-    assert "| off by 1 to 50 µs | 2 | 0 |" in text and "| worst | 42.0 µs | 0.5 µs |" in text
+    assert "| off by 1 to 50 µs | 2 | 0 | 1 |" in text and "| worst | 42.0 µs | 0.5 µs | 21.0 µs |" in text
+    assert "| an edge of servo 1 | `__vector_17` |" in text
     assert "| stack never touched | 570 | at least 512 |" in text
     assert (
         "| armed, cable pulled, 75.0 min after power-up | 2 turns of the clock; 675000 pulses held |" in text

@@ -20,7 +20,7 @@ constexpr uint32_t kStampTicks = static_cast<uint32_t>(kTurn) << 16 | 0xFFFF;
 constexpr uint8_t kQuietSamples = 28;
 // Following may take this much of the time from one levels() to the next: a servo's next edge, which
 // may be 0.5 ms away, must be prepared meanwhile, after two of the other servos' (docs/sequencer.md).
-constexpr uint16_t kFollowTicks = 300 * kTicksPerUs;
+constexpr uint16_t kFollowTicks = 250 * kTicksPerUs;
 
 // Timer 1 and Timer 3 have the same bits in the same places.
 constexpr uint8_t kRisingEdge = _BV(ICES1), kNoiseCanceler = _BV(ICNC1), kCaptureFlag = _BV(ICF1);

@@ -132,12 +132,32 @@ void AvrMachine::run_until(uint64_t cycle) {
     avr_cycle_timer_register(avr.get(), now - avr->cycle, &AvrMachine::on_stop, this);
   while (avr->cycle < now) {
     avr->run(avr.get());
+    if (watching_) note_blocking();
     if (avr->state == cpu_Crashed || avr->state == cpu_Done) {
       powered = false;
       throw std::runtime_error("the sequencer's firmware crashed at flash address " +
                                std::to_string(avr->pc) + ". " + fault_);
     }
   }
+}
+
+void AvrMachine::watch_blocking() {
+  watching_ = true;
+  avr->run_cycle_limit = avr->run_cycle_count = 1;
+}
+
+// Off by an interrupt, since its entry began, or by a CLI, since that began.
+void AvrMachine::note_blocking() {
+  const bool off = avr->sreg[S_I] == 0;
+  if (off && !off_) {
+    const bool interrupt = avr->pc <= avr->interrupts.vector_count * uint32_t{avr->vector_size};
+    off_since_ = avr->cycle - (interrupt ? kInterruptEntryCycles : 1);
+    off_at_ = static_cast<uint16_t>(avr->pc);
+  } else if (!off && off_) {
+    uint64_t& longest = blocked[off_at_];
+    longest = std::max(longest, avr->cycle - off_since_);
+  }
+  off_ = off;
 }
 
 // Due again at once, until the next run moves it: where the clock passes this moment by the very
@@ -150,7 +170,7 @@ avr_cycle_count_t AvrMachine::on_stop(avr_t* avr, avr_cycle_count_t, void*) {
 void AvrMachine::on_reset(avr_t* avr) {
   AvrMachine& machine = of(avr);
   if (machine.simavr_reset_ != nullptr) machine.simavr_reset_(avr);
-  avr->run_cycle_limit = kRunCycleLimit;
+  avr->run_cycle_limit = machine.watching_ ? 1 : kRunCycleLimit;
   machine.prescaler.origin = avr->cycle;
   machine.prescaler.held = false;
   machine.watchdog_timeout_ = 0;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdarg>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,8 @@ class AvrMachine {
   void power(bool on);
   void restart(ResetCause cause);
   void run_until(uint64_t cycle);
+  // From now on, notes how long interrupts stay off: an instruction at a time, several times slower.
+  void watch_blocking();
 
   std::unique_ptr<avr_t, void (*)(avr_t*)> avr;
   Prescaler prescaler;
@@ -37,11 +40,14 @@ class AvrMachine {
   AvrUsbHost usb;
   bool powered = false;
   uint64_t now = 0;  // virtual time in cycles; the CPU may be an instruction ahead
+  // The longest that they were off, in cycles, by the address of the first instruction then.
+  std::map<uint16_t, uint64_t> blocked;
   std::array<uint8_t, 10> serial{{'e', 'm', 'u', 'l', 'a', 't', 'e', 'd', 0, 0}};
 
  private:
   static AvrMachine& of(avr_t* avr) { return *static_cast<AvrMachine*>(avr->custom.data); }
   void hook_simavr();
+  void note_blocking();
 
   static void on_reset(avr_t* avr);
   static avr_cycle_count_t after_reset(avr_t* avr, avr_cycle_count_t, void*);
@@ -60,6 +66,10 @@ class AvrMachine {
   WriteTap wdtcsr_tap_;
   uint8_t watchdog_timeout_ = 0;
   std::string fault_;
+  bool watching_ = false;
+  bool off_ = false;
+  uint64_t off_since_ = 0;
+  uint16_t off_at_ = 0;
 };
 
 }  // namespace emulator

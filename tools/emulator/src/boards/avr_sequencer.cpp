@@ -59,6 +59,8 @@ uint8_t AvrSequencer::peek(uint16_t address) const {
 }
 
 uint64_t AvrSequencer::cycles() const { return machine_->avr->cycle; }
+void AvrSequencer::watch_blocking() { machine_->watch_blocking(); }
+std::map<uint16_t, uint64_t> AvrSequencer::blocked() const { return machine_->blocked; }
 
 }  // namespace emulator
 }  // namespace tfsat

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -58,6 +59,10 @@ class AvrSequencer : public SequencerBoard {
   // One byte of RAM (data space address), as a debugger would read it.
   uint8_t peek(uint16_t address) const;
   uint64_t cycles() const;
+  // From now on, notes how long interrupts stay off, in cycles, by the address of the first
+  // instruction then: takes several times longer.
+  void watch_blocking();
+  std::map<uint16_t, uint64_t> blocked() const;
 
  private:
   std::unique_ptr<AvrMachine> machine_;
