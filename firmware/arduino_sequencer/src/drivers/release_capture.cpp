@@ -18,8 +18,9 @@ constexpr uint32_t kStampTicks = static_cast<uint32_t>(kTurn) << 16 | 0xFFFF;
 // Contacts that have not moved for this many samples, 10 cycles each, will not within the 15 us of fast
 // chatter.
 constexpr uint8_t kQuietSamples = 28;
-// Following may take this much of the time from one levels() to the next: a servo's next edge, which
-// may be 0.5 ms away, must be prepared meanwhile, after two of the other servos' (docs/sequencer.md).
+// Following may take this much of the time from one levels() to the next. A servo's next edge may be
+// 0.5 ms away, and is prepared after it, after the other servos' edges and what else holds interrupts
+// off (docs/sequencer-proof.md).
 constexpr uint16_t kFollowTicks = 250 * kTicksPerUs;
 
 // Timer 1 and Timer 3 have the same bits in the same places.
@@ -91,10 +92,10 @@ ISR(TIMER3_CAPT_vect, ISR_NAKED) {
   asm volatile("sbi %0, 0\n\tjmp __vector_16" ::"I"(_SFR_IO_ADDR(GPIOR0)));
 }
 
-// Contacts that open chatter within microseconds, and both may at once. What the timers have stamped,
-// the first edge of each switch since it was last seen, goes first, in order of time. Then both pins
-// are read together, again and again, until neither has moved for longer than fast chatter pauses:
-// so no meeting of both is missed that lasts for 2 us.
+// Contacts that open chatter within microseconds, and both may at once. What the timers have stamped, an
+// edge of each switch at the most, goes first, in order of time. Then both pins are read together, again
+// and again, 0.6 us apart and some 4 us where one has moved, until neither has for longer than fast
+// chatter pauses. Whatever moves, its timer is at once told to stamp the next edge.
 //
 // A full queue keeps its oldest samples, and where the time is used up there is no following on:
 // nothing more is captured until levels(). No noise may take the processor from the servos.
@@ -134,10 +135,10 @@ ISR(TIMER1_CAPT_vect) {
       do {
         seen = open_now();
       } while (seen == levels && --quiet != 0);
-      if (stamped() != 0) continue;
+      at = TCNT1;
+      if (stamped() != 0) continue;  // what comes later than `at` is stamped later
       going_on = seen == levels;
       if (going_on) break;
-      at = TCNT1;
       moved = seen ^ levels;
       levels = seen;
       wait_for_change(levels, moved);
