@@ -102,6 +102,7 @@ inline size_t build_SequencerStatusReply(uint8_t* payload) {
   message.frames_rejected = 57127u;
   message.stores_damaged = 125u;
   message.false_releases = 7062u;
+  message.servos_driven = 185u;
   message.encode(payload);
   return protocol::SequencerStatusReply::kSize;
 }
@@ -109,11 +110,11 @@ inline size_t build_SequencerStatusReply(uint8_t* payload) {
 inline bool matches_SequencerStatusReply(const uint8_t* payload, size_t size) {
   protocol::SequencerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kFault && message.fault == protocol::ErrorCode::kResetWhileRunning && message.last_refusal == protocol::ErrorCode::kJogNotConfirmed && message.switches_open == 116u && message.arm_token == 4805u && message.reset_cause == protocol::ResetCause::kBrownOut && message.resets_while_armed == 79u && message.strokes_started == 237u && message.knocks == 35747u && message.joint_angle_cdeg[0] == 10715 && message.joint_angle_cdeg[1] == -14318 && message.joint_angle_cdeg[2] == 26185 && message.uptime_ms == 75591690u && message.image_crc == 2730027459u && message.ram_never_used_bytes == 16624u && message.frames_rejected == 57127u && message.stores_damaged == 125u && message.false_releases == 7062u;
+  return message.state == protocol::SequencerState::kFault && message.fault == protocol::ErrorCode::kResetWhileRunning && message.last_refusal == protocol::ErrorCode::kJogNotConfirmed && message.switches_open == 116u && message.arm_token == 4805u && message.reset_cause == protocol::ResetCause::kBrownOut && message.resets_while_armed == 79u && message.strokes_started == 237u && message.knocks == 35747u && message.joint_angle_cdeg[0] == 10715 && message.joint_angle_cdeg[1] == -14318 && message.joint_angle_cdeg[2] == 26185 && message.uptime_ms == 75591690u && message.image_crc == 2730027459u && message.ram_never_used_bytes == 16624u && message.frames_rejected == 57127u && message.stores_damaged == 125u && message.false_releases == 7062u && message.servos_driven == 185u;
 }
 
-static const uint8_t kPayloadSequencerStatusReply[] = {0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x96, 0x1B};
-static const uint8_t kFrameSequencerStatusReply[] = {0x25, 0x82, 0x03, 0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x96, 0x1B, 0xAE, 0x68, 0x00};
+static const uint8_t kPayloadSequencerStatusReply[] = {0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x96, 0x1B, 0xB9};
+static const uint8_t kFrameSequencerStatusReply[] = {0x26, 0x82, 0x03, 0x04, 0x17, 0x18, 0x74, 0xC5, 0x12, 0x02, 0x4F, 0xED, 0xA3, 0x8B, 0xDB, 0x29, 0x12, 0xC8, 0x49, 0x66, 0x0A, 0x70, 0x81, 0x04, 0xC3, 0xE9, 0xB8, 0xA2, 0xF0, 0x40, 0x27, 0xDF, 0x7D, 0x96, 0x1B, 0xB9, 0x5C, 0x75, 0x00};
 
 inline size_t build_RunReportRequest(uint8_t* payload) {
   (void)payload;
@@ -131,29 +132,29 @@ static const uint8_t kFrameRunReportRequest[] = {0x05, 0x04, 0x04, 0x4F, 0x91, 0
 
 inline size_t build_RunReportReply(uint8_t* payload) {
   protocol::RunReportReply message;
-  message.released = 185u;
-  message.bounces = 22533u;
-  message.release_ms = 4131208662u;
-  message.release_us = 38004u;
-  message.stroke_count = 50u;
-  message.start_us[0] = 3504581378u;
-  message.start_us[1] = 1864049852u;
-  message.start_us[2] = 223518325u;
-  message.start_us[3] = 2877954095u;
-  message.start_us[4] = 1237422568u;
-  message.start_us[5] = 3891858338u;
-  message.start_us[6] = 2251326811u;
-  message.start_us[7] = 610795285u;
-  message.start_us[8] = 3265231054u;
-  message.start_us[9] = 1624699528u;
-  message.start_us[10] = 4279135297u;
-  message.start_us[11] = 2638603771u;
-  message.start_us[12] = 998072244u;
-  message.start_us[13] = 3652508014u;
-  message.start_us[14] = 2011976487u;
-  message.start_us[15] = 371444961u;
-  message.earlier_us = 3025880730u;
-  message.later_us = 1385349204u;
+  message.released = 88u;
+  message.bounces = 63037u;
+  message.release_ms = 2490677135u;
+  message.release_us = 12972u;
+  message.stroke_count = 208u;
+  message.start_us[0] = 1864049852u;
+  message.start_us[1] = 223518325u;
+  message.start_us[2] = 2877954095u;
+  message.start_us[3] = 1237422568u;
+  message.start_us[4] = 3891858338u;
+  message.start_us[5] = 2251326811u;
+  message.start_us[6] = 610795285u;
+  message.start_us[7] = 3265231054u;
+  message.start_us[8] = 1624699528u;
+  message.start_us[9] = 4279135297u;
+  message.start_us[10] = 2638603771u;
+  message.start_us[11] = 998072244u;
+  message.start_us[12] = 3652508014u;
+  message.start_us[13] = 2011976487u;
+  message.start_us[14] = 371444961u;
+  message.start_us[15] = 3025880730u;
+  message.earlier_us = 1385349204u;
+  message.later_us = 4039784973u;
   message.encode(payload);
   return protocol::RunReportReply::kSize;
 }
@@ -161,11 +162,11 @@ inline size_t build_RunReportReply(uint8_t* payload) {
 inline bool matches_RunReportReply(const uint8_t* payload, size_t size) {
   protocol::RunReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.released == 185u && message.bounces == 22533u && message.release_ms == 4131208662u && message.release_us == 38004u && message.stroke_count == 50u && message.start_us[0] == 3504581378u && message.start_us[1] == 1864049852u && message.start_us[2] == 223518325u && message.start_us[3] == 2877954095u && message.start_us[4] == 1237422568u && message.start_us[5] == 3891858338u && message.start_us[6] == 2251326811u && message.start_us[7] == 610795285u && message.start_us[8] == 3265231054u && message.start_us[9] == 1624699528u && message.start_us[10] == 4279135297u && message.start_us[11] == 2638603771u && message.start_us[12] == 998072244u && message.start_us[13] == 3652508014u && message.start_us[14] == 2011976487u && message.start_us[15] == 371444961u && message.earlier_us == 3025880730u && message.later_us == 1385349204u;
+  return message.released == 88u && message.bounces == 63037u && message.release_ms == 2490677135u && message.release_us == 12972u && message.stroke_count == 208u && message.start_us[0] == 1864049852u && message.start_us[1] == 223518325u && message.start_us[2] == 2877954095u && message.start_us[3] == 1237422568u && message.start_us[4] == 3891858338u && message.start_us[5] == 2251326811u && message.start_us[6] == 610795285u && message.start_us[7] == 3265231054u && message.start_us[8] == 1624699528u && message.start_us[9] == 4279135297u && message.start_us[10] == 2638603771u && message.start_us[11] == 998072244u && message.start_us[12] == 3652508014u && message.start_us[13] == 2011976487u && message.start_us[14] == 371444961u && message.start_us[15] == 3025880730u && message.earlier_us == 1385349204u && message.later_us == 4039784973u;
 }
 
-static const uint8_t kPayloadRunReportReply[] = {0xB9, 0x05, 0x58, 0xD6, 0x3D, 0x3D, 0xF6, 0x74, 0x94, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0xE1, 0xCC, 0x23, 0x16, 0x9A, 0x46, 0x5B, 0xB4, 0x54, 0xC0, 0x92, 0x52};
-static const uint8_t kFrameRunReportReply[] = {0x57, 0x84, 0x05, 0xB9, 0x05, 0x58, 0xD6, 0x3D, 0x3D, 0xF6, 0x74, 0x94, 0x32, 0x02, 0xAB, 0xE3, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0xE1, 0xCC, 0x23, 0x16, 0x9A, 0x46, 0x5B, 0xB4, 0x54, 0xC0, 0x92, 0x52, 0xBD, 0x3C, 0x00};
+static const uint8_t kPayloadRunReportReply[] = {0x58, 0x3D, 0xF6, 0x8F, 0xB7, 0x74, 0x94, 0xAC, 0x32, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0xE1, 0xCC, 0x23, 0x16, 0x9A, 0x46, 0x5B, 0xB4, 0x54, 0xC0, 0x92, 0x52, 0x0D, 0x3A, 0xCA, 0xF0};
+static const uint8_t kFrameRunReportReply[] = {0x57, 0x84, 0x05, 0x58, 0x3D, 0xF6, 0x8F, 0xB7, 0x74, 0x94, 0xAC, 0x32, 0xD0, 0xBC, 0x24, 0x1B, 0x6F, 0x75, 0x9E, 0x52, 0x0D, 0x2F, 0x18, 0x8A, 0xAB, 0xE8, 0x91, 0xC1, 0x49, 0xA2, 0x0B, 0xF9, 0xE7, 0x5B, 0x85, 0x30, 0x86, 0x15, 0xFF, 0x67, 0x24, 0xCE, 0x78, 0x9F, 0xC2, 0x88, 0xF2, 0xD6, 0x60, 0x41, 0x6C, 0x0E, 0xFF, 0xFB, 0xE5, 0x45, 0x9D, 0xB4, 0x5F, 0x7D, 0x3B, 0x6E, 0xD9, 0xB4, 0xD9, 0x27, 0x53, 0xEC, 0x77, 0xE1, 0xCC, 0x23, 0x16, 0x9A, 0x46, 0x5B, 0xB4, 0x54, 0xC0, 0x92, 0x52, 0x0D, 0x3A, 0xCA, 0xF0, 0xE7, 0x9C, 0x00};
 
 inline size_t build_LoggerStatusRequest(uint8_t* payload) {
   (void)payload;
@@ -183,29 +184,29 @@ static const uint8_t kFrameLoggerStatusRequest[] = {0x05, 0x03, 0x06, 0x9A, 0x28
 
 inline size_t build_LoggerStatusReply(uint8_t* payload) {
   protocol::LoggerStatusReply message;
-  message.state = protocol::LoggerState::kStopped;
-  message.error = protocol::ErrorCode::kStrokeMissed;
-  message.imu_present = 45u;
-  message.switches_open = 203u;
-  message.session = 1772626163u;
-  message.samples = 132094637u;
-  message.samples_dropped = 2786530406u;
-  message.blocks_written = 1145998880u;
-  message.ring_blocks = 57990u;
-  message.ring_peak_blocks = 32957u;
-  message.rate_hz = 7924u;
-  message.who_am_i[0] = 189u;
-  message.who_am_i[1] = 91u;
-  message.who_am_i[2] = 249u;
-  message.who_am_i[3] = 151u;
-  message.uptime_ms = 906648556u;
-  message.card = protocol::CardState::kMissing;
-  message.card_free_mib = 1920552799u;
-  message.phase = protocol::DropPhase::kWaiting;
-  message.ram_holds_drop = 174u;
-  message.late_ticks = 1293925515u;
-  message.settings_origin = protocol::Origin::kFactory;
-  message.unix_us = 9912053338791674088ull;
+  message.state = protocol::LoggerState::kFailed;
+  message.error = protocol::ErrorCode::kNotAtStartPose;
+  message.imu_present = 203u;
+  message.switches_open = 105u;
+  message.session = 132094637u;
+  message.samples = 2786530406u;
+  message.samples_dropped = 1145998880u;
+  message.blocks_written = 3800434649u;
+  message.ring_blocks = 32957u;
+  message.ring_peak_blocks = 7924u;
+  message.rate_hz = 48428u;
+  message.who_am_i[0] = 91u;
+  message.who_am_i[1] = 249u;
+  message.who_am_i[2] = 151u;
+  message.who_am_i[3] = 54u;
+  message.uptime_ms = 3561084325u;
+  message.card = protocol::CardState::kUnreadable;
+  message.card_free_mib = 280021272u;
+  message.phase = protocol::DropPhase::kFalling;
+  message.ram_holds_drop = 77u;
+  message.late_ticks = 3948361285u;
+  message.settings_origin = protocol::Origin::kUploaded;
+  message.unix_us = 2866024084405320957ull;
   message.encode(payload);
   return protocol::LoggerStatusReply::kSize;
 }
@@ -213,16 +214,16 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
 inline bool matches_LoggerStatusReply(const uint8_t* payload, size_t size) {
   protocol::LoggerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kStopped && message.error == protocol::ErrorCode::kStrokeMissed && message.imu_present == 45u && message.switches_open == 203u && message.session == 1772626163u && message.samples == 132094637u && message.samples_dropped == 2786530406u && message.blocks_written == 1145998880u && message.ring_blocks == 57990u && message.ring_peak_blocks == 32957u && message.rate_hz == 7924u && message.who_am_i[0] == 189u && message.who_am_i[1] == 91u && message.who_am_i[2] == 249u && message.who_am_i[3] == 151u && message.uptime_ms == 906648556u && message.card == protocol::CardState::kMissing && message.card_free_mib == 1920552799u && message.phase == protocol::DropPhase::kWaiting && message.ram_holds_drop == 174u && message.late_ticks == 1293925515u && message.settings_origin == protocol::Origin::kFactory && message.unix_us == 9912053338791674088ull;
+  return message.state == protocol::LoggerState::kFailed && message.error == protocol::ErrorCode::kNotAtStartPose && message.imu_present == 203u && message.switches_open == 105u && message.session == 132094637u && message.samples == 2786530406u && message.samples_dropped == 1145998880u && message.blocks_written == 3800434649u && message.ring_blocks == 32957u && message.ring_peak_blocks == 7924u && message.rate_hz == 48428u && message.who_am_i[0] == 91u && message.who_am_i[1] == 249u && message.who_am_i[2] == 151u && message.who_am_i[3] == 54u && message.uptime_ms == 3561084325u && message.card == protocol::CardState::kUnreadable && message.card_free_mib == 280021272u && message.phase == protocol::DropPhase::kFalling && message.ram_holds_drop == 77u && message.late_ticks == 3948361285u && message.settings_origin == protocol::Origin::kUploaded && message.unix_us == 2866024084405320957ull;
 }
 
-static const uint8_t kPayloadLoggerStatusReply[] = {0x03, 0x14, 0x2D, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0xBD, 0x5B, 0xF9, 0x97, 0xEC, 0x5B, 0x0A, 0x36, 0x02, 0x5F, 0x4F, 0x79, 0x72, 0x00, 0xAE, 0x8B, 0xBC, 0x1F, 0x4D, 0x00, 0xE8, 0x00, 0x67, 0xCD, 0xFE, 0xAF, 0x8E, 0x89};
-static const uint8_t kFrameLoggerStatusReply[] = {0x2A, 0x83, 0x07, 0x03, 0x14, 0x2D, 0xCB, 0xF3, 0x20, 0xA8, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0xBD, 0x5B, 0xF9, 0x97, 0xEC, 0x5B, 0x0A, 0x36, 0x02, 0x5F, 0x4F, 0x79, 0x72, 0x06, 0xAE, 0x8B, 0xBC, 0x1F, 0x4D, 0x02, 0xE8, 0x09, 0x67, 0xCD, 0xFE, 0xAF, 0x8E, 0x89, 0x36, 0x0F, 0x00};
+static const uint8_t kPayloadLoggerStatusReply[] = {0x04, 0x15, 0xCB, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x5B, 0xF9, 0x97, 0x36, 0xA5, 0xD5, 0x41, 0xD4, 0x03, 0x18, 0xC9, 0xB0, 0x10, 0x01, 0x4D, 0x45, 0x36, 0x57, 0xEB, 0x01, 0xFD, 0x7C, 0xB1, 0x4C, 0xB8, 0x29, 0xC6, 0x27};
+static const uint8_t kFrameLoggerStatusReply[] = {0x3B, 0x83, 0x07, 0x04, 0x15, 0xCB, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x5B, 0xF9, 0x97, 0x36, 0xA5, 0xD5, 0x41, 0xD4, 0x03, 0x18, 0xC9, 0xB0, 0x10, 0x01, 0x4D, 0x45, 0x36, 0x57, 0xEB, 0x01, 0xFD, 0x7C, 0xB1, 0x4C, 0xB8, 0x29, 0xC6, 0x27, 0x42, 0x56, 0x00};
 
 inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
   protocol::ManeuverBeginRequest message;
-  message.stroke_count = 39u;
-  message.speed_cdeg_s = 50685u;
+  message.stroke_count = 197u;
+  message.speed_cdeg_s = 25653u;
   message.encode(payload);
   return protocol::ManeuverBeginRequest::kSize;
 }
@@ -230,15 +231,15 @@ inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
 inline bool matches_ManeuverBeginRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 39u && message.speed_cdeg_s == 50685u;
+  return message.stroke_count == 197u && message.speed_cdeg_s == 25653u;
 }
 
-static const uint8_t kPayloadManeuverBeginRequest[] = {0x27, 0xFD, 0xC5};
-static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0x27, 0xFD, 0xC5, 0xB7, 0x7F, 0x00};
+static const uint8_t kPayloadManeuverBeginRequest[] = {0xC5, 0x35, 0x64};
+static const uint8_t kFrameManeuverBeginRequest[] = {0x08, 0x10, 0x08, 0xC5, 0x35, 0x64, 0xD0, 0x8B, 0x00};
 
 inline size_t build_ManeuverBeginReply(uint8_t* payload) {
   protocol::ManeuverBeginReply message;
-  message.stroke_count = 100u;
+  message.stroke_count = 2u;
   message.encode(payload);
   return protocol::ManeuverBeginReply::kSize;
 }
@@ -246,18 +247,18 @@ inline size_t build_ManeuverBeginReply(uint8_t* payload) {
 inline bool matches_ManeuverBeginReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverBeginReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stroke_count == 100u;
+  return message.stroke_count == 2u;
 }
 
-static const uint8_t kPayloadManeuverBeginReply[] = {0x64};
-static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x64, 0x1F, 0x22, 0x00};
+static const uint8_t kPayloadManeuverBeginReply[] = {0x02};
+static const uint8_t kFrameManeuverBeginReply[] = {0x06, 0x90, 0x09, 0x02, 0x7F, 0x2E, 0x00};
 
 inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
   protocol::ManeuverStrokeRequest message;
-  message.index = 2u;
-  message.joint = 160u;
-  message.angle_cdeg = 16091;
-  message.start_us = 3709010961u;
+  message.index = 160u;
+  message.joint = 62u;
+  message.angle_cdeg = -8941;
+  message.start_us = 2068479434u;
   message.encode(payload);
   return protocol::ManeuverStrokeRequest::kSize;
 }
@@ -265,15 +266,15 @@ inline size_t build_ManeuverStrokeRequest(uint8_t* payload) {
 inline bool matches_ManeuverStrokeRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 2u && message.joint == 160u && message.angle_cdeg == 16091 && message.start_us == 3709010961u;
+  return message.index == 160u && message.joint == 62u && message.angle_cdeg == -8941 && message.start_us == 2068479434u;
 }
 
-static const uint8_t kPayloadManeuverStrokeRequest[] = {0x02, 0xA0, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD};
-static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0x02, 0xA0, 0xDB, 0x3E, 0x11, 0x04, 0x13, 0xDD, 0xA8, 0xE6, 0x00};
+static const uint8_t kPayloadManeuverStrokeRequest[] = {0xA0, 0x3E, 0x13, 0xDD, 0xCA, 0x7D, 0x4A, 0x7B};
+static const uint8_t kFrameManeuverStrokeRequest[] = {0x0D, 0x11, 0x0A, 0xA0, 0x3E, 0x13, 0xDD, 0xCA, 0x7D, 0x4A, 0x7B, 0xCF, 0xB6, 0x00};
 
 inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
   protocol::ManeuverStrokeReply message;
-  message.index = 123u;
+  message.index = 25u;
   message.encode(payload);
   return protocol::ManeuverStrokeReply::kSize;
 }
@@ -281,15 +282,15 @@ inline size_t build_ManeuverStrokeReply(uint8_t* payload) {
 inline bool matches_ManeuverStrokeReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverStrokeReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 123u;
+  return message.index == 25u;
 }
 
-static const uint8_t kPayloadManeuverStrokeReply[] = {0x7B};
-static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0x7B, 0x93, 0x90, 0x00};
+static const uint8_t kPayloadManeuverStrokeReply[] = {0x19};
+static const uint8_t kFrameManeuverStrokeReply[] = {0x06, 0x91, 0x0B, 0x19, 0x77, 0xDC, 0x00};
 
 inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
   protocol::ManeuverCommitRequest message;
-  message.crc = 6529u;
+  message.crc = 47033u;
   message.encode(payload);
   return protocol::ManeuverCommitRequest::kSize;
 }
@@ -297,16 +298,16 @@ inline size_t build_ManeuverCommitRequest(uint8_t* payload) {
 inline bool matches_ManeuverCommitRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.crc == 6529u;
+  return message.crc == 47033u;
 }
 
-static const uint8_t kPayloadManeuverCommitRequest[] = {0x81, 0x19};
-static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0x81, 0x19, 0xDF, 0xAC, 0x00};
+static const uint8_t kPayloadManeuverCommitRequest[] = {0xB9, 0xB7};
+static const uint8_t kFrameManeuverCommitRequest[] = {0x07, 0x12, 0x0C, 0xB9, 0xB7, 0xC7, 0x74, 0x00};
 
 inline size_t build_ManeuverCommitReply(uint8_t* payload) {
   protocol::ManeuverCommitReply message;
-  message.stored = 183u;
-  message.written = 85u;
+  message.stored = 85u;
+  message.written = 244u;
   message.encode(payload);
   return protocol::ManeuverCommitReply::kSize;
 }
@@ -314,11 +315,11 @@ inline size_t build_ManeuverCommitReply(uint8_t* payload) {
 inline bool matches_ManeuverCommitReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverCommitReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 183u && message.written == 85u;
+  return message.stored == 85u && message.written == 244u;
 }
 
-static const uint8_t kPayloadManeuverCommitReply[] = {0xB7, 0x55};
-static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0xB7, 0x55, 0xAC, 0x60, 0x00};
+static const uint8_t kPayloadManeuverCommitReply[] = {0x55, 0xF4};
+static const uint8_t kFrameManeuverCommitReply[] = {0x07, 0x92, 0x0D, 0x55, 0xF4, 0xB7, 0xB3, 0x00};
 
 inline size_t build_ManeuverInfoRequest(uint8_t* payload) {
   (void)payload;
@@ -336,12 +337,12 @@ static const uint8_t kFrameManeuverInfoRequest[] = {0x05, 0x13, 0x0E, 0xE1, 0xAA
 
 inline size_t build_ManeuverInfoReply(uint8_t* payload) {
   protocol::ManeuverInfoReply message;
-  message.origin = protocol::Origin::kUploaded;
-  message.stroke_count = 146u;
-  message.speed_cdeg_s = 12439u;
-  message.crc = 52942u;
-  message.end_us = 1829129110u;
-  message.generation = 188597584u;
+  message.origin = protocol::Origin::kFactory;
+  message.stroke_count = 48u;
+  message.speed_cdeg_s = 52942u;
+  message.crc = 27910u;
+  message.end_us = 188597584u;
+  message.generation = 2843033353u;
   message.encode(payload);
   return protocol::ManeuverInfoReply::kSize;
 }
@@ -349,15 +350,15 @@ inline size_t build_ManeuverInfoReply(uint8_t* payload) {
 inline bool matches_ManeuverInfoReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverInfoReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.stroke_count == 146u && message.speed_cdeg_s == 12439u && message.crc == 52942u && message.end_us == 1829129110u && message.generation == 188597584u;
+  return message.origin == protocol::Origin::kFactory && message.stroke_count == 48u && message.speed_cdeg_s == 52942u && message.crc == 27910u && message.end_us == 188597584u && message.generation == 2843033353u;
 }
 
-static const uint8_t kPayloadManeuverInfoReply[] = {0x01, 0x92, 0x97, 0x30, 0xCE, 0xCE, 0x96, 0x4B, 0x06, 0x6D, 0x50, 0xC5, 0x3D, 0x0B};
-static const uint8_t kFrameManeuverInfoReply[] = {0x13, 0x93, 0x0F, 0x01, 0x92, 0x97, 0x30, 0xCE, 0xCE, 0x96, 0x4B, 0x06, 0x6D, 0x50, 0xC5, 0x3D, 0x0B, 0x82, 0xEB, 0x00};
+static const uint8_t kPayloadManeuverInfoReply[] = {0x00, 0x30, 0xCE, 0xCE, 0x06, 0x6D, 0x50, 0xC5, 0x3D, 0x0B, 0x09, 0x3F, 0x75, 0xA9};
+static const uint8_t kFrameManeuverInfoReply[] = {0x03, 0x93, 0x0F, 0x10, 0x30, 0xCE, 0xCE, 0x06, 0x6D, 0x50, 0xC5, 0x3D, 0x0B, 0x09, 0x3F, 0x75, 0xA9, 0x83, 0x61, 0x00};
 
 inline size_t build_ManeuverReadRequest(uint8_t* payload) {
   protocol::ManeuverReadRequest message;
-  message.index = 169u;
+  message.index = 71u;
   message.encode(payload);
   return protocol::ManeuverReadRequest::kSize;
 }
@@ -365,18 +366,18 @@ inline size_t build_ManeuverReadRequest(uint8_t* payload) {
 inline bool matches_ManeuverReadRequest(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 169u;
+  return message.index == 71u;
 }
 
-static const uint8_t kPayloadManeuverReadRequest[] = {0xA9};
-static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0xA9, 0x8F, 0x74, 0x00};
+static const uint8_t kPayloadManeuverReadRequest[] = {0x47};
+static const uint8_t kFrameManeuverReadRequest[] = {0x06, 0x14, 0x10, 0x47, 0x6F, 0x68, 0x00};
 
 inline size_t build_ManeuverReadReply(uint8_t* payload) {
   protocol::ManeuverReadReply message;
-  message.index = 71u;
-  message.joint = 229u;
-  message.angle_cdeg = -31717;
-  message.start_us = 575874543u;
+  message.index = 229u;
+  message.joint = 132u;
+  message.angle_cdeg = 8787;
+  message.start_us = 3230310313u;
   message.encode(payload);
   return protocol::ManeuverReadReply::kSize;
 }
@@ -384,15 +385,15 @@ inline size_t build_ManeuverReadReply(uint8_t* payload) {
 inline bool matches_ManeuverReadReply(const uint8_t* payload, size_t size) {
   protocol::ManeuverReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 71u && message.joint == 229u && message.angle_cdeg == -31717 && message.start_us == 575874543u;
+  return message.index == 229u && message.joint == 132u && message.angle_cdeg == 8787 && message.start_us == 3230310313u;
 }
 
-static const uint8_t kPayloadManeuverReadReply[] = {0x47, 0xE5, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22};
-static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0x47, 0xE5, 0x1B, 0x84, 0xEF, 0x25, 0x53, 0x22, 0xF1, 0xC4, 0x00};
+static const uint8_t kPayloadManeuverReadReply[] = {0xE5, 0x84, 0x53, 0x22, 0xA9, 0x9F, 0x8A, 0xC0};
+static const uint8_t kFrameManeuverReadReply[] = {0x0D, 0x94, 0x11, 0xE5, 0x84, 0x53, 0x22, 0xA9, 0x9F, 0x8A, 0xC0, 0x9E, 0x44, 0x00};
 
 inline size_t build_ArmRequest(uint8_t* payload) {
   protocol::ArmRequest message;
-  message.arm_token = 49290u;
+  message.arm_token = 24258u;
   message.encode(payload);
   return protocol::ArmRequest::kSize;
 }
@@ -400,15 +401,15 @@ inline size_t build_ArmRequest(uint8_t* payload) {
 inline bool matches_ArmRequest(const uint8_t* payload, size_t size) {
   protocol::ArmRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.arm_token == 49290u;
+  return message.arm_token == 24258u;
 }
 
-static const uint8_t kPayloadArmRequest[] = {0x8A, 0xC0};
-static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0x8A, 0xC0, 0x92, 0xB3, 0x00};
+static const uint8_t kPayloadArmRequest[] = {0xC2, 0x5E};
+static const uint8_t kFrameArmRequest[] = {0x07, 0x20, 0x12, 0xC2, 0x5E, 0x80, 0x55, 0x00};
 
 inline size_t build_ArmReply(uint8_t* payload) {
   protocol::ArmReply message;
-  message.state = protocol::SequencerState::kArmed;
+  message.state = protocol::SequencerState::kRunning;
   message.encode(payload);
   return protocol::ArmReply::kSize;
 }
@@ -416,11 +417,11 @@ inline size_t build_ArmReply(uint8_t* payload) {
 inline bool matches_ArmReply(const uint8_t* payload, size_t size) {
   protocol::ArmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kArmed;
+  return message.state == protocol::SequencerState::kRunning;
 }
 
-static const uint8_t kPayloadArmReply[] = {0x01};
-static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x01, 0x01, 0x37, 0x00};
+static const uint8_t kPayloadArmReply[] = {0x02};
+static const uint8_t kFrameArmReply[] = {0x06, 0xA0, 0x13, 0x02, 0x62, 0x07, 0x00};
 
 inline size_t build_DisarmRequest(uint8_t* payload) {
   (void)payload;
@@ -438,7 +439,7 @@ static const uint8_t kFrameDisarmRequest[] = {0x05, 0x21, 0x14, 0x6D, 0x7A, 0x00
 
 inline size_t build_DisarmReply(uint8_t* payload) {
   protocol::DisarmReply message;
-  message.state = protocol::SequencerState::kRunning;
+  message.state = protocol::SequencerState::kDone;
   message.encode(payload);
   return protocol::DisarmReply::kSize;
 }
@@ -446,16 +447,16 @@ inline size_t build_DisarmReply(uint8_t* payload) {
 inline bool matches_DisarmReply(const uint8_t* payload, size_t size) {
   protocol::DisarmReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::SequencerState::kRunning;
+  return message.state == protocol::SequencerState::kDone;
 }
 
-static const uint8_t kPayloadDisarmReply[] = {0x02};
-static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x02, 0xF4, 0x9A, 0x00};
+static const uint8_t kPayloadDisarmReply[] = {0x03};
+static const uint8_t kFrameDisarmReply[] = {0x06, 0xA1, 0x15, 0x03, 0xD5, 0x8A, 0x00};
 
 inline size_t build_RecordStartRequest(uint8_t* payload) {
   protocol::RecordStartRequest message;
-  message.number = 2603683029u;
-  message.unix_us = 4136704207455655711ull;
+  message.number = 963151503u;
+  message.unix_us = 15537419026778854196ull;
   message.encode(payload);
   return protocol::RecordStartRequest::kSize;
 }
@@ -463,16 +464,16 @@ inline size_t build_RecordStartRequest(uint8_t* payload) {
 inline bool matches_RecordStartRequest(const uint8_t* payload, size_t size) {
   protocol::RecordStartRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 2603683029u && message.unix_us == 4136704207455655711ull;
+  return message.number == 963151503u && message.unix_us == 15537419026778854196ull;
 }
 
-static const uint8_t kPayloadRecordStartRequest[] = {0xD5, 0x0C, 0x31, 0x9B, 0x1F, 0x17, 0x42, 0x3A, 0x8F, 0x86, 0x68, 0x39};
-static const uint8_t kFrameRecordStartRequest[] = {0x11, 0x40, 0x16, 0xD5, 0x0C, 0x31, 0x9B, 0x1F, 0x17, 0x42, 0x3A, 0x8F, 0x86, 0x68, 0x39, 0x76, 0x48, 0x00};
+static const uint8_t kPayloadRecordStartRequest[] = {0x8F, 0x86, 0x68, 0x39, 0x34, 0x93, 0x8C, 0xB9, 0x48, 0x00, 0xA0, 0xD7};
+static const uint8_t kFrameRecordStartRequest[] = {0x0C, 0x40, 0x16, 0x8F, 0x86, 0x68, 0x39, 0x34, 0x93, 0x8C, 0xB9, 0x48, 0x05, 0xA0, 0xD7, 0x1F, 0xF4, 0x00};
 
 inline size_t build_RecordStartReply(uint8_t* payload) {
   protocol::RecordStartReply message;
-  message.state = protocol::LoggerState::kStopped;
-  message.session = 1977055746u;
+  message.state = protocol::LoggerState::kFailed;
+  message.session = 336524219u;
   message.encode(payload);
   return protocol::RecordStartReply::kSize;
 }
@@ -480,11 +481,11 @@ inline size_t build_RecordStartReply(uint8_t* payload) {
 inline bool matches_RecordStartReply(const uint8_t* payload, size_t size) {
   protocol::RecordStartReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kStopped && message.session == 1977055746u;
+  return message.state == protocol::LoggerState::kFailed && message.session == 336524219u;
 }
 
-static const uint8_t kPayloadRecordStartReply[] = {0x03, 0x02, 0x7A, 0xD7, 0x75};
-static const uint8_t kFrameRecordStartReply[] = {0x0A, 0xC0, 0x17, 0x03, 0x02, 0x7A, 0xD7, 0x75, 0xEF, 0xEB, 0x00};
+static const uint8_t kPayloadRecordStartReply[] = {0x04, 0xBB, 0xF3, 0x0E, 0x14};
+static const uint8_t kFrameRecordStartReply[] = {0x0A, 0xC0, 0x17, 0x04, 0xBB, 0xF3, 0x0E, 0x14, 0x6E, 0xF8, 0x00};
 
 inline size_t build_RecordStopRequest(uint8_t* payload) {
   (void)payload;
@@ -502,10 +503,10 @@ static const uint8_t kFrameRecordStopRequest[] = {0x05, 0x41, 0x18, 0xCB, 0xB0, 
 
 inline size_t build_RecordStopReply(uint8_t* payload) {
   protocol::RecordStopReply message;
-  message.state = protocol::LoggerState::kIdle;
-  message.session = 2990959989u;
-  message.samples = 1350428462u;
-  message.samples_dropped = 4004864232u;
+  message.state = protocol::LoggerState::kRecording;
+  message.session = 1350428462u;
+  message.samples = 4004864232u;
+  message.samples_dropped = 2364332705u;
   message.encode(payload);
   return protocol::RecordStopReply::kSize;
 }
@@ -513,15 +514,15 @@ inline size_t build_RecordStopReply(uint8_t* payload) {
 inline bool matches_RecordStopReply(const uint8_t* payload, size_t size) {
   protocol::RecordStopReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kIdle && message.session == 2990959989u && message.samples == 1350428462u && message.samples_dropped == 4004864232u;
+  return message.state == protocol::LoggerState::kRecording && message.session == 1350428462u && message.samples == 4004864232u && message.samples_dropped == 2364332705u;
 }
 
-static const uint8_t kPayloadRecordStopReply[] = {0x00, 0x75, 0x6D, 0x46, 0xB2, 0x2E, 0xE7, 0x7D, 0x50, 0xE8, 0x60, 0xB5, 0xEE};
-static const uint8_t kFrameRecordStopReply[] = {0x03, 0xC1, 0x19, 0x0F, 0x75, 0x6D, 0x46, 0xB2, 0x2E, 0xE7, 0x7D, 0x50, 0xE8, 0x60, 0xB5, 0xEE, 0xFC, 0x96, 0x00};
+static const uint8_t kPayloadRecordStopReply[] = {0x01, 0x2E, 0xE7, 0x7D, 0x50, 0xE8, 0x60, 0xB5, 0xEE, 0xA1, 0xDA, 0xEC, 0x8C};
+static const uint8_t kFrameRecordStopReply[] = {0x12, 0xC1, 0x19, 0x01, 0x2E, 0xE7, 0x7D, 0x50, 0xE8, 0x60, 0xB5, 0xEE, 0xA1, 0xDA, 0xEC, 0x8C, 0x15, 0x4C, 0x00};
 
 inline size_t build_LiveRequest(uint8_t* payload) {
   protocol::LiveRequest message;
-  message.enabled = 140u;
+  message.enabled = 43u;
   message.encode(payload);
   return protocol::LiveRequest::kSize;
 }
@@ -529,19 +530,19 @@ inline size_t build_LiveRequest(uint8_t* payload) {
 inline bool matches_LiveRequest(const uint8_t* payload, size_t size) {
   protocol::LiveRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 140u;
+  return message.enabled == 43u;
 }
 
-static const uint8_t kPayloadLiveRequest[] = {0x8C};
-static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0x8C, 0xED, 0x03, 0x00};
+static const uint8_t kPayloadLiveRequest[] = {0x2B};
+static const uint8_t kFrameLiveRequest[] = {0x06, 0x42, 0x1A, 0x2B, 0xE0, 0xC6, 0x00};
 
 inline size_t build_LiveReply(uint8_t* payload) {
   protocol::LiveReply message;
-  message.enabled = 43u;
-  message.rate_hz = 51547u;
-  message.gyro_lsb_per_deg_s = 255.0625f;
-  message.accel_lsb_per_g = 192.375f;
-  message.angle_counts_per_turn = 2751609665u;
+  message.enabled = 201u;
+  message.rate_hz = 26515u;
+  message.gyro_lsb_per_deg_s = 192.375f;
+  message.accel_lsb_per_g = 129.6875f;
+  message.angle_counts_per_turn = 1111078138u;
   message.encode(payload);
   return protocol::LiveReply::kSize;
 }
@@ -549,21 +550,21 @@ inline size_t build_LiveReply(uint8_t* payload) {
 inline bool matches_LiveReply(const uint8_t* payload, size_t size) {
   protocol::LiveReply message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 43u && message.rate_hz == 51547u && message.gyro_lsb_per_deg_s == 255.0625f && message.accel_lsb_per_g == 192.375f && message.angle_counts_per_turn == 2751609665u;
+  return message.enabled == 201u && message.rate_hz == 26515u && message.gyro_lsb_per_deg_s == 192.375f && message.accel_lsb_per_g == 129.6875f && message.angle_counts_per_turn == 1111078138u;
 }
 
-static const uint8_t kPayloadLiveReply[] = {0x2B, 0x5B, 0xC9, 0x00, 0x10, 0x7F, 0x43, 0x00, 0x60, 0x40, 0x43, 0x41, 0x3B, 0x02, 0xA4};
-static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x2B, 0x5B, 0xC9, 0x04, 0x10, 0x7F, 0x43, 0x0A, 0x60, 0x40, 0x43, 0x41, 0x3B, 0x02, 0xA4, 0x0B, 0xF1, 0x00};
+static const uint8_t kPayloadLiveReply[] = {0xC9, 0x93, 0x67, 0x00, 0x60, 0x40, 0x43, 0x00, 0xB0, 0x01, 0x43, 0xFA, 0xB4, 0x39, 0x42};
+static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0xC9, 0x93, 0x67, 0x04, 0x60, 0x40, 0x43, 0x0A, 0xB0, 0x01, 0x43, 0xFA, 0xB4, 0x39, 0x42, 0xCA, 0x46, 0x00};
 
 inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
   protocol::LoggerSettingsWriteRequest message;
-  message.settings.rate_hz = 57457u;
-  message.settings.gyro_range_deg_s = 32424u;
-  message.settings.accel_range_g = 28u;
-  message.settings.dlpf_cfg = 187u;
-  message.settings.bus_khz = 22863u;
-  message.settings.after_landing_s = 63366u;
-  message.settings.file_mib = 38334u;
+  message.settings.rate_hz = 32424u;
+  message.settings.gyro_range_deg_s = 7392u;
+  message.settings.accel_range_g = 187u;
+  message.settings.dlpf_cfg = 89u;
+  message.settings.bus_khz = 63366u;
+  message.settings.after_landing_s = 38334u;
+  message.settings.file_mib = 13301u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteRequest::kSize;
 }
@@ -571,15 +572,15 @@ inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.settings.rate_hz == 57457u && message.settings.gyro_range_deg_s == 32424u && message.settings.accel_range_g == 28u && message.settings.dlpf_cfg == 187u && message.settings.bus_khz == 22863u && message.settings.after_landing_s == 63366u && message.settings.file_mib == 38334u;
+  return message.settings.rate_hz == 32424u && message.settings.gyro_range_deg_s == 7392u && message.settings.accel_range_g == 187u && message.settings.dlpf_cfg == 89u && message.settings.bus_khz == 63366u && message.settings.after_landing_s == 38334u && message.settings.file_mib == 13301u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0x71, 0xE0, 0xA8, 0x7E, 0x1C, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95};
-static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0x71, 0xE0, 0xA8, 0x7E, 0x1C, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0x34, 0x46, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0xA8, 0x7E, 0xE0, 0x1C, 0xBB, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33};
+static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0xA8, 0x7E, 0xE0, 0x1C, 0xBB, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x72, 0xE5, 0x00};
 
 inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
   protocol::LoggerSettingsWriteReply message;
-  message.stored = 51u;
+  message.stored = 210u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteReply::kSize;
 }
@@ -587,11 +588,11 @@ inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 51u;
+  return message.stored == 210u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0x33};
-static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0x33, 0x84, 0x72, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0xD2};
+static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0xD2, 0x8B, 0x9F, 0x00};
 
 inline size_t build_LoggerSettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -609,15 +610,15 @@ static const uint8_t kFrameLoggerSettingsReadRequest[] = {0x05, 0x46, 0x1E, 0x9A
 
 inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
   protocol::LoggerSettingsReadReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.settings.rate_hz = 3739u;
-  message.settings.gyro_range_deg_s = 44243u;
-  message.settings.accel_range_g = 75u;
-  message.settings.dlpf_cfg = 233u;
-  message.settings.bus_khz = 34681u;
-  message.settings.after_landing_s = 9649u;
-  message.settings.file_mib = 50152u;
-  message.rate_max_hz = 25120u;
+  message.origin = protocol::Origin::kUploaded;
+  message.settings.rate_hz = 44243u;
+  message.settings.gyro_range_deg_s = 19210u;
+  message.settings.accel_range_g = 233u;
+  message.settings.dlpf_cfg = 135u;
+  message.settings.bus_khz = 9649u;
+  message.settings.after_landing_s = 50152u;
+  message.settings.file_mib = 25120u;
+  message.rate_max_hz = 87u;
   message.encode(payload);
   return protocol::LoggerSettingsReadReply::kSize;
 }
@@ -625,15 +626,15 @@ inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.settings.rate_hz == 3739u && message.settings.gyro_range_deg_s == 44243u && message.settings.accel_range_g == 75u && message.settings.dlpf_cfg == 233u && message.settings.bus_khz == 34681u && message.settings.after_landing_s == 9649u && message.settings.file_mib == 50152u && message.rate_max_hz == 25120u;
+  return message.origin == protocol::Origin::kUploaded && message.settings.rate_hz == 44243u && message.settings.gyro_range_deg_s == 19210u && message.settings.accel_range_g == 233u && message.settings.dlpf_cfg == 135u && message.settings.bus_khz == 9649u && message.settings.after_landing_s == 50152u && message.settings.file_mib == 25120u && message.rate_max_hz == 87u;
 }
 
-static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x00, 0x9B, 0x0E, 0xD3, 0xAC, 0x4B, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62};
-static const uint8_t kFrameLoggerSettingsReadReply[] = {0x03, 0xC6, 0x1F, 0x11, 0x9B, 0x0E, 0xD3, 0xAC, 0x4B, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0xF5, 0x67, 0x00};
+static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x01, 0xD3, 0xAC, 0x0A, 0x4B, 0xE9, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x57, 0x00};
+static const uint8_t kFrameLoggerSettingsReadReply[] = {0x11, 0xC6, 0x1F, 0x01, 0xD3, 0xAC, 0x0A, 0x4B, 0xE9, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x57, 0x03, 0x9F, 0x9A, 0x00};
 
 inline size_t build_ClockSetRequest(uint8_t* payload) {
   protocol::ClockSetRequest message;
-  message.unix_us = 24696951606974911ull;
+  message.unix_us = 11425411770930173396ull;
   message.encode(payload);
   return protocol::ClockSetRequest::kSize;
 }
@@ -641,15 +642,15 @@ inline size_t build_ClockSetRequest(uint8_t* payload) {
 inline bool matches_ClockSetRequest(const uint8_t* payload, size_t size) {
   protocol::ClockSetRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.unix_us == 24696951606974911ull;
+  return message.unix_us == 11425411770930173396ull;
 }
 
-static const uint8_t kPayloadClockSetRequest[] = {0xBF, 0x99, 0x91, 0x23, 0xBF, 0xBD, 0x57, 0x00};
-static const uint8_t kFrameClockSetRequest[] = {0x0A, 0x47, 0x20, 0xBF, 0x99, 0x91, 0x23, 0xBF, 0xBD, 0x57, 0x03, 0x2F, 0x9E, 0x00};
+static const uint8_t kPayloadClockSetRequest[] = {0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E};
+static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E, 0x93, 0x70, 0x00};
 
 inline size_t build_ClockSetReply(uint8_t* payload) {
   protocol::ClockSetReply message;
-  message.uptime_us = 11425411770930173396ull;
+  message.uptime_us = 4379382516543820265ull;
   message.encode(payload);
   return protocol::ClockSetReply::kSize;
 }
@@ -657,15 +658,15 @@ inline size_t build_ClockSetReply(uint8_t* payload) {
 inline bool matches_ClockSetReply(const uint8_t* payload, size_t size) {
   protocol::ClockSetReply message;
   if (!message.decode(payload, size)) return false;
-  return message.uptime_us == 11425411770930173396ull;
+  return message.uptime_us == 4379382516543820265ull;
 }
 
-static const uint8_t kPayloadClockSetReply[] = {0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E};
-static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E, 0x84, 0x7F, 0x00};
+static const uint8_t kPayloadClockSetReply[] = {0xE9, 0x91, 0x26, 0x22, 0x32, 0xB1, 0xC6, 0x3C};
+static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0xE9, 0x91, 0x26, 0x22, 0x32, 0xB1, 0xC6, 0x3C, 0x5C, 0x9D, 0x00};
 
 inline size_t build_LogListRequest(uint8_t* payload) {
   protocol::LogListRequest message;
-  message.from_number = 15558u;
+  message.from_number = 56062u;
   message.encode(payload);
   return protocol::LogListRequest::kSize;
 }
@@ -673,20 +674,20 @@ inline size_t build_LogListRequest(uint8_t* payload) {
 inline bool matches_LogListRequest(const uint8_t* payload, size_t size) {
   protocol::LogListRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.from_number == 15558u;
+  return message.from_number == 56062u;
 }
 
-static const uint8_t kPayloadLogListRequest[] = {0xC6, 0x3C};
-static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0xC6, 0x3C, 0x14, 0xCC, 0x00};
+static const uint8_t kPayloadLogListRequest[] = {0xFE, 0xDA};
+static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0xFE, 0xDA, 0xC0, 0xDD, 0x00};
 
 inline size_t build_LogListReply(uint8_t* payload) {
   protocol::LogListReply message;
-  message.found = 218u;
-  message.entry.number = 5997u;
-  message.entry.session = 3047462936u;
-  message.entry.blocks = 1406931409u;
-  message.entry.wall_clock_us = 17443439211354356327ull;
-  message.entry.closed = 144u;
+  message.found = 121u;
+  message.entry.number = 46500u;
+  message.entry.session = 1406931409u;
+  message.entry.blocks = 4061367179u;
+  message.entry.wall_clock_us = 10397409956968003196ull;
+  message.entry.closed = 46u;
   message.encode(payload);
   return protocol::LogListReply::kSize;
 }
@@ -694,18 +695,18 @@ inline size_t build_LogListReply(uint8_t* payload) {
 inline bool matches_LogListReply(const uint8_t* payload, size_t size) {
   protocol::LogListReply message;
   if (!message.decode(payload, size)) return false;
-  return message.found == 218u && message.entry.number == 5997u && message.entry.session == 3047462936u && message.entry.blocks == 1406931409u && message.entry.wall_clock_us == 17443439211354356327ull && message.entry.closed == 144u;
+  return message.found == 121u && message.entry.number == 46500u && message.entry.session == 1406931409u && message.entry.blocks == 4061367179u && message.entry.wall_clock_us == 10397409956968003196ull && message.entry.closed == 46u;
 }
 
-static const uint8_t kPayloadLogListReply[] = {0xDA, 0x6D, 0x17, 0x18, 0x98, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x67, 0x7A, 0xE5, 0x1D, 0x8B, 0x8B, 0x13, 0xF2, 0x90};
-static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0xDA, 0x6D, 0x17, 0x18, 0x98, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x67, 0x7A, 0xE5, 0x1D, 0x8B, 0x8B, 0x13, 0xF2, 0x90, 0x57, 0x71, 0x00};
+static const uint8_t kPayloadLogListReply[] = {0x79, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x7C, 0xF6, 0x2F, 0x9D, 0x44, 0x05, 0x4B, 0x90, 0x2E};
+static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0x79, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x7C, 0xF6, 0x2F, 0x9D, 0x44, 0x05, 0x4B, 0x90, 0x2E, 0x37, 0x50, 0x00};
 
 inline size_t build_LogReadRequest(uint8_t* payload) {
   protocol::LogReadRequest message;
-  message.number = 11906u;
-  message.session = 3434739895u;
-  message.first_block = 1794208369u;
-  message.count = 2344u;
+  message.number = 52409u;
+  message.session = 1794208369u;
+  message.first_block = 153676842u;
+  message.count = 42848u;
   message.encode(payload);
   return protocol::LogReadRequest::kSize;
 }
@@ -713,15 +714,15 @@ inline size_t build_LogReadRequest(uint8_t* payload) {
 inline bool matches_LogReadRequest(const uint8_t* payload, size_t size) {
   protocol::LogReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 11906u && message.session == 3434739895u && message.first_block == 1794208369u && message.count == 2344u;
+  return message.number == 52409u && message.session == 1794208369u && message.first_block == 153676842u && message.count == 42848u;
 }
 
-static const uint8_t kPayloadLogReadRequest[] = {0x82, 0x2E, 0xB7, 0xF8, 0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x28, 0x09};
-static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0x82, 0x2E, 0xB7, 0xF8, 0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x28, 0x09, 0xB4, 0x33, 0x00};
+static const uint8_t kPayloadLogReadRequest[] = {0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09, 0x60, 0xA7};
+static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09, 0x60, 0xA7, 0x44, 0x99, 0x00};
 
 inline size_t build_LogReadReply(uint8_t* payload) {
   protocol::LogReadReply message;
-  message.count = 42848u;
+  message.count = 17815u;
   message.encode(payload);
   return protocol::LogReadReply::kSize;
 }
@@ -729,16 +730,16 @@ inline size_t build_LogReadReply(uint8_t* payload) {
 inline bool matches_LogReadReply(const uint8_t* payload, size_t size) {
   protocol::LogReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.count == 42848u;
+  return message.count == 17815u;
 }
 
-static const uint8_t kPayloadLogReadReply[] = {0x60, 0xA7};
-static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0x60, 0xA7, 0x02, 0x67, 0x00};
+static const uint8_t kPayloadLogReadReply[] = {0x97, 0x45};
+static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0x97, 0x45, 0x38, 0x30, 0x00};
 
 inline size_t build_LogEraseRequest(uint8_t* payload) {
   protocol::LogEraseRequest message;
-  message.number = 17815u;
-  message.session = 3822016855u;
+  message.number = 58319u;
+  message.session = 2181485328u;
   message.encode(payload);
   return protocol::LogEraseRequest::kSize;
 }
@@ -746,15 +747,15 @@ inline size_t build_LogEraseRequest(uint8_t* payload) {
 inline bool matches_LogEraseRequest(const uint8_t* payload, size_t size) {
   protocol::LogEraseRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 17815u && message.session == 3822016855u;
+  return message.number == 58319u && message.session == 2181485328u;
 }
 
-static const uint8_t kPayloadLogEraseRequest[] = {0x97, 0x45, 0x57, 0x59, 0xCF, 0xE3};
-static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0x97, 0x45, 0x57, 0x59, 0xCF, 0xE3, 0xF5, 0x82, 0x00};
+static const uint8_t kPayloadLogEraseRequest[] = {0xCF, 0xE3, 0x10, 0xD3, 0x06, 0x82};
+static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0xCF, 0xE3, 0x10, 0xD3, 0x06, 0x82, 0xA3, 0x0B, 0x00};
 
 inline size_t build_LogEraseReply(uint8_t* payload) {
   protocol::LogEraseReply message;
-  message.erased = 130u;
+  message.erased = 32u;
   message.encode(payload);
   return protocol::LogEraseReply::kSize;
 }
@@ -762,80 +763,80 @@ inline size_t build_LogEraseReply(uint8_t* payload) {
 inline bool matches_LogEraseReply(const uint8_t* payload, size_t size) {
   protocol::LogEraseReply message;
   if (!message.decode(payload, size)) return false;
-  return message.erased == 130u;
+  return message.erased == 32u;
 }
 
-static const uint8_t kPayloadLogEraseReply[] = {0x82};
-static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0x82, 0x11, 0x03, 0x00};
+static const uint8_t kPayloadLogEraseReply[] = {0x20};
+static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0x20, 0xB9, 0x96, 0x00};
 
 inline size_t build_LogPartStream(uint8_t* payload) {
   protocol::LogPartStream message;
-  message.block = 540953802u;
-  message.part = 190u;
-  message.data[0] = 92u;
-  message.data[1] = 250u;
-  message.data[2] = 153u;
-  message.data[3] = 55u;
-  message.data[4] = 213u;
-  message.data[5] = 115u;
-  message.data[6] = 17u;
-  message.data[7] = 176u;
-  message.data[8] = 78u;
-  message.data[9] = 236u;
-  message.data[10] = 138u;
-  message.data[11] = 41u;
-  message.data[12] = 199u;
-  message.data[13] = 101u;
-  message.data[14] = 3u;
-  message.data[15] = 161u;
-  message.data[16] = 64u;
-  message.data[17] = 222u;
-  message.data[18] = 124u;
-  message.data[19] = 26u;
-  message.data[20] = 185u;
-  message.data[21] = 87u;
-  message.data[22] = 245u;
-  message.data[23] = 147u;
-  message.data[24] = 49u;
-  message.data[25] = 208u;
-  message.data[26] = 110u;
-  message.data[27] = 12u;
-  message.data[28] = 170u;
-  message.data[29] = 72u;
-  message.data[30] = 231u;
-  message.data[31] = 133u;
-  message.data[32] = 35u;
-  message.data[33] = 193u;
-  message.data[34] = 96u;
-  message.data[35] = 254u;
-  message.data[36] = 156u;
-  message.data[37] = 58u;
-  message.data[38] = 216u;
-  message.data[39] = 119u;
-  message.data[40] = 21u;
-  message.data[41] = 179u;
-  message.data[42] = 81u;
-  message.data[43] = 239u;
-  message.data[44] = 142u;
-  message.data[45] = 44u;
-  message.data[46] = 202u;
-  message.data[47] = 104u;
-  message.data[48] = 7u;
-  message.data[49] = 165u;
-  message.data[50] = 67u;
-  message.data[51] = 225u;
-  message.data[52] = 127u;
-  message.data[53] = 30u;
-  message.data[54] = 188u;
-  message.data[55] = 90u;
-  message.data[56] = 248u;
-  message.data[57] = 151u;
-  message.data[58] = 53u;
-  message.data[59] = 211u;
-  message.data[60] = 113u;
-  message.data[61] = 15u;
-  message.data[62] = 174u;
-  message.data[63] = 76u;
+  message.block = 3195389571u;
+  message.part = 92u;
+  message.data[0] = 250u;
+  message.data[1] = 153u;
+  message.data[2] = 55u;
+  message.data[3] = 213u;
+  message.data[4] = 115u;
+  message.data[5] = 17u;
+  message.data[6] = 176u;
+  message.data[7] = 78u;
+  message.data[8] = 236u;
+  message.data[9] = 138u;
+  message.data[10] = 41u;
+  message.data[11] = 199u;
+  message.data[12] = 101u;
+  message.data[13] = 3u;
+  message.data[14] = 161u;
+  message.data[15] = 64u;
+  message.data[16] = 222u;
+  message.data[17] = 124u;
+  message.data[18] = 26u;
+  message.data[19] = 185u;
+  message.data[20] = 87u;
+  message.data[21] = 245u;
+  message.data[22] = 147u;
+  message.data[23] = 49u;
+  message.data[24] = 208u;
+  message.data[25] = 110u;
+  message.data[26] = 12u;
+  message.data[27] = 170u;
+  message.data[28] = 72u;
+  message.data[29] = 231u;
+  message.data[30] = 133u;
+  message.data[31] = 35u;
+  message.data[32] = 193u;
+  message.data[33] = 96u;
+  message.data[34] = 254u;
+  message.data[35] = 156u;
+  message.data[36] = 58u;
+  message.data[37] = 216u;
+  message.data[38] = 119u;
+  message.data[39] = 21u;
+  message.data[40] = 179u;
+  message.data[41] = 81u;
+  message.data[42] = 239u;
+  message.data[43] = 142u;
+  message.data[44] = 44u;
+  message.data[45] = 202u;
+  message.data[46] = 104u;
+  message.data[47] = 7u;
+  message.data[48] = 165u;
+  message.data[49] = 67u;
+  message.data[50] = 225u;
+  message.data[51] = 127u;
+  message.data[52] = 30u;
+  message.data[53] = 188u;
+  message.data[54] = 90u;
+  message.data[55] = 248u;
+  message.data[56] = 151u;
+  message.data[57] = 53u;
+  message.data[58] = 211u;
+  message.data[59] = 113u;
+  message.data[60] = 15u;
+  message.data[61] = 174u;
+  message.data[62] = 76u;
+  message.data[63] = 234u;
   message.encode(payload);
   return protocol::LogPartStream::kSize;
 }
@@ -843,16 +844,16 @@ inline size_t build_LogPartStream(uint8_t* payload) {
 inline bool matches_LogPartStream(const uint8_t* payload, size_t size) {
   protocol::LogPartStream message;
   if (!message.decode(payload, size)) return false;
-  return message.block == 540953802u && message.part == 190u && message.data[0] == 92u && message.data[1] == 250u && message.data[2] == 153u && message.data[3] == 55u && message.data[4] == 213u && message.data[5] == 115u && message.data[6] == 17u && message.data[7] == 176u && message.data[8] == 78u && message.data[9] == 236u && message.data[10] == 138u && message.data[11] == 41u && message.data[12] == 199u && message.data[13] == 101u && message.data[14] == 3u && message.data[15] == 161u && message.data[16] == 64u && message.data[17] == 222u && message.data[18] == 124u && message.data[19] == 26u && message.data[20] == 185u && message.data[21] == 87u && message.data[22] == 245u && message.data[23] == 147u && message.data[24] == 49u && message.data[25] == 208u && message.data[26] == 110u && message.data[27] == 12u && message.data[28] == 170u && message.data[29] == 72u && message.data[30] == 231u && message.data[31] == 133u && message.data[32] == 35u && message.data[33] == 193u && message.data[34] == 96u && message.data[35] == 254u && message.data[36] == 156u && message.data[37] == 58u && message.data[38] == 216u && message.data[39] == 119u && message.data[40] == 21u && message.data[41] == 179u && message.data[42] == 81u && message.data[43] == 239u && message.data[44] == 142u && message.data[45] == 44u && message.data[46] == 202u && message.data[47] == 104u && message.data[48] == 7u && message.data[49] == 165u && message.data[50] == 67u && message.data[51] == 225u && message.data[52] == 127u && message.data[53] == 30u && message.data[54] == 188u && message.data[55] == 90u && message.data[56] == 248u && message.data[57] == 151u && message.data[58] == 53u && message.data[59] == 211u && message.data[60] == 113u && message.data[61] == 15u && message.data[62] == 174u && message.data[63] == 76u;
+  return message.block == 3195389571u && message.part == 92u && message.data[0] == 250u && message.data[1] == 153u && message.data[2] == 55u && message.data[3] == 213u && message.data[4] == 115u && message.data[5] == 17u && message.data[6] == 176u && message.data[7] == 78u && message.data[8] == 236u && message.data[9] == 138u && message.data[10] == 41u && message.data[11] == 199u && message.data[12] == 101u && message.data[13] == 3u && message.data[14] == 161u && message.data[15] == 64u && message.data[16] == 222u && message.data[17] == 124u && message.data[18] == 26u && message.data[19] == 185u && message.data[20] == 87u && message.data[21] == 245u && message.data[22] == 147u && message.data[23] == 49u && message.data[24] == 208u && message.data[25] == 110u && message.data[26] == 12u && message.data[27] == 170u && message.data[28] == 72u && message.data[29] == 231u && message.data[30] == 133u && message.data[31] == 35u && message.data[32] == 193u && message.data[33] == 96u && message.data[34] == 254u && message.data[35] == 156u && message.data[36] == 58u && message.data[37] == 216u && message.data[38] == 119u && message.data[39] == 21u && message.data[40] == 179u && message.data[41] == 81u && message.data[42] == 239u && message.data[43] == 142u && message.data[44] == 44u && message.data[45] == 202u && message.data[46] == 104u && message.data[47] == 7u && message.data[48] == 165u && message.data[49] == 67u && message.data[50] == 225u && message.data[51] == 127u && message.data[52] == 30u && message.data[53] == 188u && message.data[54] == 90u && message.data[55] == 248u && message.data[56] == 151u && message.data[57] == 53u && message.data[58] == 211u && message.data[59] == 113u && message.data[60] == 15u && message.data[61] == 174u && message.data[62] == 76u && message.data[63] == 234u;
 }
 
-static const uint8_t kPayloadLogPartStream[] = {0xCA, 0x4C, 0x3E, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C};
-static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0xCA, 0x4C, 0x3E, 0x20, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0x0F, 0xFF, 0x00};
+static const uint8_t kPayloadLogPartStream[] = {0x83, 0xC6, 0x75, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA};
+static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0x83, 0xC6, 0x75, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x36, 0x8D, 0x00};
 
 inline size_t build_LogZerosStream(uint8_t* payload) {
   protocol::LogZerosStream message;
-  message.first_block = 3935022748u;
-  message.count = 35011u;
+  message.first_block = 2294491222u;
+  message.count = 9978u;
   message.encode(payload);
   return protocol::LogZerosStream::kSize;
 }
@@ -860,52 +861,52 @@ inline size_t build_LogZerosStream(uint8_t* payload) {
 inline bool matches_LogZerosStream(const uint8_t* payload, size_t size) {
   protocol::LogZerosStream message;
   if (!message.decode(payload, size)) return false;
-  return message.first_block == 3935022748u && message.count == 35011u;
+  return message.first_block == 2294491222u && message.count == 9978u;
 }
 
-static const uint8_t kPayloadLogZerosStream[] = {0x9C, 0xAE, 0x8B, 0xEA, 0xC3, 0x88};
-static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x9C, 0xAE, 0x8B, 0xEA, 0xC3, 0x88, 0xC1, 0xA1, 0x00};
+static const uint8_t kPayloadLogZerosStream[] = {0x56, 0x28, 0xC3, 0x88, 0xFA, 0x26};
+static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x56, 0x28, 0xC3, 0x88, 0xFA, 0x26, 0xDB, 0x83, 0x00};
 
 inline size_t build_LiveSampleStream(uint8_t* payload) {
   protocol::LiveSampleStream message;
-  message.index = 653959695u;
-  message.time_us = 14209450326119007458ull;
-  message.sample.time_offset_us = 27332412u;
-  message.sample.flags = 40920u;
-  message.sample.imu[0].accel[0] = -9145;
-  message.sample.imu[0].accel[1] = 31358;
-  message.sample.imu[0].accel[2] = 6326;
-  message.sample.imu[0].temperature = -18707;
-  message.sample.imu[0].gyro[0] = 21797;
-  message.sample.imu[0].gyro[1] = -3236;
-  message.sample.imu[0].gyro[2] = -28268;
-  message.sample.imu[1].accel[0] = -12797;
-  message.sample.imu[1].accel[1] = 27706;
-  message.sample.imu[1].accel[2] = 2674;
-  message.sample.imu[1].temperature = -22359;
-  message.sample.imu[1].gyro[0] = 18145;
-  message.sample.imu[1].gyro[1] = -6888;
-  message.sample.imu[1].gyro[2] = -31920;
-  message.sample.imu[2].accel[0] = -16449;
-  message.sample.imu[2].accel[1] = 24054;
-  message.sample.imu[2].accel[2] = -978;
-  message.sample.imu[2].temperature = -26011;
-  message.sample.imu[2].gyro[0] = 14492;
-  message.sample.imu[2].gyro[1] = -10540;
-  message.sample.imu[2].gyro[2] = 29963;
-  message.sample.imu[3].accel[0] = -20102;
-  message.sample.imu[3].accel[1] = 20402;
-  message.sample.imu[3].accel[2] = -4631;
-  message.sample.imu[3].temperature = -29663;
-  message.sample.imu[3].gyro[0] = 10840;
-  message.sample.imu[3].gyro[1] = -14192;
-  message.sample.imu[3].gyro[2] = 26311;
-  message.sample.angle[0] = 1279u;
-  message.sample.angle[1] = 41782u;
-  message.sample.angle[2] = 16750u;
-  message.sample.angle[3] = 57253u;
-  message.sample.angle[4] = 32221u;
-  message.sample.angle[5] = 7188u;
+  message.index = 3308395465u;
+  message.time_us = 7163421071732654327ull;
+  message.sample.time_offset_us = 2681768181u;
+  message.sample.flags = 15888u;
+  message.sample.imu[0].accel[0] = 31358;
+  message.sample.imu[0].accel[1] = 6326;
+  message.sample.imu[0].accel[2] = -18707;
+  message.sample.imu[0].temperature = 21797;
+  message.sample.imu[0].gyro[0] = -3236;
+  message.sample.imu[0].gyro[1] = -28268;
+  message.sample.imu[0].gyro[2] = 12235;
+  message.sample.imu[1].accel[0] = 27706;
+  message.sample.imu[1].accel[1] = 2674;
+  message.sample.imu[1].accel[2] = -22359;
+  message.sample.imu[1].temperature = 18145;
+  message.sample.imu[1].gyro[0] = -6888;
+  message.sample.imu[1].gyro[1] = -31920;
+  message.sample.imu[1].gyro[2] = 8583;
+  message.sample.imu[2].accel[0] = 24054;
+  message.sample.imu[2].accel[1] = -978;
+  message.sample.imu[2].accel[2] = -26011;
+  message.sample.imu[2].temperature = 14492;
+  message.sample.imu[2].gyro[0] = -10540;
+  message.sample.imu[2].gyro[1] = 29963;
+  message.sample.imu[2].gyro[2] = 4931;
+  message.sample.imu[3].accel[0] = 20402;
+  message.sample.imu[3].accel[1] = -4631;
+  message.sample.imu[3].accel[2] = -29663;
+  message.sample.imu[3].temperature = 10840;
+  message.sample.imu[3].gyro[0] = -14192;
+  message.sample.imu[3].gyro[1] = 26311;
+  message.sample.imu[3].gyro[2] = 1279;
+  message.sample.angle[0] = 41782u;
+  message.sample.angle[1] = 16750u;
+  message.sample.angle[2] = 57253u;
+  message.sample.angle[3] = 32221u;
+  message.sample.angle[4] = 7188u;
+  message.sample.angle[5] = 47692u;
   message.encode(payload);
   return protocol::LiveSampleStream::kSize;
 }
@@ -913,17 +914,17 @@ inline size_t build_LiveSampleStream(uint8_t* payload) {
 inline bool matches_LiveSampleStream(const uint8_t* payload, size_t size) {
   protocol::LiveSampleStream message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 653959695u && message.time_us == 14209450326119007458ull && message.sample.time_offset_us == 27332412u && message.sample.flags == 40920u && message.sample.imu[0].accel[0] == -9145 && message.sample.imu[0].accel[1] == 31358 && message.sample.imu[0].accel[2] == 6326 && message.sample.imu[0].temperature == -18707 && message.sample.imu[0].gyro[0] == 21797 && message.sample.imu[0].gyro[1] == -3236 && message.sample.imu[0].gyro[2] == -28268 && message.sample.imu[1].accel[0] == -12797 && message.sample.imu[1].accel[1] == 27706 && message.sample.imu[1].accel[2] == 2674 && message.sample.imu[1].temperature == -22359 && message.sample.imu[1].gyro[0] == 18145 && message.sample.imu[1].gyro[1] == -6888 && message.sample.imu[1].gyro[2] == -31920 && message.sample.imu[2].accel[0] == -16449 && message.sample.imu[2].accel[1] == 24054 && message.sample.imu[2].accel[2] == -978 && message.sample.imu[2].temperature == -26011 && message.sample.imu[2].gyro[0] == 14492 && message.sample.imu[2].gyro[1] == -10540 && message.sample.imu[2].gyro[2] == 29963 && message.sample.imu[3].accel[0] == -20102 && message.sample.imu[3].accel[1] == 20402 && message.sample.imu[3].accel[2] == -4631 && message.sample.imu[3].temperature == -29663 && message.sample.imu[3].gyro[0] == 10840 && message.sample.imu[3].gyro[1] == -14192 && message.sample.imu[3].gyro[2] == 26311 && message.sample.angle[0] == 1279u && message.sample.angle[1] == 41782u && message.sample.angle[2] == 16750u && message.sample.angle[3] == 57253u && message.sample.angle[4] == 32221u && message.sample.angle[5] == 7188u;
+  return message.index == 3308395465u && message.time_us == 7163421071732654327ull && message.sample.time_offset_us == 2681768181u && message.sample.flags == 15888u && message.sample.imu[0].accel[0] == 31358 && message.sample.imu[0].accel[1] == 6326 && message.sample.imu[0].accel[2] == -18707 && message.sample.imu[0].temperature == 21797 && message.sample.imu[0].gyro[0] == -3236 && message.sample.imu[0].gyro[1] == -28268 && message.sample.imu[0].gyro[2] == 12235 && message.sample.imu[1].accel[0] == 27706 && message.sample.imu[1].accel[1] == 2674 && message.sample.imu[1].accel[2] == -22359 && message.sample.imu[1].temperature == 18145 && message.sample.imu[1].gyro[0] == -6888 && message.sample.imu[1].gyro[1] == -31920 && message.sample.imu[1].gyro[2] == 8583 && message.sample.imu[2].accel[0] == 24054 && message.sample.imu[2].accel[1] == -978 && message.sample.imu[2].accel[2] == -26011 && message.sample.imu[2].temperature == 14492 && message.sample.imu[2].gyro[0] == -10540 && message.sample.imu[2].gyro[1] == 29963 && message.sample.imu[2].gyro[2] == 4931 && message.sample.imu[3].accel[0] == 20402 && message.sample.imu[3].accel[1] == -4631 && message.sample.imu[3].accel[2] == -29663 && message.sample.imu[3].temperature == 10840 && message.sample.imu[3].gyro[0] == -14192 && message.sample.imu[3].gyro[1] == 26311 && message.sample.imu[3].gyro[2] == 1279 && message.sample.angle[0] == 41782u && message.sample.angle[1] == 16750u && message.sample.angle[2] == 57253u && message.sample.angle[3] == 32221u && message.sample.angle[4] == 7188u && message.sample.angle[5] == 47692u;
 }
 
-static const uint8_t kPayloadLiveSampleStream[] = {0x0F, 0xA2, 0xFA, 0x26, 0xE2, 0xC4, 0xE1, 0x65, 0xC9, 0x1B, 0x32, 0xC5, 0x3C, 0x0F, 0xA1, 0x01, 0xD8, 0x9F, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C};
-static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0x0F, 0xA2, 0xFA, 0x26, 0xE2, 0xC4, 0xE1, 0x65, 0xC9, 0x1B, 0x32, 0xC5, 0x3C, 0x0F, 0xA1, 0x01, 0xD8, 0x9F, 0x47, 0xDC, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0x03, 0xCE, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0xC5, 0x87, 0x00};
+static const uint8_t kPayloadLiveSampleStream[] = {0xC9, 0x1B, 0x32, 0xC5, 0xF7, 0x40, 0x2C, 0xE5, 0x82, 0x95, 0x69, 0x63, 0xF5, 0x88, 0xD8, 0x9F, 0x10, 0x3E, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA};
+static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0xC9, 0x1B, 0x32, 0xC5, 0xF7, 0x40, 0x2C, 0xE5, 0x82, 0x95, 0x69, 0x63, 0xF5, 0x88, 0xD8, 0x9F, 0x10, 0x3E, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA, 0x24, 0x74, 0x00};
 
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
-  message.request = 186u;
-  message.code = protocol::ErrorCode::kStrokesOverlap;
-  message.detail = -155514965;
+  message.request = 88u;
+  message.code = protocol::ErrorCode::kTooEarly;
+  message.detail = -1796046492;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
 }
@@ -931,30 +932,30 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 186u && message.code == protocol::ErrorCode::kStrokesOverlap && message.detail == -155514965;
+  return message.request == 88u && message.code == protocol::ErrorCode::kTooEarly && message.detail == -1796046492;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0xBA, 0x0A, 0xAB, 0x07, 0xBB, 0xF6};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0xBA, 0x0A, 0xAB, 0x07, 0xBB, 0xF6, 0x7F, 0x87, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0x58, 0x0B, 0x64, 0x81, 0xF2, 0x94};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x58, 0x0B, 0x64, 0x81, 0xF2, 0x94, 0x56, 0x38, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
-  message.frame_us = 38130u;
-  message.servo[0].zero_us = 53601u;
-  message.servo[0].ns_per_deg = 28568u;
-  message.servo[0].reversed = 13u;
-  message.servo[0].min_cdeg = -21497;
-  message.servo[0].max_cdeg = 19007;
-  message.servo[1].zero_us = 34478u;
-  message.servo[1].ns_per_deg = 9445u;
-  message.servo[1].reversed = 195u;
-  message.servo[1].min_cdeg = 24916;
-  message.servo[1].max_cdeg = -116;
-  message.servo[2].zero_us = 15355u;
-  message.servo[2].ns_per_deg = 55858u;
-  message.servo[2].reversed = 120u;
-  message.servo[2].min_cdeg = 5793;
-  message.servo[2].max_cdeg = -19239;
+  message.frame_us = 13097u;
+  message.servo[0].zero_us = 28568u;
+  message.servo[0].ns_per_deg = 3536u;
+  message.servo[0].reversed = 172u;
+  message.servo[0].min_cdeg = 19007;
+  message.servo[0].max_cdeg = -6026;
+  message.servo[1].zero_us = 9445u;
+  message.servo[1].ns_per_deg = 49949u;
+  message.servo[1].reversed = 97u;
+  message.servo[1].min_cdeg = -116;
+  message.servo[1].max_cdeg = -25149;
+  message.servo[2].zero_us = 55858u;
+  message.servo[2].ns_per_deg = 30826u;
+  message.servo[2].reversed = 22u;
+  message.servo[2].min_cdeg = -19239;
+  message.servo[2].max_cdeg = 21264;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -962,16 +963,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 38130u && message.servo[0].zero_us == 53601u && message.servo[0].ns_per_deg == 28568u && message.servo[0].reversed == 13u && message.servo[0].min_cdeg == -21497 && message.servo[0].max_cdeg == 19007 && message.servo[1].zero_us == 34478u && message.servo[1].ns_per_deg == 9445u && message.servo[1].reversed == 195u && message.servo[1].min_cdeg == 24916 && message.servo[1].max_cdeg == -116 && message.servo[2].zero_us == 15355u && message.servo[2].ns_per_deg == 55858u && message.servo[2].reversed == 120u && message.servo[2].min_cdeg == 5793 && message.servo[2].max_cdeg == -19239;
+  return message.frame_us == 13097u && message.servo[0].zero_us == 28568u && message.servo[0].ns_per_deg == 3536u && message.servo[0].reversed == 172u && message.servo[0].min_cdeg == 19007 && message.servo[0].max_cdeg == -6026 && message.servo[1].zero_us == 9445u && message.servo[1].ns_per_deg == 49949u && message.servo[1].reversed == 97u && message.servo[1].min_cdeg == -116 && message.servo[1].max_cdeg == -25149 && message.servo[2].zero_us == 55858u && message.servo[2].ns_per_deg == 30826u && message.servo[2].reversed == 22u && message.servo[2].min_cdeg == -19239 && message.servo[2].max_cdeg == 21264;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0xF2, 0x94, 0x61, 0xD1, 0x98, 0x6F, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0xAE, 0x86, 0xE5, 0x24, 0xC3, 0x54, 0x61, 0x8C, 0xFF, 0xFB, 0x3B, 0x32, 0xDA, 0x78, 0xA1, 0x16, 0xD9, 0xB4};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0xF2, 0x94, 0x61, 0xD1, 0x98, 0x6F, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0xAE, 0x86, 0xE5, 0x24, 0xC3, 0x54, 0x61, 0x8C, 0xFF, 0xFB, 0x3B, 0x32, 0xDA, 0x78, 0xA1, 0x16, 0xD9, 0xB4, 0x8D, 0xCF, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0x29, 0x33, 0x98, 0x6F, 0xD0, 0x0D, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xE5, 0x24, 0x1D, 0xC3, 0x61, 0x8C, 0xFF, 0xC3, 0x9D, 0x32, 0xDA, 0x6A, 0x78, 0x16, 0xD9, 0xB4, 0x10, 0x53};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0x29, 0x33, 0x98, 0x6F, 0xD0, 0x0D, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xE5, 0x24, 0x1D, 0xC3, 0x61, 0x8C, 0xFF, 0xC3, 0x9D, 0x32, 0xDA, 0x6A, 0x78, 0x16, 0xD9, 0xB4, 0x10, 0x53, 0x24, 0x92, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 83u;
-  message.written = 241u;
+  message.stored = 241u;
+  message.written = 143u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -979,11 +980,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 83u && message.written == 241u;
+  return message.stored == 241u && message.written == 143u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0x53, 0xF1};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0x53, 0xF1, 0x5F, 0x9E, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0xF1, 0x8F};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0xF1, 0x8F, 0x1A, 0x7A, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -1001,24 +1002,24 @@ static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x2E, 0x76, 0x71
 
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
-  message.origin = protocol::Origin::kUploaded;
-  message.generation = 766965589u;
-  message.frame_us = 52206u;
-  message.servo[0].zero_us = 2141u;
-  message.servo[0].ns_per_deg = 42644u;
-  message.servo[0].reversed = 68u;
-  message.servo[0].min_cdeg = -7421;
-  message.servo[0].max_cdeg = -32453;
-  message.servo[1].zero_us = 48554u;
-  message.servo[1].ns_per_deg = 23521u;
-  message.servo[1].reversed = 250u;
-  message.servo[1].min_cdeg = -26544;
-  message.servo[1].max_cdeg = 13960;
-  message.servo[2].zero_us = 29431u;
-  message.servo[2].ns_per_deg = 4398u;
-  message.servo[2].reversed = 175u;
-  message.servo[2].min_cdeg = 19869;
-  message.servo[2].max_cdeg = -5163;
+  message.origin = protocol::Origin::kFactory;
+  message.generation = 3421401359u;
+  message.frame_us = 27173u;
+  message.servo[0].zero_us = 42644u;
+  message.servo[0].ns_per_deg = 17612u;
+  message.servo[0].reversed = 227u;
+  message.servo[0].min_cdeg = -32453;
+  message.servo[0].max_cdeg = 8050;
+  message.servo[1].zero_us = 23521u;
+  message.servo[1].ns_per_deg = 64025u;
+  message.servo[1].reversed = 152u;
+  message.servo[1].min_cdeg = 13960;
+  message.servo[1].max_cdeg = -11073;
+  message.servo[2].zero_us = 4398u;
+  message.servo[2].ns_per_deg = 44902u;
+  message.servo[2].reversed = 77u;
+  message.servo[2].min_cdeg = -5163;
+  message.servo[2].max_cdeg = -30196;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -1026,17 +1027,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.generation == 766965589u && message.frame_us == 52206u && message.servo[0].zero_us == 2141u && message.servo[0].ns_per_deg == 42644u && message.servo[0].reversed == 68u && message.servo[0].min_cdeg == -7421 && message.servo[0].max_cdeg == -32453 && message.servo[1].zero_us == 48554u && message.servo[1].ns_per_deg == 23521u && message.servo[1].reversed == 250u && message.servo[1].min_cdeg == -26544 && message.servo[1].max_cdeg == 13960 && message.servo[2].zero_us == 29431u && message.servo[2].ns_per_deg == 4398u && message.servo[2].reversed == 175u && message.servo[2].min_cdeg == 19869 && message.servo[2].max_cdeg == -5163;
+  return message.origin == protocol::Origin::kFactory && message.generation == 3421401359u && message.frame_us == 27173u && message.servo[0].zero_us == 42644u && message.servo[0].ns_per_deg == 17612u && message.servo[0].reversed == 227u && message.servo[0].min_cdeg == -32453 && message.servo[0].max_cdeg == 8050 && message.servo[1].zero_us == 23521u && message.servo[1].ns_per_deg == 64025u && message.servo[1].reversed == 152u && message.servo[1].min_cdeg == 13960 && message.servo[1].max_cdeg == -11073 && message.servo[2].zero_us == 4398u && message.servo[2].ns_per_deg == 44902u && message.servo[2].reversed == 77u && message.servo[2].min_cdeg == -5163 && message.servo[2].max_cdeg == -30196;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x01, 0x55, 0xF7, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xF7, 0x72, 0x2E, 0x11, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB};
-static const uint8_t kFrameSettingsReadReply[] = {0x27, 0x96, 0x2F, 0x01, 0x55, 0xF7, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xF7, 0x72, 0x2E, 0x11, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB, 0x29, 0x42, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0x0F, 0x71, 0xEE, 0xCB, 0x25, 0x6A, 0x94, 0xA6, 0xCC, 0x44, 0xE3, 0x3B, 0x81, 0x72, 0x1F, 0xE1, 0x5B, 0x19, 0xFA, 0x98, 0x88, 0x36, 0xBF, 0xD4, 0x2E, 0x11, 0x66, 0xAF, 0x4D, 0xD5, 0xEB, 0x0C, 0x8A};
+static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0x0F, 0x71, 0xEE, 0xCB, 0x25, 0x6A, 0x94, 0xA6, 0xCC, 0x44, 0xE3, 0x3B, 0x81, 0x72, 0x1F, 0xE1, 0x5B, 0x19, 0xFA, 0x98, 0x88, 0x36, 0xBF, 0xD4, 0x2E, 0x11, 0x66, 0xAF, 0x4D, 0xD5, 0xEB, 0x0C, 0x8A, 0xFD, 0xED, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = -30196;
-  message.angle_cdeg[1] = 10307;
-  message.angle_cdeg[2] = -14725;
+  message.angle_cdeg[0] = 10307;
+  message.angle_cdeg[1] = -14725;
+  message.angle_cdeg[2] = 25778;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -1044,15 +1045,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == -30196 && message.angle_cdeg[1] == 10307 && message.angle_cdeg[2] == -14725;
+  return message.angle_cdeg[0] == 10307 && message.angle_cdeg[1] == -14725 && message.angle_cdeg[2] == 25778;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0x0C, 0x8A, 0x43, 0x28, 0x7B, 0xC6};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x0C, 0x8A, 0x43, 0x28, 0x7B, 0xC6, 0xEE, 0x44, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0x43, 0x28, 0x7B, 0xC6, 0xB2, 0x64};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x43, 0x28, 0x7B, 0xC6, 0xB2, 0x64, 0x64, 0xAE, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 100u;
+  message.at_start_pose = 2u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -1060,18 +1061,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 100u;
+  return message.at_start_pose == 2u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0x64};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x64, 0xE6, 0x05, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0x02};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x02, 0x86, 0x09, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 2u;
-  message.from_cdeg = -24287;
-  message.to_cdeg = 16217;
-  message.confirm = 3717254630u;
+  message.joint = 161u;
+  message.from_cdeg = 16217;
+  message.to_cdeg = -8816;
+  message.confirm = 2076723103u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -1079,16 +1080,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 2u && message.from_cdeg == -24287 && message.to_cdeg == 16217 && message.confirm == 3717254630u;
+  return message.joint == 161u && message.from_cdeg == 16217 && message.to_cdeg == -8816 && message.confirm == 2076723103u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0x02, 0x21, 0xA1, 0x59, 0x3F, 0xE6, 0xCD, 0x90, 0xDD};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x02, 0x21, 0xA1, 0x59, 0x3F, 0xE6, 0xCD, 0x90, 0xDD, 0xA3, 0x66, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0xA1, 0x59, 0x3F, 0x90, 0xDD, 0x9F, 0x47, 0xC8, 0x7B};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0xA1, 0x59, 0x3F, 0x90, 0xDD, 0x9F, 0x47, 0xC8, 0x7B, 0x8B, 0xC5, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = 31688;
-  message.arrived = 25u;
+  message.angle_cdeg = 6655;
+  message.arrived = 184u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -1096,17 +1097,17 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == 31688 && message.arrived == 25u;
+  return message.angle_cdeg == 6655 && message.arrived == 184u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0xC8, 0x7B, 0x19};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0xC8, 0x7B, 0x19, 0x62, 0xBA, 0x00};
+static const uint8_t kPayloadJogReply[] = {0xFF, 0x19, 0xB8};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0xFF, 0x19, 0xB8, 0xD4, 0x32, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
     {"HelloReply", protocol::HelloReply::kType, 1, build_HelloReply, matches_HelloReply, kPayloadHelloReply, 24, kFrameHelloReply, 30},
     {"SequencerStatusRequest", protocol::SequencerStatusRequest::kType, 2, build_SequencerStatusRequest, matches_SequencerStatusRequest, kPayloadSequencerStatusRequest, 0, kFrameSequencerStatusRequest, 6},
-    {"SequencerStatusReply", protocol::SequencerStatusReply::kType, 3, build_SequencerStatusReply, matches_SequencerStatusReply, kPayloadSequencerStatusReply, 32, kFrameSequencerStatusReply, 38},
+    {"SequencerStatusReply", protocol::SequencerStatusReply::kType, 3, build_SequencerStatusReply, matches_SequencerStatusReply, kPayloadSequencerStatusReply, 33, kFrameSequencerStatusReply, 39},
     {"RunReportRequest", protocol::RunReportRequest::kType, 4, build_RunReportRequest, matches_RunReportRequest, kPayloadRunReportRequest, 0, kFrameRunReportRequest, 6},
     {"RunReportReply", protocol::RunReportReply::kType, 5, build_RunReportReply, matches_RunReportReply, kPayloadRunReportReply, 82, kFrameRunReportReply, 88},
     {"LoggerStatusRequest", protocol::LoggerStatusRequest::kType, 6, build_LoggerStatusRequest, matches_LoggerStatusRequest, kPayloadLoggerStatusRequest, 0, kFrameLoggerStatusRequest, 6},

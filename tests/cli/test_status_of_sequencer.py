@@ -8,7 +8,7 @@ import pytest
 
 from tests.cli.board_on_pty import BoardOnPty
 from tests.cli.process import RunCli
-from tests.sequencer.board import NEW, Board, Reset, client, connect, release
+from tests.sequencer.board import NEW, Board, PinHold, Reset, client, connect, release
 from tests.sequencer.conftest import board, board_library, fresh_board, new_board
 from tfsat_host.cli.sequencer_state import sequencer_state
 from tfsat_host.devices.client import BoardRefusal
@@ -146,8 +146,8 @@ def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:
 def test_a_joint_that_is_moved(board: Board) -> None:
     client(board).request(JogRequest(2, 0, 0, JOG_CONFIRM), JogReply)
     state, rows = told_directly(board)
-    assert state["joint_angle_deg"] == [None, None, None]
-    assert rows["servos"].endswith("; one joint is moved, told 0°; the others are limp")
+    assert state["joint_angle_deg"] == [None, 0.0, None]
+    assert rows["servos"].endswith("; joint 2 is moved, told 0°; the others are limp")
     client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
     board.advance(700_000)
     state, rows = told_directly(board)
@@ -194,12 +194,13 @@ def test_a_run_that_was_disarmed_midway(board: Board) -> None:
     assert state["state"] == "safe"
     assert "; it ended after 2 of 4 strokes; " in rows["last run"]
     assert state["run"]["strokes_planned"] == 4
-    assert [stroke["scheduled_us"] for stroke in state["run"]["strokes"]] == [700_000, 1_050_000]
+    assert [stroke["state"] for stroke in state["run"]["strokes"]] == ["begun"] * 2 + ["not_begun"] * 2
     assert rows["stroke 2"].endswith(" us from the schedule")
+    assert rows["stroke 3"] == "did not begin: the run ended before"
     connect(board).upload(NEW)
     state, rows = told_directly(board)
     assert rows["stroke 2"].endswith("no stroke of the maneuver on the board is known to be this one")
-    assert "strokes" not in rows["last run"]
+    assert "; it ended after 2 of 4 strokes; " in rows["last run"]
 
 
 def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
@@ -210,3 +211,21 @@ def test_a_run_that_was_disarmed_before_its_first_stroke(board: Board) -> None:
     connect(board).disarm()
     _, rows = told_directly(board)
     assert "; it ended before its first stroke; " in rows["last run"]
+
+
+def test_a_stroke_that_a_held_pin_missed(board: Board) -> None:
+    board.hold_pin(1, PinHold.LOW)
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(1_200_000)
+    state, rows = told_directly(board)
+    assert "; 1 of 4 strokes so far; " in rows["last run"]
+    assert rows["stroke 3"] == "not yet"
+    board.advance(2_000_000)
+    state, rows = told_directly(board)
+    assert (state["fault"], state["run"]["strokes_missed"]) == ("stroke_missed", 2)
+    assert [stroke["state"] for stroke in state["run"]["strokes"]] == ["missed", "begun"] * 2
+    assert "; 2 of 4 strokes MISSED; " in rows["last run"]
+    assert rows["stroke 1"].startswith("MISSED: no pulse of it came out")
+    assert state["joint_angle_deg"] == [0.0, 0.0, 0.0]

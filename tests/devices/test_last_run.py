@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sequencer.board import NEW, OLD, Board, connect, release
+from tests.sequencer.board import NEW, OLD, Board, PinHold, connect, release
 from tests.sequencer.conftest import board, board_library, new_board
-from tfsat_host.devices.last_run import LastRun, last_run
+from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
+from tfsat_host.protocol.limits import STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
 
 __all__ = ["board", "board_library", "new_board"]
 
@@ -63,16 +64,18 @@ def test_half_a_run(board: Board) -> None:
     board.advance(1_200_000)
     run = report(board)
     assert run is not None
-    assert [onset.scheduled_us for onset in run.onsets] == [700_000, 1_050_000]
-    assert run.planned == 4
+    assert [onset.scheduled_us for onset in run.onsets] == [stroke.t_us for stroke in OLD.strokes]
+    assert [onset.booking for onset in run.onsets] == [Booking.BEGUN] * 2 + [Booking.NOT_BEGUN] * 2
+    assert (run.begun, run.missed) == (2, 0)
     connect(board).disarm()
     ended = report(board)
     assert ended is not None
-    assert (ended.onsets, ended.planned) == (run.onsets, 4)
+    assert ended.onsets == run.onsets
     connect(board).upload(NEW)
     ended = report(board)
     assert ended is not None
-    assert ([onset.scheduled_us for onset in ended.onsets], ended.planned) == ([None, None], None)
+    assert [onset.scheduled_us for onset in ended.onsets] == [None] * 4
+    assert [onset.booking for onset in ended.onsets] == [onset.booking for onset in run.onsets]
 
 
 def test_a_run_that_ended_before_its_first_stroke_tells_nothing_of_its_maneuver(board: Board) -> None:
@@ -83,7 +86,7 @@ def test_a_run_that_ended_before_its_first_stroke_tells_nothing_of_its_maneuver(
     connect(board).disarm()
     run = report(board)
     assert run is not None
-    assert (run.onsets, run.planned) == ((), None)
+    assert run.onsets == (Onset(Booking.NOT_BEGUN, None, None),) * 4
 
 
 def test_after_a_reset_nobody_knows_how_long_ago_it_was(board: Board) -> None:
@@ -94,7 +97,7 @@ def test_after_a_reset_nobody_knows_how_long_ago_it_was(board: Board) -> None:
     run = last_run(flight, reset, maneuver)
     assert run is not None
     assert run.since_release_s is None
-    assert run.planned == 4
+    assert run.begun == 4
 
 
 def test_a_fault_that_is_not_of_the_run_says_nothing_of_its_maneuver(board: Board) -> None:
@@ -102,14 +105,14 @@ def test_a_fault_that_is_not_of_the_run_says_nothing_of_its_maneuver(board: Boar
     sequencer = connect(board)
     status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
     late = replace(flight, start_us=(flight.start_us[0] + 9000, *flight.start_us[1:]))
-    for fault, planned in (
-        (ErrorCode.RESET_WHILE_ARMED, None),
-        (ErrorCode.RESET_WHILE_RUNNING, 4),
-        (ErrorCode.STROKE_MISSED, 4),
+    for fault, compared in (
+        (ErrorCode.RESET_WHILE_ARMED, False),
+        (ErrorCode.RESET_WHILE_RUNNING, True),
+        (ErrorCode.STROKE_MISSED, True),
     ):
         run = last_run(late, replace(status, state=SequencerState.FAULT, fault=fault), maneuver)
         assert run is not None
-        assert run.planned == planned
+        assert (run.onsets[0].error_us is not None) == compared
 
 
 def test_after_disarm_the_same_schedule_is_recognised(board: Board) -> None:
@@ -143,3 +146,45 @@ def test_a_late_stroke_is_compared_while_its_maneuver_is_surely_there(board: Boa
     run = last_run(late, replace(status, state=SequencerState.SAFE), maneuver)
     assert run is not None
     assert run.onsets[0].error_us is None
+
+
+def test_a_stroke_that_was_passed_over_was_missed(board: Board) -> None:
+    flown(board)
+    sequencer = connect(board)
+    status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+
+    def told(*strokes: int | None, fault: ErrorCode = ErrorCode.NONE) -> list[Booking]:
+        starts_us = [STROKE_NOT_BEGUN_US if start_us is None else start_us for start_us in strokes]
+        report = replace(flight, start_us=(*starts_us, *flight.start_us[4:]))
+        run = last_run(report, replace(status, fault=fault), maneuver)
+        assert run is not None
+        return [onset.booking for onset in run.onsets]
+
+    begun, missed, not_begun = Booking.BEGUN, Booking.MISSED, Booking.NOT_BEGUN
+    assert told(None, 1_050_000, None, None) == [missed, begun, not_begun, not_begun]
+    assert told(700_000, None, None, None, fault=ErrorCode.STROKE_MISSED) == [begun, missed, missed, missed]
+    unknown = STROKE_TIME_UNKNOWN_US
+    assert told(None, unknown, None, None) == [missed, Booking.BEGUN_UNTIMED, not_begun, not_begun]
+
+
+def test_a_pin_that_was_held_and_let_go_is_a_late_stroke(board: Board) -> None:
+    board.hold_pin(1, PinHold.LOW)
+    connect(board).arm()
+    board.advance(100_000)
+    release(board)
+    board.advance(1_000_000)
+    board.hold_pin(1, PinHold.FREE)
+    board.advance(2_000_000)
+    run = report(board)
+    assert run is not None
+    assert (run.begun, run.missed) == (4, 0)
+    late_us = run.onsets[0].error_us
+    assert late_us is not None and 300_000 <= late_us <= 320_000
+    assert connect(board).status().state == SequencerState.DONE
+
+
+def test_a_pin_that_is_held_misses_its_strokes(board: Board) -> None:
+    board.hold_pin(1, PinHold.HIGH)
+    run = flown(board)
+    assert [onset.booking for onset in run.onsets] == [Booking.MISSED, Booking.BEGUN] * 2
+    assert connect(board).status().fault == ErrorCode.STROKE_MISSED

@@ -19,9 +19,17 @@ class ResetCause(IntEnum):
     EXTERNAL = 2
 
 
+class PinHold(IntEnum):
+    """What a short makes of a servo pin (tools/emulator/src/boards/sequencer_board.h)."""
+
+    FREE = 0
+    LOW = 1
+    HIGH = 2
+
+
 @dataclass(frozen=True)
 class Edge:
-    """A change of an output pin: 0 to 2 are D9 to D11, 3 is D12."""
+    """A change of an output pin's level: 0 to 2 are D9 to D11, 3 is D12."""
 
     t_ns: int
     pin: int
@@ -39,6 +47,7 @@ def load_library(path: Path) -> ctypes.CDLL:
         "board_reset": (None, [board, ctypes.c_uint8]),
         "board_advance_to_cycle": (ctypes.c_char_p, [board, ctypes.c_uint64]),
         "board_set_switch": (None, [board, ctypes.c_int, ctypes.c_bool]),
+        "board_hold_pin": (None, [board, ctypes.c_int, ctypes.c_uint8]),
         "board_set_cable": (None, [board, ctypes.c_bool]),
         "board_set_port": (None, [board, ctypes.c_bool, ctypes.c_uint32]),
         "board_set_usb_stage_pause": (None, [board, ctypes.c_uint32]),
@@ -114,6 +123,10 @@ class AvrBoard:
 
     def switch(self, index: int, *, closed: bool) -> None:
         self._library.board_set_switch(self._handle, index, closed)
+
+    def hold_pin(self, joint: int, hold: PinHold) -> None:
+        """Holds the servo pin of joint 1 to 3, or lets it go."""
+        self._library.board_hold_pin(self._handle, joint - 1, int(hold))
 
     def cable(self, plugged: bool) -> None:
         self._library.board_set_cable(self._handle, plugged)

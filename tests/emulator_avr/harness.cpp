@@ -9,6 +9,7 @@
 
 using tfsat::emulator::AvrSequencer;
 using tfsat::emulator::PinEdge;
+using tfsat::emulator::PinHold;
 using tfsat::emulator::ResetCause;
 
 namespace {
@@ -43,6 +44,9 @@ const char* board_advance_to_cycle(AvrSequencer* board, uint64_t cycle) {
 }
 void board_set_switch(AvrSequencer* board, int index, bool closed) {
   board->set_switch(index, closed);
+}
+void board_hold_pin(AvrSequencer* board, int joint, uint8_t hold) {
+  board->hold_pin(joint, static_cast<PinHold>(hold));
 }
 void board_set_cable(AvrSequencer* board, bool plugged) { board->set_cable(plugged); }
 void board_set_port(AvrSequencer* board, bool open, uint32_t baud) { board->set_port(open, baud); }

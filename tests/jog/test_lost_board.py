@@ -70,6 +70,7 @@ class Board:
             0,
             0,
             0,
+            1,
         )
         return [reply(frame, status)]
 

@@ -128,11 +128,13 @@ struct Bench {
     send(tfsat::protocol::ManeuverCommitRequest::kType,
          {static_cast<uint8_t>(crc), static_cast<uint8_t>(crc >> 8)});
   }
-  // As the servo driver's interrupts do it, whether or not the main loop still comes round.
-  void strokes_begin(uint8_t count) {
-    servos.begun = count;
-    retained.begun.set(count);
+  // As the servo driver's interrupts do it, whether or not the main loop still comes round: bit i is
+  // stroke i.
+  void strokes_begin(uint16_t strokes) {
+    servos.begun = strokes;
+    retained.begun.set(strokes);
   }
+  void first_strokes_begin(uint8_t count) { strokes_begin(static_cast<uint16_t>((1u << count) - 1)); }
   ErrorCode arm() { return core.arm(core.arm_token(), now); }
   void open_both() {
     switches.set(0, true, now);

@@ -35,6 +35,14 @@ class Reset(IntEnum):
     EXTERNAL = 2
 
 
+class PinHold(IntEnum):
+    """PinHold of sequencer_board.h."""
+
+    FREE = 0
+    LOW = 1
+    HIGH = 2
+
+
 @dataclass(frozen=True)
 class Pulse:
     """One servo pulse, nanoseconds of virtual time."""
@@ -68,6 +76,7 @@ def load_board(path: Path) -> ctypes.CDLL:
         "board_reset": (None, [board, ctypes.c_int]),
         "board_advance_to": (None, [board, u64]),
         "board_set_switch": (None, [board, ctypes.c_int, ctypes.c_int]),
+        "board_hold_pin": (None, [board, ctypes.c_int, ctypes.c_int]),
         "board_set_cable": (None, [board, ctypes.c_int]),
         "board_write": (size, [board, text, size]),
         "board_read": (size, [board, text, size, u64]),
@@ -130,6 +139,10 @@ class Board:
         """Opens or closes release switch 0 or 1, now."""
         self.opened[index] = opened
         self._library.board_set_switch(self._handle, index, int(not opened))
+
+    def hold_pin(self, joint: int, hold: PinHold) -> None:
+        """Holds the servo pin of joint 1 to 3, or lets it go."""
+        self._library.board_hold_pin(self._handle, joint - 1, int(hold))
 
     def cable(self, plugged: bool) -> None:
         self._library.board_set_cable(self._handle, int(plugged))

@@ -6,6 +6,7 @@
 
 using tfsat::emulator::NativeSequencer;
 using tfsat::emulator::PinEdge;
+using tfsat::emulator::PinHold;
 using tfsat::emulator::ResetCause;
 
 namespace {
@@ -34,6 +35,9 @@ void board_reset(Board* board, int cause) {
 void board_advance_to(Board* board, uint64_t t_us) { board->advance_to(t_us); }
 void board_set_switch(Board* board, int index, int closed) {
   board->sequencer.set_switch(index, closed != 0);
+}
+void board_hold_pin(Board* board, int joint, int hold) {
+  board->sequencer.hold_pin(joint, static_cast<PinHold>(hold));
 }
 void board_set_cable(Board* board, int plugged) { board->sequencer.set_cable(plugged != 0); }
 size_t board_write(Board* board, const uint8_t* data, size_t size) {

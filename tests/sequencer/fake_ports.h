@@ -68,25 +68,27 @@ class FakeServos : public tfsat::sequencer::ServoOutput {
     held = true;
     changes.clear();
     begun = 0;
+    cancelled = false;
   }
   void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) override {
     CHECK(joint < 3 && width_ticks >= 1000 && width_ticks <= 5000);
     changes.push_back(Change{joint, at, width_ticks});
   }
-  void cancel() override { changes.resize(begun); }
+  void cancel() override { cancelled = true; }
   void stop() override {
     held = false;
     begun = 0;
   }
-  uint8_t changes_begun() override { return begun; }
+  uint16_t changes_begun() override { return begun; }
   // Begun when it was asked for, and a tick late.
   tick_t change_began_at(uint8_t index) override { return changes.at(index).at + 1; }
 
   std::vector<Change> changes;
   uint16_t widths[3] = {0, 0, 0};
   uint32_t frames[3] = {0, 0, 0};
-  uint8_t begun = 0;
+  uint16_t begun = 0;  // bit i: change i
   bool held = false;
+  bool cancelled = false;
 };
 
 class FakeHealth : public tfsat::sequencer::Health {

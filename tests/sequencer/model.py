@@ -15,6 +15,7 @@ from tfsat_host.protocol.limits import (
     JOG_SPEED_CDEG_S,
     JOINT_REPORT_AGE_MS,
     RELEASE_SEATED_US,
+    SERVO_PULSE_MAX_US,
     START_POSE_TOLERANCE_CDEG,
 )
 from tfsat_host.protocol.messages import (
@@ -41,6 +42,7 @@ from tfsat_host.protocol.record import Payload
 SAFE, ARMED, RUNNING, DONE, FAULT, JOGGING = SequencerState
 JOINTS = (1, 2, 3)
 NEVER_US = 1 << 62
+LAST_PULSE_US = SERVO_PULSE_MAX_US + 1000
 
 
 @dataclass
@@ -146,10 +148,10 @@ class Model:
     # ------------------------------------------------------------------ what follows from the maneuver
 
     def run_ends_us(self) -> int:
+        """The last stroke is over, and so is its first pulse, however short the stroke."""
         _, angle_cdeg, start_us = self.maneuver.record.strokes[-1]
-        return (
-            self.run_from_us + start_us - (-abs(angle_cdeg) * 1_000_000 // self.maneuver.record.speed_cdeg_s)
-        )
+        taken_us = -(-abs(angle_cdeg) * 1_000_000 // self.maneuver.record.speed_cdeg_s)
+        return self.run_from_us + start_us + taken_us + LAST_PULSE_US
 
     def strokes_begun(self, now_us: int) -> int:
         starts_us = [self.run_from_us + start_us for _, _, start_us in self.maneuver.record.strokes]

@@ -14,7 +14,7 @@ from tests.sequencer.model import ARMED, DONE, FAULT, RUNNING, SAFE, Model
 from tests.sequencer.store_model import Store
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.framing import Frame
-from tfsat_host.protocol.limits import RELEASE_SEATED_US
+from tfsat_host.protocol.limits import RELEASE_SEATED_US, SERVO_PULSE_MAX_US, STROKE_NOT_BEGUN_US
 from tfsat_host.protocol.messages import (
     JogReply,
     RunReportReply,
@@ -28,7 +28,7 @@ from tfsat_host.protocol.record import Payload
 
 SETTLE_US = 10_000
 STORE_US = 600_000
-NO_RUN = RunReportReply(0, 0, 0, 0, 0, (0,) * 16, 0, 0)
+NO_RUN = RunReportReply(0, 0, 0, 0, 0, (STROKE_NOT_BEGUN_US,) * 16, 0, 0)
 JOG_TOLERANCE_CDEG = 3  # the board's milliseconds against the model's microseconds
 
 
@@ -152,7 +152,7 @@ class SideBySide(RuleBasedStateMachine):
         self.catch_up()
         if self.model.state == RUNNING:
             for _, _, start_us in self.model.maneuver.record.strokes:
-                self.pass_by(self.model.run_from_us + start_us)
+                self.pass_by(self.model.run_from_us + start_us + SERVO_PULSE_MAX_US)
             self.catch_up()
         reset_us = self.board.now_us
         if cause is None:
@@ -239,10 +239,11 @@ class SideBySide(RuleBasedStateMachine):
             release_us = self.released_us
             assert (report.released, report.bounces) == (1, 1)
             assert (report.release_ms, report.release_us) == divmod(release_us, 1000)
-            begun = range(report.stroke_count)
-            starts_us = [self.model.maneuver.record.strokes[index][2] for index in begun]
-            assert list(report.start_us) == starts_us + [0] * (16 - report.stroke_count)
+            starts_us = [start_us for _, _, start_us in self.model.maneuver.record.strokes]
+            assert report.stroke_count == len(starts_us)
+            begun = sum(start_us != STROKE_NOT_BEGUN_US for start_us in report.start_us)
+            assert list(report.start_us) == starts_us[:begun] + [STROKE_NOT_BEGUN_US] * (16 - begun)
             if strokes_started or self.model.state != SAFE:  # SAFE may have come by a reset
-                assert report.stroke_count - strokes_started in (0, 1)
+                assert begun - strokes_started in (0, 1)
         if self.model.state != RUNNING:
             self.report = report

@@ -31,7 +31,7 @@ void fly(Bench& bench, uint8_t strokes) {
   bench.run_ms(20);
   bench.open_both();
   bench.run_ms(20);
-  bench.strokes_begin(strokes);
+  bench.first_strokes_begin(strokes);
   bench.run_ms(2500);
   CHECK(bench.core.state() == SequencerState::kDone);
   bench.close_both();

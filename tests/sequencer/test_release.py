@@ -306,7 +306,7 @@ def test_arming_while_the_eeprom_is_written_is_refused(board: Board) -> None:
     assert sequencer.arm() == SequencerState.ARMED
 
 
-@pytest.mark.parametrize("after_us", [0, 3000, 6000, 350_000, 1_051_000, 1_600_123])
+@pytest.mark.parametrize("after_us", [0, 3000, 6000, 350_000, 1_052_000, 1_600_123])
 def test_disarming_stops_the_pulses_in_any_state(board: Board, after_us: int) -> None:
     sequencer = connect(board)
     sequencer.arm()

@@ -45,8 +45,8 @@ void arm(Bench& bench) {
   bench.run_ms(20);
 }
 
-// Released, so many strokes begun; the main loop has not come round since.
-void fly(Bench& bench, uint8_t strokes) {
+// Released, these strokes begun (bit i: stroke i); the main loop has not come round since.
+void fly(Bench& bench, uint16_t strokes) {
   arm(bench);
   bench.open_both();
   bench.run_ms(20);
@@ -205,13 +205,12 @@ TEST_CASE(disarming_right_after_a_reset_is_safe) {
   CHECK(again.core.state() == SequencerState::kSafe && !again.servos.held);
 }
 
-// Noted by the main loop, or begun while it hung.
+// Every subset of the strokes, noted by the main loop, or begun while it hung.
 TEST_CASE(a_reset_while_running_holds_the_strokes_begun) {
-  const uint16_t widths[][2] = {
-      {2000, 2000}, {3311, 2000}, {3311, 3556}, {2000, 3556}, {2000, 2000}};
-  const int16_t angles[][2] = {{0, 0}, {5900, 0}, {5900, 7000}, {0, 7000}, {0, 0}};
+  const uint16_t open_ticks[] = {3311, 3556};
+  const int16_t open_cdeg[] = {5900, 7000};
   for (const bool hung : {false, true}) {
-    for (uint8_t begun = 0; begun <= 4; ++begun) {
+    for (uint16_t begun = 0; begun < 16; ++begun) {
       Bench before;
       fly(before, begun);
       if (!hung) before.run_ms(1);
@@ -219,31 +218,44 @@ TEST_CASE(a_reset_while_running_holds_the_strokes_begun) {
       bench.run_ms(3000);
       CHECK(bench.core.state() == SequencerState::kFault);
       CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
-      CHECK(bench.core.strokes_started() == begun);
       Bench again(bench, ResetCause::kWatchdog);
       for (Bench* board : {&bench, &again}) {
-        check_held(*board, widths[begun][0], widths[begun][1], kStartPoseTicks);
-        CHECK(board->core.held_cdeg()[0] == angles[begun][0]);
-        CHECK(board->core.held_cdeg()[1] == angles[begun][1]);
+        // Open where the joint's stroke out has begun, and not the one back: strokes 0 and 2, 1 and 3.
+        uint16_t widths[2];
+        for (int joint = 0; joint < 2; ++joint) {
+          const bool open = (begun >> joint & 5) == 1;
+          widths[joint] = open ? open_ticks[joint] : kStartPoseTicks;
+          CHECK(board->core.held_cdeg()[joint] == (open ? open_cdeg[joint] : 0));
+        }
+        check_held(*board, widths[0], widths[1], kStartPoseTicks);
+        CHECK(board->core.driven() == 7);
+        uint8_t count = 0;
+        for (uint8_t i = 0; i < kMaxStrokes; ++i) {
+          const uint32_t told_us = board->core.run_report().start_us[i];
+          if ((begun >> i & 1) == 0) {
+            CHECK(told_us == kStrokeNotBegunUs);
+            continue;
+          }
+          ++count;
+          CHECK(told_us == (hung ? kStrokeTimeUnknownUs : Maneuver::factory().strokes[i].start_us));
+        }
+        CHECK(board->core.strokes_started() == count);
+        CHECK(board->core.run_report().stroke_count == 4);
       }
     }
   }
 }
 
-// Limp rather than at an angle that nobody knows.
-TEST_CASE(a_count_of_strokes_that_makes_no_sense_moves_nothing) {
-  for (int count = 0; count < 256; ++count) {
-    for (const int wrong : {255 - count, count, 0}) {
-      const uint8_t complement = static_cast<uint8_t>(wrong);
-      if ((count ^ complement) == 0xFF && count <= 4) continue;
-      Bench before;
-      fly(before, 1);
-      before.retained.begun = BegunCount{static_cast<uint8_t>(count), complement};
-      Bench bench(before, ResetCause::kWatchdog);
-      bench.run_ms(1);
-      CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
-      CHECK(!bench.servos.held && bench.core.strokes_started() <= 4);
-    }
+// Limp rather than at an angle that nobody knows: bits that their complement contradicts.
+TEST_CASE(marks_of_strokes_that_make_no_sense_move_nothing) {
+  for (uint32_t flips = 1; flips < 0x10000; flips += flips < 64 ? 1 : 61) {
+    Bench before;
+    fly(before, 5);
+    before.retained.begun.bits = static_cast<uint16_t>(before.retained.begun.bits ^ flips);
+    Bench bench(before, ResetCause::kWatchdog);
+    bench.run_ms(1);
+    CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
+    CHECK(!bench.servos.held && bench.core.driven() == 0);
   }
 }
 

@@ -24,26 +24,59 @@ void check_changes(const FakeServos& servos, tick_t released_at) {
 
 }  // namespace
 
+// Each subset of the strokes: those that did not begin will not begin any more, and are told.
 TEST_CASE(a_stroke_that_did_not_begin_is_a_fault_until_somebody_disarms) {
+  const Maneuver maneuver = Maneuver::factory();
+  for (uint16_t begun = 0; begun < 15; ++begun) {
+    Bench bench;
+    CHECK(bench.arm() == ErrorCode::kNone);
+    bench.run_ms(20);
+    bench.open_both();
+    bench.run_ms(100);
+    CHECK(bench.core.state() == SequencerState::kRunning);
+    bench.strokes_begin(begun);
+    bench.run_ms(2400);
+    CHECK(bench.core.state() == SequencerState::kFault);
+    CHECK(bench.core.fault() == ErrorCode::kStrokeMissed);
+    CHECK(bench.servos.held && bench.servos.cancelled);  // the joints stay where they are
+    const RunReportReply& report = bench.core.run_report();
+    CHECK(report.stroke_count == 4);
+    int16_t angles[3] = {0, 0, 0};
+    uint8_t count = 0;
+    for (uint8_t i = 0; i < 4; ++i) {
+      const bool has_begun = (begun & 1u << i) != 0;
+      CHECK(report.start_us[i] == (has_begun ? maneuver.strokes[i].start_us : kStrokeNotBegunUs));
+      if (!has_begun) continue;
+      ++count;
+      angles[maneuver.strokes[i].joint - 1] = i < 2 ? maneuver.strokes[i].angle_cdeg : 0;
+    }
+    CHECK(bench.core.strokes_started() == count);
+    for (int joint = 0; joint < 3; ++joint) CHECK(bench.core.held_cdeg()[joint] == angles[joint]);
+    bench.close_both();
+    bench.run_ms(20);
+    CHECK(bench.arm() == ErrorCode::kFaultLatched);
+    CHECK(!bench.core.may_upload());
+    bench.core.disarm();
+    CHECK(bench.core.state() == SequencerState::kSafe && bench.core.fault() == ErrorCode::kNone);
+    CHECK(!bench.servos.held);
+    CHECK(bench.arm() == ErrorCode::kNone);
+  }
+}
+
+// Its pulse was under way when the run ended: it can begin still, and is noted.
+TEST_CASE(a_stroke_that_begins_as_the_run_ends_is_told) {
   Bench bench;
   CHECK(bench.arm() == ErrorCode::kNone);
   bench.run_ms(20);
   bench.open_both();
-  bench.run_ms(100);
-  CHECK(bench.core.state() == SequencerState::kRunning);
-  bench.servos.begun = 3;
   bench.run_ms(2400);
-  CHECK(bench.core.state() == SequencerState::kFault);
-  CHECK(bench.core.fault() == ErrorCode::kStrokeMissed);
-  CHECK(bench.servos.held);  // the joints stay where they are
-  bench.close_both();
-  bench.run_ms(20);
-  CHECK(bench.arm() == ErrorCode::kFaultLatched);
-  CHECK(!bench.core.may_upload());
-  bench.core.disarm();
-  CHECK(bench.core.state() == SequencerState::kSafe && bench.core.fault() == ErrorCode::kNone);
-  CHECK(!bench.servos.held);
-  CHECK(bench.arm() == ErrorCode::kNone);
+  CHECK(bench.core.fault() == ErrorCode::kStrokeMissed && bench.core.strokes_started() == 0);
+  bench.strokes_begin(2);
+  bench.run_ms(1);
+  CHECK(bench.core.fault() == ErrorCode::kStrokeMissed && bench.core.strokes_started() == 1);
+  CHECK(bench.core.held_cdeg()[1] == 7000);
+  Bench after(bench, ResetCause::kBrownOut);
+  CHECK(after.core.held_cdeg()[1] == 7000 && after.core.strokes_started() == 1);
 }
 
 // A jolt on the crane: armed again, and the drop that follows flies all its strokes.
@@ -97,12 +130,12 @@ TEST_CASE(both_closed_again_after_a_stroke_holds_what_the_servos_were_told) {
     CHECK(bench.arm() == ErrorCode::kNone);
     bench.open_both();
     bench.run_ms(800);
-    bench.strokes_begin(begun);
+    bench.first_strokes_begin(begun);
     bench.close_both();
     bench.run_ms(202);
     CHECK(bench.core.state() == SequencerState::kFault);
     CHECK(bench.core.fault() == ErrorCode::kClosedWhileRunning);
-    CHECK(bench.servos.changes.size() == begun && bench.servos.held);
+    CHECK(bench.servos.cancelled && bench.servos.held);
     CHECK(bench.core.strokes_started() == begun);
     const int16_t joint_1 = begun >= 3 ? 0 : 5900, joint_2 = begun >= 2 ? 7000 : 0;
     CHECK(bench.core.held_cdeg()[0] == joint_1 && bench.core.held_cdeg()[1] == joint_2);
@@ -133,7 +166,7 @@ TEST_CASE(one_switch_closed_ends_no_fall) {
     bench.switches.set(index, false, bench.now);
     bench.run_ms(1000);
     CHECK(bench.core.state() == SequencerState::kRunning);
-    bench.servos.begun = 4;
+    bench.first_strokes_begin(4);
     bench.run_ms(1200);
     CHECK(bench.core.state() == SequencerState::kDone);
   }
@@ -178,7 +211,7 @@ TEST_CASE(armed_for_hours_then_released) {
     bench.run_ms(10);
     CHECK(bench.core.state() == SequencerState::kRunning);
     check_changes(bench.servos, released_at);
-    bench.servos.begun = 4;
+    bench.first_strokes_begin(4);
     bench.run_ms(2400);
     CHECK(bench.core.state() == SequencerState::kDone);
     CHECK(bench.core.uptime_ms() / 1000 == 3600 * hours + 2);
@@ -197,10 +230,10 @@ TEST_CASE(released_across_the_turn_of_the_clock) {
     bench.run_ms(10);
     CHECK(bench.core.state() == SequencerState::kRunning);
     check_changes(bench.servos, released_at);
-    bench.servos.begun = 4;
+    bench.first_strokes_begin(4);
     bench.run_ms(2210);
     CHECK(bench.core.state() == SequencerState::kRunning);
-    bench.run_ms(20);
+    bench.run_ms(25);
     CHECK(bench.core.state() == SequencerState::kDone);
   }
 }
@@ -285,7 +318,7 @@ TEST_CASE(nothing_is_written_unasked_in_any_state) {
   bench.run_ms(50);
   bench.open_both();
   bench.run_ms(100);
-  bench.servos.begun = 4;
+  bench.first_strokes_begin(4);
   bench.run_ms(2500);
   CHECK(bench.core.state() == SequencerState::kDone);
   CHECK(bench.stream.from_board.empty());

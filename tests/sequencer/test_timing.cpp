@@ -125,7 +125,7 @@ TEST_CASE(no_release_without_the_debounce) {
 TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
   Random random(1);
   for (int round = 0; round < 20000; ++round) {
-    BegunCount begun;
+    BegunChanges begun;
     ChangeTable table(begun);
     table.clear();
     PulseTrain train(table, 1);
@@ -133,7 +133,7 @@ TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
     tick_t now = draw(random, 0, 0xFFFFFFFF);
     train.hold(now + kTicksPerMs, pulse_ticks(0), frame);
     Pulse pulse = train.next();
-    CHECK(pulse.rise == now + kTicksPerMs && pulse.width_ticks == 2000 && !pulse.begins_change);
+    CHECK(pulse.rise == now + kTicksPerMs && pulse.width_ticks == 2000 && pulse.change == nullptr);
     for (tick_t idle = draw(random, 1, 50); idle > 0; --idle) {
       const tick_t before = pulse.rise;
       pulse = train.next();
@@ -145,7 +145,7 @@ TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
     tick_t room = tfsat::protocol::kMaxStrokes;
     for (tick_t left = draw(random, 1, room); left > 0; --left, --room) {
       const int16_t angle = static_cast<int16_t>(draw(random, 0, 9000));
-      changes.push_back({at, pulse_ticks(angle), true});
+      changes.push_back({at, pulse_ticks(angle), nullptr});
       CHECK(table.add(1, at, pulse_ticks(angle)));
       if (room > left && draw(random, 0, 3) == 0) {
         CHECK(table.add(0, at, 5000));  // another joint's is not ours
@@ -164,20 +164,21 @@ TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
       if (left >= frame + frame / 2) CHECK(gap >= frame * 3 / 4);
       if (left >= 690 * kTicksPerMs) CHECK_NEAR(gap, frame, frame / 50);
       CHECK(gap > width);  // the pulse before is over
-      CHECK(pulse.begins_change == (pulse.rise == changes[next].rise));
+      CHECK((pulse.change != nullptr) == (pulse.rise == changes[next].rise));
       CHECK(!tick_before(changes[next].rise, pulse.rise));
-      if (pulse.begins_change) width = changes[next++].width_ticks;
+      if (pulse.change != nullptr) width = changes[next++].width_ticks;
+      train.was_whole(pulse);
       CHECK(pulse.width_ticks == width);
     }
     const tick_t last = pulse.rise;
     pulse = train.next();
     CHECK(pulse.rise - last == frame);
-    CHECK(pulse.width_ticks == width && !pulse.begins_change);
+    CHECK(pulse.width_ticks == width && pulse.change == nullptr);
   }
 }
 
 TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
-  BegunCount begun;
+  BegunChanges begun;
   ChangeTable table(begun);
   table.clear();
   PulseTrain train(table, 2);
@@ -186,14 +187,15 @@ TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
   CHECK(table.add(2, pulse.rise - 3, 2000) && table.add(2, pulse.rise + 6999, 3000));
   pulse = train.next();
   CHECK(pulse.rise == 1000 + PulseTrain::kShortestGapTicks);
-  CHECK(pulse.begins_change && pulse.width_ticks == 2000);
+  CHECK(pulse.change != nullptr && pulse.width_ticks == 2000);
+  train.was_whole(pulse);
   pulse = train.next();
   CHECK(pulse.rise == 1000 + 2 * PulseTrain::kShortestGapTicks);
-  CHECK(pulse.begins_change && pulse.width_ticks == 3000);
+  CHECK(pulse.change != nullptr && pulse.width_ticks == 3000);
 }
 
 TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
-  BegunCount begun;
+  BegunChanges begun;
   ChangeTable table(begun);
   table.clear();
   PulseTrain train(table, 0);
@@ -205,7 +207,7 @@ TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
   train.hold(0, 2500, kFrame);
   for (int i = 0; i < 10; ++i) {
     const Pulse pulse = train.next();
-    CHECK(!pulse.begins_change && pulse.width_ticks == 2500);
+    CHECK(pulse.change == nullptr && pulse.width_ticks == 2500);
   }
   train.stop();
   CHECK(!train.running());
@@ -213,41 +215,67 @@ TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
   CHECK(train.next().rise == 77);
 }
 
-TEST_CASE(cancelled_changes_leave_the_train_at_the_width_it_has) {
-  BegunCount begun;
+// The pin was held: every pulse of the width is one that may begin the change, until one was whole.
+TEST_CASE(a_change_begins_with_its_first_whole_pulse) {
+  BegunChanges begun;
   ChangeTable table(begun);
   table.clear();
   PulseTrain train(table, 0);
   train.hold(0, 2000, kFrame);
-  for (uint16_t i = 1; i <= 3; ++i) CHECK(table.add(0, i * 10 * kFrame, static_cast<uint16_t>(2000 + i)));
+  CHECK(table.add(1, 5, 4000) && table.add(0, 10 * kFrame, 2500) && table.add(0, 20 * kFrame, 3000));
   Pulse pulse = train.next();
-  while (!pulse.begins_change) pulse = train.next();
-  table.began(pulse.rise);
+  while (pulse.change == nullptr) pulse = train.next();
+  CHECK(pulse.rise == 10 * kFrame && pulse.width_ticks == 2500);
+  for (int i = 0; i < 3; ++i) pulse = train.next();
+  CHECK(pulse.change != nullptr && pulse.width_ticks == 2500 && table.begun() == 0);
+  train.was_whole(pulse);
+  CHECK(table.begun() == 2 && table.began_at(1) == 13 * kFrame);
   pulse = train.next();
-  train.take_back(pulse);  // begins nothing: stays as it is
-  CHECK(pulse.width_ticks == 2001);
-  while (!pulse.begins_change) pulse = train.next();
-  CHECK(pulse.width_ticks == 2002);
-  table.cancel();
-  train.take_back(pulse);
-  CHECK(!pulse.begins_change && pulse.width_ticks == 2001);
-  for (int i = 0; i < 20; ++i) {
-    const tick_t before = pulse.rise;
-    pulse = train.next();
-    CHECK(pulse.width_ticks == 2001 && !pulse.begins_change && pulse.rise - before == kFrame);
-  }
-  CHECK(table.begun() == 1 && table.began_at(0) == 10 * kFrame);
+  CHECK(pulse.change == nullptr && pulse.width_ticks == 2500);
 }
 
-TEST_CASE(the_table_tells_when_changes_began) {
-  BegunCount begun;
+TEST_CASE(the_next_change_takes_the_place_of_one_that_has_not_begun) {
+  BegunChanges begun;
   ChangeTable table(begun);
   table.clear();
-  CHECK(table.add(0, 100, 2000) && table.add(1, 200, 2000) && table.begun() == 0);
-  table.began(101);
-  CHECK(table.begun() == 1 && table.began_at(0) == 101);
-  table.began(207);
-  CHECK(table.begun() == 2 && table.began_at(1) == 207);
+  PulseTrain train(table, 0);
+  train.hold(0, 2000, kFrame);
+  CHECK(table.add(0, 10 * kFrame, 2500) && table.add(0, 20 * kFrame, 3000));
+  Pulse pulse = train.next();
+  while (pulse.width_ticks != 3000) pulse = train.next();
+  CHECK(pulse.rise == 20 * kFrame && pulse.change != nullptr);
+  train.was_whole(pulse);
+  CHECK(table.begun() == 2 && table.began_at(1) == 20 * kFrame);
+  CHECK(train.next().change == nullptr);
+}
+
+TEST_CASE(cancelled_changes_leave_the_train_at_the_width_it_has) {
+  for (const bool under_way : {false, true}) {
+    BegunChanges begun;
+    ChangeTable table(begun);
+    table.clear();
+    PulseTrain train(table, 0);
+    train.hold(0, 2000, kFrame);
+    for (uint16_t i = 1; i <= 3; ++i)
+      CHECK(table.add(0, i * 10 * kFrame, static_cast<uint16_t>(2000 + i)));
+    Pulse pulse = train.next();
+    while (pulse.change == nullptr) pulse = train.next();
+    train.was_whole(pulse);
+    pulse = train.next();
+    while (pulse.change == nullptr) pulse = train.next();
+    CHECK(pulse.width_ticks == 2002);
+    table.cancel();
+    train.cancel(under_way ? nullptr : &pulse);
+    const uint16_t width = under_way ? 2002 : 2001;
+    CHECK((pulse.change != nullptr) == under_way && pulse.width_ticks == width);
+    train.was_whole(pulse);
+    for (int i = 0; i < 20; ++i) {
+      const tick_t before = pulse.rise;
+      pulse = train.next();
+      CHECK(pulse.width_ticks == width && pulse.change == nullptr && pulse.rise - before == kFrame);
+    }
+    CHECK(table.begun() == (under_way ? 3 : 1) && table.began_at(0) == 10 * kFrame);
+  }
 }
 
 TEST_CASE(every_angle_of_the_wire_is_a_pulse_a_servo_can_take) {

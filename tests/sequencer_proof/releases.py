@@ -124,9 +124,9 @@ def check_own_report(
     microseconds off: then the onsets are compared from the first one on.
     """
     status, run = client.status(), client.run_report()
-    if status.state != SequencerState.DONE or run.stroke_count != len(plan.strokes) or status.knocks:
+    if status.state != SequencerState.DONE or status.strokes_started != len(plan.strokes) or status.knocks:
         raise Broken(
-            f"after the run: {status.state.name}, {run.stroke_count} strokes, {status.knocks} knocks"
+            f"after the run: {status.state.name}, {status.strokes_started} strokes, {status.knocks} knocks"
         )
     told = run.start_us[: run.stroke_count]
     late = 0 if chatter is Chatter.SLOW else release.errors[0]

@@ -85,7 +85,7 @@ def test_a_pulse_cut_short_is_found(plant: Plant) -> None:
         Edit(
             "src/drivers/timer1_servos.cpp",
             "set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false)",
-            "set_edge(channel, c.pulse.rise + c.pulse.width_ticks - (c.pulse.begins_change ? 2 : 0), false)",
+            "set_edge(channel, c.pulse.rise + c.pulse.width_ticks - (c.pulse.change != nullptr ? 2 : 0), false)",
         )
     )
     with pytest.raises(Broken, match="pulse widths in order"):

@@ -8,7 +8,7 @@ from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
 from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention
 from tfsat_host.cli.sequencer_state import explained
 from tfsat_host.devices.card_trouble import file_was_full, state_words
-from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def sequencer_as_dict(watch: SequencerWatch) -> dict[str, Any]:
 
 def commanded_deg(status: SequencerStatusReply) -> list[float] | None:
     """What each servo is told; None: the servos are limp."""
-    if status.state == SequencerState.SAFE:
+    if not status.servos_driven:
         return None
     return [angle_cdeg / 100 for angle_cdeg in status.joint_angle_cdeg]
 

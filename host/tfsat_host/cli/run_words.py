@@ -5,28 +5,34 @@ from __future__ import annotations
 from typing import Any
 
 from tfsat_host.cli.board_state import Rows
-from tfsat_host.devices.last_run import LastRun
+from tfsat_host.devices.last_run import Booking, LastRun, Onset
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.units import US_PER_S
 
 
 def run_as_dict(run: LastRun) -> dict[str, Any]:
-    """The release and each onset beside its schedule; null where that is not known."""
+    """The release and each stroke beside its schedule; null where that is not known."""
     return {
         "released_uptime_s": run.released_us / US_PER_S,
         "since_release_s": run.since_release_s,
         "bounces": run.bounces,
         "release_interval_us": [-run.earlier_us, run.later_us],
-        "strokes_planned": run.planned,
+        "strokes_planned": len(run.onsets),
+        "strokes_missed": run.missed,
         "strokes": [
-            {"start_us": onset.start_us, "scheduled_us": onset.scheduled_us, "error_us": onset.error_us}
+            {
+                "state": onset.booking.value,
+                "start_us": onset.start_us,
+                "scheduled_us": onset.scheduled_us,
+                "error_us": onset.error_us,
+            }
             for onset in run.onsets
         ],
     }
 
 
 def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
-    """The run in a line, and a line for each stroke that has begun."""
+    """The run in a line, and a line for each stroke."""
     if run is None:
         return [("  last run", "none since power was switched on")]
     rows = [
@@ -40,14 +46,24 @@ def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
                 f"{run.earlier_us / 1000:.1f} ms before or {run.later_us / 1000:.1f} ms after it",
             )
         )
-    for number, onset in enumerate(run.onsets, 1):
-        error = (
-            "no stroke of the maneuver on the board is known to be this one"
-            if onset.error_us is None
-            else f"{onset.error_us:+d} us from the schedule"
-        )
-        rows.append((f"    stroke {number}", f"began at {onset.start_us / US_PER_S:.6f} s, {error}"))
-    return rows
+    return rows + [
+        (f"    stroke {number}", _stroke(onset, state)) for number, onset in enumerate(run.onsets, 1)
+    ]
+
+
+def _stroke(onset: Onset, state: SequencerState) -> str:
+    if onset.booking == Booking.MISSED:
+        return "MISSED: no pulse of it came out on its servo's pin; the joint stayed where it was"
+    if onset.booking == Booking.NOT_BEGUN:
+        return "not yet" if state == SequencerState.RUNNING else "did not begin: the run ended before"
+    if onset.start_us is None:
+        return "began; a reset came before its time was noted"
+    error = (
+        "no stroke of the maneuver on the board is known to be this one"
+        if onset.error_us is None
+        else f"{onset.error_us:+d} us from the schedule"
+    )
+    return f"began at {onset.start_us / US_PER_S:.6f} s, {error}"
 
 
 def _released(run: LastRun) -> str:
@@ -59,11 +75,12 @@ def _released(run: LastRun) -> str:
 
 def _extent(run: LastRun, state: SequencerState) -> list[str]:
     """How far the run came, unless it came to its end."""
-    begun = len(run.onsets)
+    begun, planned = run.begun, len(run.onsets)
+    missed = [f"{run.missed} of {planned} strokes MISSED"] if run.missed else []
     if state == SequencerState.RUNNING:
-        return [f"{begun} of {run.planned} strokes so far"]
+        return [f"{begun} of {planned} strokes so far", *missed]
+    if begun + run.missed == planned:
+        return missed
     if begun == 0:
         return ["it ended before its first stroke"]
-    if run.planned is None or begun == run.planned:
-        return []
-    return [f"it ended after {begun} of {run.planned} strokes"]
+    return [f"it ended after {begun} of {planned} strokes", *missed]

@@ -140,15 +140,11 @@ def _here(next_step: str) -> str:
 
 
 def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
-    """What each servo is told to hold; None where it is limp.
-
-    While one joint is jogged the others are limp, and the board says 0 for them: so 0 means limp there, though
-    the jogged joint itself may be at 0.
-    """
-    if status.state == SequencerState.SAFE:
-        return [None] * len(status.joint_angle_cdeg)
-    jogging = status.state == SequencerState.JOGGING
-    return [None if jogging and not angle else angle / 100 for angle in status.joint_angle_cdeg]
+    """What each servo is told to hold; None where it is limp."""
+    return [
+        angle_cdeg / 100 if status.servos_driven >> index & 1 else None
+        for index, angle_cdeg in enumerate(status.joint_angle_cdeg)
+    ]
 
 
 def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
@@ -193,21 +189,26 @@ def _refused_then(code: ErrorCode) -> str:
 
 def _servo_rows(report: SelfReport) -> Rows:
     settings = report.settings.settings
-    angles = ", ".join(f"{angle_cdeg / 100:g}°" for angle_cdeg in report.status.joint_angle_cdeg)
-    doing = {
-        SequencerState.SAFE: "limp",
-        SequencerState.JOGGING: f"{_jogged(report.status)}; the others are limp",
-    }.get(report.status.state, f"told to hold {angles}")
-    summary = f"{origin_words(report.settings.origin)}, a pulse each {settings.frame_us / 1000:g} ms; {doing}"
+    frame = f"a pulse each {settings.frame_us / 1000:g} ms"
+    summary = f"{origin_words(report.settings.origin)}, {frame}; {_told(report.status)}"
     joints = [(f"    joint {joint}", servo_words(servo)) for joint, servo in enumerate(settings.servos, 1)]
     return [("  servos", summary), *joints]
 
 
-def _jogged(status: SequencerStatusReply) -> str:
-    for joint, angle_cdeg in enumerate(status.joint_angle_cdeg, 1):
-        if angle_cdeg:
-            return f"joint {joint} is moved, told {angle_cdeg / 100:g}°"
-    return "one joint is moved, told 0°"
+def _told(status: SequencerStatusReply) -> str:
+    angles_deg = _joint_angles_deg(status)
+    if not status.servos_driven:
+        return "limp"
+    if status.state == SequencerState.JOGGING:
+        moved = ", ".join(
+            f"joint {joint} is moved, told {angle_deg:g}°"
+            for joint, angle_deg in enumerate(angles_deg, 1)
+            if angle_deg is not None
+        )
+        return f"{moved}; the others are limp"
+    return "told to hold " + ", ".join(
+        "nothing (limp)" if angle_deg is None else f"{angle_deg:g}°" for angle_deg in angles_deg
+    )
 
 
 def _cause(status: SequencerStatusReply) -> str:

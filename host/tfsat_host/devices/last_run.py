@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 from tfsat_host.devices.maneuver_transfer import StoredManeuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
-from tfsat_host.protocol.limits import SCHEDULE_GRID_US
+from tfsat_host.protocol.limits import SCHEDULE_GRID_US, STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
 from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
 
 _OF_THIS_START = (SequencerState.RUNNING, SequencerState.DONE)
@@ -19,22 +20,39 @@ _FAULTS_OF_A_RUN = (
 _US_PER_MS = 1000
 
 
+class Booking(Enum):
+    """What the board knows of a stroke."""
+
+    BEGUN = "begun"
+    BEGUN_UNTIMED = "begun_untimed"
+    """A reset came before the time of it was noted."""
+    NOT_BEGUN = "not_begun"
+    """The run has not come to it, or ended before."""
+    MISSED = "missed"
+    """Its time came, and no pulse of it came out on its servo's pin."""
+
+
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """The start of one stroke's first new pulse.
+    """The start of one stroke, or that there was none.
 
     Attributes:
-        start_us: Measured, after the release edge, 0.5 us rounded down.
+        booking: Whether it began.
+        start_us: Rise of its first whole pulse on the servo's pin, after the release edge, 0.5 us rounded down;
+            None where it did not begin, or the time is not known.
         scheduled_us: What the maneuver says; None where the one on the board is not known to have flown.
     """
 
-    start_us: int
+    booking: Booking
+    start_us: int | None
     scheduled_us: int | None
 
     @property
     def error_us(self) -> int | None:
         """Measured less scheduled."""
-        return None if self.scheduled_us is None else self.start_us - self.scheduled_us
+        if self.scheduled_us is None or self.start_us is None:
+            return None
+        return self.start_us - self.scheduled_us
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +65,7 @@ class LastRun:
         bounces: Edges of both switches from the release's first edge to its confirmation.
         earlier_us: The robot may have left so long before the release edge; 0 unless the edges fit two releases.
         later_us: And so long after it.
-        planned: Strokes of the maneuver that was flown; None where that on the board is not known to be it.
-        onsets: Of the strokes that have begun, in order.
+        onsets: Of all strokes of the maneuver that flew, in its order.
     """
 
     released_us: int
@@ -56,8 +73,17 @@ class LastRun:
     bounces: int
     earlier_us: int
     later_us: int
-    planned: int | None
     onsets: tuple[Onset, ...]
+
+    @property
+    def begun(self) -> int:
+        """Strokes that began."""
+        return sum(onset.booking in (Booking.BEGUN, Booking.BEGUN_UNTIMED) for onset in self.onsets)
+
+    @property
+    def missed(self) -> int:
+        """Strokes that were due and did not begin."""
+        return sum(onset.booking == Booking.MISSED for onset in self.onsets)
 
 
 def last_run(
@@ -66,27 +92,42 @@ def last_run(
     """The report in words of the maneuver; None when there was no run since power was switched on.
 
     Where another maneuver may have been uploaded since the run, the one on the board is taken for the one that
-    flew only if every stroke that began did so within half a step of the schedule's grid of its time; a run
-    that was ended before its first stroke shows nothing to tell by.
+    flew only if it has as many strokes and every stroke that began did so within half a step of the schedule's
+    grid of its time; a run that was ended before its first stroke shows nothing to tell by.
     """
     if not report.released:
         return None
-    starts_us = report.start_us[: report.stroke_count]
+    told_us = report.start_us[: report.stroke_count]
     scheduled_us = [start_us for _, _, start_us in maneuver.strokes]
-    flown = _holds_what_flew(status) or _began_on_schedule(starts_us, scheduled_us)
-    onsets = tuple(
-        Onset(start_us, scheduled_us[index] if flown and index < len(scheduled_us) else None)
-        for index, start_us in enumerate(starts_us)
-    )
+    flown = _holds_what_flew(status) or _began_on_schedule(told_us, scheduled_us)
     return LastRun(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
         since_release_s=(status.uptime_ms - report.release_ms) / 1000 if _in_this_start(status) else None,
         bounces=report.bounces,
         earlier_us=report.earlier_us,
         later_us=report.later_us,
-        planned=len(scheduled_us) if flown else None,
-        onsets=onsets,
+        onsets=tuple(
+            Onset(
+                booking,
+                told_us[index] if booking == Booking.BEGUN else None,
+                scheduled_us[index] if flown and index < len(scheduled_us) else None,
+            )
+            for index, booking in enumerate(_bookings(told_us, status))
+        ),
     )
+
+
+def _bookings(told_us: Sequence[int], status: SequencerStatusReply) -> list[Booking]:
+    """A stroke was missed if the run came to its end, or a stroke after it began."""
+    to_the_end = status.fault == ErrorCode.STROKE_MISSED
+    found = []
+    for index, start_us in enumerate(told_us):
+        came_by = to_the_end or any(later_us != STROKE_NOT_BEGUN_US for later_us in told_us[index + 1 :])
+        if start_us == STROKE_NOT_BEGUN_US:
+            found.append(Booking.MISSED if came_by else Booking.NOT_BEGUN)
+        else:
+            found.append(Booking.BEGUN_UNTIMED if start_us == STROKE_TIME_UNKNOWN_US else Booking.BEGUN)
+    return found
 
 
 def _holds_what_flew(status: SequencerStatusReply) -> bool:
@@ -94,11 +135,13 @@ def _holds_what_flew(status: SequencerStatusReply) -> bool:
     return status.state in _OF_THIS_START or status.fault in _FAULTS_OF_A_RUN
 
 
-def _began_on_schedule(starts_us: Sequence[int], scheduled_us: Sequence[int]) -> bool:
-    return 0 < len(starts_us) <= len(scheduled_us) and all(
+def _began_on_schedule(told_us: Sequence[int], scheduled_us: Sequence[int]) -> bool:
+    timed = [
         abs(start_us - wanted_us) < SCHEDULE_GRID_US / 2
-        for start_us, wanted_us in zip(starts_us, scheduled_us, strict=False)
-    )
+        for start_us, wanted_us in zip(told_us, scheduled_us, strict=False)
+        if start_us not in (STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US)
+    ]
+    return len(told_us) == len(scheduled_us) and bool(timed) and all(timed)
 
 
 def _in_this_start(status: SequencerStatusReply) -> bool:

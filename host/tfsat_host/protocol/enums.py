@@ -202,7 +202,7 @@ class ErrorCode(IntEnum):
     INDEX_OUT_OF_RANGE = 19
     """A step index is beyond the maneuver's end."""
     STROKE_MISSED = 20
-    """A stroke was scheduled but its pulse did not begin."""
+    """A stroke was scheduled, but no pulse of it came out on the servo's pin."""
     NOT_AT_START_POSE = 21
     """A joint is not at its start pose."""
     RESET_WHILE_ARMED = 22

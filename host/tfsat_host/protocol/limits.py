@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("37d5c85327a225ae")
+PROTOCOL_HASH = bytes.fromhex("cb0f907eb3ca2962")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -63,6 +63,10 @@ JOG_IDLE_MS = 1000
 """A jogged joint that gets no further order goes limp after this: a host that froze must not let it go on."""
 STROKE_LINE_US = 1000
 """The sequencer's stroke line stays high this long from each stroke's first pulse."""
+STROKE_NOT_BEGUN_US = 4294967295
+"""In RUN_REPORT, in place of an onset: the stroke has not begun; when the run is over, it was missed."""
+STROKE_TIME_UNKNOWN_US = 4294967294
+"""In RUN_REPORT, in place of an onset: the stroke began, but a reset came before its time was noted."""
 RELEASE_DEBOUNCE_US = 5000
 """Both switches must stay open this long before a release is believed; the schedule still counts from the first edge."""
 RELEASE_BOUNCE_US = 10000

@@ -398,7 +398,7 @@ class SequencerStatusReply(Payload):
         arm_token: To be given to ARM; changes at each change of state.
         reset_cause: Why the board last started.
         resets_while_armed: Restarts that this arming has survived; 255 stands for more.
-        strokes_started: Strokes of the last run whose new pulse has begun.
+        strokes_started: Strokes of the last run that have begun: a whole pulse of the new width was on the servo's pin.
         knocks: Knocks since arming; see release. They survive a reset.
         joint_angle_cdeg: Angle that each servo is told to hold; 0 where it gets no pulses.
         uptime_ms: Since the board started.
@@ -407,10 +407,11 @@ class SequencerStatusReply(Payload):
         frames_rejected: Frames that arrived damaged, since the board started.
         stores_damaged: Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
         false_releases: False releases since arming; see release. They survive a reset.
+        servos_driven: Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
     """
 
     TYPE: ClassVar[int] = 0x82
-    SIZE: ClassVar[int] = 32
+    SIZE: ClassVar[int] = 33
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
         ("fault", ErrorCode, None),
@@ -428,6 +429,7 @@ class SequencerStatusReply(Payload):
         ("frames_rejected", "H", None),
         ("stores_damaged", "B", None),
         ("false_releases", "H", None),
+        ("servos_driven", "B", None),
     )
 
     state: SequencerState
@@ -446,6 +448,7 @@ class SequencerStatusReply(Payload):
     frames_rejected: int
     stores_damaged: int
     false_releases: int
+    servos_driven: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -466,8 +469,8 @@ class RunReportReply(Payload):
         bounces: Edges of both switches from the release's first edge to its confirmation.
         release_ms: The release edge on the clock of uptime_ms: whole milliseconds. After a reset: of the uptime before it.
         release_us: And microseconds beyond those, 0 to 999.
-        stroke_count: Strokes whose new pulse has begun.
-        start_us: Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.
+        stroke_count: Strokes of the maneuver that flew.
+        start_us: Of each stroke, the rise of the first whole pulse of its width that was on the pin, after the release edge, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late where the pin was held and let go.
         earlier_us: The robot may have left so long before the release edge; 0 unless the edges fit two releases.
         later_us: And so long after it.
     """

@@ -109,9 +109,9 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "Run tfsat-host upload-sequence again.",
     ),
     ErrorCode.STROKE_MISSED: (
-        "A stroke was scheduled but its pulse did not begin.",
-        "The maneuver was not flown as uploaded.",
-        "Do not fly this board; save its status and report it.",
+        "A stroke was scheduled, but no pulse of it came out on the servo's pin.",
+        "The maneuver was not flown as uploaded; the joint stayed where it was.",
+        "Read which stroke was missed: tfsat-host status. Look for a short or a wrong wire at that servo's pin (D9, D10, D11 for joint 1, 2, 3); without one, do not fly this board.",
     ),
     ErrorCode.NOT_AT_START_POSE: (
         "A joint is not at its start pose.",

@@ -1,4 +1,4 @@
-// The pulse widths that a run will bring, for all joints, and when each began.
+// The pulse widths that a run will bring, for all joints, and which of them have begun, and when.
 //
 // One table for all three pulse trains: RAM is scarcer than time on the ATmega32U4. The main loop
 // fills it while interrupts are held off; the interrupts plan the pulses and note when they rose.
@@ -10,19 +10,20 @@
 namespace tfsat {
 namespace sequencer {
 
-// How many changes have begun. Lies where a reset does not reach, so that the servos can be held
-// where they are even if the main loop hung while strokes went on; two copies tell whether RAM has
-// survived.
-struct BegunCount {
-  uint8_t count;
-  uint8_t complement;
+// Which changes have begun: bit i is change i. Lies where a reset does not reach, so that the servos
+// can be held where they are even if the main loop hung while strokes went on; two copies tell
+// whether RAM has survived.
+struct BegunChanges {
+  uint16_t bits;
+  uint16_t complement;
 
-  void set(uint8_t begun) {
-    count = begun;
-    complement = static_cast<uint8_t>(~begun);
+  void set(uint16_t begun) {
+    bits = begun;
+    complement = static_cast<uint16_t>(~begun);
   }
-  bool intact() const { return (count ^ complement) == 0xFF; }
+  bool intact() const { return (bits ^ complement) == 0xFFFF; }
 };
+static_assert(protocol::kMaxStrokes <= 16, "a bit for each stroke");
 
 class ChangeTable {
  public:
@@ -30,17 +31,18 @@ class ChangeTable {
     tick_t at;  // scheduled; once begun, when the pulse rose
     uint16_t width_ticks;
     uint8_t joint;
-    bool planned;  // its first pulse is the train's next
+    bool planned;  // the train has taken it up, or it was cancelled
   };
 
-  explicit ChangeTable(BegunCount& begun) : begun_(begun) {}
+  explicit ChangeTable(BegunChanges& begun) : begun_(begun) {}
 
   void clear() {
     count_ = 0;
     begun_.set(0);
   }
 
-  // Changes of one joint come in order of time. False when the table is full.
+  // Changes are numbered in the order of these calls. Those of one joint come in order of time.
+  // False when the table is full.
   bool add(uint8_t joint, tick_t at, uint16_t width_ticks) {
     if (count_ == protocol::kMaxStrokes) return false;
     changes_[count_].at = at;
@@ -64,17 +66,17 @@ class ChangeTable {
     return nullptr;
   }
 
-  // The next change's pulse rose. Strokes of a maneuver never overlap, so changes begin in order.
-  void began(tick_t rise) {
-    changes_[begun_.count].at = rise;
-    begun_.set(static_cast<uint8_t>(begun_.count + 1));
+  // The first whole pulse of this change rose then.
+  void began(Change& change, tick_t rise) {
+    change.at = rise;
+    begun_.set(static_cast<uint16_t>(begun_.bits | 1u << (&change - changes_)));
   }
 
-  uint8_t begun() const { return begun_.count; }
+  uint16_t begun() const { return begun_.bits; }
   tick_t began_at(uint8_t index) const { return changes_[index].at; }
 
  private:
-  BegunCount& begun_;
+  BegunChanges& begun_;
   Change changes_[protocol::kMaxStrokes];
   uint8_t count_ = 0;
 };

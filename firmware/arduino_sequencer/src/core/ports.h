@@ -27,16 +27,17 @@ class ServoOutput {
   // Starts pulses of this width (ticks) on a joint (0 to 2), or changes the width from the next
   // pulse on, with this frame, and forgets what was scheduled and what had begun.
   virtual void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) = 0;
-  // The first pulse of this width begins exactly at `at`. Calls for one joint come in order of
-  // time.
+  // The first pulse of this width begins exactly at `at`. Changes are numbered from 0 in the order
+  // of these calls; those of one joint come in order of time.
   virtual void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) = 0;
   // Forgets the scheduled changes that have not begun; the trains go on with the widths they have.
   virtual void cancel() = 0;
   // Ends all pulses (a pulse that has begun is completed).
   virtual void stop() = 0;
-  // Scheduled changes whose first pulse has begun since the last hold() or stop(), over all joints.
-  virtual uint8_t changes_begun() = 0;
-  // When the first pulse of change `index` rose, in order of time, for index < changes_begun().
+  // Bit i: change i has begun since the last hold() or stop(), that is a whole pulse of its width
+  // was on the pin.
+  virtual uint16_t changes_begun() = 0;
+  // When that pulse rose.
   virtual tick_t change_began_at(uint8_t index) = 0;
 
  protected:

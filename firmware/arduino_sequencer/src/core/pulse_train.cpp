@@ -9,6 +9,7 @@ void PulseTrain::hold(tick_t first_rise, uint16_t width_ticks, uint32_t frame_ti
   width_ticks_ = width_ticks;
   frame_ticks_ = frame_ticks;
   aimed_at_ = nullptr;
+  due_ = nullptr;
   if (running_) return;
   last_rise_ = first_rise;
   running_ = true;
@@ -47,23 +48,29 @@ Pulse PulseTrain::next() {
   } else {
     last_rise_ += next_gap(change);
   }
-  Pulse pulse;
-  pulse.begins_change = change != nullptr && !tick_before(last_rise_, change->at);
-  if (pulse.begins_change) {
-    width_before_ticks_ = width_ticks_;
-    width_ticks_ = change->width_ticks;
+  if (change != nullptr && !tick_before(last_rise_, change->at)) {
     change->planned = true;
+    due_ = change;
   }
+  Pulse pulse;
   pulse.rise = last_rise_;
-  pulse.width_ticks = width_ticks_;
+  pulse.width_ticks = due_ != nullptr ? due_->width_ticks : width_ticks_;
+  pulse.change = due_;
   return pulse;
 }
 
-void PulseTrain::take_back(Pulse& pulse) {
-  if (!pulse.begins_change) return;
-  width_ticks_ = width_before_ticks_;
-  pulse.width_ticks = width_ticks_;
-  pulse.begins_change = false;
+void PulseTrain::was_whole(const Pulse& pulse) {
+  if (pulse.change == nullptr) return;
+  changes_.began(*pulse.change, pulse.rise);
+  width_ticks_ = pulse.width_ticks;
+  due_ = nullptr;
+}
+
+void PulseTrain::cancel(Pulse* pulse) {
+  due_ = nullptr;
+  if (pulse == nullptr) return;
+  pulse->width_ticks = width_ticks_;
+  pulse->change = nullptr;
 }
 
 }  // namespace sequencer

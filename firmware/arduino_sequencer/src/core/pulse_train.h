@@ -4,6 +4,9 @@
 // pulse that carries the new width must rise at the stroke's very tick: the frames left are
 // stretched or shortened evenly until it does. Gaps stay within 0.75 and 1.5 frames, but for strokes closer than that; at the 0.7 s
 // before the first stroke of a drop, within 0.3 ms of a frame of 20 ms.
+//
+// A servo has got a new width only when a whole pulse of it was on the pin. Until then each pulse of
+// that width is the one that may begin the change; the next change of the joint takes its place.
 #pragma once
 
 #include "change_table.h"
@@ -14,7 +17,7 @@ namespace sequencer {
 struct Pulse {
   tick_t rise;
   uint16_t width_ticks;
-  bool begins_change;  // the first pulse of a scheduled width
+  ChangeTable::Change* change;  // that this pulse begins if it is whole on its pin, or null
 };
 
 class PulseTrain {
@@ -27,13 +30,18 @@ class PulseTrain {
 
   // Starts with `first_rise`, or changes width and frame from the next pulse on.
   void hold(tick_t first_rise, uint16_t width_ticks, uint32_t frame_ticks);
-  void stop() { running_ = false; }
+  void stop() {
+    running_ = false;
+    due_ = nullptr;
+  }
   bool running() const { return running_; }
 
   // The pulse after the last one that next() returned. Call while running().
   Pulse next();
-  // `pulse`, the last that next() returned, begins no change after all: it keeps the width before.
-  void take_back(Pulse& pulse);
+  // The pulse that next() returned last was whole on its pin.
+  void was_whole(const Pulse& pulse);
+  // No more changes. `pulse`, the last that next() returned, keeps the width before, if given.
+  void cancel(Pulse* pulse);
 
  private:
   void aim_at(const ChangeTable::Change& change);
@@ -43,10 +51,10 @@ class PulseTrain {
   tick_t last_rise_ = 0;
   uint32_t frame_ticks_ = ticks_from_us(protocol::kServoFrameUs);
   const ChangeTable::Change* aimed_at_ = nullptr;  // the gaps below lead to it
+  ChangeTable::Change* due_ = nullptr;             // its time has come, it has not begun
   uint32_t gap_ticks_ = 0;
   uint32_t longer_gaps_ = 0;  // this many are a tick longer
-  uint16_t width_ticks_ = 0;
-  uint16_t width_before_ticks_ = 0;  // the change that began last
+  uint16_t width_ticks_ = 0;  // that the servo has
   uint8_t joint_;
   bool running_ = false;
   bool first_ = false;

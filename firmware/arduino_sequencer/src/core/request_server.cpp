@@ -85,6 +85,7 @@ Reply RequestServer::status(uint8_t* reply) {
   status.stores_damaged = static_cast<uint8_t>((sequencer_.maneuvers().damaged() ? 1 : 0) |
                                                (sequencer_.settings().damaged() ? 2 : 0));
   status.false_releases = sequencer_.false_releases();
+  status.servos_driven = sequencer_.driven();
   return send(status, reply);
 }
 

@@ -1,6 +1,8 @@
 // What survives a reset that is no loss of power: RAM that start-up code leaves alone.
 #pragma once
 
+#include <string.h>
+
 #include "../protocol/crc16.h"
 #include "../protocol/messages.h"
 #include "change_table.h"
@@ -16,6 +18,11 @@ struct RetainedRun {
 
   bool intact() const { return crc == checksum(); }
   void seal() { crc = checksum(); }
+  void clear() {
+    report = protocol::RunReportReply{};
+    memset(report.start_us, 0xFF, sizeof report.start_us);
+    seal();
+  }
 
  private:
   uint16_t checksum() const {
@@ -38,7 +45,7 @@ struct RetainedState {
   uint16_t records;  // which maneuver and settings were in force at the arming
   uint16_t token;
   int16_t held_cdeg[protocol::kJointCount];  // what each servo is told
-  BegunCount begun;                          // counted by interrupts: not under the checksum
+  BegunChanges begun;                        // marked by interrupts: not under the checksum
   RetainedRun run;                           // likewise
   uint16_t crc;
 

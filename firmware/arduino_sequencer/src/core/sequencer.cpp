@@ -9,6 +9,8 @@ namespace {
 
 constexpr uint32_t kDebounceTicks = ticks_from_us(kReleaseDebounceUs);
 constexpr uint8_t kMostResets = 255;
+// A stroke has begun when its first pulse is over: the last one may be of any length.
+constexpr uint32_t kLastPulseUs = kServoPulseMaxUs + 1000;
 
 bool near_start_pose(const int16_t (&angle_cdeg)[kJointCount]) {
   constexpr int16_t tolerance = static_cast<int16_t>(kStartPoseToleranceCdeg);
@@ -36,10 +38,7 @@ void Sequencer::start(tick_t now, ResetCause cause) {
   const bool kept = cause != ResetCause::kPowerOn && retained_.intact();
   const SequencerState before = kept ? retained_.state : SequencerState::kSafe;
   if (kept) token_ = static_cast<uint16_t>(retained_.token + 1);  // none from before the reset fits
-  if (cause == ResetCause::kPowerOn || !retained_.run.intact()) {
-    retained_.run.report = RunReportReply{};
-    retained_.run.seal();
-  }
+  if (cause == ResetCause::kPowerOn || !retained_.run.intact()) retained_.run.clear();
   retained_.token = token_;
   detector_.reset(now, retained_.knocks);
   const bool held = before == SequencerState::kArmed || before == SequencerState::kRunning ||
@@ -61,6 +60,7 @@ void Sequencer::start(tick_t now, ResetCause cause) {
       latch(ErrorCode::kResetWhileRunning);
       break;
     case SequencerState::kFault:
+      note_begun();
       latch(retained_.fault);
       break;
     default:
@@ -78,17 +78,13 @@ uint16_t Sequencer::records() const {
   return static_cast<uint16_t>(maneuvers_.generation() << 8 | (settings_.generation() & 0xFF));
 }
 
-// Strokes that began while the main loop hung are known to the interrupts' count alone. If that makes
+// Strokes that began while the main loop hung are known to the interrupts' marks alone. If those make
 // no sense, nobody knows where the servos stand: they stay limp.
 void Sequencer::note_begun() {
-  const Maneuver& maneuver = maneuvers_.current();
-  if (!retained_.begun.intact() || retained_.begun.count > maneuver.stroke_count) {
+  if (retained_.begun.intact()) {
+    note_strokes(retained_.begun.bits, false);
+  } else {
     retained_.driven = 0;
-    return;
-  }
-  strokes_started_ = retained_.begun.count;
-  for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
-    note_held(joint, maneuver.angle_before(strokes_started_, joint));
   }
 }
 
@@ -104,6 +100,9 @@ void Sequencer::poll(tick_t now) {
       break;
     case SequencerState::kJogging:
       watch_jog();
+      break;
+    case SequencerState::kFault:
+      note_strokes(servos_.changes_begun(), true);
       break;
     default:
       break;
@@ -258,7 +257,7 @@ void Sequencer::heed(ReleaseDetector::Verdict verdict, tick_t now) {
 // robot hangs on, and where its joints may go.
 void Sequencer::end_false_run(tick_t now) {
   servos_.cancel();
-  note_strokes();
+  note_strokes(servos_.changes_begun(), true);
   ++retained_.false_releases;
   const uint32_t first_us = maneuvers_.current().strokes[0].start_us;
   if (strokes_started_ > 0 || !tick_before(now, released_at_ + ticks_from_us(first_us))) {
@@ -266,13 +265,12 @@ void Sequencer::end_false_run(tick_t now) {
     return;
   }
   hold_start_pose();
-  retained_.run.report = RunReportReply{};
-  retained_.run.seal();
+  retained_.run.clear();
   enter(SequencerState::kArmed);
 }
 
 // The whole schedule goes to the servo driver at once: from here on, hardware and its interrupts
-// place the pulses, and nothing that the main loop does or suffers can move them.
+// place the pulses, and nothing that the main loop does or suffers can move them. Change i is stroke i.
 void Sequencer::begin_run(tick_t released_at) {
   released_at_ = released_at;
   const Maneuver& maneuver = maneuvers_.current();
@@ -283,9 +281,10 @@ void Sequencer::begin_run(tick_t released_at) {
                      released_at + ticks_from_us(stroke.start_us),
                      settings_.current().pulse_ticks(stroke.joint, target));
   }
+  retained_.run.clear();
   RunReportReply& report = retained_.run.report;
-  report = RunReportReply{};
   report.released = 1;
+  report.stroke_count = maneuver.stroke_count;
   report.bounces = detector_.bounces();
   note_release_time();
   enter(SequencerState::kRunning);
@@ -311,29 +310,35 @@ void Sequencer::note_release_interval() {
   retained_.run.seal();
 }
 
+// A stroke that has not begun by the end will not begin any more: its servo stays where it is.
 void Sequencer::watch_run(tick_t now) {
-  note_strokes();
+  note_strokes(servos_.changes_begun(), true);
   note_release_interval();
   const Maneuver& maneuver = maneuvers_.current();
-  if (tick_before(now, released_at_ + ticks_from_us(maneuver.end_us()))) return;
+  if (tick_before(now, released_at_ + ticks_from_us(maneuver.end_us() + kLastPulseUs))) return;
   if (strokes_started_ == maneuver.stroke_count) {
     enter(SequencerState::kDone);
   } else {
+    servos_.cancel();
     latch(ErrorCode::kStrokeMissed);
   }
 }
 
-void Sequencer::note_strokes() {
+// `begun`: bit i is stroke i. The angle first: what is in the report counts as noted. `timed`: the
+// driver knows when they began.
+void Sequencer::note_strokes(uint16_t begun, bool timed) {
   const Maneuver& maneuver = maneuvers_.current();
-  RunReportReply& report = retained_.run.report;
-  const uint8_t begun = servos_.changes_begun();
-  while (strokes_started_ < begun && strokes_started_ < maneuver.stroke_count) {
-    const tick_t began_at = servos_.change_began_at(strokes_started_);
-    report.start_us[strokes_started_] = us_from_ticks(began_at - released_at_);
-    const uint8_t joint = maneuver.strokes[strokes_started_].joint;
-    report.stroke_count = ++strokes_started_;
-    retained_.run.seal();
-    note_held(joint, maneuver.angle_before(strokes_started_, joint));
+  strokes_started_ = 0;
+  for (uint8_t i = 0; i < maneuver.stroke_count; ++i, begun >>= 1) {
+    uint32_t& start_us = retained_.run.report.start_us[i];
+    if ((begun & 1) != 0 && start_us == kStrokeNotBegunUs) {
+      const uint8_t joint = maneuver.strokes[i].joint;
+      note_held(joint, maneuver.angle_before(static_cast<uint8_t>(i + 1), joint));
+      start_us = timed ? us_from_ticks(servos_.change_began_at(i) - released_at_)
+                       : kStrokeTimeUnknownUs;
+      retained_.run.seal();
+    }
+    if (start_us != kStrokeNotBegunUs) ++strokes_started_;
   }
 }
 

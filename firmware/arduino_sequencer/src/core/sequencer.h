@@ -60,7 +60,9 @@ class Sequencer {
   uint8_t strokes_started() const { return strokes_started_; }
   uint16_t knocks() const { return detector_.knocks(); }
   uint16_t false_releases() const { return retained_.false_releases; }
-  // What each servo is told to hold; 0 where it gets no pulses.
+  // Bit i: servo i gets pulses.
+  uint8_t driven() const { return retained_.driven; }
+  // What each servo is told to hold, that is what its pin has had; 0 where it gets no pulses.
   const int16_t (&held_cdeg() const)[protocol::kJointCount] { return retained_.held_cdeg; }
   const Jog& jogging() const { return jog_; }
   uint32_t uptime_ms() const { return uptime_ms_; }
@@ -89,7 +91,7 @@ class Sequencer {
   void watch_jog();
   void note_release_time();
   void note_release_interval();
-  void note_strokes();
+  void note_strokes(uint16_t begun, bool timed);
   void count_uptime(tick_t now);
 
   ReleaseSwitches& switches_;

@@ -22,9 +22,14 @@ constexpr uint8_t kClear = 2, kSet = 3;
 
 volatile uint16_t& compare_register(uint8_t channel) { return (&OCR1A)[channel]; }
 
-bool line_is_high(uint8_t channel) {
-  return (PINB & static_cast<uint8_t>(_BV(PB5) << channel)) != 0;
-}
+constexpr uint8_t servo_pin(uint8_t channel) { return static_cast<uint8_t>(_BV(PB5) << channel); }
+
+volatile uint8_t driven_high;  // pins within a pulse
+
+// A pin is watched (PCMSK0) as long as a pulse that may begin a change is whole so far.
+bool is_watched(uint8_t pin) { return (PCMSK0 & pin) != 0; }
+void watch(uint8_t pin) { PCMSK0 |= pin; }
+void watch_no_more(uint8_t pin) { PCMSK0 &= static_cast<uint8_t>(~pin); }
 
 constexpr uint8_t interrupt_bit(uint8_t channel) {
   return static_cast<uint8_t>(_BV(OCIE1A) << channel);
@@ -43,6 +48,11 @@ void force_output(uint8_t channel) { TCCR1C = static_cast<uint8_t>(_BV(FOC1A) >>
 ISR(TIMER1_COMPA_vect) { instance->on_edge(0); }
 ISR(TIMER1_COMPB_vect) { instance->on_edge(1); }
 ISR(TIMER1_COMPC_vect) { instance->on_edge(2); }
+// A pin that is not as it is driven, and no compare match that explains it: the pulse is not whole.
+ISR(PCINT0_vect) {
+  static_assert(PB5 - OCF1A == 4 && PB6 - OCF1B == 4 && PB7 - OCF1C == 4, "one shift for all");
+  watch_no_more(static_cast<uint8_t>((PINB ^ driven_high) & ~(TIFR1 << 4)));
+}
 ISR(TIMER3_COMPA_vect) { instance->end_stroke_mark(); }
 
 constexpr uint8_t Timer1Servos::kChannels;
@@ -59,6 +69,7 @@ void Timer1Servos::begin() {
     DDRB |= kServoPins;
     PORTD &= static_cast<uint8_t>(~kStrokePin);
     DDRD |= kStrokePin;
+    PCICR = _BV(PCIE0);
   }
 }
 
@@ -68,7 +79,7 @@ void Timer1Servos::hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_tick
   const uint32_t offset = joint * (frame_ticks / kChannels);
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     Channel& channel = channels_[joint];
-    changes_.clear();
+    forget_changes();
     channel.train.hold(TickClock::now() + PulseTrain::kShortestGapTicks + offset, width_ticks,
                        frame_ticks);
     if (channel.next == Edge::kNone) {
@@ -86,15 +97,18 @@ void Timer1Servos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
 void Timer1Servos::cancel() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     changes_.cancel();
-    for (Channel& channel : channels_) {
-      if (channel.next == Edge::kRise) channel.train.take_back(channel.pulse);
+    for (uint8_t i = 0; i < kChannels; ++i) {
+      Channel& channel = channels_[i];
+      const bool to_rise = channel.next == Edge::kRise;
+      channel.train.cancel(to_rise ? &channel.pulse : nullptr);
+      if (to_rise) watch_no_more(servo_pin(i));
     }
   }
 }
 
 void Timer1Servos::stop() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    changes_.clear();
+    forget_changes();
     for (uint8_t i = 0; i < kChannels; ++i) {
       Channel& channel = channels_[i];
       channel.train.stop();
@@ -109,10 +123,10 @@ void Timer1Servos::stop() {
   }
 }
 
-uint8_t Timer1Servos::changes_begun() {
-  uint8_t count;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { count = changes_.begun(); }
-  return count;
+uint16_t Timer1Servos::changes_begun() {
+  uint16_t begun;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { begun = changes_.begun(); }
+  return begun;
 }
 
 tick_t Timer1Servos::change_began_at(uint8_t index) {
@@ -121,21 +135,35 @@ tick_t Timer1Servos::change_began_at(uint8_t index) {
   return at;
 }
 
+// A pulse under way keeps its width, and begins nothing.
+void Timer1Servos::forget_changes() {
+  changes_.clear();
+  for (Channel& channel : channels_) channel.pulse.change = nullptr;
+  watch_no_more(kServoPins);
+}
+
 // After a rise comes the pulse's fall, after a fall the train's next rise. Goes on while an edge is
 // too late to prepare and has been made at once.
 void Timer1Servos::prepare_next_edge(uint8_t channel) {
   Channel& c = channels_[channel];
+  const uint8_t pin = servo_pin(channel);
   bool prepared = false;
   while (!prepared) {
     if (c.next == Edge::kRise) {
-      if (c.pulse.begins_change && line_is_high(channel)) {
-        changes_.began(c.pulse.rise);
-        begin_stroke_mark();
-      }
+      driven_high = static_cast<uint8_t>(driven_high | pin);
+      if ((PINB & pin) == 0) watch_no_more(pin);
+      if (is_watched(pin)) begin_stroke_mark();
       c.next = Edge::kFall;
       prepared = set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false);
-    } else if (c.train.running()) {
+      continue;
+    }
+    driven_high = static_cast<uint8_t>(driven_high & ~pin);
+    const bool is_low = (PINB & pin) == 0;
+    if (is_low && is_watched(pin)) c.train.was_whole(c.pulse);
+    watch_no_more(pin);
+    if (c.train.running()) {
       c.pulse = c.train.next();
+      if (is_low && c.pulse.change != nullptr) watch(pin);
       c.next = Edge::kRise;
       prepared = set_edge(channel, c.pulse.rise, true);
       if (!prepared)

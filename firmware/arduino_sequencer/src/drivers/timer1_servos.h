@@ -6,8 +6,12 @@
 // made as soon as they return: a pulse may then be late, but it is never left high for a turn of
 // the timer.
 //
-// D12 goes high for 1 ms when the first pulse of a stroke begins (an interrupt's latency later,
-// some microseconds): the logger stamps it.
+// A stroke has begun when a whole pulse of its width was on the pin: low before, up at the rise, up
+// until the fall, low again. The interrupts look at the pin at both edges; a pin change interrupt
+// sees whatever moves it between them.
+//
+// D12 goes high for 1 ms when a pulse that may be the first of a stroke rises (an interrupt's
+// latency later, some microseconds): the logger stamps it.
 #pragma once
 
 #include "../core/ports.h"
@@ -18,7 +22,7 @@ namespace sequencer {
 
 class Timer1Servos : public ServoOutput {
  public:
-  explicit Timer1Servos(BegunCount& begun) : changes_(begun) {}
+  explicit Timer1Servos(BegunChanges& begun) : changes_(begun) {}
 
   // Drives the lines low, then waits for hold(). Call after TickClock::begin().
   void begin();
@@ -27,7 +31,7 @@ class Timer1Servos : public ServoOutput {
   void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) override;
   void cancel() override;
   void stop() override;
-  uint8_t changes_begun() override;
+  uint16_t changes_begun() override;
   tick_t change_began_at(uint8_t index) override;
 
   // For the interrupts: the edge that was next on this channel has been made; the mark is over.
@@ -50,6 +54,7 @@ class Timer1Servos : public ServoOutput {
     Edge next = Edge::kNone;
   };
 
+  void forget_changes();
   void prepare_next_edge(uint8_t channel);
   bool set_edge(uint8_t channel, tick_t at, bool high);
   void begin_stroke_mark();

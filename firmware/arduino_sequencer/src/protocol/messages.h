@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x37, 0xD5, 0xC8, 0x53, 0x27, 0xA2, 0x25, 0xAE};
+constexpr uint8_t kProtocolHash[8] = {0xCB, 0x0F, 0x90, 0x7E, 0xB3, 0xCA, 0x29, 0x62};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -69,6 +69,10 @@ constexpr uint32_t kJogConfirm = 4869959;
 constexpr uint32_t kJogIdleMs = 1000;
 // The sequencer's stroke line stays high this long from each stroke's first pulse.
 constexpr uint32_t kStrokeLineUs = 1000;
+// In RUN_REPORT, in place of an onset: the stroke has not begun; when the run is over, it was missed.
+constexpr uint32_t kStrokeNotBegunUs = 4294967295;
+// In RUN_REPORT, in place of an onset: the stroke began, but a reset came before its time was noted.
+constexpr uint32_t kStrokeTimeUnknownUs = 4294967294;
 // Both switches must stay open this long before a release is believed; the schedule still counts from the first edge.
 constexpr uint32_t kReleaseDebounceUs = 5000;
 // Sound contacts bounce for no longer than this when they open.
@@ -274,7 +278,7 @@ enum class ErrorCode : uint8_t {
   kStaleToken = 17,  // The request belongs to an earlier state of the board.
   kFaultLatched = 18,  // A fault is latched.
   kIndexOutOfRange = 19,  // A step index is beyond the maneuver's end.
-  kStrokeMissed = 20,  // A stroke was scheduled but its pulse did not begin.
+  kStrokeMissed = 20,  // A stroke was scheduled, but no pulse of it came out on the servo's pin.
   kNotAtStartPose = 21,  // A joint is not at its start pose.
   kResetWhileArmed = 22,  // The board restarted while it was armed, and a switch was open.
   kResetWhileRunning = 23,  // The board restarted while the maneuver ran.
@@ -891,7 +895,7 @@ struct SequencerStatusRequest {
 // What the sequencer is doing.
 struct SequencerStatusReply {
   static constexpr uint8_t kType = 0x82;
-  static constexpr size_t kSize = 32;
+  static constexpr size_t kSize = 33;
 
   SequencerState state;  // State machine.
   ErrorCode fault;  // The latched fault, or none.
@@ -900,7 +904,7 @@ struct SequencerStatusReply {
   uint16_t arm_token;  // To be given to ARM; changes at each change of state.
   ResetCause reset_cause;  // Why the board last started.
   uint8_t resets_while_armed;  // Restarts that this arming has survived; 255 stands for more.
-  uint8_t strokes_started;  // Strokes of the last run whose new pulse has begun.
+  uint8_t strokes_started;  // Strokes of the last run that have begun: a whole pulse of the new width was on the servo's pin.
   uint16_t knocks;  // Knocks since arming; see release. They survive a reset.
   int16_t joint_angle_cdeg[3];  // Angle that each servo is told to hold; 0 where it gets no pulses.
   uint32_t uptime_ms;  // Since the board started.
@@ -909,6 +913,7 @@ struct SequencerStatusReply {
   uint16_t frames_rejected;  // Frames that arrived damaged, since the board started.
   uint8_t stores_damaged;  // Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
   uint16_t false_releases;  // False releases since arming; see release. They survive a reset.
+  uint8_t servos_driven;  // Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -927,6 +932,7 @@ struct SequencerStatusReply {
     out.u16(frames_rejected);
     out.u8(stores_damaged);
     out.u16(false_releases);
+    out.u8(servos_driven);
   }
 
   void read(Reader& in) {
@@ -946,6 +952,7 @@ struct SequencerStatusReply {
     frames_rejected = in.u16();
     stores_damaged = in.u8();
     false_releases = in.u16();
+    servos_driven = in.u8();
   }
 
   // `out` must hold kSize bytes.
@@ -987,8 +994,8 @@ struct RunReportReply {
   uint16_t bounces;  // Edges of both switches from the release's first edge to its confirmation.
   uint32_t release_ms;  // The release edge on the clock of uptime_ms: whole milliseconds. After a reset: of the uptime before it.
   uint16_t release_us;  // And microseconds beyond those, 0 to 999.
-  uint8_t stroke_count;  // Strokes whose new pulse has begun.
-  uint32_t start_us[16];  // Onset of each stroke's first new pulse after the release edge, 0.5 us rounded down.
+  uint8_t stroke_count;  // Strokes of the maneuver that flew.
+  uint32_t start_us[16];  // Of each stroke, the rise of the first whole pulse of its width that was on the pin, after the release edge, 0.5 us rounded down; or stroke_not_begun_us, stroke_time_unknown_us. Late where the pin was held and let go.
   uint32_t earlier_us;  // The robot may have left so long before the release edge; 0 unless the edges fit two releases.
   uint32_t later_us;  // And so long after it.
 

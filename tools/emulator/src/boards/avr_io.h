@@ -18,6 +18,7 @@ constexpr avr_io_addr_t kPinc = 0x26, kDdrc = 0x27, kPortc = 0x28;
 constexpr avr_io_addr_t kPind = 0x29, kDdrd = 0x2A, kPortd = 0x2B;
 constexpr avr_io_addr_t kEecr = 0x3F, kEedr = 0x40, kEearl = 0x41, kEearh = 0x42;
 constexpr avr_io_addr_t kGtccr = 0x43, kMcusr = 0x54, kSpmcsr = 0x57, kWdtcsr = 0x60;
+constexpr avr_io_addr_t kPcmsk0 = 0x6B;
 constexpr avr_io_addr_t kUsbcon = 0xD8, kUsbsta = 0xD9, kUdcon = 0xE0, kUdint = 0xE1, kUdien = 0xE2;
 constexpr avr_io_addr_t kUdfnuml = 0xE4, kUdfnumh = 0xE5, kUeintx = 0xE8, kUenum = 0xE9;
 }  // namespace reg

@@ -21,6 +21,8 @@ constexpr Pin kOutputPins[] = {
     {'B', reg::kPinb, 5}, {'B', reg::kPinb, 6}, {'B', reg::kPinb, 7}, {'D', reg::kPind, 6}};
 constexpr Pin kSwitchPins[] = {{'D', reg::kPind, 4}, {'C', reg::kPinc, 7}};
 
+constexpr uint8_t kPinChangeVector = 9;  // PCINT0 (datasheet table 9-1)
+
 // A write to PINx toggles PORTx, so it is watched too.
 constexpr avr_io_addr_t kWatched[] = {reg::kPinb,  reg::kDdrb, reg::kPortb, reg::kDdrc,
                                       reg::kPortc, reg::kPind, reg::kDdrd,  reg::kPortd};
@@ -34,7 +36,7 @@ bool bit_of(const avr_t* avr, avr_io_addr_t address, uint8_t bit) {
 constexpr int AvrPins::kOutputs;
 constexpr int AvrPins::kSwitches;
 
-AvrPins::AvrPins(avr_t* avr) : avr_(avr) {
+AvrPins::AvrPins(avr_t* avr) : avr_(avr), pin_change_(find_vector(avr, kPinChangeVector)) {
   for (int i = 0; i < kSwitches; ++i) {
     input_irq_[i] =
         avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ(kSwitchPins[i].port), kSwitchPins[i].bit);
@@ -84,10 +86,21 @@ void AvrPins::update_outputs(uint64_t cycle) {
   }
 }
 
-void AvrPins::set_output(int pin, bool high, uint64_t cycle) {
+void AvrPins::set_output(int pin, bool driven_high, uint64_t cycle) {
+  driven_high_[pin] = driven_high;
+  const bool high = hold_[pin] == PinHold::kFree ? driven_high : hold_[pin] == PinHold::kHigh;
   if (high_[pin] == high) return;
   high_[pin] = high;
   edges_.push_back({cycle * 1000 / kCyclesPerUs, static_cast<uint8_t>(pin), high});
+  const Pin& changed = kOutputPins[pin];
+  if (changed.port == 'B' && bit_of(avr_, reg::kPcmsk0, changed.bit)) {
+    avr_raise_interrupt(avr_, pin_change_);
+  }
+}
+
+void AvrPins::hold(int servo, PinHold hold, uint64_t cycle) {
+  hold_[servo] = hold;
+  set_output(servo, driven_high_[servo], cycle);
 }
 
 void AvrPins::release_outputs(uint64_t cycle) {

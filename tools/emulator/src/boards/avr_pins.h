@@ -1,5 +1,6 @@
 // The pins of the Arduino Micro that the sequencer uses: four outputs, whose edges are logged with
-// the cycle they happen at, and two release switches with pull-ups.
+// the cycle they happen at, and two release switches with pull-ups. A servo pin may be held; the
+// edges are those of the pin, whatever the chip drives.
 #pragma once
 
 #include <array>
@@ -23,6 +24,7 @@ class AvrPins : public CompareOutputListener {
   void connect(Timer16* timer1, Timer16* timer3);
 
   void set_switch(int index, bool closed, uint64_t cycle);
+  void hold(int servo, PinHold hold, uint64_t cycle);
   void restore();                        // after a reset: simavr forgets input levels
   void release_outputs(uint64_t cycle);  // reset or power off: every pin floats
 
@@ -34,7 +36,7 @@ class AvrPins : public CompareOutputListener {
   static constexpr int kSwitches = 2;
 
   void update_outputs(uint64_t cycle);
-  void set_output(int pin, bool high, uint64_t cycle);
+  void set_output(int pin, bool driven_high, uint64_t cycle);
   void update_switch(int index, uint64_t cycle);
   static void on_port_write(void* self, uint8_t);
   static uint8_t on_pinb_read(avr_t* avr, avr_io_addr_t address, void* self);
@@ -44,7 +46,10 @@ class AvrPins : public CompareOutputListener {
   std::array<Timer16*, kSwitches> capture_{};
   std::array<avr_irq_t*, kSwitches> input_irq_{};
   std::array<bool, kSwitches> closed_{};
+  std::array<PinHold, kOutputs> hold_{};
+  std::array<bool, kOutputs> driven_high_{};
   std::array<bool, kOutputs> high_{};
+  avr_int_vector_t* pin_change_ = nullptr;
   std::array<WriteTap, 8> taps_;
   avr_io_read_t simavr_pinb_read_ = nullptr;
   void* simavr_pinb_param_ = nullptr;

@@ -27,6 +27,11 @@ void AvrSequencer::set_switch(int index, bool closed) {
   machine_->pins.set_switch(index, closed, machine_->now);
 }
 
+void AvrSequencer::hold_pin(int joint, PinHold hold) {
+  if (joint < 0 || joint > 2) throw std::out_of_range("a servo pin is 0 (D9) to 2 (D11)");
+  machine_->pins.hold(joint, hold, machine_->now);
+}
+
 void AvrSequencer::set_cable(bool plugged) { machine_->usb.set_cable(plugged); }
 void AvrSequencer::set_port(bool open) { set_port(open, kBaud); }
 void AvrSequencer::set_port(bool open, uint32_t baud) { machine_->usb.set_port(open, baud); }

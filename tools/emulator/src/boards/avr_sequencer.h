@@ -33,6 +33,7 @@ class AvrSequencer : public SequencerBoard {
   void advance_to(uint64_t t_us) override;
   void advance_to_cycle(uint64_t cycle);
   void set_switch(int index, bool closed) override;
+  void hold_pin(int joint, PinHold hold) override;
   void set_cable(bool plugged) override;
   // At 115200 baud.
   void set_port(bool open) override;

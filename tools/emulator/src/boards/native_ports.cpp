@@ -15,9 +15,18 @@ constexpr uint64_t kNever = UINT64_MAX;
 
 }  // namespace
 
+NativeServos::NativeServos(sequencer::BegunChanges& begun,
+                           const std::array<PinHold, protocol::kJointCount>& holds)
+    : changes_(begun) {
+  for (size_t i = 0; i < holds.size(); ++i) {
+    channels_[i].hold = holds[i];
+    channels_[i].level = holds[i] == PinHold::kHigh;
+  }
+}
+
 void NativeServos::hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) {
   Channel& channel = channels_[joint];
-  changes_.clear();
+  forget_changes();
   channel.train.hold(ticks() + sequencer::PulseTrain::kShortestGapTicks, width_ticks, frame_ticks);
   if (!channel.pending) plan(channel);
 }
@@ -29,18 +38,23 @@ void NativeServos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
 void NativeServos::cancel() {
   changes_.cancel();
   for (Channel& channel : channels_) {
-    if (!channel.pending || channel.high) continue;
-    channel.train.take_back(channel.pulse);
-    channel.fall_ns = channel.rise_ns + channel.pulse.width_ticks * kNanosecondsPerTick;
+    const bool to_rise = channel.pending && !channel.high;
+    channel.train.cancel(to_rise ? &channel.pulse : nullptr);
+    if (to_rise) channel.fall_ns = channel.rise_ns + channel.pulse.width_ticks * kNanosecondsPerTick;
   }
 }
 
 void NativeServos::stop() {
+  forget_changes();
   for (Channel& channel : channels_) {
     channel.train.stop();
     if (!channel.high) channel.pending = false;
   }
+}
+
+void NativeServos::forget_changes() {
   changes_.clear();
+  for (Channel& channel : channels_) channel.pulse.change = nullptr;
 }
 
 void NativeServos::plan(Channel& channel) {
@@ -49,12 +63,35 @@ void NativeServos::plan(Channel& channel) {
   channel.rise_ns = (now_ns_ / kNanosecondsPerTick + static_cast<uint64_t>(std::max<int32_t>(ahead, 1))) *
                     kNanosecondsPerTick;
   channel.fall_ns = channel.rise_ns + channel.pulse.width_ticks * kNanosecondsPerTick;
+  channel.whole = !channel.level;
   channel.pending = true;
 }
 
 uint64_t NativeServos::next_edge_ns(const Channel& channel) const {
   if (!channel.pending) return kNever;
   return channel.high ? channel.fall_ns : channel.rise_ns;
+}
+
+// True when the level has changed.
+bool NativeServos::update_level(uint8_t joint, uint64_t t_ns, std::deque<PinEdge>& edges) {
+  Channel& channel = channels_[joint];
+  const bool level = channel.hold == PinHold::kFree ? channel.high : channel.hold == PinHold::kHigh;
+  if (level == channel.level) return false;
+  channel.level = level;
+  edges.push_back({t_ns, joint, level});
+  return true;
+}
+
+void NativeServos::hold_pin(int joint, PinHold hold, uint64_t origin_ns, std::deque<PinEdge>& edges) {
+  Channel& channel = channels_[static_cast<size_t>(joint)];
+  channel.hold = hold;
+  if (update_level(static_cast<uint8_t>(joint), now_ns_ + origin_ns, edges)) channel.whole = false;
+}
+
+void NativeServos::begin_stroke_mark(uint64_t origin_ns, std::deque<PinEdge>& edges) {
+  if (!stroke_line_high_) edges.push_back({now_ns_ + origin_ns, kStrokeLinePin, true});
+  stroke_line_high_ = true;
+  stroke_line_falls_ns_ = now_ns_ + protocol::kStrokeLineUs * 1000;
 }
 
 void NativeServos::advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinEdge>& edges) {
@@ -73,14 +110,12 @@ void NativeServos::advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinE
     if (servo_ns > t_ns) break;
     now_ns_ = servo_ns;
     channel.high = !channel.high;
-    edges.push_back({servo_ns + origin_ns, first, channel.high});
-    if (channel.high && channel.pulse.begins_change) {
-      changes_.began(static_cast<tick_t>(servo_ns / kNanosecondsPerTick));
-      if (!stroke_line_high_) edges.push_back({servo_ns + origin_ns, kStrokeLinePin, true});
-      stroke_line_high_ = true;
-      stroke_line_falls_ns_ = servo_ns + protocol::kStrokeLineUs * 1000;
-    }
-    if (!channel.high) {
+    update_level(first, servo_ns + origin_ns, edges);
+    channel.whole = channel.whole && channel.level == channel.high;
+    if (channel.high) {
+      if (channel.whole && channel.pulse.change != nullptr) begin_stroke_mark(origin_ns, edges);
+    } else {
+      if (channel.whole) channel.train.was_whole(channel.pulse);
       channel.pending = false;
       if (channel.train.running()) plan(channel);
     }
@@ -90,7 +125,7 @@ void NativeServos::advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinE
 
 void NativeServos::release_pins(uint64_t origin_ns, std::deque<PinEdge>& edges) const {
   for (uint8_t i = 0; i < channels_.size(); ++i) {
-    if (channels_[i].high) edges.push_back({now_ns_ + origin_ns, i, false});
+    if (channels_[i].level && channels_[i].hold != PinHold::kHigh) edges.push_back({now_ns_ + origin_ns, i, false});
   }
   if (stroke_line_high_) edges.push_back({now_ns_ + origin_ns, kStrokeLinePin, false});
 }

@@ -18,19 +18,22 @@ constexpr uint64_t kNanosecondsPerTick = 500;
 // Three servo signals and the stroke line, from the same PulseTrain that the AVR's interrupts ask.
 class NativeServos : public sequencer::ServoOutput {
  public:
-  explicit NativeServos(sequencer::BegunCount& begun) : changes_(begun) {}
+  // `holds`: of each servo's pin, as they are when the board starts.
+  NativeServos(sequencer::BegunChanges& begun, const std::array<PinHold, protocol::kJointCount>& holds);
 
   void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override;
   void schedule(uint8_t joint, sequencer::tick_t at, uint16_t width_ticks) override;
   void cancel() override;
   void stop() override;
-  uint8_t changes_begun() override { return changes_.begun(); }
+  uint16_t changes_begun() override { return changes_.begun(); }
   sequencer::tick_t change_began_at(uint8_t index) override { return changes_.began_at(index); }
+
+  void hold_pin(int joint, PinHold hold, uint64_t origin_ns, std::deque<PinEdge>& edges);
 
   // Runs the signals up to `t_ns` after the board's start and appends their edges, in order of time,
   // to `edges` with `origin_ns` added.
   void advance_to(uint64_t t_ns, uint64_t origin_ns, std::deque<PinEdge>& edges);
-  // The supply or the processor is gone: pins that are high fall.
+  // The supply or the processor is gone: pins that it drives high fall.
   void release_pins(uint64_t origin_ns, std::deque<PinEdge>& edges) const;
 
  private:
@@ -38,7 +41,10 @@ class NativeServos : public sequencer::ServoOutput {
     Channel(sequencer::ChangeTable& changes, uint8_t joint) : train(changes, joint) {}
 
     sequencer::PulseTrain train;
-    bool high = false;
+    PinHold hold = PinHold::kFree;
+    bool high = false;     // as driven
+    bool level = false;    // of the pin
+    bool whole = false;    // the pulse so far, as the AVR's interrupts see it
     bool pending = false;  // a pulse is planned or under way
     sequencer::Pulse pulse{};
     uint64_t rise_ns = 0;
@@ -47,6 +53,9 @@ class NativeServos : public sequencer::ServoOutput {
 
   sequencer::tick_t ticks() const { return static_cast<sequencer::tick_t>(now_ns_ / kNanosecondsPerTick); }
   void plan(Channel& channel);
+  void forget_changes();
+  bool update_level(uint8_t joint, uint64_t t_ns, std::deque<PinEdge>& edges);
+  void begin_stroke_mark(uint64_t origin_ns, std::deque<PinEdge>& edges);
   uint64_t next_edge_ns(const Channel& channel) const;
 
   sequencer::ChangeTable changes_;

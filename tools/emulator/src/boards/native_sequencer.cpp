@@ -33,8 +33,8 @@ protocol::ResetCause reported(ResetCause cause) {
 
 struct NativeSequencer::Running {
   Running(NativeEeprom& eeprom, sequencer::RetainedState& retained, uint64_t started_us,
-          protocol::ResetCause cause)
-      : origin_us(started_us), servos(retained.begun), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause},
+          protocol::ResetCause cause, const std::array<PinHold, protocol::kJointCount>& holds)
+      : origin_us(started_us), servos(retained.begun, holds), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause},
         core(switches, servos, eeprom, retained), server(core, identity, health), link(stream, server) {}
 
   uint64_t origin_us;
@@ -56,7 +56,7 @@ NativeSequencer::NativeSequencer() { retained_.clear(); }
 NativeSequencer::~NativeSequencer() = default;
 
 void NativeSequencer::start(protocol::ResetCause cause) {
-  running_ = std::make_unique<Running>(eeprom_, retained_, now_us_, cause);
+  running_ = std::make_unique<Running>(eeprom_, retained_, now_us_, cause, holds_);
   running_->stream.set_plugged(plugged_);
   running_->stream.set_port(port_open_);
   for (int i = 0; i < static_cast<int>(protocol::kSwitchCount); ++i) {
@@ -110,6 +110,17 @@ void NativeSequencer::advance_to(uint64_t t_us) {
 void NativeSequencer::set_switch(int index, bool closed) {
   switch_open_[index] = !closed;
   if (running_) running_->switches.set(index, !closed, running_->ticks(now_us_));
+}
+
+// A board without power drives nothing: the level is the hold's.
+void NativeSequencer::hold_pin(int joint, PinHold hold) {
+  PinHold& held = holds_[static_cast<size_t>(joint)];
+  if (running_) {
+    running_->servos.hold_pin(joint, hold, running_->origin_us * 1000, edges_);
+  } else if ((held == PinHold::kHigh) != (hold == PinHold::kHigh)) {
+    edges_.push_back({now_us_ * 1000, static_cast<uint8_t>(joint), hold == PinHold::kHigh});
+  }
+  held = hold;
 }
 
 void NativeSequencer::set_cable(bool plugged) {

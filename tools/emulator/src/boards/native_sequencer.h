@@ -20,6 +20,7 @@ class NativeSequencer : public SequencerBoard {
   void reset(ResetCause cause) override;
   void advance_to(uint64_t t_us) override;
   void set_switch(int index, bool closed) override;
+  void hold_pin(int joint, PinHold hold) override;
   void set_cable(bool plugged) override;
   void set_port(bool open) override;
   size_t write(const uint8_t* data, size_t n) override;
@@ -42,6 +43,7 @@ class NativeSequencer : public SequencerBoard {
   std::deque<PinEdge> edges_;
   uint64_t now_us_ = 0;
   bool switch_open_[protocol::kSwitchCount] = {false, false};
+  std::array<PinHold, protocol::kJointCount> holds_{};
   bool plugged_ = true;
   bool port_open_ = true;
 };

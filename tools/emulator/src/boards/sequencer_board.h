@@ -13,7 +13,10 @@ namespace emulator {
 // Why the board restarts while it keeps its supply. Power-on is set_power(false), set_power(true).
 enum class ResetCause : uint8_t { kWatchdog, kBrownOut, kExternal };
 
-// One change of an output pin.
+// A short or a wire that lies where it must not: it wins against what drives the pin.
+enum class PinHold : uint8_t { kFree, kLow, kHigh };
+
+// One change of an output pin's level.
 // pin: 0..2 = servo signal of joint 1..3 (D9 D10 D11), 3 = stroke line to the logger (D12).
 struct PinEdge {
   uint64_t t_ns;
@@ -34,6 +37,9 @@ class SequencerBoard {
 
   // Release switch 0 (D4) or 1 (D13), from the present time on; closed pulls the pin low.
   virtual void set_switch(int index, bool closed) = 0;
+
+  // Holds the servo pin of a joint, 0 to 2, from the present time on, or lets it go.
+  virtual void hold_pin(int joint, PinHold hold) = 0;
 
   // USB cable to the host. Pulling it drops what is under way in both directions.
   virtual void set_cable(bool plugged) = 0;
