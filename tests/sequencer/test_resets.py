@@ -261,7 +261,12 @@ def test_knocks_and_the_last_run_survive_a_reset_and_no_power_cut(board: Board, 
     board.advance(1_000_000)
     before = client(board).request(RunReportRequest(), RunReportReply)
     assert (before.released, before.stroke_count) == (1, 4)
-    assert [start_us != STROKE_NOT_BEGUN_US for start_us in before.start_us[:4]] == [True, False, False, False]
+    assert [start_us != STROKE_NOT_BEGUN_US for start_us in before.start_us[:4]] == [
+        True,
+        False,
+        False,
+        False,
+    ]
     reset(board, cause)
     board.advance(SETTLED_US)
     assert sequencer.status().knocks == 1

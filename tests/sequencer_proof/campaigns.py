@@ -13,6 +13,7 @@ from typing import Any
 from tests.emulator_avr.avr_board import ResetCause
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.dating import Dated, dated_releases, judge_dates
+from tests.sequencer_proof.held_pins import LEVELS, SUBSETS, HeldPins, held_pins
 from tests.sequencer_proof.link_abuse import Abuse, Abused, abuse_link, begins_us
 from tests.sequencer_proof.noise import STATES, Noise, Noisy, make_noise
 from tests.sequencer_proof.power_cuts import Cuts, History, Record, cut_points, second_upload_writes
@@ -31,6 +32,7 @@ BYTE_JOBS, BYTES, BYTE_DROPS = 10, 10_002, 10
 FRAME_JOBS, FRAMES, FRAME_DROPS = 6, 3_000, 6
 RESETS = 25
 HANGS = 10
+HELD_RUNS = 100
 CAUSES = (ResetCause.WATCHDOG, ResetCause.BROWN_OUT)
 SEED_OF = {
     "waits": 1,
@@ -46,6 +48,7 @@ SEED_OF = {
     "noisy": 6000,
     "resets": 7000,
     "hangs": 8000,
+    "held": 9000,
 }
 """Seed of a campaign's first job; the next job has the next."""
 
@@ -72,6 +75,7 @@ class Proof:
     noisy: list[Noisy]
     resets: list[Resets]
     hangs: list[Hangs]
+    held: list[HeldPins]
 
     @property
     def never_used(self) -> int:
@@ -117,6 +121,9 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[
             partial(reset_board, bench, moment, cause, RESETS) for moment in Moment for cause in CAUSES
         ],
         "hangs": [partial(hang_board, hanging, state, HANGS) for state in STATES],
+        "held": [
+            partial(held_pins, bench, joints, level, HELD_RUNS) for level in LEVELS for joints in SUBSETS
+        ],
     }
     seeded: dict[str, list[Job]] = {
         name: [partial(job, seed=SEED_OF[name] + number) for number, job in enumerate(part)]

@@ -63,13 +63,14 @@ class Plan:
     def widths(self) -> list[list[int]]:
         """Each joint's pulse widths in order, ticks."""
         angle_cdeg = [0] * JOINT_COUNT
-        widths = [[self._ticks(joint, 0)] for joint in range(1, JOINT_COUNT + 1)]
+        widths = [[self.ticks(joint, 0)] for joint in range(1, JOINT_COUNT + 1)]
         for joint, change_cdeg, _ in self.strokes:
             angle_cdeg[joint - 1] += change_cdeg
-            widths[joint - 1].append(self._ticks(joint, angle_cdeg[joint - 1]))
+            widths[joint - 1].append(self.ticks(joint, angle_cdeg[joint - 1]))
         return widths
 
-    def _ticks(self, joint: int, angle_cdeg: int) -> int:
+    def ticks(self, joint: int, angle_cdeg: int) -> int:
+        """The pulse's width that holds an angle."""
         return round(pulse_ns(self.settings.of(joint), angle_cdeg) / NS_PER_TICK)
 
 

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from tests.sequencer_proof import report_blocking, report_link, report_releases, report_resets, report_store
+from tests.sequencer_proof import (
+    report_blocking,
+    report_held_pins,
+    report_link,
+    report_releases,
+    report_resets,
+    report_store,
+)
 from tests.sequencer_proof.campaigns import SEED_OF, Proof
 from tests.sequencer_proof.report_text import table
 from tests.sequencer_proof.rigs import image_report
@@ -59,6 +66,7 @@ def render(proof: Proof, image: Path, tools: Tools) -> str:
         report_store.render(proof),
         report_link.render(proof),
         report_resets.render(proof),
+        report_held_pins.render(proof),
         _size(proof, image),
         f"## What the emulation leaves out\n\n{NOT_MODELLED}",
         _seeds(),

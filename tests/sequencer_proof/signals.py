@@ -96,6 +96,19 @@ class Signal:
             raise Broken(f"a pulse of {widths.greatest / CYCLES_PER_US} us")
 
 
+def whole_pulses(edges: Iterable[PinEdge], pin: int) -> list[Pulse]:
+    """Of one pin, from the first rise on: the pulses that have ended."""
+    found: list[Pulse] = []
+    rise: int | None = None
+    for edge in edges:
+        if edge.pin != pin:
+            continue
+        if rise is not None and not edge.high:
+            found.append(Pulse(rise, edge.cycle - rise))
+        rise = edge.cycle if edge.high else None
+    return found
+
+
 def read_signal(edges: Iterable[PinEdge]) -> Signal:
     """The complete pulses. Raises Broken where a pin's edges do not alternate, or a servo has no pulse."""
     trains: list[list[Pulse]] = [[] for _ in range(JOINT_COUNT)]

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.emulator_avr.avr_board import ResetCause
+from tests.emulator_avr.avr_board import PinHold, ResetCause
 from tests.emulator_avr.building import REPOSITORY, BuildError, Edit
 from tests.sequencer_proof.campaigns import Proof, judge_all, judge_stack
 from tests.sequencer_proof.conftest import Plant
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.dating import Dated
+from tests.sequencer_proof.held_pins import HeldPins
 from tests.sequencer_proof.link_abuse import Abuse, Abused
 from tests.sequencer_proof.noise import Noise, Noisy
 from tests.sequencer_proof.power_cuts import Cuts, History, Record
@@ -43,6 +44,7 @@ PROOF = Proof(
     abused=[Abused(Abuse.PULLED, 251, 0, 580)],
     noisy=[Noisy(Noise.BYTES, drops=1, never_used=570)],
     resets=[Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, Extremes(100, 200), Extremes(-8, 4))],
+    held=[HeldPins((1, 3), PinHold.LOW, 20, on_time=30, late=3, missed=7, extra_marks=2)],
     hangs=[Hangs(SequencerState.SAFE, 10, Extremes(1_020_000, 1_024_000))],
 )
 
@@ -68,6 +70,7 @@ def test_a_report_tells_its_campaigns_figures(bench: Bench) -> None:
         "| armed, cable pulled, 75.0 min after power-up | 2 turns of the clock; 675000 pulses held |" in text
     )
     assert f"| {Abuse.PULLED.value} | 251 | 0 |" in text
+    assert "| D9, D11 | low | 20 | 30 | 3 | 7 | 2 |" in text
     assert f"`{hex_sha256(bench.image)}`" in text
 
 

@@ -69,8 +69,8 @@ def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
 
 
 def test_a_board_that_forgets_its_run_is_found(plant: Plant) -> None:
-    kept = "if (cause == ResetCause::kPowerOn || !retained_.run.intact()) {"
-    forgetful = plant(Edit("src/core/sequencer.cpp", kept, "if (true) {"))
+    kept = "if (cause == ResetCause::kPowerOn || !retained_.run.intact()) retained_"
+    forgetful = plant(Edit("src/core/sequencer.cpp", kept, "if (true) retained_"))
     with pytest.raises(Broken, match="RUN_REPORT"):
         reset_board(forgetful, Moment.RUNNING, ResetCause.WATCHDOG, count=1, seed=4)
 

@@ -24,12 +24,13 @@ volatile uint16_t& compare_register(uint8_t channel) { return (&OCR1A)[channel];
 
 constexpr uint8_t servo_pin(uint8_t channel) { return static_cast<uint8_t>(_BV(PB5) << channel); }
 
-volatile uint8_t driven_high;  // pins within a pulse
+// Bits of PORTB. A pulse is whole so far if the pin was low when it rose and followed it since;
+// between pulses: if the pin is low.
+volatile uint8_t driven_high, whole;
 
-// A pin is watched (PCMSK0) as long as a pulse that may begin a change is whole so far.
-bool is_watched(uint8_t pin) { return (PCMSK0 & pin) != 0; }
-void watch(uint8_t pin) { PCMSK0 |= pin; }
-void watch_no_more(uint8_t pin) { PCMSK0 &= static_cast<uint8_t>(~pin); }
+void set_bits(volatile uint8_t& bits, uint8_t pins, bool to) {
+  bits = static_cast<uint8_t>(to ? bits | pins : bits & ~pins);
+}
 
 constexpr uint8_t interrupt_bit(uint8_t channel) {
   return static_cast<uint8_t>(_BV(OCIE1A) << channel);
@@ -48,10 +49,13 @@ void force_output(uint8_t channel) { TCCR1C = static_cast<uint8_t>(_BV(FOC1A) >>
 ISR(TIMER1_COMPA_vect) { instance->on_edge(0); }
 ISR(TIMER1_COMPB_vect) { instance->on_edge(1); }
 ISR(TIMER1_COMPC_vect) { instance->on_edge(2); }
-// A pin that is not as it is driven, and no compare match that explains it: the pulse is not whole.
+// A pin that may begin a change has moved. Where a compare match explains it, the interrupt of that
+// is still to come, and judges.
 ISR(PCINT0_vect) {
   static_assert(PB5 - OCF1A == 4 && PB6 - OCF1B == 4 && PB7 - OCF1C == 4, "one shift for all");
-  watch_no_more(static_cast<uint8_t>((PINB ^ driven_high) & ~(TIFR1 << 4)));
+  const uint8_t matched = static_cast<uint8_t>(TIFR1 << 4);
+  const uint8_t astray = PINB ^ driven_high;
+  whole = static_cast<uint8_t>((whole & matched) | ((whole | ~driven_high) & ~(astray | matched)));
 }
 ISR(TIMER3_COMPA_vect) { instance->end_stroke_mark(); }
 
@@ -97,11 +101,8 @@ void Timer1Servos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
 void Timer1Servos::cancel() {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     changes_.cancel();
-    for (uint8_t i = 0; i < kChannels; ++i) {
-      Channel& channel = channels_[i];
-      const bool to_rise = channel.next == Edge::kRise;
-      channel.train.cancel(to_rise ? &channel.pulse : nullptr);
-      if (to_rise) watch_no_more(servo_pin(i));
+    for (Channel& channel : channels_) {
+      channel.train.cancel(channel.next == Edge::kRise ? &channel.pulse : nullptr);
     }
   }
 }
@@ -139,7 +140,6 @@ tick_t Timer1Servos::change_began_at(uint8_t index) {
 void Timer1Servos::forget_changes() {
   changes_.clear();
   for (Channel& channel : channels_) channel.pulse.change = nullptr;
-  watch_no_more(kServoPins);
 }
 
 // After a rise comes the pulse's fall, after a fall the train's next rise. Goes on while an edge is
@@ -150,20 +150,20 @@ void Timer1Servos::prepare_next_edge(uint8_t channel) {
   bool prepared = false;
   while (!prepared) {
     if (c.next == Edge::kRise) {
-      driven_high = static_cast<uint8_t>(driven_high | pin);
-      if ((PINB & pin) == 0) watch_no_more(pin);
-      if (is_watched(pin)) begin_stroke_mark();
+      set_bits(driven_high, pin, true);
+      if ((PINB & pin) == 0) set_bits(whole, pin, false);
+      if (c.pulse.change != nullptr && (whole & pin) != 0) begin_stroke_mark();
       c.next = Edge::kFall;
       prepared = set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false);
       continue;
     }
-    driven_high = static_cast<uint8_t>(driven_high & ~pin);
     const bool is_low = (PINB & pin) == 0;
-    if (is_low && is_watched(pin)) c.train.was_whole(c.pulse);
-    watch_no_more(pin);
+    if (is_low && (whole & pin) != 0) c.train.was_whole(c.pulse);
+    set_bits(driven_high, pin, false);
+    set_bits(whole, pin, is_low);
     if (c.train.running()) {
       c.pulse = c.train.next();
-      if (is_low && c.pulse.change != nullptr) watch(pin);
+      set_bits(PCMSK0, pin, c.pulse.change != nullptr);
       c.next = Edge::kRise;
       prepared = set_edge(channel, c.pulse.rise, true);
       if (!prepared)

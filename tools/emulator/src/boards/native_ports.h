@@ -19,7 +19,8 @@ constexpr uint64_t kNanosecondsPerTick = 500;
 class NativeServos : public sequencer::ServoOutput {
  public:
   // `holds`: of each servo's pin, as they are when the board starts.
-  NativeServos(sequencer::BegunChanges& begun, const std::array<PinHold, protocol::kJointCount>& holds);
+  explicit NativeServos(sequencer::BegunChanges& begun,
+                        const std::array<PinHold, protocol::kJointCount>& holds = {});
 
   void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override;
   void schedule(uint8_t joint, sequencer::tick_t at, uint16_t width_ticks) override;
