@@ -17,7 +17,7 @@ from tests.sequencer_proof.signals import CYCLES_PER_US, Broken
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 
-ONE_BEYOND_IN = {Chatter.SLOW: 10_000, Chatter.BOTH: 5_000, Chatter.FAST: 2_000}
+ONE_BEYOND_IN = {Chatter.SLOW: 10_000, Chatter.BOTH: 2_000, Chatter.FAST: 2_000}
 """No more often may a date be off by more than is allowed; see `judge_dates`."""
 
 
