@@ -34,7 +34,7 @@ def sequencer_pins() -> dict[str, str]:
     bits = _one(r"kServoPins = _BV\((P\w\d)\) \| _BV\((P\w\d)\) \| _BV\((P\w\d)\)", servos)
     pins = {MICRO[bit]: f"servo, joint {joint}" for joint, bit in enumerate(bits, 1)}
     pins[MICRO[_one(r"kStrokePin = _BV\((P\w\d)\)", servos)[0]]] = "stroke line, out"
-    first, second = _one(r"index == 0 \? \(PIND & _BV\((P\w\d)\)\).*\(PINC & _BV\((P\w\d)\)\)", switches)
+    first, second = _one(r"kFirstPin = _BV\((P\w\d)\), kSecondPin = _BV\((P\w\d)\)", switches)
     pins[MICRO[first]] = "release switch 1"
     pins[MICRO[second]] = "release switch 2"
     pins[MICRO[_one(r"DDRD \|= _BV\((P\w\d)\)", led)[0]]] = "status LED"

@@ -11,6 +11,9 @@ namespace sequencer {
 
 namespace {
 
+// Of switch 1 on port D, of switch 2 on port C.
+constexpr uint8_t kFirstPin = _BV(PD4), kSecondPin = _BV(PC7);
+
 // As a sample has them: bit 6 and 7 are switch 1 and 2 being open; the rest is the turn.
 constexpr uint8_t kFirst = 0x40, kSecond = 0x80, kBoth = kFirst | kSecond, kTurn = 0x3F;
 constexpr uint32_t kStampTicks = static_cast<uint32_t>(kTurn) << 16 | 0xFFFF;
@@ -54,11 +57,11 @@ inline __attribute__((always_inline)) void put(Sample*& place, uint16_t count, u
 }
 
 inline __attribute__((always_inline)) uint8_t open_now() {
-  uint8_t levels = PINC & _BV(PC7);
-  if ((PIND & _BV(PD4)) != 0) levels |= kFirst;
+  uint8_t levels = PINC & kSecondPin;
+  if ((PIND & kFirstPin) != 0) levels |= kFirst;
   return levels;
 }
-static_assert(kSecond == _BV(PC7), "the second switch's level is its pin's bit");
+static_assert(kSecond == kSecondPin, "the second switch's level is its pin's bit");
 
 // The edge that ends the present level is the one to wait for. Changing it may raise the flag
 // (datasheet section 14.6.3).
@@ -163,10 +166,10 @@ ISR(TIMER1_CAPT_vect) {
 }
 
 void ReleaseCapture::begin() {
-  DDRD &= static_cast<uint8_t>(~_BV(PD4));
-  DDRC &= static_cast<uint8_t>(~_BV(PC7));
-  PORTD |= _BV(PD4);
-  PORTC |= _BV(PC7);
+  DDRD &= static_cast<uint8_t>(~kFirstPin);
+  DDRC &= static_cast<uint8_t>(~kSecondPin);
+  PORTD |= kFirstPin;
+  PORTC |= kSecondPin;
   levels();
 }
 
