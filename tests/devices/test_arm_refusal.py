@@ -15,8 +15,9 @@ from tfsat_host.devices.arm_refusal import arm_refusal, joints_off_start_pose
 from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOINT_REPORT_AGE_MS
-from tfsat_host.protocol.messages import JogReply, JogRequest
+from tfsat_host.protocol.messages import JogReply, JogRequest, ManeuverBeginRequest
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.servo_settings import FACTORY
 
@@ -189,9 +190,9 @@ def test_a_report_counts_while_it_is_fresh(board: Board) -> None:
 @pytest.mark.parametrize(
     ("addresses", "said"),
     [
-        ([10], "The stored maneuver is damaged"),
-        ([270, 306], "The servo settings are damaged"),
-        ([10, 270], "The stored maneuver and the servo settings are damaged"),
+        ([522], "The stored maneuver is damaged"),
+        ([782, 910], "The servo settings are damaged"),
+        ([522, 782], "The stored maneuver and the servo settings are damaged"),
     ],
 )
 def test_what_is_damaged_in_the_store_is_named(
@@ -211,3 +212,31 @@ def test_what_is_damaged_in_the_store_is_named(
     with pytest.raises(BoardRefusal) as caught:
         sequencer.arm()
     assert caught.value.code == ErrorCode.STORE_DAMAGED
+
+
+@pytest.mark.parametrize(
+    ("before", "code", "said"),
+    [
+        (b"", ErrorCode.UPLOAD_INTERRUPTED, "The stored maneuver was to be replaced by an upload"),
+        (b"\xa5", ErrorCode.STORE_OLD_LAYOUT, "The servo settings were stored by an earlier firmware"),
+    ],
+)
+def test_an_upload_cut_short_and_an_old_layout_are_named(
+    new_board: Callable[..., Board], before: bytes, code: ErrorCode, said: str
+) -> None:
+    image = bytearray(new_board().eeprom())
+    if before:
+        image[256:257] = before
+    healthy = new_board(bytes(image))
+    if not before:
+        healthy.ask(Frame(ManeuverBeginRequest.TYPE, 1, ManeuverBeginRequest(4, 17_000).encode()))
+        healthy.advance(20_000)
+    sequencer = connect(healthy)
+    refusal = arm_refusal(sequencer.status(), sequencer.read_back(), sequencer.settings().settings, AT_REST)
+    assert refusal is not None
+    assert (refusal.code, refusal.exit_code) == (code, 4)
+    assert refusal.what.startswith(said)
+    assert "upload-" in refusal.next_step
+    with pytest.raises(BoardRefusal) as caught:
+        sequencer.arm()
+    assert caught.value.code == code

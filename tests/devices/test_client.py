@@ -55,6 +55,8 @@ INTERLOCKS = {
     ErrorCode.JOG_NOT_CONFIRMED,
     ErrorCode.SETTINGS_DO_NOT_FIT,
     ErrorCode.STORE_DAMAGED,
+    ErrorCode.UPLOAD_INTERRUPTED,
+    ErrorCode.STORE_OLD_LAYOUT,
     ErrorCode.RAM_HOLDS_DROP,
 }
 

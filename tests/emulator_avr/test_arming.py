@@ -13,7 +13,7 @@ from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.servo_settings import FACTORY
 
-MANEUVER_ADDRESS, SETTINGS_ADDRESS = 0, 256
+MANEUVER_ADDRESS, SETTINGS_ADDRESS = 512, 768
 WITHIN_CONTENT = 9
 UNFOLD = schedule_maneuver(Maneuver((Stroke(1, 59.0),)))
 

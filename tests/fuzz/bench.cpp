@@ -22,7 +22,7 @@ const std::array<uint8_t, NativeEeprom::kBytes>& uploaded_image() {
     tfsat::sequencer::Stored<Maneuver> store(eeprom, Sequencer::kManeuverAddress);
     const Maneuver maneuver = Maneuver::factory();
     std::memcpy(store.staged(), &maneuver, Maneuver::kSize);
-    store.begin();
+    store.commit();
     for (uint64_t now_us = 0; store.writing(); now_us += kLoopUs) {
       eeprom.set_now(now_us);
       store.poll();

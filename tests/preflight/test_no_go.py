@@ -94,13 +94,13 @@ def latched_fault(morning: Morning) -> None:
 
 
 def damaged_store(morning: Morning) -> None:
-    """A bit of the older of the maneuver's two slots (122 bytes each) is flipped while the power is off."""
+    """A bit of the older of the maneuver's two slots (128 bytes each, from 512 on) is flipped while the power is off."""
     robot = morning.robot
     for maneuver in (four_stroke(40.0, 50.0), MANEUVER):
         morning.sequencer().upload(schedule_maneuver(maneuver))
     robot.set_power(BoardIndex.SEQUENCER, False)
     image = bytearray(robot.eeprom())
-    image[OLDER_SLOT * 122 + 30] ^= 1
+    image[512 + OLDER_SLOT * 128 + 30] ^= 1
     robot._library.tfsat_eeprom_set(robot._robot, bytes(image), len(image))
     robot.set_power(BoardIndex.SEQUENCER, True)
     robot.advance(3_000_000)

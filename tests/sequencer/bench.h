@@ -41,7 +41,7 @@ bool put(FakeMemory& memory, uint16_t address, const Record& wanted) {
   store.load();
   const std::vector<uint8_t> bytes = bytes_of(wanted);
   std::memcpy(store.staged(), bytes.data(), bytes.size());
-  store.begin();
+  store.commit();
   for (int polls = 0; polls < 2000 && store.writing() && !memory.dead; ++polls) store.poll();
   return !store.writing() && !store.failed() && same_record(store.current(), wanted);
 }

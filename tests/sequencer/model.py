@@ -224,8 +224,9 @@ class Model:
             return ErrorCode.WRONG_STATE
         if request.arm_token != self.token:
             return ErrorCode.STALE_TOKEN
-        if self.maneuver.damaged or self.settings.damaged:
-            return ErrorCode.STORE_DAMAGED
+        for defect in (self.maneuver.defect, self.settings.defect):
+            if defect != ErrorCode.NONE:
+                return defect
         if self.maneuver.origin == Origin.FACTORY:
             return ErrorCode.NO_MANEUVER
         if not self.fits_settings():
@@ -289,6 +290,7 @@ class Model:
             return self.error(request, ErrorCode.TOO_MANY_STROKES, request.stroke_count)
         self.staged, self.strokes = (request.stroke_count, request.speed_cdeg_s), {}
         self.maneuver_written = False
+        self.maneuver.begin()
         return ManeuverBeginReply(request.stroke_count)
 
     def commit(self, request: ManeuverCommitRequest, staged: tuple[int, int]) -> Payload:

@@ -18,9 +18,10 @@ from tests.sequencer.servo_model import FACTORY_SERVO, FACTORY_SETTINGS
 from tests.sequencer.side_by_side import STORE_US, SideBySide
 from tests.sequencer.store_model import (
     MANEUVER_AT,
-    MANEUVER_SLOT_BYTES,
+    MANEUVER_USED_BYTES,
     SETTINGS_AT,
-    SETTINGS_SLOT_BYTES,
+    SETTINGS_USED_BYTES,
+    SLOT_BYTES,
 )
 from tfsat_host.protocol.framing import Frame, crc16
 from tfsat_host.protocol.limits import JOG_CONFIRM, START_POSE_TOLERANCE_CDEG
@@ -228,22 +229,25 @@ class AnyOrder(SideBySide):
     @rule(
         flips=st.lists(
             st.tuples(
-                st.booleans(), st.integers(0, 1), st.integers(0, 7) | st.integers(0, 121), st.integers(0, 7)
+                st.booleans(),
+                st.integers(0, 1),
+                st.integers(0, 11) | st.integers(0, MANEUVER_USED_BYTES - 1),
+                st.integers(0, 7),
             ),
             min_size=1,
             max_size=2,
         )
     )
     def bits_turn_over_in_the_dark(self, flips: list[tuple[bool, int, int, int]]) -> None:
-        """In what is stored, marker and generation included."""
+        """In what is stored or erased, marker and generation included."""
         turned = []
         for of_settings, slot, byte, bit in flips:
             if of_settings:
-                at, size, flip = SETTINGS_AT, SETTINGS_SLOT_BYTES, self.model.settings.flip
+                at, used, slots = SETTINGS_AT, SETTINGS_USED_BYTES, self.model.settings.slots
             else:
-                at, size, flip = MANEUVER_AT, MANEUVER_SLOT_BYTES, self.model.maneuver.flip
-            if flip(slot, byte % size, bit):
-                turned.append((at + slot * size + byte % size, bit))
+                at, used, slots = MANEUVER_AT, MANEUVER_USED_BYTES, self.model.maneuver.slots
+            slots[slot].flip(byte % used, bit)
+            turned.append((at + slot * SLOT_BYTES + byte % used, bit))
         self.restart(None, turned)
 
     @rule()

@@ -16,8 +16,7 @@ namespace {
 
 constexpr uint16_t kManeuvers = Sequencer::kManeuverAddress;
 constexpr uint16_t kSettings = Sequencer::kSettingsAddress;
-constexpr uint16_t kManeuverSlot = Stored<Maneuver>::kBytes / 2;
-constexpr uint16_t kSettingsSlot = Stored<Settings>::kBytes / 2;
+constexpr uint16_t kSlotBytes = SlotPair::kSlotBytes;
 
 Maneuver maneuver(int16_t angle_cdeg) {
   Maneuver made = Maneuver::factory();
@@ -52,26 +51,28 @@ template <typename Record>
 bool store(Bench& bench, Stored<Record>& into, const Record& wanted) {
   const std::vector<uint8_t> bytes = bytes_of(wanted);
   std::copy(bytes.begin(), bytes.end(), into.staged());
-  into.begin();
+  into.commit();
   bench.run_ms(100);
   return !into.writing() && !into.failed() && same_record(into.current(), wanted);
 }
 
-// A slot without its marker is one that was never complete: the other's record is the newest there
-// is. Any other damage is told until a new record heals it, for good.
+// Damage is told until a new record heals it, for good. In the marker of the older record it costs
+// nothing: the record behind it says that it is older.
 template <typename Record>
-void check_every_bit(uint16_t address, uint16_t slot_bytes, const Record& older, const Record& newer,
+void check_every_bit(uint16_t address, const Record& older, const Record& newer,
                      const Record& healing, Stored<Record>& (Sequencer::*stored)()) {
-  for (uint16_t offset = 0; offset < 2 * slot_bytes; ++offset) {
-    const bool newer_is_hit = offset >= slot_bytes;
-    const bool marker = offset % slot_bytes == 0;
+  for (uint16_t offset = 0; offset < 2 * kSlotBytes; ++offset) {
+    const bool newer_is_hit = offset >= kSlotBytes;
+    const bool marker = offset % kSlotBytes < SlotPair::kMarkerBytes;
+    if (offset % kSlotBytes >= Stored<Record>::kUsedBytes) continue;
+    const bool told = newer_is_hit || !marker;
     for (unsigned bit = 0; bit < 8; ++bit) {
       Bench bench(0, with_flipped_bits({static_cast<size_t>(address + offset)}, bit));
       Stored<Record>& into = (bench.core.*stored)();
       CHECK(same_record(into.current(), newer_is_hit ? older : newer));
-      CHECK(into.damaged() == !marker);
-      CHECK(bench.arm() == (marker ? ErrorCode::kNone : ErrorCode::kStoreDamaged));
-      CHECK(bench.servos.held == marker);
+      const ErrorCode expected = told ? ErrorCode::kStoreDamaged : ErrorCode::kNone;
+      CHECK(into.defect() == expected && bench.arm() == expected);
+      CHECK(bench.servos.held == !told);
       bench.core.disarm();
       CHECK(store(bench, into, healing));
       Bench after(bench, ResetCause::kPowerOn);
@@ -91,18 +92,18 @@ ErrorCode start_and_arm(const std::vector<uint8_t>& eeprom) {
 }  // namespace
 
 TEST_CASE(a_flipped_bit_in_a_stored_maneuver_is_told_and_healed) {
-  check_every_bit(kManeuvers, kManeuverSlot, maneuver(4000), maneuver(5000), maneuver(5500),
+  check_every_bit(kManeuvers, maneuver(4000), maneuver(5000), maneuver(5500),
                   &Sequencer::maneuvers);
 }
 
 TEST_CASE(a_flipped_bit_in_stored_settings_is_told_and_healed) {
-  check_every_bit(kSettings, kSettingsSlot, settings(1010), settings(1020), settings(1030),
+  check_every_bit(kSettings, settings(1010), settings(1020), settings(1030),
                   &Sequencer::settings);
 }
 
 // The very maneuver that the other slot still holds is a new record too: it must heal.
 TEST_CASE(uploading_the_older_maneuver_again_heals_the_newer) {
-  Bench bench(0, with_flipped_bits({kManeuverSlot + 20u}));
+  Bench bench(0, with_flipped_bits({kManeuvers + kSlotBytes + 20u}));
   CHECK(same_record(bench.core.maneuvers().current(), maneuver(4000)));
   CHECK(store(bench, bench.core.maneuvers(), maneuver(4000)));
   CHECK(bench.arm() == ErrorCode::kNone);
@@ -110,7 +111,7 @@ TEST_CASE(uploading_the_older_maneuver_again_heals_the_newer) {
 }
 
 TEST_CASE(damage_in_one_store_is_not_healed_by_the_other) {
-  Bench bench(0, with_flipped_bits({kManeuverSlot + 20u, kSettings + 9u}));
+  Bench bench(0, with_flipped_bits({kManeuvers + kSlotBytes + 20u, kSettings + 9u}));
   CHECK(store(bench, bench.core.settings(), settings(1200)));
   CHECK(bench.arm() == ErrorCode::kStoreDamaged);
   CHECK(store(bench, bench.core.maneuvers(), maneuver(4500)));
@@ -119,11 +120,12 @@ TEST_CASE(damage_in_one_store_is_not_healed_by_the_other) {
 
 // The host repeats its commit until it hears that the maneuver is stored: by then both slots are.
 TEST_CASE(one_upload_heals_both_slots) {
-  const std::vector<uint8_t> eeprom = with_flipped_bits({20u, kManeuverSlot + 20u});
+  const std::vector<uint8_t> eeprom = with_flipped_bits({kManeuvers + 20u, kManeuvers + kSlotBytes + 20u});
   Bench bench(0, eeprom);
-  CHECK(bench.core.maneuvers().origin() == Origin::kFactory && bench.core.maneuvers().damaged());
+  CHECK(bench.core.maneuvers().origin() == Origin::kFactory && bench.core.maneuvers().defect() == ErrorCode::kStoreDamaged);
   CHECK(bench.arm() == ErrorCode::kStoreDamaged);
   bench.send_strokes(maneuver(5500));
+  bench.run_ms(20);
   const std::vector<uint8_t> not_yet = {0, 1}, stored = {1, 1};
   for (int slot = 0; slot < 2; ++slot) {
     CHECK(bench.arm() == ErrorCode::kStoreDamaged);

@@ -87,7 +87,7 @@ TEST_CASE(retained_state_with_one_or_two_flipped_bits_is_not_intact) {
   }
 }
 
-// A supply that dips may damage the EEPROM; without its marker a record looks as if it had never been.
+// A supply that dips may damage the EEPROM, markers included.
 TEST_CASE(a_record_that_the_reset_damaged_is_not_replaced_by_an_older_one) {
   for (const int address : {0, 10}) {
     for (const bool running : {false, true}) {
@@ -96,7 +96,7 @@ TEST_CASE(a_record_that_the_reset_damaged_is_not_replaced_by_an_older_one) {
       before.run_ms(20);
       if (running) before.open_both();
       before.run_ms(20);
-      before.memory.bytes.at(static_cast<size_t>(address)) ^= 0x10;
+      before.memory.bytes.at(static_cast<size_t>(Sequencer::kManeuverAddress + address)) ^= 0x10;
       Bench bench(before, ResetCause::kBrownOut);
       bench.run_ms(20);
       CHECK(bench.core.state() == SequencerState::kFault);

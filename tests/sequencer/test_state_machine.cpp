@@ -288,7 +288,8 @@ TEST_CASE(an_edge_that_hardware_missed_is_made_up_for_by_the_level) {
 
 TEST_CASE(a_store_that_does_not_keep_is_told_once_and_tried_again) {
   Bench bench;
-  bench.memory.worn_address = Stored<Maneuver>::kBytes / 2;  // the slot whose turn it is
+  // In the slot whose turn it is.
+  bench.memory.worn_address = Sequencer::kManeuverAddress + SlotPair::kSlotBytes;
   Maneuver wanted = Maneuver::factory();
   wanted.stroke_count = 1;
   wanted.strokes[0] = Stroke{1, 1000, 700000};

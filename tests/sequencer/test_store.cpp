@@ -3,6 +3,7 @@
 #include "../../firmware/arduino_sequencer/src/core/maneuver.h"
 #include "fake_ports.h"
 
+#include <algorithm>
 #include <cstring>
 
 using namespace tfsat::sequencer;
@@ -13,7 +14,12 @@ using tfsat_test::same;
 namespace {
 
 using Store = Stored<Maneuver>;
-constexpr uint16_t kSlotBytes = Store::kBytes / 2;
+using tfsat::protocol::ErrorCode;
+constexpr uint16_t kAddress = 512;
+constexpr uint16_t kSlotBytes = Store::kSlotBytes;
+constexpr uint8_t kComplete[] = {0x3C, 0x96, 0x3C, 0x96};
+constexpr uint8_t kBegun[] = {0xC3, 0x69, 0xC3, 0x69};
+constexpr int kMarkerWrites = 4;
 
 Maneuver maneuver(int16_t angle_cdeg, uint8_t strokes = 4) {
   Maneuver made = Maneuver::factory();
@@ -25,9 +31,11 @@ Maneuver maneuver(int16_t angle_cdeg, uint8_t strokes = 4) {
   return made;
 }
 
-void begin(Store& store, const Maneuver& wanted) {
-  std::memcpy(store.staged(), &wanted, Maneuver::kSize);
+// An upload: the board is told of it, gets it, and stores it.
+void upload(Store& store, const Maneuver& wanted) {
   store.begin();
+  std::memcpy(store.staged(), &wanted, Maneuver::kSize);
+  store.commit();
 }
 
 // Polls until the store rests; false if it never does.
@@ -39,53 +47,77 @@ bool finish(Store& store) {
   return false;
 }
 
+// As a host does it: repeats its commit until there is nothing left to write.
 bool store_maneuver(FakeMemory& memory, const Maneuver& wanted) {
   memory.busy_polls = 0;
-  Store store(memory, 0);
+  Store store(memory, kAddress);
   store.load();
-  begin(store, wanted);
-  return finish(store) && !store.failed() && same(store.current(), wanted);
+  upload(store, wanted);
+  do {
+    if (!finish(store) || store.failed()) return false;
+    store.commit();
+  } while (store.changed());
+  return store.defect() == ErrorCode::kNone && same(store.current(), wanted);
+}
+
+FakeMemory with_uploads(int count) {
+  FakeMemory memory;
+  for (int i = 0; i < count; ++i) {
+    const uint8_t strokes = static_cast<uint8_t>(1 + 3 * i);
+    CHECK(store_maneuver(memory, maneuver(static_cast<int16_t>(1000 + 100 * i), strokes)));
+  }
+  memory.busy_polls = memory.writes = 0;
+  return memory;
+}
+
+struct Held {
+  Maneuver maneuver;
+  ErrorCode defect;
+};
+
+// What the board finds once the power is back.
+Held held(FakeMemory& memory) {
+  memory.dead = false;
+  memory.busy_polls = memory.cut_at_write = 0;
+  Store store(memory, kAddress);
+  store.load();
+  return Held{store.current(), store.defect()};
 }
 
 }  // namespace
 
-// Every write, every way in which a byte can be torn, over several histories of both slots.
-TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new) {
+// Every write, every way in which a byte can be torn, over several histories of both slots. The marker
+// says "begun" from its third byte on. Of the last write, torn, nobody can tell whether it was the
+// last of an upload or damage to a whole record.
+TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new_or_is_told) {
   int cuts = 0;
-  for (int history = 0; history < 5; ++history) {
-    FakeMemory before(history == 4 ? 0x00 : 0xFF);
-    Maneuver old = Maneuver::factory();
-    for (int i = 0; i < history; ++i) {
-      old = maneuver(static_cast<int16_t>(1000 + 100 * i), static_cast<uint8_t>(1 + 3 * i));
-      CHECK(store_maneuver(before, old));
-    }
+  for (int history = 0; history < 4; ++history) {
+    const FakeMemory before = with_uploads(history);
+    FakeMemory old_memory = before;
+    const Maneuver old = held(old_memory).maneuver;
     const Maneuver wanted = maneuver(1100, 7);
     FakeMemory dry = before;
-    dry.writes = 0;
     CHECK(store_maneuver(dry, wanted));
-    CHECK(dry.writes > 4);
+    CHECK(dry.writes > 3 * kMarkerWrites);
     for (int tear = 0; tear < 40; ++tear) {
       for (int at = 1; at <= dry.writes; ++at, ++cuts) {
         FakeMemory memory = before;
-        memory.busy_polls = 0;
-        memory.writes = 0;
         memory.cut_at_write = at;
         memory.tear = tear;
         {
-          Store store(memory, 0);
+          Store store(memory, kAddress);
           store.load();
-          begin(store, wanted);
+          upload(store, wanted);
           for (int polls = 0; polls < 2000 && !memory.dead; ++polls) store.poll();
         }
-        memory.dead = false;
-        memory.cut_at_write = 0;
-        memory.busy_polls = 0;
-        Store after(memory, 0);
-        after.load();
-        CHECK(!after.damaged());
-        const bool is_new = same(after.current(), wanted);
-        CHECK(is_new || same(after.current(), old));
-        if (at < dry.writes) CHECK(!is_new);
+        const Held after = held(memory);
+        const bool is_new = same(after.maneuver, wanted);
+        CHECK(is_new || same(after.maneuver, old));
+        CHECK(is_new == (after.defect == ErrorCode::kNone && at == dry.writes));
+        if (at < 3) CHECK(after.defect == ErrorCode::kNone);
+        if (at > 3 && at < dry.writes) CHECK(after.defect == ErrorCode::kUploadInterrupted);
+        if (at == 3 && tear <= 1) CHECK((after.defect == ErrorCode::kNone) == (tear == 0));
+        if (at == dry.writes && tear == 0) CHECK(after.defect == ErrorCode::kUploadInterrupted);
         if (at == dry.writes && tear == 1) CHECK(is_new);
         CHECK(store_maneuver(memory, wanted));
       }
@@ -94,37 +126,200 @@ TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new) {
   std::printf("  %d cuts\n", cuts);
 }
 
+// The cable dies half way: whatever comes then, a commit alone gives something to fly.
+TEST_CASE(an_upload_begun_counts_until_a_commit_even_after_power_cuts) {
+  for (int history = 0; history < 3; ++history) {
+    FakeMemory memory = with_uploads(history);
+    {
+      Store store(memory, kAddress);
+      store.load();
+      store.begin();
+      CHECK(store.defect() == ErrorCode::kUploadInterrupted);
+      CHECK(finish(store) && memory.writes == kMarkerWrites);
+      store.begin();  // a second copy
+      CHECK(finish(store) && memory.writes == kMarkerWrites);
+      CHECK(store.defect() == ErrorCode::kUploadInterrupted);
+    }
+    for (int start = 0; start < 2; ++start) {
+      CHECK(held(memory).defect == ErrorCode::kUploadInterrupted);
+    }
+    FakeMemory same_again = memory;
+    const Maneuver old = held(memory).maneuver;
+    CHECK(store_maneuver(same_again, old) && store_maneuver(memory, maneuver(1100, 7)));
+    CHECK(same(held(same_again).maneuver, old));
+    CHECK(held(same_again).defect == ErrorCode::kNone && held(memory).defect == ErrorCode::kNone);
+  }
+}
+
+TEST_CASE(the_upload_of_what_is_stored_leaves_every_byte_as_it_was) {
+  for (int history = 1; history < 4; ++history) {
+    FakeMemory memory = with_uploads(history);
+    const std::vector<uint8_t> before = memory.bytes;
+    const Maneuver old = held(memory).maneuver;
+    Store store(memory, kAddress);
+    store.load();
+    store.begin();
+    CHECK(finish(store) && memory.bytes != before);
+    std::memcpy(store.staged(), &old, Maneuver::kSize);
+    store.commit();
+    CHECK(finish(store) && !store.changed() && !store.failed());
+    CHECK(store.defect() == ErrorCode::kNone && memory.bytes == before);
+    CHECK(memory.writes == 2 * kMarkerWrites);
+    for (int at = 1; at <= 2 * kMarkerWrites; ++at) {
+      for (int tear = 0; tear < 20; ++tear) {
+        FakeMemory cut = with_uploads(history);
+        cut.cut_at_write = at;
+        cut.tear = tear;
+        Store torn(cut, kAddress);
+        torn.load();
+        upload(torn, old);
+        for (int polls = 0; polls < 100 && !cut.dead; ++polls) torn.poll();
+        const Held after = held(cut);
+        CHECK(same(after.maneuver, old));
+        CHECK(after.defect == ErrorCode::kNone || after.defect == ErrorCode::kUploadInterrupted);
+        if (at < 3 || at > kMarkerWrites + 2) CHECK(after.defect == ErrorCode::kNone);
+        CHECK(store_maneuver(cut, old));
+      }
+    }
+  }
+}
+
+// Every value of every byte of both markers, alone and in all four bytes at once.
+TEST_CASE(a_marker_that_is_damaged_never_brings_the_older_record_back) {
+  for (int history = 1; history < 4; ++history) {
+    const FakeMemory whole = with_uploads(history);
+    FakeMemory readable = whole;
+    const Maneuver newest = held(readable).maneuver;
+    for (uint16_t slot = 0; slot < 2; ++slot) {
+      const size_t marker = kAddress + slot * kSlotBytes;
+      for (int byte = 0; byte <= kMarkerWrites; ++byte) {
+        for (int value = 0; value < 256; ++value) {
+          FakeMemory memory = whole;
+          for (int i = 0; i < kMarkerWrites; ++i) {
+            if (byte == i || byte == kMarkerWrites) memory.bytes[marker + static_cast<size_t>(i)] = static_cast<uint8_t>(value);
+          }
+          const Held after = held(memory);
+          CHECK(after.defect != ErrorCode::kNone || same(after.maneuver, newest));
+        }
+      }
+    }
+  }
+}
+
+// What the board did with a marker lost whole: it took the slot for one that was never written.
+TEST_CASE(never_written_means_that_all_of_the_slot_is_erased) {
+  FakeMemory memory = with_uploads(2);
+  for (const int fill : {0xFF, 0x00}) {
+    FakeMemory lost = memory;
+    std::memset(&lost.bytes[kAddress + kSlotBytes], fill, kMarkerWrites);
+    CHECK(held(lost).defect == ErrorCode::kStoreDamaged);
+  }
+  FakeMemory erased = memory;
+  std::memset(&erased.bytes[kAddress + kSlotBytes], 0xFF, kSlotBytes);
+  CHECK(held(erased).defect == ErrorCode::kNone);
+}
+
+TEST_CASE(a_begun_marker_that_lost_a_byte_is_still_begun) {
+  for (int byte = 0; byte < kMarkerWrites; ++byte) {
+    for (int value = 0; value < 256; ++value) {
+      FakeMemory memory = with_uploads(2);
+      std::memcpy(&memory.bytes[kAddress], kBegun, sizeof kBegun);
+      memory.bytes[kAddress + static_cast<size_t>(byte)] = static_cast<uint8_t>(value);
+      CHECK(held(memory).defect == ErrorCode::kUploadInterrupted);
+    }
+  }
+}
+
+// Layout 1, as firmware up to 0.1.0 wrote it: marker, generation, record, CRC, from address 0 on.
+TEST_CASE(a_store_of_the_old_layout_is_named_until_something_is_uploaded) {
+  const Maneuver flown = maneuver(1000);
+  FakeMemory memory;
+  memory.bytes[0] = 0xA5;
+  memory.bytes[1] = 1;
+  std::memcpy(&memory.bytes[5], &flown, Maneuver::kSize);
+  CHECK(held(memory).defect == ErrorCode::kStoreOldLayout);
+  CHECK(same(held(memory).maneuver, Maneuver::factory()));
+  for (int byte = 0; byte < 256; ++byte) {  // whatever is left of it
+    FakeMemory rest;
+    rest.bytes[static_cast<size_t>(byte)] = 0x00;
+    CHECK(held(rest).defect == ErrorCode::kStoreOldLayout);
+  }
+  FakeMemory cut = memory;
+  {
+    Store store(cut, kAddress);
+    store.load();
+    store.begin();
+    CHECK(store.defect() == ErrorCode::kUploadInterrupted && finish(store));
+  }
+  CHECK(held(cut).defect == ErrorCode::kUploadInterrupted);
+  const std::vector<uint8_t> old_bytes(memory.bytes.begin(), memory.bytes.begin() + kAddress);
+  CHECK(store_maneuver(memory, flown) && held(memory).defect == ErrorCode::kNone);
+  CHECK(std::equal(old_bytes.begin(), old_bytes.end(), memory.bytes.begin()));
+}
+
+namespace {
+
+// A record as an earlier and as a later firmware knows it.
+template <uint8_t kBytes>
+struct Record {
+  static constexpr size_t kSize = kBytes;
+  uint8_t bytes[kBytes];
+  static Record factory() { return Record{}; }
+  bool decode(const uint8_t* from, size_t size) {
+    std::memcpy(bytes, from, size);
+    return true;
+  }
+  bool valid() const { return true; }
+};
+
+}  // namespace
+
+TEST_CASE(a_record_that_grew_reads_what_is_stored_and_zeros_for_the_rest) {
+  FakeMemory memory;
+  const uint8_t stored[] = {1, 2, 3, 4, 5};
+  Stored<Record<5>> earlier(memory, kAddress);
+  earlier.load();
+  std::memcpy(earlier.staged(), stored, sizeof stored);
+  earlier.commit();
+  for (int polls = 0; polls < 200; ++polls) earlier.poll();
+  Stored<Record<8>> later(memory, kAddress);
+  later.load();
+  CHECK(later.defect() == ErrorCode::kNone && later.generation() == 1);
+  const uint8_t read[] = {1, 2, 3, 4, 5, 0, 0, 0};
+  CHECK(std::memcmp(later.current().bytes, read, sizeof read) == 0);
+  std::memcpy(later.staged(), read, sizeof read);
+  later.commit();  // in the new length
+  CHECK(later.changed());
+  for (int polls = 0; polls < 200; ++polls) later.poll();
+  CHECK(later.generation() == 2 && later.defect() == ErrorCode::kNone);
+  Stored<Record<5>> gone_back(memory, kAddress);
+  gone_back.load();  // what the longer record means, it does not know
+  CHECK(gone_back.defect() == ErrorCode::kStoreDamaged);
+}
+
 TEST_CASE(a_worn_cell_is_a_failure_and_the_old_maneuver_stays) {
   FakeMemory fresh;
   CHECK(store_maneuver(fresh, maneuver(1000)));
   const Maneuver wanted = maneuver(1234);
-  for (int address = 0; address < Store::kBytes; ++address) {
+  for (int address = kAddress; address < kAddress + Store::kBytes; ++address) {
     FakeMemory memory = fresh;
     memory.busy_polls = 0;
     memory.writes = 0;
     memory.worn_address = address;
-    Store store(memory, 0);
+    Store store(memory, kAddress);
     store.load();
-    begin(store, wanted);
+    upload(store, wanted);
     const bool rested = finish(store);
     CHECK(rested);  // a cell that keeps nothing is no reason to write for ever
-    CHECK(memory.writes <= kSlotBytes + 1);
+    CHECK(memory.writes <= kSlotBytes + kMarkerWrites);
     if (!rested) continue;
     CHECK(store.failed() || same(store.current(), wanted));
-    if (store.failed()) CHECK(same(store.current(), maneuver(1000)));
-    memory.busy_polls = 0;
-    Store after(memory, 0);
-    after.load();
-    CHECK(same(after.current(), store.current()));
+    if (store.failed()) {
+      CHECK(same(store.current(), maneuver(1000)));
+      CHECK(store.defect() == ErrorCode::kStoreDamaged);
+    }
+    CHECK(same(held(memory).maneuver, store.current()));
   }
-}
-
-TEST_CASE(what_is_stored_already_is_not_written) {
-  FakeMemory memory;
-  CHECK(store_maneuver(memory, maneuver(1000)));
-  const int writes = memory.writes;
-  CHECK(store_maneuver(memory, maneuver(1000)));
-  CHECK(memory.writes == writes);
 }
 
 TEST_CASE(slots_take_turns) {
@@ -132,7 +327,7 @@ TEST_CASE(slots_take_turns) {
   for (int i = 0; i < 50; ++i) {
     CHECK(store_maneuver(memory, maneuver(static_cast<int16_t>(500 + i))));
     memory.busy_polls = 0;
-    Store store(memory, 0);
+    Store store(memory, kAddress);
     store.load();
     CHECK(store.generation() == static_cast<uint32_t>(i + 1));
     CHECK(store.origin() == Origin::kUploaded);
@@ -140,18 +335,20 @@ TEST_CASE(slots_take_turns) {
 }
 
 // Memory that another sketch left behind, markers and plausible counts included.
-TEST_CASE(foreign_memory_is_the_factory_maneuver) {
+TEST_CASE(foreign_memory_is_damage_and_the_factory_maneuver) {
   std::srand(7);
   for (int round = 0; round < 20000; ++round) {
     FakeMemory memory;
     for (uint8_t& byte : memory.bytes) byte = static_cast<uint8_t>(std::rand());
     for (uint16_t slot = 0; slot < 2; ++slot) {
-      const size_t at = slot * kSlotBytes;
-      memory.bytes[at] = 0xA5;
-      memory.bytes[at + 5] = static_cast<uint8_t>(std::rand() % 20);
+      const size_t at = kAddress + slot * kSlotBytes;
+      std::memcpy(&memory.bytes[at], kComplete, sizeof kComplete);
+      memory.bytes[at + 4] = static_cast<uint8_t>(std::rand() % 20);
+      memory.bytes[at + 8] = 2;
+      memory.bytes[at + 9] = static_cast<uint8_t>(std::rand() % 120);
     }
-    Store store(memory, 0);
-    store.load();
-    CHECK(same(store.current(), Maneuver::factory()) && store.origin() == Origin::kFactory);
+    CHECK(held(memory).defect == ErrorCode::kStoreDamaged);
+    CHECK(same(held(memory).maneuver, Maneuver::factory()));
+    if (round < 20) CHECK(store_maneuver(memory, maneuver(1000)));
   }
 }

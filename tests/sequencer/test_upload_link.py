@@ -10,17 +10,33 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.sequencer.board import ERASED, NEW, OLD, Board, Cable, Reset, connect, rows
-from tfsat_host.devices.client import BoardError, NoAnswer
+from tests.sequencer.store_model import BEGUN_FROM, without_markers
+from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer
 from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, VerifyError
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
-from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
-from tfsat_host.protocol.messages import ArmRequest, DisarmRequest, ManeuverCommitRequest
+from tfsat_host.protocol.messages import (
+    ArmRequest,
+    DisarmRequest,
+    ManeuverBeginRequest,
+    ManeuverCommitRequest,
+)
 from tfsat_host.protocol.record import ProtocolError
 
 NewBoard = Callable[..., Board]
 OLDER = schedule_maneuver(four_stroke(12, 80))
+
+
+def why_not_armed(board: Board) -> ErrorCode:
+    sequencer = connect(board)
+    try:
+        sequencer.arm()
+    except BoardRefusal as refusal:
+        return refusal.code
+    sequencer.disarm()
+    return ErrorCode.NONE
 
 
 def held_after_power_cycle(board: Board) -> StoredManeuver:
@@ -175,17 +191,19 @@ class CutCable(Cable):
 
 
 class CountingCable(Cable):
-    """Counts the bytes to the board up to and with the first commit."""
+    """Counts the bytes to the board up to and with the first begin, and the first commit."""
 
+    begun = 0
     committed = 0
     total = 0
 
     def write(self, data: bytes) -> None:
         super().write(data)
         self.total += len(data)
-        if not self.committed and any(
-            f.type == ManeuverCommitRequest.TYPE for f in FrameReceiver().feed(data)
-        ):
+        types = {frame.type for frame in FrameReceiver().feed(data)}
+        if not self.begun and ManeuverBeginRequest.TYPE in types:
+            self.begun = self.total
+        if not self.committed and ManeuverCommitRequest.TYPE in types:
             self.committed = self.total
 
 
@@ -202,12 +220,17 @@ def test_cable_pulled_at_every_byte_of_an_upload(new_board: NewBoard, settle_us:
         with pytest.raises(PortError):
             SequencerClient.connect(CutCable(board, n_bytes, settle_us)).upload(NEW)
         board.advance(700_000)
-        assert board.eeprom() == image or n_bytes >= counter.committed
+        assert board.eeprom() == image or n_bytes >= counter.begun
+        assert without_markers(board.eeprom()) == without_markers(image) or n_bytes >= counter.committed
         board.cable(True)
         held = held_after_power_cycle(board)
         stored = n_bytes >= counter.committed and (settle_us > 0 or n_bytes > counter.committed)
         if settle_us == 5000 or n_bytes != counter.committed:
             assert held.strokes == rows(NEW if stored else OLD), n_bytes
+        if counter.begun < n_bytes < counter.committed:
+            assert why_not_armed(board) == ErrorCode.UPLOAD_INTERRUPTED
+        if n_bytes < counter.begun or n_bytes > counter.committed:
+            assert why_not_armed(board) == ErrorCode.NONE
         assert held.strokes in (rows(OLD), rows(NEW))
         if n_bytes % 10 == 0:
             assert connect(board).upload(NEW).stored.strokes == rows(NEW)
@@ -289,6 +312,10 @@ def test_power_cut_at_every_eeprom_write(new_board: NewBoard, history: str) -> N
         board.power_cycle()
         complete = number == len(writes_us)
         assert held_after_power_cycle(board).strokes == rows(NEW if complete else OLD), (number, cut_us)
+        if number >= BEGUN_FROM:
+            assert why_not_armed(board) == (ErrorCode.NONE if complete else ErrorCode.UPLOAD_INTERRUPTED)
+        else:
+            assert why_not_armed(board) == (ErrorCode.NONE if HISTORIES[history] else ErrorCode.NO_MANEUVER)
         if number % 7 == 0:
             assert connect(board).upload(NEW).stored.strokes == rows(NEW)
             assert held_after_power_cycle(board).strokes == rows(NEW)
@@ -308,3 +335,5 @@ def test_reset_at_every_eeprom_write(new_board: NewBoard, cause: Reset) -> None:
         board.advance(20_000)
         complete = number == len(dry.writes_us) - 1
         assert held_after_power_cycle(board).strokes == rows(NEW if complete else OLD), number
+        begun = number + 1 >= BEGUN_FROM and not complete
+        assert why_not_armed(board) == (ErrorCode.UPLOAD_INTERRUPTED if begun else ErrorCode.NONE)

@@ -12,6 +12,7 @@ from typing import Any
 
 from tests.emulator_avr.avr_board import ResetCause
 from tests.sequencer_proof.contacts import Chatter
+from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, damage_image, damage_native
 from tests.sequencer_proof.dating import Dated, dated_releases, judge_dates
 from tests.sequencer_proof.held_pins import LEVELS, SUBSETS, HeldPins, held_pins
 from tests.sequencer_proof.link_abuse import Abuse, Abused, abuse_link, begins_us
@@ -29,12 +30,15 @@ DATED_JOBS, FAST_DATED_JOBS, DATED_RELEASES = 16, 8, 2_500
 KNOCK_JOBS, KNOCKS = 4, 50
 FAST_BEYOND = 1
 """Of all these releases, so many may be off by more than is allowed."""
+IMAGE_DAMAGES = 100
 ABUSE_JOBS = 6
 BYTE_JOBS, BYTES, BYTE_DROPS = 10, 10_002, 10
 FRAME_JOBS, FRAMES, FRAME_DROPS = 6, 3_000, 6
 RESETS = 25
 HANGS = 10
 HELD_RUNS = 100
+REWRITES = (8, 0)
+"""Byte writes of an upload of what is stored, by Record: a begun maneuver's marker, and its end."""
 CAUSES = (ResetCause.WATCHDOG, ResetCause.BROWN_OUT)
 SEED_OF = {
     "waits": 1,
@@ -46,6 +50,8 @@ SEED_OF = {
     "fastest_dated": 2900,
     "knocks": 3000,
     "cuts": 4000,
+    "damaged": 4100,
+    "damaged_image": 4200,
     "abused": 5000,
     "noisy": 6000,
     "resets": 7000,
@@ -72,6 +78,8 @@ class Proof:
     """By the fast kind alone."""
     knocks: list[Knocks]
     cuts: list[Cuts]
+    damaged: list[Damaged]
+    damaged_image: list[DamagedImage]
     rewrites: list[int]
     abused: list[Abused]
     noisy: list[Noisy]
@@ -110,6 +118,8 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[
         * FAST_DATED_JOBS,
         "knocks": [partial(knocks, bench, count=KNOCKS)] * KNOCK_JOBS,
         "cuts": [partial(cut_points, bench, record, history) for record in Record for history in History],
+        "damaged": [partial(damage_native, native, case) for case in Case],
+        "damaged_image": [partial(damage_image, bench, native, case, count=IMAGE_DAMAGES) for case in Case],
         "abused": [
             partial(abuse_link, bench, abuse, begins[part::ABUSE_JOBS])
             for abuse in Abuse
@@ -161,8 +171,8 @@ def judge_all(proof: Proof, image: Path) -> None:
     judge_dates([one for part in proof.fast_dated for one in part], Chatter.BOTH)
     judge_dates([one for part in proof.fastest_dated for one in part], Chatter.FAST)
     judge([wait.release for wait in proof.waits] + [part.release for part in proof.knocks])
-    if any(proof.rewrites):
-        raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes")
+    if any(writes > most for writes, most in zip(proof.rewrites, REWRITES, strict=True)):
+        raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes, not {REWRITES}")
     judge_stack(proof.never_used, image)
 
 

@@ -22,6 +22,7 @@ from tfsat_host.protocol.messages import (
     ErrorReply,
     JogRequest,
     JointReportRequest,
+    ManeuverBeginRequest,
 )
 from tfsat_host.protocol.record import Payload
 
@@ -30,8 +31,9 @@ QUIET_US = 50_000
 """After the last byte: all has been answered."""
 PHASE_US = {SequencerState.SAFE: 300_000, SequencerState.ARMED: 500_000, SequencerState.RUNNING: 2_100_000}
 STATES = tuple(PHASE_US)
-KEPT_OUT = (DisarmRequest, JointReportRequest)
-"""DISARM always works. A report of another pose forbids ARM, and would hide an ARM that its token must stop."""
+KEPT_OUT = (DisarmRequest, JointReportRequest, ManeuverBeginRequest)
+"""DISARM always works. A report of another pose, and an upload that is begun, forbid ARM and would hide an ARM that its
+token must stop."""
 REQUESTS: tuple[type[Payload], ...] = tuple(
     kind for name, kind in sorted(vars(messages).items()) if name.endswith("Request") and kind not in KEPT_OUT
 )

@@ -5,11 +5,11 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from tests.emulator_avr.avr_board import EEPROM_BYTES
 from tests.emulator_avr.board_link import BoardTransport
+from tests.sequencer.store_model import MANEUVER_AT, SETTINGS_AT, SLOT_BYTES
 from tests.sequencer_proof.rigs import AvrRig, Bench, stack_never_used
 from tests.sequencer_proof.signals import Broken
 from tfsat_host.devices.board_errors import BoardRefusal
@@ -19,8 +19,8 @@ from tfsat_host.protocol.enums import ErrorCode, Origin
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import ServoSettings
 
-SETTINGS_ADDRESS = 256
-"""The maneuver's store lies below it, the settings' from it on (core/sequencer.h)."""
+BEGUN_FROM = 3
+"""Bytes of a slot's marker: so many written, and an upload is begun (core/slot_pair.h)."""
 EEDR, EEARL, EEARH = 0x40, 0x41, 0x42
 LOOK_S = 0.001
 """A write takes 3.4 ms: look more often than that."""
@@ -46,9 +46,8 @@ class Record(Enum):
     @property
     def region(self) -> range:
         """The store's addresses."""
-        if self is Record.MANEUVER:
-            return range(SETTINGS_ADDRESS)
-        return range(SETTINGS_ADDRESS, EEPROM_BYTES)
+        start = MANEUVER_AT if self is Record.MANEUVER else SETTINGS_AT
+        return range(start, start + 2 * SLOT_BYTES)
 
     def upload(self, client: SequencerClient, number: int) -> None:
         if self is Record.MANEUVER:
@@ -110,6 +109,8 @@ class Cuts:
     writes: int
     points: int = 0
     old: Counter[Tear] = field(default_factory=Counter)
+    told: Counter[Tear] = field(default_factory=Counter)
+    """The old record is there, and ARM is refused because of the upload."""
     new: Counter[Tear] = field(default_factory=Counter)
     stored_afterwards: int = 0
     never_used: int = 0
@@ -150,8 +151,9 @@ def cut_points(
     """Cuts the power in every byte write of an upload, or in the first, the last and a sample between.
 
     After each cut, for each way to tear the byte under way: the board must hold wholly the old or
-    wholly the new record, the other store bit for bit what it was, take the upload when it is repeated, and arm
-    unless no maneuver was ever stored: a torn slot is no damaged one. Raises Broken.
+    wholly the new record, the other store bit for bit what it was, and take the upload when it is repeated. From
+    the third byte of the marker on it must refuse ARM for the upload, until the last byte is written; before and
+    after, it must arm, unless no maneuver was ever stored. Raises Broken.
     """
     rng = random.Random(seed)
     rig = bench.new_rig()
@@ -177,9 +179,11 @@ def cut_points(
             _restart(rig, bytes(image_bytes))
             held = read_all(rig)
             where = f"{record.value} over {history.value}, cut {point}, byte {tear.value}"
-            check_held(held, old, new, where)
+            as_written = image_bytes[write.address] == write.new
+            check_held(held, old, new, point, len(transport.writes), as_written, where)
             check_other_store(rig.board.eeprom(), before, record, where)
-            (cuts.new if held == new else cuts.old)[tear] += 1
+            outcome = cuts.new if held == new else cuts.old if held == old else cuts.told
+            outcome[tear] += 1
         record.upload(rig.connect(), 2)
         cuts.stored_afterwards += _same_content(read_all(rig), new)
     if cuts.stored_afterwards != cuts.points:
@@ -201,10 +205,26 @@ def check_writes(writes: Sequence[Write], record: Record) -> None:
             raise Broken(f"byte {write.address} is not in the store of the {record.value}")
 
 
-def check_held(held: Held, old: Held, new: Held, where: str) -> None:
-    """Raises Broken unless all is wholly old or wholly new."""
-    if held not in (old, new):
+def check_held(held: Held, old: Held, new: Held, point: int, last: int, as_written: bool, where: str) -> None:
+    """Raises Broken unless the cut in byte write `point` of `last` left what it must.
+
+    Nobody can tell the last byte of an upload, torn, from damage to a whole record: there the board may say that.
+    """
+    begun = point > BEGUN_FROM or (point == BEGUN_FROM and as_written)
+    if replace(held, refusal=ErrorCode.NONE) not in [
+        replace(record, refusal=ErrorCode.NONE) for record in (old, new)
+    ]:
         raise Broken(f"{where}: neither the old nor the new record: {held}")
+    if not begun:
+        expected = [old]
+    elif point == last and as_written:
+        expected = [new]
+    else:
+        expected = [replace(old, refusal=ErrorCode.UPLOAD_INTERRUPTED)]
+        if point == last:
+            expected.append(replace(old, refusal=ErrorCode.STORE_DAMAGED))
+    if held not in expected:
+        raise Broken(f"{where}: ARM says {held.refusal.name}, with generation {held.maneuver.generation}")
 
 
 def check_refusals(*uncut: Held) -> None:
@@ -223,13 +243,15 @@ def check_other_store(image: bytes, before: bytes, record: Record, where: str) -
 
 
 def second_upload_writes(bench: Bench, record: Record) -> int:
-    """EEPROM writes of an upload of what is stored already."""
+    """EEPROM writes of an upload of what is stored already. Raises Broken where a byte is another afterwards."""
     rig = bench.new_rig()
     client = rig.connect()
     record.upload(client, 2)
-    before = rig.board.eeprom_writes
+    before, image = rig.board.eeprom_writes, rig.board.eeprom()
     record.upload(client, 2)
     writes = rig.board.eeprom_writes - before
+    if rig.board.eeprom() != image:
+        raise Broken(f"an upload of the same {record.value} left another EEPROM")
     rig.close()
     return writes
 
@@ -238,10 +260,10 @@ def read_all(rig: AvrRig) -> Held:
     """After a power cycle."""
     _restart(rig, None)
     client = rig.connect()
-    return Held(client.read_back(), client.settings(), _refusal(client))
+    return Held(client.read_back(), client.settings(), why_not_armed(client))
 
 
-def _refusal(client: SequencerClient) -> ErrorCode:
+def why_not_armed(client: SequencerClient) -> ErrorCode:
     """What ARM says; the board is SAFE again afterwards."""
     try:
         client.arm()

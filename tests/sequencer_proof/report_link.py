@@ -58,6 +58,6 @@ def _noise(proof: Proof) -> str:
         "by a cycle, or changed "
         "one bit of the EEPROM. In SAFE the board\nlacked nothing but the right token to be armed: what ARM "
         "frames it refused, it refused for that.\nThe frames are of every type but DISARM, which always works, and "
-        "JOINT_REPORT, which forbids ARM; ARM has any token but the "
+        "JOINT_REPORT and MANEUVER_BEGIN, which forbid ARM; ARM has any token but the "
         "right one, JOG any flag but the right one.\n\n" + table(header, rows)
     )

@@ -182,7 +182,7 @@ class Bench:
 
 def native_rig(library: Path) -> NativeRig:
     """The core in a library that tests.sequencer.board built."""
-    return NativeRig(_native_library(library))
+    return NativeRig(native_library(library))
 
 
 @cache
@@ -191,5 +191,5 @@ def _avr_library(path: Path) -> ctypes.CDLL:
 
 
 @cache
-def _native_library(path: Path) -> ctypes.CDLL:
+def native_library(path: Path) -> ctypes.CDLL:
     return native.load_board(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from tests.emulator_avr.building import REPOSITORY, BuildError, Edit
 from tests.sequencer_proof.campaigns import Proof, judge_all, judge_stack
 from tests.sequencer_proof.conftest import Plant
 from tests.sequencer_proof.contacts import Chatter
+from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
 from tests.sequencer_proof.dating import Dated
 from tests.sequencer_proof.held_pins import HeldPins
 from tests.sequencer_proof.link_abuse import Abuse, Abused
@@ -40,7 +42,9 @@ PROOF = Proof(
     fastest_dated=[[Dated(0.5, False), Dated(21.0, True)]],
     knocks=[Knocks(3, 4, FAST_RELEASE)],
     cuts=[Cuts(Record.MANEUVER, History.ERASED, 22, 22, stored_afterwards=22, never_used=590)],
-    rewrites=[0, 0],
+    damaged=[Damaged(Case.ONE, Counter({Place.MARKER: 7}), Counter({Place.MARKER: 7}))],
+    damaged_image=[DamagedImage(Case.ONE, 11)],
+    rewrites=[8, 0],
     abused=[Abused(Abuse.PULLED, 251, 0, 580)],
     noisy=[Noisy(Noise.BYTES, drops=1, never_used=570)],
     resets=[Resets(Moment.ARMED, ResetCause.BROWN_OUT, 25, Extremes(100, 200), Extremes(-8, 4))],
@@ -72,6 +76,8 @@ def test_a_report_tells_its_campaigns_figures(bench: Bench) -> None:
     assert f"| {Abuse.PULLED.value} | 251 | 0 |" in text
     assert "| D9, D11 | low | 20 | 30 | 3 | 7 | 2 |" in text
     assert f"`{hex_sha256(bench.image)}`" in text
+    assert f"| {Case.ONE.value} | {Place.MARKER.value} | 7 | 7 | 0 | 0 | 0 |" in text
+    assert "the same answers to 11 of these" in text
 
 
 def test_a_proof_with_a_late_stroke_or_a_rewritten_byte_is_none(bench: Bench) -> None:
@@ -80,7 +86,7 @@ def test_a_proof_with_a_late_stroke_or_a_rewritten_byte_is_none(bench: Bench) ->
     with pytest.raises(Broken, match=r"50\.0625 us off"):
         judge_all(replace(PROOF, native=[[late]]), bench.image)
     with pytest.raises(Broken, match="wrote"):
-        judge_all(replace(PROOF, rewrites=[0, 1]), bench.image)
+        judge_all(replace(PROOF, rewrites=[8, 1]), bench.image)
 
 
 def test_the_stack_leaves_its_spare(bench: Bench) -> None:

@@ -13,6 +13,7 @@ from tfsat_host.cli.run_words import run_as_dict, run_rows
 from tfsat_host.cli.servo_words import origin_words, servo_words, settings_as_dict
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.last_run import LastRun, last_run
+from tfsat_host.devices.store_defects import store_defects
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.remedies import REMEDIES
 
@@ -113,8 +114,11 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
         "ram_never_used_bytes": None if natively else status.ram_never_used_bytes,
         "frames_rejected": status.frames_rejected,
         "stores_damaged": {
-            "maneuver": bool(status.stores_damaged & 1),
-            "settings": bool(status.stores_damaged & 2),
+            store: code == ErrorCode.STORE_DAMAGED
+            for store, code in store_defects(status.stores_damaged).items()
+        },
+        "stores_refused": {
+            store: code.name.lower() for store, code in store_defects(status.stores_damaged).items()
         },
         "maneuver": maneuver_as_dict(report.maneuver),
         "run": None if report.run is None else run_as_dict(report.run),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from tfsat_host.devices.board_errors import BoardError, board_error
 from tfsat_host.devices.maneuver_transfer import StoredManeuver
+from tfsat_host.devices.store_defects import describe_defects, first_defect
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.protocol.messages import ArmRequest, ErrorReply, SequencerStatusReply
@@ -33,7 +34,7 @@ def arm_refusal(
     if status.state not in (SequencerState.SAFE, SequencerState.DONE):
         return _refusal(ErrorCode.WRONG_STATE)
     if status.stores_damaged:
-        return _refusal(ErrorCode.STORE_DAMAGED, _damaged(status.stores_damaged))
+        return _refusal(first_defect(status.stores_damaged), describe_defects(status.stores_damaged))
     if maneuver.origin == Origin.FACTORY:
         return _refusal(ErrorCode.NO_MANEUVER)
     misfit = find_misfit(maneuver.moves, settings)
@@ -51,15 +52,6 @@ def arm_refusal(
         )
     away = joints_off_start_pose(joints_cdeg or ())
     return _not_at_start_pose(away, "is") if away else None
-
-
-def _damaged(stores: int) -> str:
-    names = [
-        name for bit, name in enumerate(("the stored maneuver", "the servo settings")) if stores >> bit & 1
-    ]
-    verb = "are" if stores > 1 else "is"
-    said = " and ".join(names)
-    return f"{said[:1].upper()}{said[1:]} {verb} damaged in the board's EEPROM."
 
 
 def joints_off_start_pose(joints_cdeg: Sequence[int]) -> list[tuple[int, int]]:

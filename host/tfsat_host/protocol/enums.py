@@ -219,6 +219,10 @@ class ErrorCode(IntEnum):
     """The stored maneuver or the servo settings are damaged in the EEPROM."""
     CLOSED_WHILE_RUNNING = 28
     """Both release switches closed again after the maneuver had begun."""
+    UPLOAD_INTERRUPTED = 29
+    """An upload of the maneuver or of the servo settings was begun and never completed."""
+    STORE_OLD_LAYOUT = 30
+    """The stored maneuver or the servo settings were stored by an earlier firmware, in another layout."""
     NO_CARD = 40
     """No SD card answers."""
     CARD_FULL = 41

@@ -405,7 +405,7 @@ class SequencerStatusReply(Payload):
         image_crc: CRC-32/ISO-HDLC of the flashed image.
         ram_never_used_bytes: Low-water mark of free RAM since the board started.
         frames_rejected: Frames that arrived damaged, since the board started.
-        stores_damaged: Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
+        stores_damaged: Why ARM is refused for what is stored; even bits for the maneuver, odd ones for the servo settings. Bit 0, 1: store_damaged; 2, 3: upload_interrupted; 4, 5: store_old_layout.
         false_releases: False releases since arming; see release. They survive a reset.
         servos_driven: Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
     """
@@ -583,7 +583,7 @@ class LoggerStatusReply(Payload):
 
 @dataclass(frozen=True, slots=True)
 class ManeuverBeginRequest(Payload):
-    """Starts an upload. The stored maneuver stays until commit.
+    """Starts an upload. The stored maneuver stays until commit, but ARM is refused (upload_interrupted) from here on, power cuts included.
 
     Attributes:
         stroke_count: Strokes that follow.
@@ -603,7 +603,7 @@ class ManeuverBeginRequest(Payload):
 
 @dataclass(frozen=True, slots=True)
 class ManeuverBeginReply(Payload):
-    """Starts an upload. The stored maneuver stays until commit.
+    """Starts an upload. The stored maneuver stays until commit, but ARM is refused (upload_interrupted) from here on, power cuts included.
 
     Attributes:
         stroke_count: As understood.

@@ -153,6 +153,16 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "The robot hung, or was caught: the strokes left were not flown, and the servos hold where they were told last.",
         "Keep clear of the joints, then tfsat-host disarm: the servos go limp. Bring the joints to 0 deg, seat the robot and arm again.",
     ),
+    ErrorCode.UPLOAD_INTERRUPTED: (
+        "An upload of the maneuver or of the servo settings was begun and never completed.",
+        "The board still holds what it had before, which is not what you wanted last: it does not arm with that.",
+        "Upload again what was interrupted: tfsat-host upload-sequence, or tfsat-host upload-servos. tfsat-host status tells which.",
+    ),
+    ErrorCode.STORE_OLD_LAYOUT: (
+        "The stored maneuver or the servo settings were stored by an earlier firmware, in another layout.",
+        "This firmware does not read them: nothing of them is in force.",
+        "Upload both again: tfsat-host upload-sequence, and tfsat-host upload-servos (or tfsat-host upload-servos --factory).",
+    ),
     ErrorCode.NO_CARD: (
         "No SD card answers.",
         "Only the newest seconds stay, in the logger's RAM, until its power goes.",

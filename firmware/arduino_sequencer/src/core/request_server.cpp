@@ -15,6 +15,20 @@ Reply send(const Message& message, uint8_t* reply) {
   return Reply::of(Message::kSize);
 }
 
+// As a bit of stores_damaged, for the maneuver's store.
+uint8_t defect_bit(ErrorCode defect) {
+  switch (defect) {
+    case ErrorCode::kStoreDamaged:
+      return 1;
+    case ErrorCode::kUploadInterrupted:
+      return 4;
+    case ErrorCode::kStoreOldLayout:
+      return 16;
+    default:
+      return 0;
+  }
+}
+
 Reply refuse(const Defect& defect) { return Reply::refused(defect.code, defect.stroke); }
 
 }  // namespace
@@ -82,8 +96,8 @@ Reply RequestServer::status(uint8_t* reply) {
   status.image_crc = identity_.image_crc;
   status.ram_never_used_bytes = health_.ram_never_used_bytes();
   status.frames_rejected = frames_rejected_;
-  status.stores_damaged = static_cast<uint8_t>((sequencer_.maneuvers().damaged() ? 1 : 0) |
-                                               (sequencer_.settings().damaged() ? 2 : 0));
+  status.stores_damaged = static_cast<uint8_t>(defect_bit(sequencer_.maneuvers().defect()) |
+                                               defect_bit(sequencer_.settings().defect()) << 1);
   status.false_releases = sequencer_.false_releases();
   status.servos_driven = sequencer_.driven();
   return send(status, reply);
@@ -92,12 +106,13 @@ Reply RequestServer::status(uint8_t* reply) {
 Reply RequestServer::maneuver_begin(const uint8_t* payload, size_t size, uint8_t* reply) {
   ManeuverBeginRequest request;
   if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
-  if (!sequencer_.may_upload() || sequencer_.maneuvers().writing()) {
+  if (!sequencer_.may_upload() || sequencer_.maneuvers().committing()) {
     return Reply::refused(ErrorCode::kWrongState);
   }
   const Defect defect = upload_.begin(request.stroke_count, request.speed_cdeg_s);
   if (defect.code != ErrorCode::kNone) return refuse(defect);
-  sequencer_.maneuvers().forget_failure();
+  sequencer_.maneuvers().forget_last();
+  sequencer_.maneuvers().begin();
   maneuver_written_ = false;
   ManeuverBeginReply answer;
   answer.stroke_count = request.stroke_count;
@@ -107,7 +122,7 @@ Reply RequestServer::maneuver_begin(const uint8_t* payload, size_t size, uint8_t
 Reply RequestServer::maneuver_stroke(const uint8_t* payload, size_t size, uint8_t* reply) {
   ManeuverStrokeRequest request;
   if (!request.decode(payload, size)) return Reply::refused(ErrorCode::kBadLength);
-  if (!sequencer_.may_upload() || sequencer_.maneuvers().writing()) {
+  if (!sequencer_.may_upload() || sequencer_.maneuvers().committing()) {
     return Reply::refused(ErrorCode::kWrongState);
   }
   const Defect defect =
@@ -131,11 +146,13 @@ Reply RequestServer::maneuver_commit(const uint8_t* payload, size_t size, uint8_
 Reply RequestServer::store_staged(SlotPair& store, bool& written, uint8_t* reply) {
   static_assert(SettingsWriteReply::kSize == ManeuverCommitReply::kSize, "one answer for both");
   if (store.failed()) {
-    store.forget_failure();  // told once; the next copy tries again
+    store.forget_last();  // told once; the next copy tries again
     return Reply::refused(ErrorCode::kStoreFailed);
   }
-  if (!sequencer_.storing()) {
-    store.begin();
+  written = written || store.changed();
+  const bool beginning = store.writing() && !store.committing();
+  if (beginning || !sequencer_.storing()) {
+    store.commit();
     written = written || store.changed();
   }
   ManeuverCommitReply answer;
@@ -183,7 +200,7 @@ Reply RequestServer::settings_write(const uint8_t* payload, size_t size, uint8_t
   if (memcmp(store.staged(), payload, size) != 0) {
     if (store.writing()) return Reply::refused(ErrorCode::kWrongState);
     memcpy(store.staged(), payload, size);
-    store.forget_failure();
+    store.forget_last();
     settings_written_ = false;
   }
   return store_staged(store, settings_written_, reply);

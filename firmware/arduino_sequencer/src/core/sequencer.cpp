@@ -25,7 +25,7 @@ bool near_start_pose(const int16_t (&angle_cdeg)[kJointCount]) {
 constexpr uint16_t Sequencer::kManeuverAddress;
 constexpr uint16_t Sequencer::kSettingsAddress;
 
-static_assert(Sequencer::kManeuverAddress + Stored<Maneuver>::kBytes <= Sequencer::kSettingsAddress,
+static_assert(Sequencer::kManeuverAddress + SlotPair::kBytes <= Sequencer::kSettingsAddress,
               "the stores must not overlap");
 
 // A board that lost its power does not know where its servos stand: it starts SAFE. One that was
@@ -43,7 +43,7 @@ void Sequencer::start(tick_t now, ResetCause cause) {
   detector_.reset(now, retained_.knocks);
   const bool held = before == SequencerState::kArmed || before == SequencerState::kRunning ||
                     before == SequencerState::kFault;
-  if (held && (damaged() || retained_.records != records())) {
+  if (held && (store_defect() != ErrorCode::kNone || retained_.records != records())) {
     retained_.driven = 0;
     latch(ErrorCode::kStoreDamaged);
     return;
@@ -71,6 +71,11 @@ void Sequencer::start(tick_t now, ResetCause cause) {
   for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
     if (retained_.driven & (1u << (joint - 1))) hold(joint, retained_.held_cdeg[joint - 1]);
   }
+}
+
+ErrorCode Sequencer::store_defect() const {
+  const ErrorCode of_maneuver = maneuvers_.defect();
+  return of_maneuver != ErrorCode::kNone ? of_maneuver : settings_.defect();
 }
 
 // A supply that dips can damage the EEPROM: what it holds now may be older than what was armed.
@@ -178,7 +183,7 @@ ErrorCode Sequencer::refusal(uint16_t token) {
   const bool at_rest = state_ == SequencerState::kSafe || state_ == SequencerState::kDone;
   if (!at_rest || resuming_ || storing()) return ErrorCode::kWrongState;
   if (token != token_) return ErrorCode::kStaleToken;
-  if (damaged()) return ErrorCode::kStoreDamaged;
+  if (store_defect() != ErrorCode::kNone) return store_defect();
   const bool stored = maneuvers_.origin() != Origin::kFactory;
   if (!stored || !maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
   if (!fits_settings()) return ErrorCode::kSettingsDoNotFit;

@@ -17,8 +17,9 @@ using protocol::SequencerState;
 
 class Sequencer {
  public:
-  static constexpr uint16_t kManeuverAddress = 0;
-  static constexpr uint16_t kSettingsAddress = 256;
+  // Not at address 0: a write at too low a voltage may hit that cell.
+  static constexpr uint16_t kManeuverAddress = 512;
+  static constexpr uint16_t kSettingsAddress = 768;
 
   Sequencer(ReleaseSwitches& switches, ServoOutput& servos, NonVolatile& memory,
             RetainedState& retained)
@@ -79,7 +80,7 @@ class Sequencer {
   ErrorCode refusal(uint16_t token);
   bool fits_settings() const;
   void begin_watch(tick_t now);
-  bool damaged() const { return maneuvers_.damaged() || settings_.damaged(); }
+  ErrorCode store_defect() const;
   uint16_t records() const;
   void note_begun();
   void resume(tick_t now);

@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0xCB, 0x0F, 0x90, 0x7E, 0xB3, 0xCA, 0x29, 0x62};
+constexpr uint8_t kProtocolHash[8] = {0x46, 0xE7, 0xDF, 0xF7, 0x56, 0xF8, 0xA2, 0xA4};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -287,6 +287,8 @@ enum class ErrorCode : uint8_t {
   kSettingsDoNotFit = 26,  // The stored maneuver leaves a joint's limits in the servo settings.
   kStoreDamaged = 27,  // The stored maneuver or the servo settings are damaged in the EEPROM.
   kClosedWhileRunning = 28,  // Both release switches closed again after the maneuver had begun.
+  kUploadInterrupted = 29,  // An upload of the maneuver or of the servo settings was begun and never completed.
+  kStoreOldLayout = 30,  // The stored maneuver or the servo settings were stored by an earlier firmware, in another layout.
   kNoCard = 40,  // No SD card answers.
   kCardFull = 41,  // The card has no room for a recording.
   kCardWriteFailed = 42,  // The card refused a write.
@@ -911,7 +913,7 @@ struct SequencerStatusReply {
   uint32_t image_crc;  // CRC-32/ISO-HDLC of the flashed image.
   uint16_t ram_never_used_bytes;  // Low-water mark of free RAM since the board started.
   uint16_t frames_rejected;  // Frames that arrived damaged, since the board started.
-  uint8_t stores_damaged;  // Bit 0, 1: the stored maneuver, the servo settings are damaged; see store_damaged.
+  uint8_t stores_damaged;  // Why ARM is refused for what is stored; even bits for the maneuver, odd ones for the servo settings. Bit 0, 1: store_damaged; 2, 3: upload_interrupted; 4, 5: store_old_layout.
   uint16_t false_releases;  // False releases since arming; see release. They survive a reset.
   uint8_t servos_driven;  // Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
 
@@ -1147,7 +1149,7 @@ struct LoggerStatusReply {
   }
 };
 
-// Starts an upload. The stored maneuver stays until commit.
+// Starts an upload. The stored maneuver stays until commit, but ARM is refused (upload_interrupted) from here on, power cuts included.
 struct ManeuverBeginRequest {
   static constexpr uint8_t kType = 0x10;
   static constexpr size_t kSize = 3;
@@ -1189,7 +1191,7 @@ struct ManeuverBeginRequest {
   }
 };
 
-// Starts an upload. The stored maneuver stays until commit.
+// Starts an upload. The stored maneuver stays until commit, but ARM is refused (upload_interrupted) from here on, power cuts included.
 struct ManeuverBeginReply {
   static constexpr uint8_t kType = 0x90;
   static constexpr size_t kSize = 1;

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from tfsat_host.devices.store_defects import describe_defects, first_defect
 from tfsat_host.preflight.check import Check, Verdict, go, no_go
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
-
-_STORES = ("the stored maneuver", "the servo settings")
 
 
 def check_state(evidence: Evidence) -> Check:
@@ -31,11 +30,10 @@ def check_state(evidence: Evidence) -> Check:
         if status.state != SequencerState.SAFE:
             return no_go(name, f"It is {state}, not safe.", "tfsat-host disarm", state=state)
         if status.stores_damaged:
-            damaged = [text for bit, text in enumerate(_STORES) if status.stores_damaged >> bit & 1]
             return no_go(
                 name,
-                f"In its EEPROM {' and '.join(damaged)} {'are' if len(damaged) > 1 else 'is'} damaged.",
-                REMEDIES[ErrorCode.STORE_DAMAGED][2],
+                describe_defects(status.stores_damaged),
+                REMEDIES[first_defect(status.stores_damaged)][2],
                 state=state,
                 stores_damaged=status.stores_damaged,
             )
