@@ -115,7 +115,9 @@ void Bench::require_valid() {
   REQUIRE(board_->core.maneuvers().current().valid());
   REQUIRE(board_->core.settings().current().valid());
   // No cut or reset looks like damage.
-  REQUIRE(!board_->core.maneuvers().damaged() && !board_->core.settings().damaged());
+  for (const ErrorCode defect : {board_->core.maneuvers().defect(), board_->core.settings().defect()}) {
+    REQUIRE(defect == ErrorCode::kNone || defect == ErrorCode::kUploadInterrupted);
+  }
 }
 
 void Bench::set_switch(int index, bool open) {
@@ -173,6 +175,7 @@ void Bench::restart(ResetCause cause) {
   const SequencerState before = board_->core.state();
   const bool maneuver_settled = !board_->core.maneuvers().writing();
   const bool settings_settled = !board_->core.settings().writing();
+  const bool begun = maneuver_settled && board_->core.maneuvers().defect() == ErrorCode::kUploadInterrupted;
   const Contents old = contents();
   start(cause);
   reply_torn_ = false;
@@ -182,6 +185,7 @@ void Bench::restart(ResetCause cause) {
     armed_before_reset_ = before == SequencerState::kArmed;
   }
   require_start(cause, before);
+  REQUIRE(!begun || board_->core.maneuvers().defect() == ErrorCode::kUploadInterrupted);
   const Contents now = contents();
   REQUIRE(now.maneuver_generation - old.maneuver_generation <= (maneuver_settled ? 0 : 1));
   REQUIRE(now.settings_generation - old.settings_generation <= (settings_settled ? 0 : 1));

@@ -40,6 +40,7 @@ OPEN_ONE = bytes([Step.SWITCHES, 0b0101])
 WATCHDOG, POWER_CUT = bytes([Step.RESTART, 0]), bytes([Step.RESTART, 3])
 UNPLUG, PLUG = bytes([Step.PLUG, 0]), bytes([Step.PLUG, 3])
 MANEUVER = bytes([Step.MANEUVER, 3, 0, 0]) + bytes(4 * 5) + b"\0"  # four strokes, nothing wrong
+BEGUN = MANEUVER[:-1] + b"\1"  # the commit's CRC is wrong
 LEAVES_START = bytes([Step.MANEUVER, 0, 0, 0, 0, 16, 0, 0, 0, 0])  # one stroke, to 10.16 deg
 SETTINGS = bytes([Step.SETTINGS, 0])
 JOG = bytes([Step.JOG, 0]) + bytes(2) + (1000).to_bytes(2, "little") + b"\0"
@@ -57,6 +58,7 @@ SCRIPTS = {
     "Upload": MANEUVER + STORE + ARM + OPEN + SECOND * 2,
     "LeftFarFromStart": LEAVES_START + STORE + ARM + OPEN + SECOND * 3 + CLOSE + DEBOUNCE + ARM,
     "CutWhileStoring": MANEUVER + STORE[:4] + POWER_CUT + ARM,
+    "CutWhenBegun": BEGUN + STORE[:4] + POWER_CUT + ARM + MANEUVER + STORE + ARM,
     "Settings": SETTINGS + STORE + JOG + TURN + UNPLUG + TURN,
     "Jog": JOG + SECOND + JOG + SECOND + DISARM + TURN,
 }

@@ -133,6 +133,8 @@ class RequestWitness : public tfsat::protocol::RequestHandler {
     REQUIRE((payload[0] | payload[1] << 8) == token);
     REQUIRE(core_.switches_open() == 0);
     REQUIRE(core_.maneuvers().origin() == tfsat::protocol::Origin::kUploaded);
+    REQUIRE(core_.maneuvers().defect() == tfsat::protocol::ErrorCode::kNone);
+    REQUIRE(core_.settings().defect() == tfsat::protocol::ErrorCode::kNone);
     if (before == SequencerState::kDone) require_at_start_pose(held_cdeg);
     REQUIRE(core_.maneuvers().current().valid() && !core_.maneuvers().writing() && !core_.settings().writing());
   }

@@ -94,7 +94,7 @@ def latched_fault(morning: Morning) -> None:
 
 
 def damaged_store(morning: Morning) -> None:
-    """A bit of the older of the maneuver's two slots (128 bytes each, from 512 on) is flipped while the power is off."""
+    """A bit of the older of the maneuver's two slots (128 bytes each, from 512) is flipped while the power is off."""
     robot = morning.robot
     for maneuver in (four_stroke(40.0, 50.0), MANEUVER):
         morning.sequencer().upload(schedule_maneuver(maneuver))

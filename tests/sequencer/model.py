@@ -224,9 +224,8 @@ class Model:
             return ErrorCode.WRONG_STATE
         if request.arm_token != self.token:
             return ErrorCode.STALE_TOKEN
-        for defect in (self.maneuver.defect, self.settings.defect):
-            if defect != ErrorCode.NONE:
-                return defect
+        if self.maneuver.defect or self.settings.defect:
+            return self.maneuver.defect or self.settings.defect
         if self.maneuver.origin == Origin.FACTORY:
             return ErrorCode.NO_MANEUVER
         if not self.fits_settings():
