@@ -166,3 +166,22 @@ def test_an_armed_board_refuses_before_anybody_is_asked(
         assert error["next_step"].startswith(f"tfsat-host disarm --port {served.port}")
         tfsat_host("disarm", "--port", served.port)
         assert tfsat_host.json("upload-servos", narrow, "--yes", "--port", served.port)["written"] is True
+
+
+def test_an_emulated_robot_of_an_earlier_release_is_told_how_to_go_on(tfsat_host: RunCli) -> None:
+    """Its EEPROM is of layout 1: markers of one byte at 0 and 256."""
+    image = bytearray([0xFF]) * 1024
+    image[0] = image[256] = 0xA5
+    eeprom = Path(os.environ["XDG_STATE_HOME"]) / "tfsat" / "emulated" / "sequencer.eeprom"
+    eeprom.parent.mkdir(parents=True, exist_ok=True)
+    eeprom.write_bytes(image)
+    before = tfsat_host.json("status", "--emulated")["sequencer"]
+    assert before["stores_refused"] == {"maneuver": "store_old_layout", "settings": "store_old_layout"}
+    assert before["stores_damaged"] == {"maneuver": False, "settings": False}
+    assert before["arm_refusal"]["code"] == "store_old_layout"
+    assert "upload-servos --factory" in before["arm_refusal"]["next_step"]
+    tfsat_host("upload-sequence", 59, 70, "--emulated")
+    between = tfsat_host.json("status", "--emulated")["sequencer"]
+    assert between["stores_refused"] == {"maneuver": "none", "settings": "store_old_layout"}
+    tfsat_host("upload-servos", "--factory", "--yes", "--emulated")
+    assert tfsat_host.json("status", "--emulated")["sequencer"]["arm_refusal"] is None

@@ -171,7 +171,7 @@ def test_the_host_has_the_hash_of_the_specification() -> None:
     ("old", "new"),
     [
         ("Kind of board that answers HELLO.", "Which board it is."),
-        ("The upload was interrupted; the stored maneuver is unchanged.", "Nothing happened."),
+        ("The upload was interrupted; nothing was stored,", "Nothing happened,"),
         ("Choose smaller strokes.", "Take less."),
         ("a second copy finds the board safe", "twice is once"),
         ('firmware_version = "0.1.0"', 'firmware_version = "0.1.1"'),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -25,7 +25,7 @@ from tests.sequencer_proof.rigs import Bench, native_library
 from tests.sequencer_proof.signals import Broken
 from tfsat_host.protocol.enums import ErrorCode
 
-VALUES = 256
+VALUES, UNUSED_VALUES = 256, 8
 TOLD = (ErrorCode.STORE_DAMAGED, ErrorCode.UPLOAD_INTERRUPTED, ErrorCode.STORE_OLD_LAYOUT)
 OLD_MARKER = 0xA5
 OLD_MARKERS = (0, 122, 256, 292)
@@ -105,7 +105,7 @@ class DamagedImage:
 
 
 def damage_native(library: Path, case: Case, seed: int, *, sample: int | None = None) -> Damaged:
-    """Sets each byte of the EEPROM to each value, or a sample of both; the board starts and is told to arm.
+    """Sets each byte in use to each value, or to a sample of them; the board starts and is told to arm.
 
     Raises Broken where it arms with anything but what was committed last, or refuses without saying why.
     """
@@ -148,12 +148,13 @@ def damage_image(bench: Bench, library: Path, case: Case, seed: int, *, count: i
 
 
 def _changes(rng: random.Random, sample: int | None) -> Iterator[tuple[int, int]]:
-    """All; or every address with so many values, and more for the markers."""
+    """Every byte in use with all values, every other with some; or fewer of both, but more of the markers."""
     for address in range(native.EEPROM_BYTES):
-        values: Iterable[int] = range(VALUES)
+        place = Place.of(address)
+        count = UNUSED_VALUES if place is Place.OTHER else VALUES
         if sample is not None:
-            values = rng.sample(values, sample * (8 if Place.of(address) is Place.MARKER else 1))
-        for value in values:
+            count = sample * (8 if place is Place.MARKER else 1)
+        for value in rng.sample(range(VALUES), count):
             yield address, value
 
 

@@ -61,10 +61,11 @@ class UploadResult:
 def upload_maneuver(client: Client, schedule: Schedule) -> UploadResult:
     """Sends the maneuver, has it stored, reads it back and compares.
 
-    Nothing replaces the stored maneuver until all of it has arrived and was found valid.
+    Nothing replaces the stored maneuver until all of it has arrived and was found valid; but from the first
+    request on the board does not arm until an upload is complete.
 
     Raises:
-        BoardError: the board refused; its stored maneuver is unchanged.
+        BoardError: the board refused; its stored maneuver is unchanged, and not armed any more.
         VerifyError: the board holds something else than was sent.
     """
     ask = client.request
@@ -76,7 +77,7 @@ def upload_maneuver(client: Client, schedule: Schedule) -> UploadResult:
         )
     commit = ManeuverCommitRequest(maneuver_crc(schedule))
     written = repeat_until_stored(
-        client, lambda: ask(commit, ManeuverCommitReply), "The maneuver from before is still stored."
+        client, lambda: ask(commit, ManeuverCommitReply), "The maneuver from before is still stored, and not armed."
     )
     stored = read_maneuver_back(client)
     wanted = tuple(_row(stroke) for stroke in schedule.strokes)

@@ -89,7 +89,7 @@ class SequencerClient:
         """Sends the maneuver, has it stored, reads it back and compares.
 
         Raises:
-            BoardError: the board refused; its stored maneuver is unchanged.
+            BoardError: the board refused; its stored maneuver is unchanged, and not armed any more.
             VerifyError: the board holds something else than was sent.
         """
         return upload_maneuver(self._client, schedule)

@@ -30,17 +30,17 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
     ),
     ErrorCode.NO_STAGED_MANEUVER: (
         "A step or a commit came without a begin.",
-        "The upload was interrupted; the stored maneuver is unchanged.",
+        "The upload was interrupted; nothing was stored, and the board does not arm until an upload is complete.",
         "Run tfsat-host upload-sequence again.",
     ),
     ErrorCode.STEP_MISSING: (
         "The maneuver was committed before all its steps had arrived.",
-        "The upload was interrupted; the stored maneuver is unchanged.",
+        "The upload was interrupted; nothing was stored, and the board does not arm until an upload is complete.",
         "Run tfsat-host upload-sequence again.",
     ),
     ErrorCode.CRC_MISMATCH: (
         "The maneuver's CRC does not match its steps.",
-        "The upload was damaged; the stored maneuver is unchanged.",
+        "The upload was damaged; nothing was stored, and the board does not arm until an upload is complete.",
         "Run tfsat-host upload-sequence again; if it recurs, change the cable.",
     ),
     ErrorCode.TOO_MANY_STROKES: (
@@ -50,32 +50,32 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
     ),
     ErrorCode.JOINT_UNKNOWN: (
         "A stroke names a joint that does not exist.",
-        "The stored maneuver is unchanged.",
+        "Nothing was stored, and the board does not arm until an upload is complete.",
         "Use joints 1, 2 and 3.",
     ),
     ErrorCode.ANGLE_OUT_OF_RANGE: (
         "A stroke would take a joint outside 0 to 90 deg, or moves nothing.",
-        "The stored maneuver is unchanged; the frame would have been hit.",
+        "Nothing was stored, and the board does not arm until an upload is complete; the frame would have been hit.",
         "Choose smaller strokes.",
     ),
     ErrorCode.STROKES_OVERLAP: (
         "A stroke starts before the one before it has ended.",
-        "The stored maneuver is unchanged; two joints at once draw more current than the supply gives.",
+        "Nothing was stored, and the board does not arm until an upload is complete; two joints at once draw more current than the supply gives.",
         "Move the strokes apart, or leave the times to the schedule rule.",
     ),
     ErrorCode.TOO_EARLY: (
         "The first stroke starts before the pause is over.",
-        "The stored maneuver is unchanged; the robot would still touch the releaser.",
+        "Nothing was stored, and the board does not arm until an upload is complete; the robot would still touch the releaser.",
         "Start at 0.70 s or later.",
     ),
     ErrorCode.TOO_LONG: (
         "The maneuver would outlast the fall.",
-        "The stored maneuver is unchanged; the robot would land while moving.",
+        "Nothing was stored, and the board does not arm until an upload is complete; the robot would land while moving.",
         "Shorten the strokes: the last must end before 2.50 s.",
     ),
     ErrorCode.SPEED_OUT_OF_RANGE: (
         "The joint speed is outside 10 to 400 deg/s.",
-        "The stored maneuver is unchanged.",
+        "Nothing was stored, and the board does not arm until an upload is complete.",
         "Give the average speed that the servos reach, about 170 deg/s.",
     ),
     ErrorCode.STORE_FAILED: (
@@ -105,7 +105,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
     ),
     ErrorCode.INDEX_OUT_OF_RANGE: (
         "A step index is beyond the maneuver's end.",
-        "The stored maneuver is unchanged.",
+        "Nothing was stored, and the board does not arm until an upload is complete.",
         "Run tfsat-host upload-sequence again.",
     ),
     ErrorCode.STROKE_MISSED: (
