@@ -59,7 +59,8 @@ def _damage(proof: Proof) -> str:
     sampled = sum(image.tried for image in proof.damaged_image)
     return (
         "**One byte of the EEPROM is another**, after a power cut: each byte in use set to each of 256 values, "
-        "every other to 8, in the\n*native* core, whose store is this firmware's source and knows no time. **Armed with another maneuver "
+        "every other to 8, in the\n*native* core, whose store is this firmware's source and knows no time. "
+        "**Armed with another maneuver "
         "or other servo settings than those committed last: never.**\n\n"
         + table(header, rows)
         + f"\n\nThe flashed image gave the same answers to {sampled} of these, picked at random."

@@ -77,7 +77,9 @@ def upload_maneuver(client: Client, schedule: Schedule) -> UploadResult:
         )
     commit = ManeuverCommitRequest(maneuver_crc(schedule))
     written = repeat_until_stored(
-        client, lambda: ask(commit, ManeuverCommitReply), "The maneuver from before is still stored, and not armed."
+        client,
+        lambda: ask(commit, ManeuverCommitReply),
+        "The maneuver from before is still stored, and not armed.",
     )
     stored = read_maneuver_back(client)
     wanted = tuple(_row(stroke) for stroke in schedule.strokes)
