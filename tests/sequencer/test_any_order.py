@@ -243,10 +243,11 @@ class AnyOrder(SideBySide):
         turned = []
         for of_settings, slot, byte, bit in flips:
             if of_settings:
-                at, used, slots = SETTINGS_AT, SETTINGS_USED_BYTES, self.model.settings.slots
+                at, used = SETTINGS_AT, SETTINGS_USED_BYTES
+                self.model.settings.slots[slot].flip(byte % used, bit)
             else:
-                at, used, slots = MANEUVER_AT, MANEUVER_USED_BYTES, self.model.maneuver.slots
-            slots[slot].flip(byte % used, bit)
+                at, used = MANEUVER_AT, MANEUVER_USED_BYTES
+                self.model.maneuver.slots[slot].flip(byte % used, bit)
             turned.append((at + slot * SLOT_BYTES + byte % used, bit))
         self.restart(None, turned)
 

@@ -462,8 +462,8 @@ def test_an_upload_that_died_half_way_is_named_until_one_is_complete(board: Boar
         assert sequencer.read_back().strokes == rows(OLD)
         assert_refused(board, ErrorCode.UPLOAD_INTERRUPTED)
         assert sequencer.status().stores_damaged == 1 << 2
-    sequencer.upload(OLD)
-    assert sequencer.arm() == SequencerState.ARMED
+    connect(board).upload(OLD)
+    assert connect(board).arm() == SequencerState.ARMED
 
 
 def test_a_store_of_the_old_layout_is_named_until_both_are_uploaded(new_board: Callable[..., Board]) -> None:
