@@ -58,8 +58,8 @@ def test_own_onsets_that_are_not_the_pins_are_found(plant: Plant) -> None:
     hopeful = plant(
         Edit(
             "src/core/sequencer.cpp",
-            "us_from_ticks(began_at - released_at_)",
-            "us_from_ticks(began_at - released_at_ + 3)",
+            "us_from_ticks(servos_.change_began_at(i) - released_at_)",
+            "us_from_ticks(servos_.change_began_at(i) - released_at_ + 3)",
         )
     )
     with pytest.raises(Broken, match="RUN_REPORT says"):
