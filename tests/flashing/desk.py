@@ -101,6 +101,7 @@ class Sketch:
                         0,
                         0,
                         0,
+                        0,
                     ),
                 )
             else:

@@ -25,7 +25,7 @@ FLASH_BUDGET_PERCENT = 85
 FLASH_BUDGET_BYTES = FLASH_BYTES * FLASH_BUDGET_PERCENT // 100
 STACK_SPARE_BYTES = 512
 """Never touched by the stack, whatever the board does."""
-STACK_USED_BYTES = 448
+STACK_USED_BYTES = 416
 """Room for the deepest stack: docs/sequencer-proof.md tells what was measured."""
 RAM_BUDGET_BYTES = RAM_BYTES - STACK_SPARE_BYTES - STACK_USED_BYTES
 
