@@ -21,7 +21,10 @@ struct Frame {
 };
 
 struct BoardBench {
-  explicit BoardBench(uint64_t seed = 1) : imus(4), angles(6), board(seed) {
+  static constexpr emulator::CardParameters kCard{250, 1000, 8, 1u << 18};  // 128 MiB
+
+  explicit BoardBench(uint64_t seed = 1, const emulator::CardParameters& of_card = kCard)
+      : imus(4), angles(6), card(of_card), board(seed) {
     for (size_t i = 0; i < 4; ++i) buses[i / 2].attach(static_cast<uint8_t>(0x68 + i % 2), imus[i]);
     board.attach(buses, angles, card);
     board.set_cable(true);
@@ -109,7 +112,8 @@ struct BoardBench {
     CHECK(!"stopped");
     return {};
   }
-  Recording log() {
+  Recording log() const { return recording_on(card); }
+  static Recording recording_on(const emulator::BlockDevice& card) {
     const std::vector<uint8_t> bytes = card.bytes();
     std::vector<logger::Block> blocks(bytes.size() / kBlockBytes);
     for (size_t i = 0; i < blocks.size(); ++i) {
@@ -121,7 +125,7 @@ struct BoardBench {
   std::array<emulator::I2cBus, 2> buses;
   std::vector<emulator::Mpu6050> imus;
   std::vector<emulator::AngleSensor> angles;
-  emulator::BlockDevice card{emulator::CardParameters{250, 1000, 8, 1u << 18}};  // 128 MiB
+  emulator::BlockDevice card;
   emulator::LoggerBoard board;
   FrameReceiver<kMaxPayloadBytes> receiver;
   uint64_t t_us = 0;

@@ -24,16 +24,23 @@ class FakeCard final : public tfsat::logger::BlockSink {
     ++opens;
     if (open_error != ErrorCode::kNone) return open_error;
     blocks.assign(n_blocks, Block());
+    prepared = 0;
     return ErrorCode::kNone;
   }
-  ErrorCode poll(uint64_t now_us) override {
+  bool busy(uint64_t now_us) override {
     t_us = now_us;
-    return poll_error;
-  }
-  bool busy() override {
     notice_loss();
-    return t_us < busy_until_us || (lost_contact && busy_when_gone);
+    return is_busy();
   }
+  ErrorCode prepare() override {
+    if (lost_contact) return ErrorCode::kCardWriteFailed;
+    if (prepare_error != ErrorCode::kNone) return prepare_error;
+    const uint32_t step = prepare_step == 0 ? n_blocks() : prepare_step;
+    prepared = prepared + step < n_blocks() ? prepared + step : n_blocks();
+    busy_until_us = t_us + prepare_us;
+    return ErrorCode::kNone;
+  }
+  uint32_t prepared_blocks() override { return prepared; }
   ErrorCode recover(uint64_t now_us) override {
     t_us = now_us;
     ++recoveries;
@@ -43,7 +50,9 @@ class FakeCard final : public tfsat::logger::BlockSink {
     return ErrorCode::kNone;
   }
   ErrorCode write(uint32_t index, const uint8_t* block) override {
-    if (busy()) ++writes_while_busy;
+    notice_loss();
+    if (is_busy()) ++writes_while_busy;
+    if (index >= prepared) ++writes_unprepared;
     if (lost_contact) return ErrorCode::kCardWriteFailed;
     if (failures_left > 0) {
       --failures_left;
@@ -74,6 +83,8 @@ class FakeCard final : public tfsat::logger::BlockSink {
   ErrorCode inspect(uint32_t) override { return open_error; }
   uint32_t free_mib() override { return 1000; }
 
+  uint32_t n_blocks() const { return static_cast<uint32_t>(blocks.size()); }
+  bool is_busy() const { return t_us < busy_until_us || (lost_contact && busy_when_gone); }
   void notice_loss() {
     if (t_us >= gone_until_us || lost_contact) return;
     lost_contact = true;
@@ -85,7 +96,9 @@ class FakeCard final : public tfsat::logger::BlockSink {
   std::vector<uint32_t> unsynced;
   std::vector<uint64_t> sync_times_us;
   ErrorCode open_error = ErrorCode::kNone;
-  ErrorCode poll_error = ErrorCode::kNone;
+  ErrorCode prepare_error = ErrorCode::kNone;
+  uint32_t prepared = 0;
+  uint32_t prepare_step = 0, prepare_us = 0;  // blocks, and busy after them; 0: all at once
   uint64_t t_us = 0;
   uint64_t busy_until_us = 0;
   uint32_t write_us = 0, sync_us = 0;  // busy after a block, after a sync
@@ -94,6 +107,7 @@ class FakeCard final : public tfsat::logger::BlockSink {
   bool lost_contact = false;
   int failures_left = 0;
   int recoveries = 0, opens = 0, closes = 0, writes = 0, writes_while_busy = 0;
+  int writes_unprepared = 0;
 };
 
 // What the first `n` blocks hold, read as a decoder would; it stops at the first block that is not

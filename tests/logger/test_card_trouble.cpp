@@ -131,10 +131,10 @@ TEST_CASE(a_card_that_does_not_come_back_ends_the_closing_too) {
 TEST_CASE(a_card_that_refuses_the_preparation_is_tried_again) {
   Bench bench;
   bench.start(1, 1);
-  bench.card.poll_error = ErrorCode::kCardWriteFailed;
+  bench.card.prepare_error = ErrorCode::kCardWriteFailed;
   bench.run_us(2000000);
   CHECK(bench.recorder.state() == LoggerState::kRecording && bench.card.writes == 0);
-  bench.card.poll_error = ErrorCode::kNone;
+  bench.card.prepare_error = ErrorCode::kNone;
   CHECK(bench.stop_and_read().samples.size() == bench.recorder.samples());
 }
 

@@ -90,8 +90,9 @@ struct Counter final : Entropy {
 
 struct Card final : BlockSink {
   ErrorCode open(uint32_t n) override { return file.open(n); }
-  ErrorCode poll(uint64_t t) override { return file.poll(t); }
-  bool busy() override { return file.busy(); }
+  bool busy(uint64_t t) override { return file.busy(t); }
+  ErrorCode prepare() override { return file.prepare(); }
+  uint32_t prepared_blocks() override { return file.prepared_blocks(); }
   ErrorCode recover(uint64_t t) override { return file.recover(t); }
   ErrorCode write(uint32_t i, const uint8_t* b) override { return file.write(i, b); }
   ErrorCode sync() override { return file.sync(); }

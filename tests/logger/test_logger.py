@@ -34,6 +34,7 @@ CORE_SOURCES: dict[str, list[str]] = {
     "requests": LOGGER,
     "long_wait": LOGGER,
     "chatter": LOGGER,
+    "slow_card": LOGGER,
 }
 IMU = ["sensors/mpu6050", "sensors/low_pass"]
 BOARD = [*IMU, "sensors/angle_sensor", "card/block_device", "boards/logger_board"]
@@ -44,6 +45,7 @@ EMULATED = {
     "requests": BOARD,
     "long_wait": BOARD,
     "chatter": BOARD,
+    "slow_card": BOARD,
 }
 
 

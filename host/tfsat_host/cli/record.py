@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _start(args: argparse.Namespace, out: Output) -> int:
     with open_logger(args, out) as logger:
         started = _begin(logger, args)
-        with out.progress("waiting until the card takes blocks (a new card's file takes 2 to 4 s)"):
+        with out.progress("waiting until the card takes blocks"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
         for body in (body for body, here in enumerate(present, 1) if not here):

@@ -33,8 +33,8 @@ from tfsat_host.protocol.messages import (
 
 STOP_TIMEOUT_S = 20.0
 """The ring's blocks may wait for a card that stalls; one that is gone is given up after 15 s (card_writer.h)."""
-START_TIMEOUT_S = 25.0
-"""A card fills its new file with zeros first; for the largest that the settings allow, a slow one takes 20 s."""
+START_TIMEOUT_S = 10.0
+"""A card takes the first block within a second; one that stalls may need some."""
 POLL_S = 0.1
 SAMPLES_WAIT_S = 0.5
 """Five samples at the lowest rate."""

@@ -15,7 +15,6 @@ from tfsat_host.protocol.limits import (
     AFTER_LANDING_MIN_S,
     BLOCK_BYTES,
     BUS_FACTORY_KHZ,
-    CARD_FILL_MIB_S,
     DLPF_FACTORY,
     FILE_FACTORY_MIB,
     FILE_MAX_MIB,
@@ -84,11 +83,6 @@ def rate_max_hz(bus_khz: int) -> int:
     return min(1_000_000 // _needed_us(bus_khz), SAMPLE_RATE_MAX_HZ)
 
 
-def file_max_mib(rate_hz: int) -> int:
-    """The most room that a recording may ask for: RAM takes its samples while the card fills it with zeros."""
-    return min(CARD_FILL_MIB_S * RING_BLOCKS // _blocks_per_s(rate_hz), FILE_MAX_MIB)
-
-
 def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
     """The least room that holds a drop, what follows it, and its second copy (file_budget.h)."""
     blocks = _blocks_per_s(rate_hz) * (LANDING_LATEST_US // 1_000_000 + after_landing_s + 1) + RING_BLOCKS
@@ -123,15 +117,6 @@ def check(settings: LoggerSettings) -> None:
             f"{least_mib} MiB at {settings.rate_hz} Hz, and a recording would have {settings.file_mib} MiB.",
             meaning="It would end before it should; the logger keeps its settings.",
             next_step=f"Ask for --file-mib {least_mib} or more, or for a shorter --after-landing.",
-        )
-    if settings.file_mib > file_max_mib(settings.rate_hz):
-        raise UsageError(
-            what=f"A card may need {settings.file_mib / CARD_FILL_MIB_S:.1f} s to fill {settings.file_mib} MiB "
-            f"with zeros; the logger's RAM holds {file_max_mib(settings.rate_hz) / CARD_FILL_MIB_S:.1f} s "
-            f"at {settings.rate_hz} Hz.",
-            meaning="The first samples of a recording would be lost; the logger keeps its settings.",
-            next_step=f"Ask for --file-mib {file_max_mib(settings.rate_hz)}: "
-            "before a release, a recording whose file is full goes on in the next by itself.",
         )
     if settings.rate_hz > rate_max_hz(settings.bus_khz):
         faster = [khz for khz in BUS_CLOCKS_KHZ if rate_max_hz(khz) >= settings.rate_hz]

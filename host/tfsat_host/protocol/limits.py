@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("46e7dff756f8a2a4")
+PROTOCOL_HASH = bytes.fromhex("068719032677f36a")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -111,8 +111,6 @@ FILE_MAX_MIB = 1024
 """Most."""
 RING_BLOCKS = 896
 """Blocks that the logger's RAM holds: 5.3 s at 1 kHz, 19 s at 280 Hz."""
-CARD_FILL_MIB_S = 8
-"""A card that fills its file with zeros slower than this is too slow; the ring takes the samples meanwhile."""
 LANDING_SHOCK_G = 6
 """A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g."""
 LANDING_EARLIEST_US = 300000

@@ -26,8 +26,9 @@ class Card final : public tfsat::logger::BlockSink, public tfsat::logger::LogArc
   Card(Medium& medium, const Scenario& scenario, Clock& clock, Truth& truth);
 
   ErrorCode open(uint32_t n_blocks) override;
-  ErrorCode poll(uint64_t) override { return ErrorCode::kNone; }
-  bool busy() override;
+  bool busy(uint64_t) override;
+  ErrorCode prepare() override;
+  uint32_t prepared_blocks() override { return prepared_; }
   ErrorCode recover(uint64_t) override;
   ErrorCode write(uint32_t index, const uint8_t* block) override;
   ErrorCode sync() override;
@@ -82,6 +83,7 @@ class Card final : public tfsat::logger::BlockSink, public tfsat::logger::LogArc
   uint32_t cached_ = 0;
   uint32_t owner_[kMediumBlocks] = {};  // 1 + the record that stands there whole; 0: none
   uint32_t first_unsynced_ = 0;
+  uint32_t prepared_ = 0;  // of the present file
   uint64_t busy_until_us_ = 0;
   bool present_ = true;
   bool lost_ = false;  // until recover()

@@ -89,9 +89,13 @@ class QuietTimer final : public tfsat::logger::SampleTimer {
 
 class QuietCard final : public tfsat::logger::BlockSink, public tfsat::logger::LogArchive {
  public:
-  ErrorCode open(uint32_t) override { return ErrorCode::kNone; }
-  ErrorCode poll(uint64_t) override { return ErrorCode::kNone; }
-  bool busy() override { return false; }
+  ErrorCode open(uint32_t n_blocks) override {
+    prepared = n_blocks;
+    return ErrorCode::kNone;
+  }
+  bool busy(uint64_t) override { return false; }
+  ErrorCode prepare() override { return ErrorCode::kNone; }
+  uint32_t prepared_blocks() override { return prepared; }
   ErrorCode recover(uint64_t) override { return ErrorCode::kNone; }
   ErrorCode write(uint32_t, const uint8_t*) override {
     ++written;
@@ -106,6 +110,7 @@ class QuietCard final : public tfsat::logger::BlockSink, public tfsat::logger::L
   ErrorCode erase(uint16_t) override { return ErrorCode::kNoSuchLog; }
 
   uint32_t written = 0;
+  uint32_t prepared = 0;
 };
 
 struct Figure {

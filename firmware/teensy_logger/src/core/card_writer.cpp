@@ -7,6 +7,7 @@ using protocol::ErrorCode;
 using protocol::EventCode;
 
 ErrorCode CardWriter::open(uint32_t n_blocks) {
+  file_blocks_ = n_blocks;
   position_ = 0;
   safe_position_ = 0;
   unsynced_ = 0;
@@ -20,14 +21,16 @@ ErrorCode CardWriter::open(uint32_t n_blocks) {
   trouble_ = ErrorCode::kNone;
   refused_ = false;
   was_free_ = false;
+  prepare_turn_ = false;
   busy_since_us_ = 0;
   closed_ = false;
   events_.clear();
   return sink_.open(n_blocks);
 }
 
-ErrorCode CardWriter::poll(uint64_t t_us, bool capturing) {
+ErrorCode CardWriter::poll(uint64_t t_us, bool capturing, bool falling) {
   capturing_ = capturing;
+  may_prepare_ = capturing && !falling && sink_.prepared_blocks() < file_blocks_;
   if (refused_) {
     if (t_us < retry_at_us_) return ErrorCode::kNone;
     const ErrorCode error = sink_.recover(t_us);
@@ -40,22 +43,16 @@ ErrorCode CardWriter::poll(uint64_t t_us, bool capturing) {
     busy_since_us_ = t_us;
   }
 
-  const ErrorCode error = sink_.poll(t_us);
-  if (error != ErrorCode::kNone) return refuse(error, t_us);
-  if (sink_.busy()) {
-    // Before it was free for the first time, the file is being prepared, which takes longer: as
-    // long as the ring has room.
-    if (!was_free_) {
-      if (busy_since_us_ == 0) busy_since_us_ = t_us;
-      const bool too_long = !capturing_ && t_us - busy_since_us_ >= kGiveUpUs;
-      return ring_low() || too_long ? ErrorCode::kCardWriteFailed : ErrorCode::kNone;
-    }
-    const bool gone = t_us - busy_since_us_ >= kBusyLimitUs;
+  if (sink_.busy(t_us)) {
+    if (busy_since_us_ == 0) busy_since_us_ = t_us;
+    const bool gone =
+        t_us - busy_since_us_ >= kBusyLimitUs || (refusals_ > 0 && ring_low());
     return gone ? refuse(ErrorCode::kCardWriteFailed, t_us) : ErrorCode::kNone;
   }
   busy_since_us_ = t_us;
   if (refusals_ == 0) note_stall(t_us);
 
+  if (prepares(t_us)) return take(sink_.prepare(), t_us);
   if (sync_due(t_us)) {
     const ErrorCode result = sink_.sync();
     if (result == ErrorCode::kNone) mark_synced(t_us);
@@ -101,10 +98,22 @@ ErrorCode CardWriter::rewrite_one(uint64_t t_us) {
   return take(result, t_us);
 }
 
+// In turns: blocks are written until none waits and made safe, then the file is prepared for as long
+// as blocks may wait to be safe. A quarter of the ring ends that turn, too: the rest is for a stall.
+bool CardWriter::prepares(uint64_t t_us) {
+  const uint32_t prepared = sink_.prepared_blocks();
+  if (position_ >= prepared && prepared < file_blocks_) return true;
+  const bool enough = t_us - turn_since_us_ >= protocol::kCardSyncMs * 1000 ||
+                      ring_.waiting() >= ring_.capacity() / 4;
+  if (!may_prepare_ || enough) prepare_turn_ = false;
+  return prepare_turn_;
+}
+
 // Half a ring of blocks that only wait to be safe is enough: the other half is for new ones.
 bool CardWriter::sync_due(uint64_t t_us) const {
   if (position_ == safe_position_) return false;
   if (safe_position_ == 0) return true;  // nothing can be read without the header
+  if (may_prepare_ && ring_.peek(unsynced_) == nullptr) return true;
   return t_us - unsynced_since_us_ >= protocol::kCardSyncMs * 1000 ||
          unsynced_ >= ring_.capacity() / 2;
 }
@@ -119,6 +128,8 @@ ErrorCode CardWriter::close(uint64_t t_us) {
 }
 
 void CardWriter::mark_synced(uint64_t t_us) {
+  prepare_turn_ = true;
+  turn_since_us_ = t_us;
   ring_.release(unsynced_);
   unsynced_ = 0;
   safe_position_ = position_;
@@ -154,7 +165,7 @@ ErrorCode CardWriter::refuse(ErrorCode error, uint64_t t_us) {
   return (ring_low() && refusals_ >= kAttempts) || too_long ? error : ErrorCode::kNone;
 }
 
-// The card is free now, or takes blocks again. Preparing the file is no stall: counting begins when
+// The card is free now, or takes blocks again. Creating the file is no stall: counting begins when
 // it is free for the first time.
 void CardWriter::note_stall(uint64_t t_us) {
   const uint64_t took_us = t_us - last_free_us_;

@@ -27,15 +27,8 @@ constexpr uint32_t least_file_mib(uint32_t rate_hz, uint32_t after_landing_s) {
   return (blocks + kBlocksPerMib - 1) / kBlocksPerMib;
 }
 
-// The ring takes the samples while the card fills the file with zeros.
-constexpr uint32_t most_file_mib(uint32_t rate_hz) {
-  const uint32_t most = protocol::kCardFillMibS * protocol::kRingBlocks / blocks_per_s(rate_hz);
-  return most < protocol::kFileMaxMib ? most : protocol::kFileMaxMib;
-}
-
 static_assert(least_file_mib(protocol::kSampleRateMaxHz, protocol::kAfterLandingFactoryS) <=
-                      protocol::kFileFactoryMib &&
-                  protocol::kFileFactoryMib <= most_file_mib(protocol::kSampleRateMaxHz),
+                  protocol::kFileFactoryMib,
               "the factory's file fits every rate");
 
 }  // namespace logger

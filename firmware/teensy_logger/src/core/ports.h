@@ -76,18 +76,22 @@ class Inputs {
 // or open().
 class BlockSink {
  public:
-  // Creates the next file and allocates it in one piece. What is left to prepare (filling with
-  // zeros) goes on in poll(), and busy() stays true until it is done. May take a second.
+  // Creates the next file and allocates it in one piece. Its blocks are then filled with zeros, from
+  // the first on, by prepare(). May take a second.
   virtual protocol::ErrorCode open(uint32_t n_blocks) = 0;
-  // Time goes on.
-  virtual protocol::ErrorCode poll(uint64_t t_us) = 0;
-  // The card takes nothing now. A card that is gone may look busy for ever.
-  virtual bool busy() = 0;
+  // The card takes nothing now. A card that is gone may look busy for ever. Comes first in each pass
+  // of the main loop, with its time.
+  virtual bool busy(uint64_t t_us) = 0;
+  // Fills another piece of the file while not busy. It takes the processor: a millisecond of what
+  // sampling leaves of it.
+  virtual protocol::ErrorCode prepare() = 0;
+  // So many blocks of the file may be written; all of them in the end.
+  virtual uint32_t prepared_blocks() = 0;
   // Starts the card anew, as after a loss of contact, and goes on with the same file. What was
   // written since the last sync() may be lost. kNone: it may be written to again. May take as long
   // as open().
   virtual protocol::ErrorCode recover(uint64_t t_us) = 0;
-  // Hands over one block while not busy. The same index may be written again.
+  // Hands over one block that is prepared, while not busy. The same index may be written again.
   virtual protocol::ErrorCode write(uint32_t index, const uint8_t* block) = 0;
   // Tells the card to put its own buffers on the medium.
   virtual protocol::ErrorCode sync() = 0;

@@ -86,7 +86,8 @@ void Recorder::end(protocol::StopReason reason) {
 void Recorder::poll(uint64_t t_us) {
   if (capturing() || state_ == LoggerState::kRecording) follow_drop(t_us);
   if (!uses_card()) return;
-  const ErrorCode error = writer_.poll(t_us, capturing());
+  const bool falling = followed_ != DropPhase::kWaiting;
+  const ErrorCode error = writer_.poll(t_us, capturing(), falling);
   if (error != ErrorCode::kNone) {
     fail(error);
     return;
@@ -196,7 +197,7 @@ void Recorder::finish(uint64_t t_us) {
     footer.stop_reason = stop_reason_;
     footer_added_ = builder_.add_footer(t_us, footer);
   }
-  if (!footer_added_ || !writer_.drained()) return;
+  if (!footer_added_ || !writer_.drained(t_us)) return;
   const ErrorCode error = writer_.close(t_us);
   if (error != ErrorCode::kNone) {
     fail(error);

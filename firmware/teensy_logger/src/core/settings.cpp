@@ -38,7 +38,7 @@ int32_t first_wrong(const LoggerSettings& s) {
       s.dlpf_cfg <= kDlpfMax,
       s.bus_khz == 100 || s.bus_khz == 400,
       within(s.after_landing_s, kAfterLandingMinS, kAfterLandingMaxS),
-      within(s.file_mib, least_file_mib(s.rate_hz, s.after_landing_s), most_file_mib(s.rate_hz)),
+      within(s.file_mib, least_file_mib(s.rate_hz, s.after_landing_s), protocol::kFileMaxMib),
   };
   for (size_t i = 0; i < sizeof right / sizeof right[0]; ++i) {
     if (!right[i]) return static_cast<int32_t>(i);

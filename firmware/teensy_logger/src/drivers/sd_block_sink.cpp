@@ -9,6 +9,7 @@ using protocol::kBlockBytes;
 namespace {
 
 constexpr uint32_t kFillBlocks = 16;
+constexpr uint32_t kStepBlocks = 256;
 alignas(32) const uint8_t kZeros[kFillBlocks * kBlockBytes] PROGMEM = {};  // SdFat moves words
 
 }  // namespace
@@ -20,18 +21,18 @@ ErrorCode SdBlockSink::inspect(uint32_t n_blocks) {
 }
 
 ErrorCode SdBlockSink::open(uint32_t n_blocks) {
-  stage_ = Stage::kNoFile;
   forget(file_);
   const ErrorCode error = inspect(n_blocks);
   if (error != ErrorCode::kNone) return error;
   n_blocks_ = n_blocks;
   blocks_filled_ = 0;
-  if (!create_next_file() || !file_.preAllocate(file_bytes())) {
+  blocks_prepared_ = 0;
+  if (!create_next_file() || !file_.preAllocate(file_bytes()) ||
+      !file_.contiguousRange(&first_sector_, nullptr)) {
     const bool failed = slot_.has_failed();
     file_.remove();
     return failed ? ErrorCode::kCardWriteFailed : ErrorCode::kCardFull;
   }
-  stage_ = Stage::kFilling;
   return ErrorCode::kNone;
 }
 
@@ -46,40 +47,33 @@ bool SdBlockSink::create_next_file() {
   return false;
 }
 
-ErrorCode SdBlockSink::poll(uint64_t) {
-  return stage_ == Stage::kFilling ? fill_some() : ErrorCode::kNone;
-}
+bool SdBlockSink::busy(uint64_t) { return slot_.card().isBusy(); }
 
-// After a loss of contact the file is looked up and filled from its start once more: what SdFat had
-// in mind for its directory entry may not be what the card has.
-ErrorCode SdBlockSink::fill_some() {
-  if (!file_.isOpen()) {
-    blocks_filled_ = 0;
-    if (!file_.open(&slot_.volume(), DropFileName(number_).text, O_RDWR)) {
-      return ErrorCode::kCardWriteFailed;
-    }
-  }
+ErrorCode SdBlockSink::prepare() {
+  if (!file_.isOpen() && !find_unfilled()) return ErrorCode::kCardWriteFailed;
   const uint32_t left = n_blocks_ - blocks_filled_;
   const uint32_t count = left < kFillBlocks ? left : kFillBlocks;
   const size_t bytes = count * kBlockBytes;
   if (file_.write(kZeros, bytes) != bytes) return ErrorCode::kCardWriteFailed;
   blocks_filled_ += count;
-  return blocks_filled_ == n_blocks_ ? finish_filling() : ErrorCode::kNone;
+  const bool step = blocks_filled_ == n_blocks_ || blocks_filled_ - blocks_prepared_ >= kStepBlocks;
+  return !step || finish_step() ? ErrorCode::kNone : ErrorCode::kCardWriteFailed;
 }
 
-ErrorCode SdBlockSink::finish_filling() {
-  uint32_t last_sector = 0;
-  const bool whole = file_.sync() && file_.contiguousRange(&first_sector_, &last_sector) &&
-                     last_sector - first_sector_ + 1 >= n_blocks_;
-  if (!whole) return ErrorCode::kCardWriteFailed;
-  const ErrorCode error = slot_.flush();
-  if (error != ErrorCode::kNone) return error;
-  forget(file_);
-  stage_ = Stage::kReady;
-  return ErrorCode::kNone;
+// After a loss of contact the file is looked up, and filled from where its entry says that it is:
+// what SdFat had in mind for that entry may not be what the card has.
+bool SdBlockSink::find_unfilled() {
+  blocks_filled_ = blocks_prepared_;
+  return file_.open(&slot_.volume(), DropFileName(number_).text, O_RDWR) &&
+         file_.seekSet(static_cast<uint64_t>(blocks_filled_) * kBlockBytes);
 }
 
-bool SdBlockSink::busy() { return stage_ != Stage::kReady || slot_.card().isBusy(); }
+bool SdBlockSink::finish_step() {
+  if (!file_.sync() || slot_.flush() != ErrorCode::kNone) return false;
+  blocks_prepared_ = blocks_filled_;
+  if (blocks_prepared_ == n_blocks_) forget(file_);
+  return true;
+}
 
 ErrorCode SdBlockSink::recover(uint64_t) {
   forget(file_);
@@ -95,8 +89,9 @@ ErrorCode SdBlockSink::write(uint32_t index, const uint8_t* block) {
 ErrorCode SdBlockSink::sync() { return slot_.flush(); }
 
 // When the card is well and the file cannot be shortened, it stays as long as it is: the recording
-// is whole, and a decoder does not go by the length.
+// is whole, and a decoder does not go by the length. What was not filled yet goes with the rest.
 ErrorCode SdBlockSink::close(uint32_t n_blocks) {
+  forget(file_);
   const ErrorCode error = slot_.flush();
   if (error != ErrorCode::kNone) return error;
   FsFile file;
@@ -104,7 +99,6 @@ ErrorCode SdBlockSink::close(uint32_t n_blocks) {
                          file.truncate(static_cast<uint64_t>(n_blocks) * kBlockBytes) &&
                          slot_.flush() == ErrorCode::kNone;
   if (!shortened && slot_.has_failed()) return ErrorCode::kCardWriteFailed;
-  stage_ = Stage::kNoFile;
   slot_.count_room();
   return ErrorCode::kNone;
 }

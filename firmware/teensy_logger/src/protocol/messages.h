@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x46, 0xE7, 0xDF, 0xF7, 0x56, 0xF8, 0xA2, 0xA4};
+constexpr uint8_t kProtocolHash[8] = {0x06, 0x87, 0x19, 0x03, 0x26, 0x77, 0xF3, 0x6A};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -117,8 +117,6 @@ constexpr uint32_t kFileMinMib = 1;
 constexpr uint32_t kFileMaxMib = 1024;
 // Blocks that the logger's RAM holds: 5.3 s at 1 kHz, 19 s at 280 Hz.
 constexpr uint32_t kRingBlocks = 896;
-// A card that fills its file with zeros slower than this is too slow; the ring takes the samples meanwhile.
-constexpr uint32_t kCardFillMibS = 8;
 // A specific force of this much on one axis, after the release, is the landing. Strokes stay under 2 g.
 constexpr uint32_t kLandingShockG = 6;
 // No landing is believed before this time after the release.

@@ -63,6 +63,7 @@ void LoggerBoard::set_power(bool on) {
   }
   powered_us_ = now_us_;
   next_loop_us_ = now_us_;
+  work_until_us_ = now_us_;
   const uint64_t seed = seed_ + (boots_++ << 32);  // other session ids after each start
   firmware_ = std::make_unique<Firmware>(*this, seed);
   firmware_->card.set_powered_at(powered_us_);
@@ -82,16 +83,25 @@ void LoggerBoard::advance_to(uint64_t t_us) {
     const uint64_t next_us = std::min(next_sample_us(), next_loop_us_);
     if (next_us > t_us) break;
     if (next_us == next_sample_us()) {
-      firmware_->inputs.set_now(board_us(next_us));
-      firmware_->timer.pass();
-      firmware_->core.sample(board_us(next_us));
+      sample(next_us);
     } else {
       firmware_->timer.set_now(board_us(next_us));
       firmware_->core.poll(board_us(next_us));
-      next_loop_us_ += parameters_.loop_us;
+      work_until_us_ = next_us + firmware_->card.take_processor_us();
+      next_loop_us_ = std::max(next_us + parameters_.loop_us, work_until_us_);
     }
   }
   now_us_ = std::max(now_us_, t_us);
+}
+
+// What the interrupt takes of the processor, the main loop does not get.
+void LoggerBoard::sample(uint64_t t_us) {
+  const uint64_t before_us = firmware_->interrupt_clock.us;
+  firmware_->inputs.set_now(board_us(t_us));
+  firmware_->timer.pass();
+  firmware_->core.sample(board_us(t_us));
+  work_until_us_ = std::max(work_until_us_, t_us) + firmware_->interrupt_clock.us - before_us;
+  next_loop_us_ = std::max(next_loop_us_, work_until_us_);
 }
 
 void LoggerBoard::set_switch(int index, bool closed, uint64_t t_us) {

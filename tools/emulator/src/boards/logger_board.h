@@ -19,7 +19,7 @@ namespace tfsat {
 namespace emulator {
 
 struct LoggerBoardParameters {
-  uint32_t loop_us = 500;             // time of one pass of the main loop
+  uint32_t loop_us = 500;             // time of one pass of the main loop, at least
   logger::Identity identity = {{'E', 'M', 'U', 'L', 'A', 'T', 'E', 'D'}, 0};  // what HELLO tells
 };
 
@@ -66,6 +66,7 @@ class LoggerBoard {
   class Firmware;
   static constexpr size_t kMemoryBytes = 64;
 
+  void sample(uint64_t t_us);
   uint64_t board_us(uint64_t t_us) const { return t_us - powered_us_; }
 
   std::array<I2cBus, 2>* buses_ = nullptr;
@@ -80,6 +81,7 @@ class LoggerBoard {
   uint64_t now_us_ = 0;
   uint64_t powered_us_ = 0;
   uint64_t next_loop_us_ = 0;
+  uint64_t work_until_us_ = 0;  // the processor is at the card's blocks or in the interrupt
   uint64_t boots_ = 0;
   bool switch_closed_[2] = {true, true};
   bool cable_ = false;

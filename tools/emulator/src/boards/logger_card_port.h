@@ -1,6 +1,8 @@
 // The emulated card behind the ports of the logger's core: the file of a recording, and the files
-// that are there already.
+// that are there already. Blocks take the processor's time, as with SdFat's programmed transfers.
 #pragma once
+
+#include <algorithm>
 
 #include "../../../../firmware/teensy_logger/src/core/ports.h"
 #include "../card/block_device.h"
@@ -13,18 +15,31 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   explicit CardPort(BlockDevice& card) : card_(card) {}
 
   protocol::ErrorCode open(uint32_t n_blocks) override {
+    filled_ = 0;
+    prepared_ = 0;
     return error_of(card_.preallocate(n_blocks));
   }
-  protocol::ErrorCode poll(uint64_t t_us) override {
+  bool busy(uint64_t t_us) override {
     t_us_ = t_us;
-    return protocol::ErrorCode::kNone;
+    return card_.busy(world_us());
   }
-  bool busy() override { return card_.busy(world_us()); }
+  protocol::ErrorCode prepare() override {
+    const uint32_t count = std::min(kFillBlocks, card_.n_blocks() - filled_);
+    const protocol::ErrorCode error = error_of(card_.fill(world_us()));
+    if (error != protocol::ErrorCode::kNone) return error;
+    take_processor(count);
+    filled_ += count;
+    const bool whole = filled_ == card_.n_blocks();
+    if (whole || filled_ - prepared_ >= kStepBlocks) prepared_ = filled_;
+    return error;
+  }
+  uint32_t prepared_blocks() override { return prepared_; }
   protocol::ErrorCode recover(uint64_t t_us) override {
     t_us_ = t_us;
     return card_.present() ? protocol::ErrorCode::kNone : protocol::ErrorCode::kNoCard;
   }
   protocol::ErrorCode write(uint32_t index, const uint8_t* block) override {
+    take_processor(1);
     return error_of(card_.write(world_us(), index, block));
   }
   protocol::ErrorCode sync() override { return error_of(card_.sync(world_us())); }
@@ -45,8 +60,19 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   protocol::ErrorCode erase(uint16_t number) override { return log_error_of(card_.erase(number)); }
 
   void set_powered_at(uint64_t t_us) { powered_us_ = t_us; }
+  // What the processor has spent on blocks since it was asked last, in us.
+  uint64_t take_processor_us() {
+    const uint64_t us = processor_ns_ / 1000;
+    processor_ns_ %= 1000;
+    return us;
+  }
 
  private:
+  // As drivers/sd_block_sink.cpp has them.
+  static constexpr uint32_t kFillBlocks = 16;
+  static constexpr uint32_t kStepBlocks = 256;
+
+  void take_processor(uint32_t blocks) { processor_ns_ += blocks * card_.parameters().transfer_ns; }
   uint64_t world_us() const { return powered_us_ + t_us_; }
   static protocol::ErrorCode error_of(CardResult result) {
     using protocol::ErrorCode;
@@ -66,6 +92,9 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   }
 
   BlockDevice& card_;
+  uint32_t filled_ = 0;    // of the newest file
+  uint32_t prepared_ = 0;  // in whole steps
+  uint64_t processor_ns_ = 0;
   uint64_t powered_us_ = 0;
   uint64_t t_us_ = 0;
 };

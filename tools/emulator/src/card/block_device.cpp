@@ -54,6 +54,13 @@ CardResult BlockDevice::preallocate(uint32_t n_blocks) {
   return CardResult::kOk;
 }
 
+CardResult BlockDevice::fill(uint64_t t_us) {
+  if (state() != CardResult::kOk) return state();
+  if (busy(t_us)) return CardResult::kBusy;
+  busy_until_us_ = t_us + parameters_.write_us + stall_of_block(t_us);
+  return CardResult::kOk;
+}
+
 CardResult BlockDevice::write(uint64_t t_us, uint32_t block_index, const uint8_t* data) {
   if (state() != CardResult::kOk) return state();
   if (busy(t_us)) return CardResult::kBusy;
@@ -156,6 +163,9 @@ void BlockDevice::set_stalls(uint64_t stall_us, uint64_t every_us) {
 }
 
 uint64_t BlockDevice::stall_of_block(uint64_t t_us) {
+  const bool by_chance = parameters_.stall_one_in != 0 &&
+                         stall_random_.uniform() * parameters_.stall_one_in < 1.0;
+  if (by_chance) return 50000 + static_cast<uint64_t>(stall_random_.uniform() * 450000.0);
   if (stall_us_ == 0 || t_us < next_stall_us_) return 0;
   const double apart = (0.5 + stall_random_.uniform()) * static_cast<double>(stall_every_us_);
   next_stall_us_ = t_us + stall_us_ + static_cast<uint64_t>(apart);

@@ -35,6 +35,8 @@ struct CardParameters {
   uint32_t sync_us = 1000;      // busy after a sync
   uint32_t cache_blocks = 0;    // the card's own RAM: written, but lost in a power cut until synced
   uint32_t capacity_blocks = 1u << 22;  // 2 GiB
+  uint32_t transfer_ns = 23000;  // of the processor, to hand over a block (SdFat on a Teensy 4.x)
+  uint32_t stall_one_in = 0;     // writes keeps it busy for 50 to 500 ms; 0: none
 };
 
 class BlockDevice {
@@ -48,6 +50,8 @@ class BlockDevice {
   // Whether such a file would find room.
   CardResult inspect(uint32_t n_blocks) const;
   uint32_t free_blocks() const;
+  // Takes some zeros of the newest file, which are there already.
+  CardResult fill(uint64_t t_us);
   bool busy(uint64_t t_us) const { return t_us < busy_until_us_; }
   CardResult write(uint64_t t_us, uint32_t block_index, const uint8_t data[kBlockBytes]);
   // Flushes the cache. The card is busy afterwards; its data is safe at once.
@@ -78,6 +82,7 @@ class BlockDevice {
   bool present() const { return present_; }
   void power_cut(PowerCut kind);
 
+  const CardParameters& parameters() const { return parameters_; }
   // Of the newest file.
   uint32_t n_blocks() const { return static_cast<uint32_t>(medium_.size() / kBlockBytes); }
   size_t unsynced_blocks() const { return cache_.size(); }
