@@ -13,13 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.devices.scripted import Answer, client, hello, live_sample, refusal, reply
+from tests.devices.scripted import Answer, ScriptedTransport, client, hello, live_sample, refusal, reply
 from tfsat_host.devices.client import (
     ATTEMPT_TIMEOUT_S,
     ATTEMPTS,
+    BUSY_TIMEOUT_S,
     LONGEST_BACKLOG,
     BoardError,
     BoardRefusal,
+    Client,
     NoAnswer,
     WrongBoard,
     board_error,
@@ -35,6 +37,8 @@ from tfsat_host.protocol.messages import (
     HelloReply,
     HelloRequest,
     JogRequest,
+    LogListReply,
+    LogListRequest,
     ManeuverReadReply,
     ManeuverReadRequest,
     SettingsWriteRequest,
@@ -195,7 +199,7 @@ def test_any_losses_end_in_the_right_answer_or_none(seed: int) -> None:
             assert link.request(ManeuverReadRequest(index), ManeuverReadReply).index == index
 
 
-@pytest.mark.parametrize("code", [code for code in ErrorCode if code != ErrorCode.NONE])
+@pytest.mark.parametrize("code", [code for code in ErrorCode if code not in (ErrorCode.NONE, ErrorCode.BUSY)])
 def test_a_refusal_is_an_error_with_its_remedy(code: ErrorCode) -> None:
     link, transport = client(lambda frame: [refusal(frame, code, 3)])
     with pytest.raises(BoardError) as caught:
@@ -396,3 +400,14 @@ def test_closing_lets_go_of_the_port() -> None:
     link, transport = client(lambda _: [])
     link.close()
     assert transport.closed
+
+
+def test_a_board_that_stays_busy_is_given_up() -> None:
+    told: list[float] = []
+    transport = ScriptedTransport(lambda frame: [refusal(frame, ErrorCode.BUSY)])
+    waiting = Client(transport, on_busy=lambda: told.append(transport.now_s()))
+    with pytest.raises(BoardError, match="counting the free room") as caught:
+        waiting.request(LogListRequest(0), LogListReply)
+    assert caught.value.code == ErrorCode.BUSY
+    assert len(told) == 1
+    assert transport.now_s() - told[0] == pytest.approx(BUSY_TIMEOUT_S, abs=1.0)

@@ -7,7 +7,7 @@ import pytest
 from tests.log_transfer.bench import Bench
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.log_names import RAM
-from tfsat_host.devices.logger import CardError, ram_seconds
+from tfsat_host.devices.logger import CardError, LoggerClient, ram_seconds
 from tfsat_host.emulated.card import CardDefect
 from tfsat_host.errors import RefusedError
 from tfsat_host.protocol.enums import CardState, DropPhase, ErrorCode, LoggerState
@@ -129,3 +129,16 @@ def test_ram_keeps_the_newest_seconds_and_no_more(bench: Bench) -> None:
     path = bench.folder / "ram.bin"
     path.write_bytes(bench.fetch(entry))
     assert load(path).duration_s == pytest.approx(ram_seconds(SAMPLE_RATE_HZ), rel=0.02)
+
+
+def test_a_host_waits_for_a_card_that_is_being_counted(bench: Bench) -> None:
+    told: list[bool] = []
+    logger = LoggerClient.connect(bench.cable, on_busy=lambda: told.append(True))
+    bench.robot.card_slot.remove()
+    bench.wait(2.5)
+    bench.robot.card_slot.insert(mount_us=4_000_000)
+    began_s = bench.cable.now_s()
+    assert logger.start_recording().state == LoggerState.RECORDING
+    assert 4.0 <= bench.cable.now_s() - began_s < 4.5
+    assert told == [True]
+    assert logger.wait_for_card().card == CardState.READY

@@ -60,3 +60,30 @@ TEST_CASE(the_next_file_is_filled_at_1_khz_while_the_robot_waits) {
   CHECK(bench.status().session != first && bench.records_all());
   CHECK(bench.blocks_to_spare() > kRingBlocks / 2);
 }
+
+TEST_CASE(a_card_that_is_counted_for_4_s_leaves_no_request_without_an_answer) {
+  BoardBench bench;
+  for (const bool card_changed : {false, true}) {
+    bench.card.set_mount_us(4000000);
+    if (card_changed) {
+      bench.card.set_present(false);
+      bench.run_ms(2500);
+      bench.card.set_present(true);
+    } else {
+      bench.board.set_power(false);
+      bench.board.set_power(true);
+    }
+    bench.run_ms(2100);  // the card is looked at every 2 s
+    for (int i = 0; i < 60; ++i) {
+      CHECK(bench.status().card == CardState::kUnknown);
+      CHECK(bench.get<HelloReply>(HelloRequest::kType).board == Board::kLogger);
+      CHECK(bench.refused(RecordStartRequest{7, 0}).code == ErrorCode::kBusy);
+      CHECK(bench.refused(LogListRequest{0}).code == ErrorCode::kBusy);
+    }
+    bench.run_ms(3000);
+    CHECK(bench.status().card == CardState::kReady);
+  }
+  CHECK(bench.start(7).state == LoggerState::kRecording);
+  bench.run_ms(1000);
+  CHECK(bench.stop().samples_dropped == 0);
+}

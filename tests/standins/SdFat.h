@@ -8,6 +8,7 @@
 typedef int oflag_t;
 
 #define FIFO_SDIO 0
+const uint8_t FAT_TYPE_FAT32 = 32;
 enum { SD_CARD_ERROR_NONE };
 
 class SdioConfig {
@@ -26,6 +27,7 @@ class FsBlockDeviceInterface {
  public:
   virtual ~FsBlockDeviceInterface() {}
   virtual bool isBusy() = 0;
+  virtual bool readSector(uint32_t sector, uint8_t* data) = 0;
   virtual bool syncDevice() = 0;
   virtual bool writeSector(uint32_t sector, const uint8_t* data) = 0;
 };
@@ -41,7 +43,10 @@ typedef SdCardInterface SdCard;
 
 class FsVolume {
  public:
+  uint32_t clusterCount() const;
   bool exists(const char* path);
+  uint32_t fatStartSector() const;
+  uint8_t fatType() const;
   uint32_t sectorsPerCluster() const;
 };
 

@@ -79,17 +79,20 @@ def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]
     """The logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.logger import LoggerClient
 
+    def told() -> None:
+        out.note("the logger has just met its card and counts its free room …")
+
     if args.emulated:
         from tfsat_host.emulated.robot import BoardIndex
         from tfsat_host.emulated.transport import EmulatedTransport
 
         with emulated_robot(out) as robot:
-            logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+            logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER), on_busy=told)
             with explained(logger, args):
                 yield logger
         return
     with closing(open_port("logger", args.port, out)) as transport, interruptible(transport.name):
-        logger = LoggerClient.connect(transport)
+        logger = LoggerClient.connect(transport, on_busy=told)
         with explained(logger, args):
             yield logger
 

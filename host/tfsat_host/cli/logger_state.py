@@ -92,7 +92,7 @@ def card_words(status: LoggerStatusReply) -> str:
         return f"ready, {status.card_free_mib} MiB free"
     name = status.card.name.replace("_", " ")
     if status.card == CardState.UNKNOWN:
-        return "not looked at yet"
+        return "not looked at yet, or its free room is being counted"
     return f"{name}, {status.card_free_mib} MiB free" if status.card == CardState.FULL else name
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import TypeVar
 
 from tfsat_host.devices.board_errors import (
@@ -16,7 +17,7 @@ from tfsat_host.devices.board_errors import (
 )
 from tfsat_host.devices.identity import BoardIdentity
 from tfsat_host.devices.transport import Transport
-from tfsat_host.protocol.enums import Board
+from tfsat_host.protocol.enums import Board, ErrorCode
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import REPLY_BIT
 from tfsat_host.protocol.messages import (
@@ -38,6 +39,9 @@ LogPiece = LogPartStream | LogZerosStream
 ATTEMPT_TIMEOUT_S = 0.25
 """A board answers within a few milliseconds; a USB hub may add tens."""
 ATTEMPTS = 8
+BUSY_TIMEOUT_S = 60.0
+"""The largest FAT32 card in its smallest clusters is counted in 4 s, at a sampling rate of 1 kHz in 20 s."""
+BUSY_POLL_S = 0.25
 LONGEST_BACKLOG = 4096
 """Live samples kept while nobody takes them: 15 s at 280 Hz, 4 s at 1 kHz."""
 
@@ -49,22 +53,39 @@ class Client:
     matched by type and sequence number; what answers an older copy is dropped.
     """
 
-    def __init__(self, transport: Transport) -> None:
+    def __init__(self, transport: Transport, *, on_busy: Callable[[], None] = lambda: None) -> None:
+        """`on_busy` is called when a request has to wait until the board is not busy any more."""
         self.transport = transport
+        self._on_busy = on_busy
         self._receiver = FrameReceiver()
         self._sequence = 0
         self._live: deque[LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
         self._log_pieces: list[LogPiece] = []
 
     def request(self, message: Payload, reply_type: type[Reply], *, attempts: int = ATTEMPTS) -> Reply:
-        """Sends `message`, up to `attempts` times, and returns the board's reply.
+        """Sends `message`, up to `attempts` times, and returns the board's reply; waits while it is busy.
 
         Raises:
-            BoardError: the board refused (BoardRefusal where an interlock did).
+            BoardError: the board refused (BoardRefusal where an interlock did), or was busy for BUSY_TIMEOUT_S.
             NoAnswer: nothing came back after all attempts.
             PortError: the connection broke.
             ProtocolError: the reply has an unknown value or a wrong length.
         """
+        deadline: float | None = None
+        while True:
+            try:
+                return reply_type.decode(self._exchange(message, attempts))
+            except BoardError as error:
+                if error.code != ErrorCode.BUSY or (
+                    deadline is not None and self.transport.now_s() > deadline
+                ):
+                    raise
+            if deadline is None:
+                deadline = self.transport.now_s() + BUSY_TIMEOUT_S
+                self._on_busy()
+            self.wait(BUSY_POLL_S)
+
+    def _exchange(self, message: Payload, attempts: int) -> bytes:
         request_type = message.TYPE
         self._sequence = (self._sequence + 1) & 0xFF
         frame = encode_frame(Frame(request_type, self._sequence, message.encode()))
@@ -73,7 +94,7 @@ class Client:
             self.transport.write(b"\0" + frame)
             payload = self._await(request_type)
             if payload is not None:
-                return reply_type.decode(payload)
+                return payload
         raise NoAnswer(self.transport.name)
 
     def _await(self, request_type: int) -> bytes | None:

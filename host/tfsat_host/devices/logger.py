@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Self
 
@@ -33,8 +33,8 @@ from tfsat_host.protocol.messages import (
 
 STOP_TIMEOUT_S = 20.0
 """The ring's blocks may wait for a card that stalls; one that is gone is given up after 15 s (card_writer.h)."""
-START_TIMEOUT_S = 10.0
-"""A card takes the first block within a second; one that stalls may need some."""
+START_TIMEOUT_S = 25.0
+"""A card takes the first block within a second; for one that takes nothing, RAM lasts for 17 s at 280 Hz."""
 POLL_S = 0.1
 SAMPLES_WAIT_S = 0.5
 """Five samples at the lowest rate."""
@@ -76,9 +76,9 @@ class LoggerClient:
         self.identity = identity
 
     @classmethod
-    def connect(cls, transport: Transport) -> Self:
-        """Asks who answers. Raises WrongBoard, NoAnswer, PortError."""
-        client = Client(transport)
+    def connect(cls, transport: Transport, *, on_busy: Callable[[], None] = lambda: None) -> Self:
+        """Asks who answers; `on_busy` as in `Client`. Raises WrongBoard, NoAnswer, PortError."""
+        client = Client(transport, on_busy=on_busy)
         return cls(client, client.hello(Board.LOGGER))
 
     @property

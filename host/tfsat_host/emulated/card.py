@@ -43,8 +43,12 @@ class CardSlot:
         """Takes the card out, a recording in full swing included."""
         self._library.tfsat_card_set_present(self._robot, 0)
 
-    def insert(self) -> None:
-        """Pushes a card with the same recordings in, with nothing else on it and nothing wrong with it."""
+    def insert(self, *, mount_us: int = 0) -> None:
+        """Pushes a card with the same recordings in, with nothing else on it and nothing wrong with it.
+
+        Counting its free room takes `mount_us`.
+        """
+        self._library.tfsat_card_set_mount(self._robot, mount_us)
         self.spoil(CardDefect.NONE)
         self.fill(NO_FOREIGN_FILES)
         self._library.tfsat_card_set_present(self._robot, 1)

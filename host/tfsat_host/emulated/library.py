@@ -126,6 +126,7 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
     "tfsat_card_set_present": (None, [c_void_p, c_int]),
     "tfsat_card_set_defect": (None, [c_void_p, c_int]),
     "tfsat_card_fill": (None, [c_void_p, c_uint32]),
+    "tfsat_card_set_mount": (None, [c_void_p, c_uint32]),
     "tfsat_fault_imu": (None, [c_void_p, c_int, c_int]),
     "tfsat_swap_imus": (None, [c_void_p, c_int, c_int]),
     "tfsat_fault_bus": (None, [c_void_p, c_int, c_int]),

@@ -77,7 +77,7 @@ class CardState(IntEnum):
     """What the logger knows of its card."""
 
     UNKNOWN = 0
-    """Not looked at yet."""
+    """Not looked at yet, or its free room is being counted."""
     READY = 1
     """A recording would find room."""
     MISSING = 2
@@ -253,3 +253,5 @@ class ErrorCode(IntEnum):
     """The recording under this number is another than the one asked for."""
     RAM_HOLDS_DROP = 54
     """The logger's RAM holds a drop that no card has."""
+    BUSY = 55
+    """The logger is counting the free room of a card that it has just met."""

@@ -238,5 +238,10 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "A new recording would overwrite it.",
         "tfsat-host log fetch ram, then start again. To give it up: tfsat-host log erase ram.",
     ),
+    ErrorCode.BUSY: (
+        "The logger is counting the free room of a card that it has just met.",
+        "Nothing was changed; sampling goes on.",
+        "Wait some seconds, then the same command again: the host repeats it by itself for a minute.",
+    ),
 }
 """Error code: (what happened, what it means, what to do)."""

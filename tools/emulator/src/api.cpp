@@ -200,6 +200,10 @@ void tfsat_card_set_defect(TfsatRobot* robot, int defect) {
   robot->robot.card().set_defect(card_defect(defect));
 }
 
+void tfsat_card_set_mount(TfsatRobot* robot, uint32_t mount_us) {
+  robot->robot.card().set_mount_us(mount_us);
+}
+
 void tfsat_card_fill(TfsatRobot* robot, uint32_t free_blocks) {
   robot->robot.card().fill_up_to(free_blocks);
 }

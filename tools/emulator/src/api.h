@@ -139,6 +139,8 @@ void tfsat_card_put_file(TfsatRobot* robot, int number, const uint8_t* data, siz
 void tfsat_card_set_present(TfsatRobot* robot, int present);
 void tfsat_card_set_defect(TfsatRobot* robot, int defect);
 void tfsat_card_fill(TfsatRobot* robot, uint32_t free_blocks);
+// From the next time on that the logger meets it, it counts its free room for so long.
+void tfsat_card_set_mount(TfsatRobot* robot, uint32_t mount_us);
 
 // What breaks at once, or is well again (..._GOOD, 0). Bodies, joints, buses and switches from 0 on.
 void tfsat_fault_imu(TfsatRobot* robot, int body, int kind);

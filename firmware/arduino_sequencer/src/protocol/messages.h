@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x06, 0x87, 0x19, 0x03, 0x26, 0x77, 0xF3, 0x6A};
+constexpr uint8_t kProtocolHash[8] = {0x50, 0x15, 0xB9, 0x87, 0x87, 0x4A, 0xD0, 0xB1};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -206,7 +206,7 @@ enum class LoggerState : uint8_t {
 
 // What the logger knows of its card.
 enum class CardState : uint8_t {
-  kUnknown = 0,  // Not looked at yet.
+  kUnknown = 0,  // Not looked at yet, or its free room is being counted.
   kReady = 1,  // A recording would find room.
   kMissing = 2,  // No card, or one without contact.
   kUnreadable = 3,  // A card without a file system that the logger knows.
@@ -302,6 +302,7 @@ enum class ErrorCode : uint8_t {
   kNoSuchLog = 52,  // There is no such recording.
   kLogChanged = 53,  // The recording under this number is another than the one asked for.
   kRamHoldsDrop = 54,  // The logger's RAM holds a drop that no card has.
+  kBusy = 55,  // The logger is counting the free room of a card that it has just met.
 };
 
 // One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.

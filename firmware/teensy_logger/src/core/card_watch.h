@@ -16,7 +16,9 @@ class CardWatch {
   void poll(uint64_t t_us, uint32_t file_blocks) {
     if (t_us < next_us_) return;
     next_us_ = t_us + kPeriodUs;
-    state_ = state_of(sink_.inspect(file_blocks));
+    const protocol::ErrorCode error = sink_.inspect(file_blocks);
+    if (error == protocol::ErrorCode::kBusy) look_again();
+    state_ = state_of(error);
   }
   // The card's contents have changed: look at once.
   void look_again() { next_us_ = 0; }
@@ -28,6 +30,7 @@ class CardWatch {
     using protocol::ErrorCode;
     switch (error) {
       case ErrorCode::kNone: return CardState::kReady;
+      case ErrorCode::kBusy: return CardState::kUnknown;
       case ErrorCode::kNoCard: return CardState::kMissing;
       case ErrorCode::kCardFull: return CardState::kFull;
       case ErrorCode::kCardUnreadable: return CardState::kUnreadable;

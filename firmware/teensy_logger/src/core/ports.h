@@ -97,9 +97,9 @@ class BlockSink {
   virtual protocol::ErrorCode sync() = 0;
   // Shortens the file to `n_blocks` and closes it: the only change of metadata since open().
   virtual protocol::ErrorCode close(uint32_t n_blocks) = 0;
-  // Looks at the card while no file is open: kNone when a file of `n_blocks` would find room. May
-  // take seconds the first time that it meets a card (to count its free room), a millisecond
-  // afterwards.
+  // Looks at the card while no file is open: kNone when a file of `n_blocks` would find room. kBusy
+  // when it has just met the card and counts its free room, a step at each call; a step may take
+  // 20 ms, the first one as long as a card takes to start.
   virtual protocol::ErrorCode inspect(uint32_t n_blocks) = 0;
   // Room on the card when it was counted last.
   virtual uint32_t free_mib() = 0;

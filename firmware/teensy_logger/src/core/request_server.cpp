@@ -118,6 +118,7 @@ Reply RequestServer::settings_write(const protocol::LoggerSettingsWriteRequest& 
 Reply RequestServer::record_start(const protocol::RecordStartRequest& request, uint8_t* reply) {
   Recorder& recorder = parts_.recorder;
   if (!recorder.knows(request.number)) {
+    if (!recorder.uses_card() && !card_is_counted()) return Reply::refused(ErrorCode::kBusy);
     if (request.unix_us != 0) set_clock(request.unix_us);
     parts_.log_server.end();
     const ErrorCode error = recorder.start(request.number, plan());
@@ -172,8 +173,14 @@ Reply RequestServer::clock_set(const protocol::ClockSetRequest& request, uint8_t
   return encoded(set, reply);
 }
 
+ErrorCode RequestServer::no_card_access() {
+  if (busy()) return ErrorCode::kWrongState;
+  return card_is_counted() ? ErrorCode::kNone : ErrorCode::kBusy;
+}
+
 Reply RequestServer::log_list(const protocol::LogListRequest& request, uint8_t* reply) {
-  if (busy()) return Reply::refused(ErrorCode::kWrongState);
+  const ErrorCode refusal = no_card_access();
+  if (refusal != ErrorCode::kNone) return Reply::refused(refusal);
   return encoded(parts_.log_server.list(request.from_number), reply);
 }
 
@@ -185,7 +192,8 @@ ErrorCode RequestServer::why_no_log(uint16_t number, ErrorCode error) {
 }
 
 Reply RequestServer::log_read(const protocol::LogReadRequest& request, uint8_t* reply) {
-  if (busy()) return Reply::refused(ErrorCode::kWrongState);
+  const ErrorCode refusal = no_card_access();
+  if (refusal != ErrorCode::kNone) return Reply::refused(refusal);
   protocol::LogReadReply read;
   const ErrorCode error =
       why_no_log(request.number, parts_.log_server.begin_read(request, read.count));
@@ -194,7 +202,8 @@ Reply RequestServer::log_read(const protocol::LogReadRequest& request, uint8_t* 
 }
 
 Reply RequestServer::log_erase(const protocol::LogEraseRequest& request, uint8_t* reply) {
-  if (busy()) return Reply::refused(ErrorCode::kWrongState);
+  const ErrorCode refusal = no_card_access();
+  if (refusal != ErrorCode::kNone) return Reply::refused(refusal);
   const ErrorCode error = why_no_log(request.number, parts_.log_server.erase(request));
   if (error != ErrorCode::kNone) return Reply::refused(error);
   parts_.card_watch.look_again();

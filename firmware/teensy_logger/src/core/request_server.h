@@ -89,6 +89,9 @@ class RequestServer final : public protocol::RequestHandler {
 
   protocol::ErrorCode why_no_log(uint16_t number, protocol::ErrorCode error);
   bool busy() const { return parts_.recorder.uses_card() || parts_.recorder.capturing(); }
+  // What a request for the card's recordings is refused with, or kNone.
+  protocol::ErrorCode no_card_access();
+  bool card_is_counted() { return parts_.card.inspect(0) != protocol::ErrorCode::kBusy; }
   protocol::CardState card_state() const;
   void set_clock(uint64_t unix_us) { unix_at_zero_us_ = unix_us > now_us_ ? unix_us - now_us_ : 0; }
   Recorder::Plan plan() const;

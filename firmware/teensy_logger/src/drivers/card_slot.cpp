@@ -19,6 +19,11 @@ constexpr uint8_t kCsdProtected = 0x30;
 constexpr uint32_t kStatusErrors = 0x04380000;
 constexpr uint32_t kNoAnswer = 0;
 
+constexpr uint32_t kFirstCluster = 2;
+constexpr uint32_t kEntryMask = 0x0FFFFFFF;
+constexpr uint32_t kEntriesASector = protocol::kBlockBytes / sizeof(uint32_t);
+constexpr uint32_t kSectorsALook = 64;
+
 bool is_write_protected(SdCard& card) {
   csd_t csd;
   if (!card.readCSD(&csd)) return false;
@@ -37,14 +42,19 @@ bool CardSlot::start() {
 }
 
 ErrorCode CardSlot::look() {
-  if (!still_there()) verdict_ = mount();
+  if (!still_there()) {
+    verdict_ = mount();
+  } else if (verdict_ == ErrorCode::kBusy) {
+    verdict_ = count_some();
+  }
   return verdict_;
 }
 
 // A card that was pulled and put back has lost its address and does not answer to it. An unreadable
 // one is tried again: it may have been met while it was being pushed in.
 bool CardSlot::still_there() {
-  const bool usable = verdict_ == ErrorCode::kNone || verdict_ == ErrorCode::kCardWriteProtected;
+  const bool usable = verdict_ == ErrorCode::kNone || verdict_ == ErrorCode::kBusy ||
+                      verdict_ == ErrorCode::kCardWriteProtected;
   return usable && !has_failed();
 }
 
@@ -53,23 +63,51 @@ bool CardSlot::has_failed() {
          card().status() == kNoAnswer;
 }
 
+// Of exFAT, SdFat counts the bitmap, 15 ms for a million clusters; of FAT16 there is not much.
 ErrorCode CardSlot::mount() {
   ++mounted_;
   free_blocks_ = 0;
   if (!start() || !card().readCID(&card_id_)) return ErrorCode::kNoCard;
   if (!volume_.volumeBegin()) return ErrorCode::kCardUnreadable;
-  count_room();
-  if (has_failed()) return ErrorCode::kCardUnreadable;
+  entries_counted_ = 0;
+  free_clusters_ = 0;
+  if (volume_.fatType() == FAT_TYPE_FAT32) return ErrorCode::kBusy;
+  return finish_counting(volume_.freeClusterCount());
+}
+
+// The table has an entry of 28 bits for each cluster behind two that are none; 0 is free (Microsoft,
+// FAT32 File System Specification 1.03, FAT Data Structure).
+ErrorCode CardSlot::count_some() {
+  uint32_t entries[kEntriesASector];
+  const uint32_t end = kFirstCluster + volume_.clusterCount();
+  for (uint32_t i = 0; i < kSectorsALook && entries_counted_ < end; ++i) {
+    const uint32_t sector = volume_.fatStartSector() + entries_counted_ / kEntriesASector;
+    if (!card().readSector(sector, reinterpret_cast<uint8_t*>(entries))) {
+      return ErrorCode::kCardUnreadable;
+    }
+    for (const uint32_t entry : entries) {
+      const bool cluster = entries_counted_ >= kFirstCluster && entries_counted_ < end;
+      if (cluster && (entry & kEntryMask) == 0) ++free_clusters_;
+      ++entries_counted_;
+    }
+  }
+  return entries_counted_ < end ? ErrorCode::kBusy : finish_counting(free_clusters_);
+}
+
+ErrorCode CardSlot::finish_counting(uint32_t free_clusters) {
+  if (has_failed() || free_clusters > volume_.clusterCount()) return ErrorCode::kCardUnreadable;
+  free_blocks_ = static_cast<uint64_t>(free_clusters) * volume_.sectorsPerCluster();
   return is_write_protected(card()) ? ErrorCode::kCardWriteProtected : ErrorCode::kNone;
 }
 
-// SdFat keeps count on FAT32 and reads the bitmap again on exFAT, 15 ms for a million clusters.
-void CardSlot::count_room() {
-  const uint32_t free_clusters = volume_.freeClusterCount();
-  constexpr uint32_t kUnknown = UINT32_MAX;  // FatPartition::freeClusterCount() could not read
-  free_blocks_ = free_clusters == kUnknown
-                     ? 0
-                     : static_cast<uint64_t>(free_clusters) * volume_.sectorsPerCluster();
+uint64_t CardSlot::whole_clusters(uint32_t n_blocks) const {
+  const uint32_t size = volume_.sectorsPerCluster();
+  return (static_cast<uint64_t>(n_blocks) + size - 1) / size * size;
+}
+
+void CardSlot::take_room(uint32_t n_blocks) {
+  const uint64_t taken = whole_clusters(n_blocks);
+  free_blocks_ -= taken < free_blocks_ ? taken : free_blocks_;
 }
 
 ErrorCode CardSlot::restart() {

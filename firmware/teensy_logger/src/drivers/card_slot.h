@@ -17,9 +17,11 @@ namespace logger {
 class CardSlot {
  public:
   // Looks at the card, which takes a fraction of a millisecond, and starts and mounts it when it is
-  // not the one that was there, or has failed since. Mounting reads the whole allocation table, to
-  // count the free room: 0.1 to 0.5 s as cards come formatted, 4 s for 32 GB of FAT32 in clusters
-  // of 4 KiB. Errors: kNoCard, kCardUnreadable, kCardWriteProtected.
+  // not the one that was there, or has failed since. Then each look reads a piece of a FAT32's
+  // allocation table, to count the free room: in all 0.1 to 0.5 s as cards come formatted, 4 s for
+  // 32 GB in clusters of 4 KiB. SdFat would count in one go, and its reading calls no yield() in
+  // which a host could be answered. Errors: kBusy while it counts, kNoCard, kCardUnreadable,
+  // kCardWriteProtected.
   protocol::ErrorCode look();
 
   // Starts the same card anew, as after a loss of contact, and mounts it anew: SdFat would take for
@@ -37,7 +39,9 @@ class CardSlot {
   // Free room of the card that was mounted last, when it was counted last.
   uint64_t free_blocks() const { return free_blocks_; }
   uint32_t free_mib() const { return static_cast<uint32_t>(free_blocks_ / kBlocksPerMib); }
-  void count_room();
+  // A file of so many blocks has come, or has gone.
+  void take_room(uint32_t n_blocks);
+  void give_room(uint32_t n_blocks) { free_blocks_ += whole_clusters(n_blocks); }
 
   // Counts the times that a card was mounted. What was open before is void.
   uint32_t mounted() const { return mounted_; }
@@ -50,10 +54,15 @@ class CardSlot {
   bool start();
   bool still_there();
   protocol::ErrorCode mount();
+  protocol::ErrorCode count_some();
+  protocol::ErrorCode finish_counting(uint32_t free_clusters);
+  uint64_t whole_clusters(uint32_t n_blocks) const;
 
   SdFs volume_;
   cid_t card_id_ = {};
   uint64_t free_blocks_ = 0;
+  uint32_t entries_counted_ = 0;  // of the allocation table
+  uint32_t free_clusters_ = 0;    // among them
   uint32_t mounted_ = 0;
   protocol::ErrorCode verdict_ = protocol::ErrorCode::kNoCard;
 };

@@ -99,7 +99,7 @@ ErrorCode SdBlockSink::close(uint32_t n_blocks) {
                          file.truncate(static_cast<uint64_t>(n_blocks) * kBlockBytes) &&
                          slot_.flush() == ErrorCode::kNone;
   if (!shortened && slot_.has_failed()) return ErrorCode::kCardWriteFailed;
-  slot_.count_room();
+  slot_.take_room(shortened ? n_blocks : n_blocks_);
   return ErrorCode::kNone;
 }
 

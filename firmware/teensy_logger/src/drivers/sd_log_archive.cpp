@@ -38,10 +38,11 @@ ErrorCode SdLogArchive::erase(uint16_t number) {
   const DropFileName name(number);
   if (!slot_.volume().exists(name.text)) return ErrorCode::kNoSuchLog;
   FsFile file;
-  const bool erased = file.open(&slot_.volume(), name.text, O_RDWR) && file.remove() &&
-                      slot_.flush() == ErrorCode::kNone;
-  slot_.count_room();
-  return erased ? ErrorCode::kNone : ErrorCode::kCardWriteFailed;
+  if (!file.open(&slot_.volume(), name.text, O_RDWR)) return ErrorCode::kCardWriteFailed;
+  const uint32_t n_blocks = static_cast<uint32_t>(file.fileSize() / kBlockBytes);
+  if (!file.remove() || slot_.flush() != ErrorCode::kNone) return ErrorCode::kCardWriteFailed;
+  slot_.give_room(n_blocks);
+  return ErrorCode::kNone;
 }
 
 // Keeps the file open from block to block: finding it reads the directory.

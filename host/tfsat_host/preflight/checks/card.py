@@ -44,7 +44,10 @@ def check_card(evidence: Evidence) -> Check:
         return no_go(name, what, cure, **numbers)
     if card == CardState.UNKNOWN:
         return no_go(
-            name, "The logger has not looked at its card yet.", "Wait 3 s and run this again.", **numbers
+            name,
+            "The logger has not looked at its card yet, or counts its free room.",
+            "Wait 10 s and run this again.",
+            **numbers,
         )
     return go(name, "It is there and ready.", **numbers)
 

@@ -86,6 +86,7 @@ void LoggerBoard::advance_to(uint64_t t_us) {
       sample(next_us);
     } else {
       firmware_->timer.set_now(board_us(next_us));
+      firmware_->card.set_now(board_us(next_us));
       firmware_->core.poll(board_us(next_us));
       work_until_us_ = next_us + firmware_->card.take_processor_us();
       next_loop_us_ = std::max(next_us + parameters_.loop_us, work_until_us_);

@@ -47,7 +47,7 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
     return error_of(card_.truncate(n_blocks));
   }
   protocol::ErrorCode inspect(uint32_t n_blocks) override {
-    return error_of(card_.inspect(n_blocks));
+    return counted() ? error_of(card_.inspect(n_blocks)) : protocol::ErrorCode::kBusy;
   }
   uint32_t free_mib() override { return card_.free_blocks() / 2048; }
 
@@ -60,6 +60,8 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   protocol::ErrorCode erase(uint16_t number) override { return log_error_of(card_.erase(number)); }
 
   void set_powered_at(uint64_t t_us) { powered_us_ = t_us; }
+  // The main loop has got so far.
+  void set_now(uint64_t t_us) { t_us_ = t_us; }
   // What the processor has spent on blocks since it was asked last, in us.
   uint64_t take_processor_us() {
     const uint64_t us = processor_ns_ / 1000;
@@ -72,6 +74,15 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   static constexpr uint32_t kFillBlocks = 16;
   static constexpr uint32_t kStepBlocks = 256;
 
+  // A card's free room is counted when the board meets it.
+  bool counted() {
+    if (!card_.present()) return true;
+    if (met_ != card_.insertions()) {
+      met_ = card_.insertions();
+      counted_us_ = t_us_ + card_.parameters().mount_us;
+    }
+    return t_us_ >= counted_us_;
+  }
   void take_processor(uint32_t blocks) { processor_ns_ += blocks * card_.parameters().transfer_ns; }
   uint64_t world_us() const { return powered_us_ + t_us_; }
   static protocol::ErrorCode error_of(CardResult result) {
@@ -94,6 +105,8 @@ class CardPort final : public logger::BlockSink, public logger::LogArchive {
   BlockDevice& card_;
   uint32_t filled_ = 0;    // of the newest file
   uint32_t prepared_ = 0;  // in whole steps
+  uint32_t met_ = 0;       // which insertion
+  uint64_t counted_us_ = 0;
   uint64_t processor_ns_ = 0;
   uint64_t powered_us_ = 0;
   uint64_t t_us_ = 0;

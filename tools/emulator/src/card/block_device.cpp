@@ -174,6 +174,7 @@ uint64_t BlockDevice::stall_of_block(uint64_t t_us) {
 
 void BlockDevice::set_present(bool present) {
   if (!present) power_cut(PowerCut::kLosesCache);
+  if (present && !present_) ++insertions_;
   present_ = present;
 }
 

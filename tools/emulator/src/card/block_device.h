@@ -37,6 +37,7 @@ struct CardParameters {
   uint32_t capacity_blocks = 1u << 22;  // 2 GiB
   uint32_t transfer_ns = 23000;  // of the processor, to hand over a block (SdFat on a Teensy 4.x)
   uint32_t stall_one_in = 0;     // writes keeps it busy for 50 to 500 ms; 0: none
+  uint32_t mount_us = 0;         // to count its free room, when a board meets it
 };
 
 class BlockDevice {
@@ -80,6 +81,9 @@ class BlockDevice {
   // Out of its contacts the card has no supply: what it had not programmed is lost.
   void set_present(bool present);
   bool present() const { return present_; }
+  // How often one was pushed in.
+  uint32_t insertions() const { return insertions_; }
+  void set_mount_us(uint32_t mount_us) { parameters_.mount_us = mount_us; }
   void power_cut(PowerCut kind);
 
   const CardParameters& parameters() const { return parameters_; }
@@ -116,6 +120,7 @@ class BlockDevice {
   uint64_t busy_until_us_ = 0;
   uint64_t blocks_written_ = 0;
   bool present_ = true;
+  uint32_t insertions_ = 1;
   uint64_t stall_us_ = 0;
   uint64_t stall_every_us_ = 0;
   uint64_t next_stall_us_ = 0;
