@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from tests.logger.golden_blocks import write_header
 
 HERE = Path(__file__).parent
 CORE = REPOSITORY / "firmware" / "teensy_logger" / "src" / "core"
+STAND_INS = REPOSITORY / "tests" / "standins"
 RECORDER = ["block_builder", "card_writer", "drop_watch", "../release/release_detector", "recorder"]
 SENSORS = ["settings", "mpu6050", "sampler"]
 LOGGER = [*RECORDER, *SENSORS, "log_server", "request_server", "logger"]
@@ -35,6 +37,7 @@ CORE_SOURCES: dict[str, list[str]] = {
     "long_wait": LOGGER,
     "chatter": LOGGER,
     "slow_card": LOGGER,
+    "bus_recovery": ["../drivers/lpi2c_bus"],
 }
 IMU = ["sensors/mpu6050", "sensors/low_pass"]
 BOARD = [*IMU, "sensors/angle_sensor", "card/block_device", "boards/logger_board"]
@@ -55,7 +58,7 @@ def test_core(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     sources += [CORE / f"{name}.cpp" for name in CORE_SOURCES[part]]
     sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in EMULATED.get(part, [])]
     write_header(tmp_path / "golden_blocks.h")
-    monkeypatch.setenv("CPLUS_INCLUDE_PATH", str(tmp_path))
+    monkeypatch.setenv("CPLUS_INCLUDE_PATH", os.pathsep.join([str(tmp_path), str(STAND_INS)]))
     program = compile_cpp(sources, tmp_path / part)
     done = subprocess.run([program], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -33,6 +33,18 @@ uint32_t micros(void);
 uint32_t millis(void);
 void delayMicroseconds(uint32_t us);
 }
+// Of each pin, the data register of its port; GDIR is the word behind it, DR_SET the 33rd (Reference
+// Manual, GPIO memory map).
+struct digital_pin_bitband_and_config_table_struct {
+  volatile uint32_t* reg;
+  volatile uint32_t* mux;
+  volatile uint32_t* pad;
+  uint32_t mask;
+};
+extern const digital_pin_bitband_and_config_table_struct digital_pin_to_info_PGM[];
+#define digitalPinToBitMask(pin) (digital_pin_to_info_PGM[(pin)].mask)
+#define portSetRegister(pin) ((digital_pin_to_info_PGM[(pin)].reg + 33))
+
 inline void analogReadResolution(unsigned int bits) { analogReadRes(bits); }
 
 #define noInterrupts() __asm__ volatile("cpsid i" ::: "memory")

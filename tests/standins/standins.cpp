@@ -7,6 +7,10 @@
 usb_serial_class Serial;
 TwoWire Wire, Wire1;
 
+static volatile uint32_t gpio[36];
+const digital_pin_bitband_and_config_table_struct digital_pin_to_info_PGM[] = {
+    {gpio, gpio, gpio, 1}};
+
 extern "C" {
 void pinMode(uint8_t, uint8_t) {}
 void digitalWrite(uint8_t, uint8_t) {}
@@ -36,6 +40,9 @@ void TwoWire::setClock(uint32_t) {}
 
 SdioConfig::SdioConfig(uint8_t) {}
 uint32_t SdCardInterface::status() { return 0; }
+uint32_t FsVolume::clusterCount() const { return 0; }
+uint32_t FsVolume::fatStartSector() const { return 0; }
+uint8_t FsVolume::fatType() const { return 0; }
 bool FsVolume::exists(const char*) { return false; }
 uint32_t FsVolume::sectorsPerCluster() const { return 0; }
 bool SdFs::cardBegin(SdioConfig) { return false; }

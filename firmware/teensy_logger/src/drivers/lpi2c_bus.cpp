@@ -111,11 +111,12 @@ I2cResult Lpi2cBus::give_up(I2cResult result) {
 }
 
 // I2C-bus specification UM10204 rev. 7, 3.1.16: nine clocks free a slave that holds the data line;
-// then a stop.
+// then a stop. The clock's pin must be told that it is high before it is an output, or the clock dips
+// when it becomes one; digitalWrite() of a pin that is none yet changes its pull-up alone.
 void Lpi2cBus::recover() {
   pinMode(sda_pin_, INPUT_PULLUP);
+  *portSetRegister(scl_pin_) = digitalPinToBitMask(scl_pin_);
   pinMode(scl_pin_, OUTPUT_OPENDRAIN);
-  digitalWrite(scl_pin_, HIGH);
   for (uint8_t clock = 0; clock < 9 && digitalRead(sda_pin_) == LOW; ++clock) {
     digitalWrite(scl_pin_, LOW);
     delayMicroseconds(kHalfClockUs);
