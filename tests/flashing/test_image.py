@@ -39,7 +39,7 @@ def test_gaps_are_erased_flash(tmp_path: Path) -> None:
         (":0100000011EF\n" + END, "a.hex:1: damaged Intel HEX record"),
         (":00\n" + END, "a.hex:1: damaged"),
         (hex_text(DATA).removesuffix(END), "cut short"),
-        (":020000046000" + "9A\n" + END, "beyond 64 KiB"),
+        (":020000046000" + "9A\n:0100000000FF\n" + END, "beyond 64 KiB"),
         (":00000007F9\n" + END, "unknown Intel HEX record"),
         (END, "holds no data"),
         ("", "cut short"),

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from tests.emulator_avr.building import REPOSITORY, BuildError
+from tests.logger_proof import shared_processor
 from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
 from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SEEDS, run_all
@@ -58,7 +59,9 @@ def prove(folder: Path, seeds: int) -> str:
     same = twins(pc, m7, [(first, BATCH) for first in range(FIRST_SEED, FIRST_SEED + FULL_SEEDS, BATCH)])
     progress("counting instructions")
     counted = [count_instructions(counting, rate_hz) for rate_hz in RATES_HZ]
-    return render(outcomes, same, counted, Tools.found())
+    progress("sharing the processor")
+    spares = shared_processor.measure(shared_processor.build(folder))
+    return render(outcomes, same, counted, spares, Tools.found())
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def core_files() -> list[Path]:
 
 def build_for_pc(folder: Path, programs: Sequence[str] = RUN) -> Path:
     """With the sanitizers on. Raises BuildError."""
-    return _build(_compiler(), PC_FLAGS, SANITIZERS, _copy(folder), programs)
+    return _build(compiler(), PC_FLAGS, SANITIZERS, _copy(folder), programs)
 
 
 def build_for_m7(folder: Path, programs: Sequence[str] = RUN, edits: Iterable[Edit] = ()) -> Path:
@@ -78,8 +78,8 @@ def plant(like: Path, folder: Path, edits: Sequence[Edit]) -> Path:
     for made in like.parent.glob("*.o"):
         shutil.copy2(made, tree)
     for path in changed:
-        _compile(_compiler(), PC_FLAGS, tree, path)
-    return _link(_compiler(), PC_FLAGS, SANITIZERS, tree)
+        _compile(compiler(), PC_FLAGS, tree, path)
+    return _link(compiler(), PC_FLAGS, SANITIZERS, tree)
 
 
 def _copy(folder: Path) -> Path:
@@ -114,23 +114,25 @@ def _build(
 
 def _compile(compiler: str, flags: Sequence[str], tree: Path, source: Path) -> None:
     relative = source.relative_to(tree)
-    _run(tree, compiler, *flags, "-c", str(relative), "-o", f"{source.stem}.o")
+    run_tool(tree, compiler, *flags, "-c", str(relative), "-o", f"{source.stem}.o")
 
 
 def _link(compiler: str, flags: Sequence[str], link: Sequence[str], tree: Path) -> Path:
     objects = sorted(path.name for path in tree.glob("*.o"))
-    _run(tree, compiler, *flags, *objects, *link, "-o", "program")
+    run_tool(tree, compiler, *flags, *objects, *link, "-o", "program")
     return tree / "program"
 
 
-def _compiler() -> str:
+def compiler() -> str:
+    """Of this computer. Raises BuildError."""
     found = os.environ.get("CXX") or shutil.which("g++") or shutil.which("c++")
     if found is None:
         raise BuildError("no C++ compiler: install g++ or set CXX")
     return found
 
 
-def _run(folder: Path, *command: str) -> None:
+def run_tool(folder: Path, *command: str) -> None:
+    """Runs a compiler or linker. Raises BuildError with what it said."""
     result = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if result.returncode != 0:
         raise BuildError(f"{' '.join(command)}\n{result.stdout}{result.stderr}")

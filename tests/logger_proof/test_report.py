@@ -15,6 +15,7 @@ from tests.logger_proof.instructions import Figure, Instructions
 from tests.logger_proof.judge import Outcome
 from tests.logger_proof.m7 import Twins
 from tests.logger_proof.report import Tools, render
+from tests.logger_proof.shared_processor import Spare
 from tests.logger_proof.truth import Kind
 
 RUNS = [
@@ -87,11 +88,13 @@ def test_the_report_names_no_machine_and_its_lines_can_be_read() -> None:
 
 
 def test_a_report_tells_its_runs_figures() -> None:
-    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, Tools("12.2.1", "7.2.22"))
+    spares = [Spare(1000, 23_000, 0, 816, 821), Spare(1000, 23_000, 100, 479, 544)]
+    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, Tools("12.2.1", "7.2.22"))
     cuts = sum(run.kind is not Kind.CARD_LOST for run in RUNS)
     assert f"{len(RUNS)} recordings, {cuts} of them cut off" in text.replace("\n", " ")
     assert "| takes what comes | 280 | 14 | 123 | 123 |" in text
     assert "| 1000 | 15 | 15 | 450 | 77 | 0 |" in text
+    assert "| 1000 | 23 | 816 | 821 | 479 | 544 |" in text
     assert "| 1000 | 3800 | 11800 | 1800 | 300 | 250 | 0.64% |" in text
     assert f"`{'ab' * 32}`" in text
 

@@ -1,4 +1,4 @@
-"""`tfsat-host flash sequencer`: new firmware for the Arduino Micro, and the proof that it runs."""
+"""`tfsat-host flash`: new firmware for a board, and the proof that it runs; here for the Arduino Micro."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli import flash_logger
 from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.output import Output
@@ -22,14 +23,19 @@ if TYPE_CHECKING:
     from tfsat_host.flashing.running import Target
     from tfsat_host.flashing.writing import Flashed
 
+_BOARDS = {
+    "sequencer": "flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards",
+    "logger": "flash the Teensy 4.1 with teensy_loader_cli, and ask it what it runs afterwards",
+}
 _NOT_FLASHED = "Nothing was flashed."
 _THIS_COMMAND = re.compile(r"tfsat-host (?:flash sequencer|status|disarm)")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """One subcommand a board; the logger is flashed by Teensy Loader."""
-    text = "flash the Arduino Micro through its bootloader with avrdude, and ask it what it runs afterwards"
-    sequencer = add_subcommands(parser, {"sequencer": text}, title="boards", dest="board")["sequencer"]
+    """One subcommand a board."""
+    boards = add_subcommands(parser, _BOARDS, title="boards", dest="board")
+    flash_logger.configure(boards["logger"])
+    sequencer = boards["sequencer"]
     sequencer.description = (
         f"{sequencer.description} Refuses while the board is not safe, and where it runs the image already."
     )
@@ -56,6 +62,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.flashing.system import ThisComputer
 
     _refuse_emulated(args)
+    if args.board == "logger":
+        return flash_logger.run(args, out)
     computer = ThisComputer()
     with _typed_as_given(args):
         image = load_image(args.hex or default_hex())
@@ -74,9 +82,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _refuse_emulated(args: argparse.Namespace) -> None:
     if args.emulated:
         raise RefusedError(
-            what="flash --emulated is refused: the emulated sequencer has no bootloader.",
+            what=f"flash --emulated is refused: the emulated {args.board} has no bootloader.",
             meaning=_NOT_FLASHED,
-            next_step="To run the image that would be flashed: tfsat-host emulate --sequencer avr",
+            next_step="To run the sequencer's very image instead: tfsat-host emulate --sequencer avr",
         )
 
 

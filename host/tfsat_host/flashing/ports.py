@@ -15,8 +15,8 @@ class Computer(Protocol):
     def ports(self) -> list[PortInfo]:
         """The serial ports that there are now."""
 
-    def touch(self, path: str) -> None:
-        """Opens the port at 1200 baud and closes it, DTR low: an Arduino Micro then starts its bootloader.
+    def touch(self, path: str, baudrate: int = 1200) -> None:
+        """Opens the port at this rate and closes it, DTR low: at 1200 baud, an Arduino Micro starts its bootloader.
 
         Raises PortError.
         """

@@ -15,7 +15,6 @@ from tfsat_host.devices.port_errors import open_error
 from tfsat_host.devices.serial_port import open_serial
 from tfsat_host.devices.transport import SerialTransport, Transport
 
-TOUCH_BAUDRATE = 1200
 _CHUNK_BYTES = 256
 
 
@@ -26,13 +25,13 @@ class ThisComputer:
         """The serial ports that there are now."""
         return system_ports()
 
-    def touch(self, path: str) -> None:
-        """The 1200-baud touch. Raises PortError."""
+    def touch(self, path: str, baudrate: int = 1200) -> None:
+        """Opens at this rate and closes. Raises PortError."""
         import serial
 
         port = open_serial(path)
         try:
-            port.baudrate = TOUCH_BAUDRATE
+            port.baudrate = baudrate
             with contextlib.suppress(
                 OSError
             ):  # a pseudo-terminal has no DTR; closing lowers it elsewhere too
