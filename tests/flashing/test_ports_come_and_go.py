@@ -33,6 +33,7 @@ class Computer:
         return [PortInfo(name, *ids) for name, ids in self._now().items()]
 
     def touch(self, path: str, baudrate: int = 1200) -> None:
+        assert baudrate == 1200
         self.touched.append(path)
         self.t_s += 0.01
 
@@ -129,7 +130,7 @@ def test_a_sketch_that_does_not_answer(after: dict[str, tuple[int, int]], reason
 def test_a_port_that_cannot_be_touched_is_told() -> None:
     class Busy(Computer):
         def touch(self, path: str, baudrate: int = 1200) -> None:
-            raise open_error(path, 16, "busy")
+            raise open_error(path, 16, f"busy at {baudrate}")
 
     with pytest.raises(PortError, match="in use by another program"):
         wake(Busy({0: {"a": SKETCH}}, {}), "a", nobody)

@@ -37,7 +37,6 @@ class FakeCard final : public tfsat::logger::BlockSink {
     if (prepare_error != ErrorCode::kNone) return prepare_error;
     const uint32_t step = prepare_step == 0 ? n_blocks() : prepare_step;
     prepared = prepared + step < n_blocks() ? prepared + step : n_blocks();
-    busy_until_us = t_us + prepare_us;
     return ErrorCode::kNone;
   }
   uint32_t prepared_blocks() override { return prepared; }
@@ -98,7 +97,7 @@ class FakeCard final : public tfsat::logger::BlockSink {
   ErrorCode open_error = ErrorCode::kNone;
   ErrorCode prepare_error = ErrorCode::kNone;
   uint32_t prepared = 0;
-  uint32_t prepare_step = 0, prepare_us = 0;  // blocks, and busy after them; 0: all at once
+  uint32_t prepare_step = 0;  // blocks; 0: all at once
   uint64_t t_us = 0;
   uint64_t busy_until_us = 0;
   uint32_t write_us = 0, sync_us = 0;  // busy after a block, after a sync

@@ -148,3 +148,31 @@ TEST_CASE(events_of_a_chattering_input_all_arrive_and_samples_stay) {
   }
   CHECK(recording.samples.size() == bench.recorder.samples());
 }
+
+TEST_CASE(a_file_is_prepared_ahead_of_its_blocks_and_in_a_fall_no_further) {
+  Bench bench;
+  bench.card.prepare_step = 16;
+  bench.start(1, 1);
+  bench.release_after_us(300000);
+  bench.run_us(20000);
+  const uint32_t prepared = bench.card.prepared;
+  CHECK(prepared > 1000 && prepared < Bench::kFileBlocks);
+  bench.run_us(2000000);
+  CHECK(bench.card.prepared == prepared);
+  const Recording recording = bench.stop_and_read();
+  CHECK(recording.samples.size() == bench.recorder.samples());
+  CHECK(bench.card.writes_unprepared == 0);
+}
+
+TEST_CASE(a_fall_right_after_the_start_is_given_the_room_that_it_needs) {
+  Bench bench;
+  bench.card.prepare_step = 16;
+  bench.release_after_us(10000);
+  bench.start(1, 1);
+  bench.set_switches(0);
+  bench.run_us(10000);
+  bench.set_switches(3);
+  bench.run_us(2000000);
+  CHECK(bench.recorder.ring_blocks() < 64 && bench.card.writes > 64);
+  CHECK(bench.card.writes_unprepared == 0 && bench.card.prepared < 600);
+}

@@ -23,7 +23,8 @@ ErrorCode SdBlockSink::inspect(uint32_t n_blocks) {
 ErrorCode SdBlockSink::open(uint32_t n_blocks) {
   forget(file_);
   const ErrorCode error = inspect(n_blocks);
-  if (error != ErrorCode::kNone) return error;
+  const bool counting = error == ErrorCode::kBusy;  // then the allocation tells whether there is room
+  if (error != ErrorCode::kNone && !counting) return error;
   n_blocks_ = n_blocks;
   blocks_filled_ = 0;
   blocks_prepared_ = 0;
