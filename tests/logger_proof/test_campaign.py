@@ -49,7 +49,7 @@ DEFECTS = {
         "were dropped, the log tells of 0",
     ),
     "the file is closed before everything is in it": (
-        Edit(RECORDER, "if (!footer_added_ || !writer_.drained()) return;", "if (!footer_added_) return;"),
+        Edit(RECORDER, "if (!footer_added_ || !writer_.drained(t_us)) return;", "if (!footer_added_) return;"),
         (Kind.SPOILED, 4),
         "lost although|has no end",
     ),
