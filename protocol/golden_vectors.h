@@ -185,7 +185,7 @@ static const uint8_t kFrameLoggerStatusRequest[] = {0x05, 0x03, 0x06, 0x9A, 0x28
 inline size_t build_LoggerStatusReply(uint8_t* payload) {
   protocol::LoggerStatusReply message;
   message.state = protocol::LoggerState::kFailed;
-  message.error = protocol::ErrorCode::kFaultLatched;
+  message.error = protocol::ErrorCode::kStaleToken;
   message.imu_present = 203u;
   message.switches_open = 105u;
   message.session = 132094637u;
@@ -214,11 +214,11 @@ inline size_t build_LoggerStatusReply(uint8_t* payload) {
 inline bool matches_LoggerStatusReply(const uint8_t* payload, size_t size) {
   protocol::LoggerStatusReply message;
   if (!message.decode(payload, size)) return false;
-  return message.state == protocol::LoggerState::kFailed && message.error == protocol::ErrorCode::kFaultLatched && message.imu_present == 203u && message.switches_open == 105u && message.session == 132094637u && message.samples == 2786530406u && message.samples_dropped == 1145998880u && message.blocks_written == 3800434649u && message.ring_blocks == 32957u && message.ring_peak_blocks == 7924u && message.rate_hz == 48428u && message.who_am_i[0] == 91u && message.who_am_i[1] == 249u && message.who_am_i[2] == 151u && message.who_am_i[3] == 54u && message.uptime_ms == 3561084325u && message.card == protocol::CardState::kUnreadable && message.card_free_mib == 280021272u && message.phase == protocol::DropPhase::kFalling && message.ram_holds_drop == 77u && message.late_ticks == 3948361285u && message.settings_origin == protocol::Origin::kUploaded && message.unix_us == 2866024084405320957ull;
+  return message.state == protocol::LoggerState::kFailed && message.error == protocol::ErrorCode::kStaleToken && message.imu_present == 203u && message.switches_open == 105u && message.session == 132094637u && message.samples == 2786530406u && message.samples_dropped == 1145998880u && message.blocks_written == 3800434649u && message.ring_blocks == 32957u && message.ring_peak_blocks == 7924u && message.rate_hz == 48428u && message.who_am_i[0] == 91u && message.who_am_i[1] == 249u && message.who_am_i[2] == 151u && message.who_am_i[3] == 54u && message.uptime_ms == 3561084325u && message.card == protocol::CardState::kUnreadable && message.card_free_mib == 280021272u && message.phase == protocol::DropPhase::kFalling && message.ram_holds_drop == 77u && message.late_ticks == 3948361285u && message.settings_origin == protocol::Origin::kUploaded && message.unix_us == 2866024084405320957ull;
 }
 
-static const uint8_t kPayloadLoggerStatusReply[] = {0x04, 0x12, 0xCB, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x5B, 0xF9, 0x97, 0x36, 0xA5, 0xD5, 0x41, 0xD4, 0x03, 0x18, 0xC9, 0xB0, 0x10, 0x01, 0x4D, 0x45, 0x36, 0x57, 0xEB, 0x01, 0xFD, 0x7C, 0xB1, 0x4C, 0xB8, 0x29, 0xC6, 0x27};
-static const uint8_t kFrameLoggerStatusReply[] = {0x3B, 0x83, 0x07, 0x04, 0x12, 0xCB, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x5B, 0xF9, 0x97, 0x36, 0xA5, 0xD5, 0x41, 0xD4, 0x03, 0x18, 0xC9, 0xB0, 0x10, 0x01, 0x4D, 0x45, 0x36, 0x57, 0xEB, 0x01, 0xFD, 0x7C, 0xB1, 0x4C, 0xB8, 0x29, 0xC6, 0x27, 0xD5, 0xC9, 0x00};
+static const uint8_t kPayloadLoggerStatusReply[] = {0x04, 0x11, 0xCB, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x5B, 0xF9, 0x97, 0x36, 0xA5, 0xD5, 0x41, 0xD4, 0x03, 0x18, 0xC9, 0xB0, 0x10, 0x01, 0x4D, 0x45, 0x36, 0x57, 0xEB, 0x01, 0xFD, 0x7C, 0xB1, 0x4C, 0xB8, 0x29, 0xC6, 0x27};
+static const uint8_t kFrameLoggerStatusReply[] = {0x3B, 0x83, 0x07, 0x04, 0x11, 0xCB, 0x69, 0xAD, 0x9A, 0xDF, 0x07, 0x66, 0x14, 0x17, 0xA6, 0x20, 0x8E, 0x4E, 0x44, 0xD9, 0x07, 0x86, 0xE2, 0xBD, 0x80, 0xF4, 0x1E, 0x2C, 0xBD, 0x5B, 0xF9, 0x97, 0x36, 0xA5, 0xD5, 0x41, 0xD4, 0x03, 0x18, 0xC9, 0xB0, 0x10, 0x01, 0x4D, 0x45, 0x36, 0x57, 0xEB, 0x01, 0xFD, 0x7C, 0xB1, 0x4C, 0xB8, 0x29, 0xC6, 0x27, 0xF0, 0x49, 0x00};
 
 inline size_t build_ManeuverBeginRequest(uint8_t* payload) {
   protocol::ManeuverBeginRequest message;
@@ -923,7 +923,7 @@ static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0xC9, 0x1B, 0
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
   message.request = 88u;
-  message.code = protocol::ErrorCode::kCardUnreadable;
+  message.code = protocol::ErrorCode::kBusStuck;
   message.detail = -1796046492;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
@@ -932,11 +932,11 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 88u && message.code == protocol::ErrorCode::kCardUnreadable && message.detail == -1796046492;
+  return message.request == 88u && message.code == protocol::ErrorCode::kBusStuck && message.detail == -1796046492;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0x58, 0x31, 0x64, 0x81, 0xF2, 0x94};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x58, 0x31, 0x64, 0x81, 0xF2, 0x94, 0x16, 0x72, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0x58, 0x2C, 0x64, 0x81, 0xF2, 0x94};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x58, 0x2C, 0x64, 0x81, 0xF2, 0x94, 0x36, 0x57, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;

@@ -359,3 +359,6 @@ enums:
     13:
       id: sampling_late
       doc: 'Ticks of the sampling timer passed without a sample: value = microseconds since the sample before.'
+    15:
+      id: sensor_missed
+      doc: 'A transfer from a running IMU failed; its reading is missing until it has shown that it kept its settings, most often this one only: index = IMU, arg = error code. One that stays away for 20 ms is a sensor_fault.'

@@ -169,7 +169,7 @@ def test_it_stops_by_itself(server: RobotServer) -> None:
         ("reset power", "no reset 'power': watchdog, brown-out, button"),
         ("fault", "Write: fault none|imu"),
         ("fault me", "no fault of 'me': imu, bus, angle, servo, switch, bounce, card, clock"),
-        ("fault imu", "Write: fault imu BODY dead|frozen|saturated|none"),
+        ("fault imu", "Write: fault imu BODY dead|frozen|saturated|glitch|none"),
         ("fault imu 5 dead", "no body 5"),
         ("fault imu 1 tired", "no such fault of IMUs as 'tired'"),
         ("fault imu 1 swapped", "swapped with that of another body"),

@@ -11,6 +11,7 @@ _TEXTS = {
     "switch_edge": "release switch {number} {state}",
     "stroke": "stroke {number}",
     "sensor_fault": "IMU of body {number}: {cause}",
+    "sensor_missed": "IMU of body {number} missed a reading: {cause}",
     "sensor_recovered": "IMU of body {number} measures again",
     "card_stall": "the card took nothing for {value} ms",
     "samples_dropped": "{value} samples dropped: the ring was full",

@@ -20,7 +20,7 @@ LONGEST_BOUNCE_S = 1.0
 LONGEST_STALL_S = 100.0
 STALL_EVERY_S = 2.0
 _USAGES = {
-    "imu": "BODY dead|frozen|saturated|none, or imu BODY swapped BODY",
+    "imu": "BODY dead|frozen|saturated|glitch|none, or imu BODY swapped BODY",
     "bus": "1|2 stuck|none",
     "angle": "SENSOR dead|frozen|none, or angle SENSOR turned DEGREES",
     "servo": "JOINT dead|slow|reversed|none",
@@ -59,6 +59,9 @@ def _kind(word: str) -> str | None:
 
 
 def _imu(faults: Faults, words: list[str]) -> None:
+    if len(words) == 2 and words[1].lower() == "glitch":
+        faults.glitch(whole(words[0], "body"))
+        return
     other = whole(words[2], "body") if len(words) == 3 else None
     faults.imu(whole(words[0], "body"), cast("ImuFault | None", _kind(words[1])), other)
 

@@ -64,6 +64,11 @@ class Faults:
             self._library.tfsat_swap_imus(self._robot, body - 1, other - 1)
             self._swapped |= {body: other, other: body}
 
+    def glitch(self, body: int) -> None:
+        """A disturbance spoils the next transfer with the IMU of a body (1 to 4): it is not acknowledged."""
+        _require("body", body, IMU_COUNT)
+        self._library.tfsat_glitch_imu(self._robot, body - 1)
+
     def bus(self, bus: int, stuck: bool) -> None:
         """A slave holds an I2C bus (1: IMUs 1 and 2; 2: IMUs 3 and 4) low.
 

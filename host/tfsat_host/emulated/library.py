@@ -129,6 +129,7 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
     "tfsat_card_set_mount": (None, [c_void_p, c_uint32]),
     "tfsat_fault_imu": (None, [c_void_p, c_int, c_int]),
     "tfsat_swap_imus": (None, [c_void_p, c_int, c_int]),
+    "tfsat_glitch_imu": (None, [c_void_p, c_int]),
     "tfsat_fault_bus": (None, [c_void_p, c_int, c_int]),
     "tfsat_fault_angle_sensor": (None, [c_void_p, c_int, c_int]),
     "tfsat_slip_magnet": (None, [c_void_p, c_int, c_double]),

@@ -156,6 +156,8 @@ class EventCode(IntEnum):
     """The last seconds were written a second time: value = blocks."""
     SAMPLING_LATE = 13
     """Ticks of the sampling timer passed without a sample: value = microseconds since the sample before."""
+    SENSOR_MISSED = 15
+    """A transfer from a running IMU failed; its reading is missing until it has shown that it kept its settings, most often this one only: index = IMU, arg = error code. One that stays away for 20 ms is a sensor_fault."""
 
 
 class ErrorCode(IntEnum):
@@ -255,3 +257,5 @@ class ErrorCode(IntEnum):
     """The logger's RAM holds a drop that no card has."""
     BUSY = 55
     """The logger is counting the free room of a card that it has just met."""
+    SENSOR_RESET = 57
+    """An IMU has lost its settings."""

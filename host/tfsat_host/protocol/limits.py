@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("5015b987874ad0b1")
+PROTOCOL_HASH = bytes.fromhex("9662af3b2af08cbd")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80

@@ -243,5 +243,10 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "Nothing was changed; sampling goes on.",
         "Wait some seconds, then the same command again: the host repeats it by itself for a minute.",
     ),
+    ErrorCode.SENSOR_RESET: (
+        "An IMU has lost its settings.",
+        "Its supply was gone for a moment: that body's rates are missing until it is started anew, about 0.1 s.",
+        "Check its plug and the 3.3 V line under shaking before the next drop.",
+    ),
 }
 """Error code: (what happened, what it means, what to do)."""

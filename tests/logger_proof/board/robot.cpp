@@ -51,11 +51,11 @@ void Imu::measure(uint64_t t_us, uint32_t tick) {
   if (lands) values_[0] = INT16_MAX;
 }
 
-// What comes back foreign was away for a moment.
+// What comes back foreign was away for longer than a glitch.
 bool Imu::answers(uint64_t t_us) const {
   if (fails(t_us, ImuFault::kNack)) return false;
   const bool changes = fails(t_us, ImuFault::kForeign);
-  return !changes || t_us >= scenario_->fault_from_us[index_] + 20000;
+  return !changes || t_us >= scenario_->fault_from_us[index_] + 40000;
 }
 
 void Imu::read(uint64_t t_us, uint8_t reg, uint8_t* data, uint8_t size) const {

@@ -145,6 +145,7 @@ void tfsat_card_set_mount(TfsatRobot* robot, uint32_t mount_us);
 // What breaks at once, or is well again (..._GOOD, 0). Bodies, joints, buses and switches from 0 on.
 void tfsat_fault_imu(TfsatRobot* robot, int body, int kind);
 void tfsat_swap_imus(TfsatRobot* robot, int body, int other);  // twice: as it was
+void tfsat_glitch_imu(TfsatRobot* robot, int body);  // one transfer is not acknowledged
 void tfsat_fault_bus(TfsatRobot* robot, int bus, int stuck);
 void tfsat_fault_angle_sensor(TfsatRobot* robot, int sensor, int kind);
 void tfsat_slip_magnet(TfsatRobot* robot, int sensor, double slip_rad);

@@ -57,6 +57,7 @@ SwitchFault switch_fault(int kind) {
 
 void tfsat_fault_imu(TfsatRobot* robot, int body, int kind) { robot->robot.set_imu_fault(body, imu_fault(kind)); }
 void tfsat_swap_imus(TfsatRobot* robot, int body, int other) { robot->robot.swap_imus(body, other); }
+void tfsat_glitch_imu(TfsatRobot* robot, int body) { robot->robot.glitch_imu(body); }
 void tfsat_fault_bus(TfsatRobot* robot, int bus, int stuck) { robot->robot.set_bus_stuck(bus, stuck != 0); }
 
 void tfsat_fault_angle_sensor(TfsatRobot* robot, int sensor, int kind) {

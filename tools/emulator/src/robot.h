@@ -108,6 +108,8 @@ class Robot {
   void set_imu_fault(int body, Mpu6050Fault fault);
   // Exchanges the plugs of two IMUs: each answers at the other's bus and address. Twice: as it was.
   void swap_imus(int body, int other);
+  // The next transfer with an IMU is disturbed, and not acknowledged.
+  void glitch_imu(int body);
   // A slave holds the bus low; nine clocks do not free it, a loss of the logger's supply does.
   void set_bus_stuck(int bus, bool stuck);
   void set_angle_sensor_fault(int sensor, AngleSensorFault fault);

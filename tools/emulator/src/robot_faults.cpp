@@ -12,6 +12,11 @@ void Robot::swap_imus(int body, int other) {
   for (const size_t i : {a, b}) bus_of_slot(plug_[i]).plug(kImuAddresses[plug_[i] % 2], imus_[i]);
 }
 
+void Robot::glitch_imu(int body) {
+  const size_t slot = plug_[static_cast<size_t>(body)];
+  bus_of_slot(slot).glitch(kImuAddresses[slot % 2]);
+}
+
 void Robot::set_bus_stuck(int bus, bool stuck) { buses_[static_cast<size_t>(bus)].set_stuck(stuck, stuck); }
 
 // A slave that holds its bus lets go with its supply.

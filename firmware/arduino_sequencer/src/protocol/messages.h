@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x50, 0x15, 0xB9, 0x87, 0x87, 0x4A, 0xD0, 0xB1};
+constexpr uint8_t kProtocolHash[8] = {0x96, 0x62, 0xAF, 0x3B, 0x2A, 0xF0, 0x8C, 0xBD};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -252,6 +252,7 @@ enum class EventCode : uint8_t {
   kCardBack = 11,  // The card takes blocks again: value = milliseconds that it was gone.
   kRewritten = 12,  // The last seconds were written a second time: value = blocks.
   kSamplingLate = 13,  // Ticks of the sampling timer passed without a sample: value = microseconds since the sample before.
+  kSensorMissed = 15,  // A transfer from a running IMU failed; its reading is missing until it has shown that it kept its settings, most often this one only: index = IMU, arg = error code. One that stays away for 20 ms is a sensor_fault.
 };
 
 // Why a request was refused, what that means and what to do.
@@ -303,6 +304,7 @@ enum class ErrorCode : uint8_t {
   kLogChanged = 53,  // The recording under this number is another than the one asked for.
   kRamHoldsDrop = 54,  // The logger's RAM holds a drop that no card has.
   kBusy = 55,  // The logger is counting the free room of a card that it has just met.
+  kSensorReset = 57,  // An IMU has lost its settings.
 };
 
 // One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.

@@ -51,7 +51,7 @@ void Mpu6050::apply(const protocol::LoggerSettings& settings) {
   phase_ = Phase::kIdentify;
   wait_until_us_ = 0;
   error_ = ErrorCode::kNone;
-  fresh_ = false;
+  fresh_ = doubted_ = false;
 }
 
 uint8_t Mpu6050::value_of_step() const {
@@ -59,7 +59,6 @@ uint8_t Mpu6050::value_of_step() const {
 }
 
 bool Mpu6050::start(I2cBus& bus, uint64_t t_us) {
-  fresh_ = false;
   if (t_us < wait_until_us_) return false;
   switch (phase_) {
     case Phase::kUnused:
@@ -88,22 +87,39 @@ bool Mpu6050::start(I2cBus& bus, uint64_t t_us) {
   return true;
 }
 
+void Mpu6050::start_check(I2cBus& bus) {
+  checking_ = true;
+  bus.start_read(address_, kRegSmplrtDiv, buffer_, sizeof settings_);
+}
+
 void Mpu6050::finish(I2cResult result, uint64_t t_us) {
+  const bool checking = checking_;
+  checking_ = false;
   if (result != I2cResult::kDone) {
     if (phase_ == Phase::kIdentify) who_am_i_ = 0;
-    fail(error_of(result), t_us);
-    return;
+    if (phase_ == Phase::kRunning) return miss(error_of(result), t_us);
+    return fail(error_of(result), t_us);
   }
+  if (checking) return accept_check(t_us);
   accept(t_us);
 }
 
-// A sensor that missed once may have lost its supply, and with it its settings: it is configured
-// anew before anything it says is believed again.
-void Mpu6050::fail(ErrorCode error, uint64_t t_us) {
+// It is identified and configured anew before anything it says is believed again.
+void Mpu6050::fail(ErrorCode error, uint64_t t_us, uint32_t retry_us) {
   error_ = error;
-  fresh_ = false;
+  fresh_ = doubted_ = false;
   phase_ = Phase::kIdentify;
-  wait_until_us_ = t_us + kRetryUs;
+  wait_until_us_ = t_us + retry_us;
+}
+
+// A glitch costs the sample that it hits, a sensor that stays silent is started anew.
+void Mpu6050::miss(ErrorCode error, uint64_t t_us) {
+  if (!doubted_) {
+    doubted_ = true;
+    doubted_since_us_ = t_us;
+    missed_ = error;
+  }
+  if (t_us - doubted_since_us_ >= kPatienceUs) fail(error, t_us);
 }
 
 void Mpu6050::accept(uint64_t t_us) {
@@ -151,6 +167,12 @@ void Mpu6050::accept_settings(uint64_t t_us) {
   watch_.restart();
 }
 
+// Lost settings come back with a full start, at once.
+void Mpu6050::accept_check(uint64_t t_us) {
+  doubted_ = false;
+  if (memcmp(buffer_, settings_, sizeof settings_) != 0) fail(ErrorCode::kSensorReset, t_us, 0);
+}
+
 void Mpu6050::accept_burst(uint64_t t_us) {
   for (uint8_t axis = 0; axis < 3; ++axis) {
     reading_.accel[axis] = big_endian(buffer_ + 2 * axis);
@@ -174,7 +196,11 @@ void Mpu6050::accept_burst(uint64_t t_us) {
 bool Mpu6050::believable(uint64_t t_us) {
   static const uint8_t kAsleep[sizeof buffer_] = {};
   if (memcmp(buffer_, kAsleep, sizeof buffer_) == 0) {
-    fail(mistrusted_ ? ErrorCode::kSensorFrozen : ErrorCode::kSensorMissing, t_us);
+    if (mistrusted_) {
+      fail(ErrorCode::kSensorFrozen, t_us);
+    } else {
+      fail(ErrorCode::kSensorReset, t_us, 0);
+    }
     return false;
   }
   watch_.take(buffer_, clipped_axes_ == kAxes, t_us);

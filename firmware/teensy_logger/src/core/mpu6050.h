@@ -24,6 +24,9 @@ class Mpu6050 {
  public:
   // A sensor that failed is looked for again this often.
   static constexpr uint32_t kRetryUs = 100000;
+  // One that missed transfers while it ran is asked at each instant for so long: a glitch is over by
+  // then, and a sensor that is gone costs its bus no more.
+  static constexpr uint32_t kPatienceUs = 20000;
   // From waking to valid rates: PS 6.1 gives 30 ms.
   static constexpr uint32_t kSettleUs = 50000;
   // From DEVICE_RESET to the next access (RM p. 41).
@@ -35,15 +38,29 @@ class Mpu6050 {
   // left alone.
   void apply(const protocol::LoggerSettings& settings);
 
+  // A new instant.
+  void begin() {
+    fresh_ = false;
+    missed_ = protocol::ErrorCode::kNone;
+  }
   // Begins the transfer that this instant calls for; false when it calls for none.
   bool start(I2cBus& bus, uint64_t t_us);
   // Takes the outcome of that transfer (anything but kBusy).
   void finish(I2cResult result, uint64_t t_us);
 
-  // It is configured, and its last burst was good.
+  // A transfer failed while it ran: it may have lost its supply, and with it its settings. Until it
+  // has shown that it kept them, nothing it says is believed.
+  bool doubted() const { return doubted_; }
+  // Asks for its settings; finish() takes the outcome. Only while it is doubted.
+  void start_check(I2cBus& bus);
+  static constexpr uint8_t kCheckBytes = 4;
+
+  // It is configured, and did not fail for longer than a glitch lasts.
   bool running() const { return phase_ == Phase::kRunning; }
   // The reading belongs to the last instant.
-  bool fresh() const { return fresh_; }
+  bool fresh() const { return fresh_ && !doubted_; }
+  // Why it missed the last instant, if it had not missed the one before; else none.
+  protocol::ErrorCode missed() const { return missed_; }
   const protocol::ImuReading& reading() const { return reading_; }
   // An axis stood at the end of its range.
   bool clipped() const { return clipped_axes_ > 0; }
@@ -62,25 +79,31 @@ class Mpu6050 {
   static constexpr uint8_t kAxes = 6;
 
   uint8_t value_of_step() const;
-  void fail(protocol::ErrorCode error, uint64_t t_us);
+  void fail(protocol::ErrorCode error, uint64_t t_us, uint32_t retry_us = kRetryUs);
+  void miss(protocol::ErrorCode error, uint64_t t_us);
   void accept(uint64_t t_us);
   void accept_identity(uint64_t t_us);
   void accept_settings(uint64_t t_us);
+  void accept_check(uint64_t t_us);
   void accept_burst(uint64_t t_us);
   bool believable(uint64_t t_us);
 
   uint8_t buffer_[protocol::ImuReading::kSize] = {};
-  uint8_t settings_[4] = {};  // registers SMPLRT_DIV to ACCEL_CONFIG
+  uint8_t settings_[kCheckBytes] = {};  // registers SMPLRT_DIV to ACCEL_CONFIG
   protocol::ImuReading reading_ = {};
   FreezeWatch watch_;
   uint64_t wait_until_us_ = 0;
+  uint64_t doubted_since_us_ = 0;
   uint8_t address_;
   uint8_t who_am_i_ = 0;
   uint8_t step_ = 0;
   uint8_t clipped_axes_ = 0;
   Phase phase_ = Phase::kUnused;
   protocol::ErrorCode error_ = protocol::ErrorCode::kNone;
+  protocol::ErrorCode missed_ = protocol::ErrorCode::kNone;
   bool fresh_ = false;
+  bool doubted_ = false;
+  bool checking_ = false;  // the transfer under way asks for the settings
   bool mistrusted_ = false;  // it has frozen, and not moved since
 };
 

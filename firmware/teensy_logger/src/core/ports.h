@@ -22,7 +22,7 @@ enum class I2cResult : uint8_t {
 };
 
 // One I2C master, called from the interrupt. Transfers are begun and polled, so that two buses run
-// side by side; the driver ends each transfer within i2c_deadline_us() (timing.h) by itself.
+// side by side; the driver ends each transfer within its deadline (timing.h) by itself.
 class I2cBus {
  public:
   // Before the first transfer, and between two.

@@ -10,7 +10,7 @@ using protocol::kImuCount;
 using protocol::kSwitchCount;
 
 Sampler::Sampler(I2cBus& bus_a, I2cBus& bus_b, Adc& adc, Inputs& inputs)
-    : lanes_{Lane(bus_a), Lane(bus_b)}, adc_(adc), inputs_(inputs) {}
+    : lanes_{Lane(bus_a, recovering_us_), Lane(bus_b, recovering_us_)}, adc_(adc), inputs_(inputs) {}
 
 void Sampler::apply(const protocol::LoggerSettings& settings) {
   for (Lane& lane : lanes_) lane.apply(settings);
@@ -18,13 +18,19 @@ void Sampler::apply(const protocol::LoggerSettings& settings) {
 }
 
 void Sampler::Lane::apply(const protocol::LoggerSettings& settings) {
-  bus_.set_clock(settings.bus_khz);
+  khz_ = settings.bus_khz;
+  period_us_ = 1000000u / settings.rate_hz;
+  used_us_ = kImusPerBus * imu_burst_us(khz_);
+  check_first_ = !room_for_check();
+  bus_.set_clock(khz_);
   for (Mpu6050& imu : imus_) imu.apply(settings);
 }
 
 void Sampler::Lane::begin(uint64_t t_us) {
-  next_ = 0;
+  next_ = next_check_ = 0;
+  used_us_ = 0;
   recovered_ = false;
+  for (Mpu6050& imu : imus_) imu.begin();
   start_next(t_us);
 }
 
@@ -34,36 +40,89 @@ bool Sampler::Lane::advance(uint64_t t_us) {
     if (result == I2cResult::kBusy) return true;
     finish(result, t_us);
   }
-  return start_next(t_us);
+  return start_next(t_us) || start_check();
 }
 
 bool Sampler::Lane::start_next(uint64_t t_us) {
   while (next_ < kImusPerBus) {
-    if (imus_[next_].start(bus_, t_us)) return transferring_ = true;
+    Mpu6050& imu = imus_[next_];
+    if (check_first_ && imu.doubted()) {
+      imu.start_check(bus_);
+      return transferring_ = true;
+    }
+    if (imu.start(bus_, t_us)) return transferring_ = true;
     ++next_;
   }
   return false;
 }
 
+// Behind all bursts a sensor that missed one, now or at the instant before, shows its settings, if
+// that ends before the next instant.
+bool Sampler::Lane::start_check() {
+  while (next_check_ < kImusPerBus) {
+    Mpu6050& imu = imus_[next_check_++];
+    if (!imu.doubted() || !room_for_check()) continue;
+    imu.start_check(bus_);
+    return transferring_ = true;
+  }
+  return false;
+}
+
+bool Sampler::Lane::room_for_check() const {
+  return room_for(i2c_read_deadline_us(khz_, Mpu6050::kCheckBytes));
+}
+
+void Sampler::Lane::recover() {
+  bus_.recover();
+  recovering_us_ += kI2cRecoveryUs;
+}
+
+uint32_t Sampler::Lane::longest_us(I2cResult result) const {
+  switch (result) {
+    case I2cResult::kNack:
+      return i2c_nack_us(khz_);
+    case I2cResult::kTimeout:
+      return i2c_deadline_us(khz_);
+    case I2cResult::kStuck:
+      return kI2cStuckUs;
+    case I2cResult::kBusy:
+    case I2cResult::kDone:
+      break;
+  }
+  return imu_burst_us(khz_);
+}
+
 // A bus that breaks down is clocked free once an instant, which is what timing.h has time for. At
-// the second breakdown it is left alone until the next instant.
+// the second breakdown, or when both buses had to be freed and the rest could last too long, it is
+// left alone until the next instant.
 void Sampler::Lane::finish(I2cResult result, uint64_t t_us) {
   transferring_ = false;
+  used_us_ += longest_us(result);
   const bool broke_down = result == I2cResult::kTimeout || result == I2cResult::kStuck;
-  if (broke_down && recovered_) {
-    while (next_ < kImusPerBus) imus_[next_++].finish(result, t_us);
+  if (next_ == kImusPerBus) {
+    imus_[next_check_ - 1].finish(result, t_us);
+    if (broke_down && room_for(kI2cRecoveryUs)) recover();
     return;
   }
+  if (broke_down && recovered_) return give_up(result, t_us);
   // On a stuck bus the addressed sensor is not to blame: its transfer is begun again.
   if (result != I2cResult::kStuck) imus_[next_++].finish(result, t_us);
   if (!broke_down) return;
-  bus_.recover();
+  recover();
   recovered_ = true;
+  const uint32_t left = static_cast<uint32_t>(kImusPerBus - next_);
+  if (!room_for(left * i2c_deadline_us(khz_))) give_up(result, t_us);
+}
+
+void Sampler::Lane::give_up(I2cResult result, uint64_t t_us) {
+  while (next_ < kImusPerBus) imus_[next_++].finish(result, t_us);
+  next_check_ = kImusPerBus;
 }
 
 void Sampler::sample(uint64_t t_us, Instant& instant) {
   instant = Instant();
   instant.t_us = t_us;
+  recovering_us_ = 0;
   for (Lane& lane : lanes_) lane.begin(t_us);
   read_pins(instant.sample);
   finish_transfers(t_us);
@@ -103,11 +162,20 @@ void Sampler::take_readings(Instant& instant) {
   }
 }
 
-// An event when a sensor stops, when the cause becomes another, and when it runs again.
+// An event when a sensor stops, when the cause becomes another, when it runs again, and when it
+// misses an instant without any of that.
 void Sampler::note_change(uint8_t imu_index, Instant& instant) {
   const Mpu6050& sensor = imu(imu_index);
   Told& told = told_[imu_index];
-  if (sensor.running() == told.running && sensor.error() == told.error) return;
+  if (sensor.running() == told.running && sensor.error() == told.error) {
+    if (sensor.missed() == ErrorCode::kNone) return;
+    protocol::Event& event = instant.events[instant.event_count++];
+    event.time_us = instant.t_us;
+    event.code = EventCode::kSensorMissed;
+    event.index = imu_index;
+    event.arg = static_cast<uint16_t>(sensor.missed());
+    return;
+  }
   const bool was_running = told.running;
   told = {sensor.running(), sensor.error()};
   protocol::Event& event = instant.events[instant.event_count++];

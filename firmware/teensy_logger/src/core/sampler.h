@@ -2,6 +2,7 @@
 #pragma once
 
 #include "mpu6050.h"
+#include "timing.h"
 
 namespace tfsat {
 namespace logger {
@@ -20,7 +21,7 @@ constexpr uint16_t imu_clipped(uint32_t imu) { return static_cast<uint16_t>(1u <
 struct Instant {
   uint64_t t_us;
   protocol::Sample sample;                       // time_offset_us is 0; invalid sensors read 0
-  protocol::Event events[protocol::kImuCount];   // sensors that failed, or came back
+  protocol::Event events[protocol::kImuCount];   // sensors that missed, failed, or came back
   uint8_t event_count;
 };
 
@@ -50,7 +51,7 @@ class Sampler {
   // One bus with its sensors, read one after the other while the other bus does the same.
   class Lane {
    public:
-    explicit Lane(I2cBus& bus) : bus_(bus) {}
+    Lane(I2cBus& bus, uint32_t& recovering_us) : bus_(bus), recovering_us_(recovering_us) {}
 
     void apply(const protocol::LoggerSettings& settings);
     // A new instant: its first transfer goes out.
@@ -61,11 +62,23 @@ class Sampler {
 
    private:
     bool start_next(uint64_t t_us);
+    bool start_check();
     void finish(I2cResult result, uint64_t t_us);
+    uint32_t longest_us(I2cResult result) const;
+    bool room_for(uint32_t us) const { return used_us_ + recovering_us_ + us <= period_us_; }
+    bool room_for_check() const;
+    void recover();
+    void give_up(I2cResult result, uint64_t t_us);
 
     I2cBus& bus_;
+    uint32_t& recovering_us_;
     Mpu6050 imus_[kImusPerBus] = {Mpu6050(0x68), Mpu6050(0x69)};
+    uint32_t period_us_ = 0;
+    uint32_t used_us_ = 0;  // for transfers of this instant, at most
+    uint16_t khz_ = 0;
     uint8_t next_ = 0;
+    uint8_t next_check_ = 0;
+    bool check_first_ = false;  // a check finds no room behind two bursts
     bool transferring_ = false;
     bool recovered_ = false;  // at this instant
   };
@@ -76,6 +89,7 @@ class Sampler {
   void take_readings(Instant& instant);
   void note_change(uint8_t imu_index, Instant& instant);
 
+  uint32_t recovering_us_ = 0;  // at this instant, which nothing else goes on beside
   Lane lanes_[kBusCount];
   // As last told by an event.
   struct Told {

@@ -16,18 +16,28 @@ constexpr uint32_t imu_burst_us(uint16_t bus_khz) {
   return (protocol::kImuBurstBits * 1000u + bus_khz - 1) / bus_khz;
 }
 
-// A transfer that takes longer than a burst and a little is broken. The little: before a start the
+// A transfer that takes longer than its bits and a little is broken. The little: before a start the
 // master waits until the bus is idle, 8 us, and then for each rise of the clock, 0.3 us at most
 // (UM10204 rev. 7, table 10, fast mode), 47 us a burst. Slower lines need stronger pull-ups.
 constexpr uint32_t kI2cIdleUs = 8;
 constexpr uint32_t kI2cSlackUs = kI2cIdleUs + 47;
 constexpr uint32_t i2c_deadline_us(uint16_t bus_khz) { return imu_burst_us(bus_khz) + kI2cSlackUs; }
+// The same for a read of `bytes`: 9 bits for each, for both addresses and the register, 3 for
+// start, restart and stop.
+constexpr uint32_t i2c_read_deadline_us(uint16_t bus_khz, uint32_t bytes) {
+  const uint32_t bits = 9u * (3u + bytes) + 3u;
+  return (bits * 1000u + bus_khz - 1) / bus_khz + kI2cIdleUs + (bits * 3u + 9u) / 10u;
+}
+static_assert(i2c_read_deadline_us(400, 14) == i2c_deadline_us(400), "a burst is such a read");
 
 // Lines that are not idle this long after a transfer was begun are held low.
 constexpr uint32_t kI2cStuckUs = 30;
 
 // Nine clocks of 4 us, a stop and a new start of the master.
 constexpr uint32_t kI2cRecoveryUs = 60;
+
+// Nobody acknowledges: start, address and stop, and as much again for what went before.
+constexpr uint32_t i2c_nack_us(uint16_t bus_khz) { return 22u * 1000u / bus_khz; }
 
 // The worst that can happen to a bus at one instant (sampler.cpp): it is found stuck, clocked free,
 // and then both transfers run into their deadlines.

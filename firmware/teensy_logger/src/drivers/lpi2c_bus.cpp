@@ -66,7 +66,7 @@ bool Lpi2cBus::take_bus(uint32_t waited_us) {
 I2cResult Lpi2cBus::poll() {
   if (result_ != I2cResult::kBusy) return result_;
   const uint32_t waited_us = micros() - began_us_;
-  const bool late = waited_us > i2c_deadline_us(khz_);
+  const bool late = waited_us > i2c_read_deadline_us(khz_, size_);
   if (!bus_taken_) {
     bus_taken_ = take_bus(waited_us);
     if (!bus_taken_) return result_;

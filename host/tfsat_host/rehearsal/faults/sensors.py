@@ -24,6 +24,10 @@ def _imu(day: Day, kind: ImuFault, other: int | None = None) -> None:
     day.robot.faults.imu(4, kind, other)
 
 
+def _glitch(day: Day) -> None:
+    day.robot.faults.glitch(4)
+
+
 def _bus(day: Day) -> None:
     day.robot.faults.bus(2, stuck=True)
 
@@ -103,6 +107,15 @@ SENSOR_FAULTS = (
         "body 4",
         ("gyro-biases", "gyros-agree"),
         "IMU of body 4",
+    ),
+    _flies(
+        "bus-glitch",
+        "A disturbance spoils one transfer with the IMU of body 4: at most one of its samples is lost.",
+        _glitch,
+        "",
+        (),
+        "IMU of body 4",
+        Moment.FALLING,
     ),
     _flies(
         "bus-stuck",

@@ -20,12 +20,12 @@ class BusPort final : public logger::I2cBus {
 
   void set_clock(uint16_t khz) override { khz_ = khz; }
   void start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) override {
-    if (broken(address)) return;
+    if (broken(address, size)) return;
     const bool acknowledged = bus_.read(address, reg, data, size);
     transfer(acknowledged, emulator::I2cBus::read_duration_us(size, clock_hz()));
   }
   void start_write(uint8_t address, uint8_t reg, uint8_t value) override {
-    if (broken(address)) return;
+    if (broken(address, 0)) return;
     const bool acknowledged = bus_.write(address, reg, &value, 1);
     transfer(acknowledged, emulator::I2cBus::write_duration_us(1, clock_hz()));
   }
@@ -47,14 +47,14 @@ class BusPort final : public logger::I2cBus {
     result_ = result;
     ends_us_ = clock_.us + after_us;
   }
-  bool broken(uint8_t address) {
+  bool broken(uint8_t address, uint8_t read_bytes) {
     if (bus_.stuck()) {
       end(logger::I2cResult::kStuck, logger::kI2cStuckUs);
       return true;
     }
     if (!bus_.hangs(address)) return false;
     bus_.set_stuck(true);
-    end(logger::I2cResult::kTimeout, logger::i2c_deadline_us(khz_));
+    end(logger::I2cResult::kTimeout, logger::i2c_read_deadline_us(khz_, read_bytes));
     return true;
   }
   void transfer(bool acknowledged, uint64_t duration_us) {

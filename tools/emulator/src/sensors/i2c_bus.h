@@ -22,7 +22,7 @@ class I2cBus {
   // The device stays the caller's. False if the address is taken or the bus is full.
   bool attach(uint8_t address, I2cDevice& device) {
     if (find(address) != nullptr || n_devices_ == kMaxDevices) return false;
-    slots_[n_devices_++] = {address, &device, false};
+    slots_[n_devices_++] = {address, &device, false, false};
     return true;
   }
 
@@ -34,11 +34,11 @@ class I2cBus {
 
   // False: nobody acknowledged, or a line is held low and no transfer is possible.
   bool write(uint8_t address, uint8_t reg, const uint8_t* data, size_t n) {
-    I2cDevice* device = stuck_ ? nullptr : find(address);
+    I2cDevice* device = stuck_ || glitch_over(address) ? nullptr : find(address);
     return device != nullptr && device->write(reg, data, n);
   }
   bool read(uint8_t address, uint8_t reg, uint8_t* data, size_t n) {
-    I2cDevice* device = stuck_ ? nullptr : find(address);
+    I2cDevice* device = stuck_ || glitch_over(address) ? nullptr : find(address);
     return device != nullptr && device->read(reg, data, n);
   }
 
@@ -62,6 +62,11 @@ class I2cBus {
     return false;
   }
 
+  // Fault: the next transfer with this address meets a disturbance, and nobody acknowledges.
+  void glitch(uint8_t address) {
+    for (Slot& slot : slots_) slot.glitch |= slot.address == address;
+  }
+
   // How long a transfer keeps the bus (I2C: 9 clocks a byte, about 1 for each start and stop).
   static uint64_t nack_duration_us(uint32_t clock_hz) { return bits_us(9 + 2, clock_hz); }
   static uint64_t write_duration_us(size_t n, uint32_t clock_hz) {
@@ -76,9 +81,18 @@ class I2cBus {
     uint8_t address;
     I2cDevice* device;
     bool hanging;
+    bool glitch;
   };
   static uint64_t bits_us(uint64_t bits, uint32_t clock_hz) {
     return (bits * 1000000u + clock_hz - 1) / clock_hz;
+  }
+  bool glitch_over(uint8_t address) {
+    for (Slot& slot : slots_) {
+      if (slot.address != address || !slot.glitch) continue;
+      slot.glitch = false;
+      return true;
+    }
+    return false;
   }
   I2cDevice* find(uint8_t address) const {
     for (int i = 0; i < n_devices_; ++i)
