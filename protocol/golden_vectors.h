@@ -543,6 +543,16 @@ inline size_t build_LiveReply(uint8_t* payload) {
   message.gyro_lsb_per_deg_s = 192.375f;
   message.accel_lsb_per_g = 129.6875f;
   message.angle_counts_per_turn = 1111078138u;
+  message.imu_offset_us[0] = 57457u;
+  message.imu_offset_us[1] = 32424u;
+  message.imu_offset_us[2] = 7392u;
+  message.imu_offset_us[3] = 47895u;
+  message.angle_offset_us[0] = 22863u;
+  message.angle_offset_us[1] = 63366u;
+  message.angle_offset_us[2] = 38334u;
+  message.angle_offset_us[3] = 13301u;
+  message.angle_offset_us[4] = 53804u;
+  message.angle_offset_us[5] = 28772u;
   message.encode(payload);
   return protocol::LiveReply::kSize;
 }
@@ -550,21 +560,21 @@ inline size_t build_LiveReply(uint8_t* payload) {
 inline bool matches_LiveReply(const uint8_t* payload, size_t size) {
   protocol::LiveReply message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 201u && message.rate_hz == 26515u && message.gyro_lsb_per_deg_s == 192.375f && message.accel_lsb_per_g == 129.6875f && message.angle_counts_per_turn == 1111078138u;
+  return message.enabled == 201u && message.rate_hz == 26515u && message.gyro_lsb_per_deg_s == 192.375f && message.accel_lsb_per_g == 129.6875f && message.angle_counts_per_turn == 1111078138u && message.imu_offset_us[0] == 57457u && message.imu_offset_us[1] == 32424u && message.imu_offset_us[2] == 7392u && message.imu_offset_us[3] == 47895u && message.angle_offset_us[0] == 22863u && message.angle_offset_us[1] == 63366u && message.angle_offset_us[2] == 38334u && message.angle_offset_us[3] == 13301u && message.angle_offset_us[4] == 53804u && message.angle_offset_us[5] == 28772u;
 }
 
-static const uint8_t kPayloadLiveReply[] = {0xC9, 0x93, 0x67, 0x00, 0x60, 0x40, 0x43, 0x00, 0xB0, 0x01, 0x43, 0xFA, 0xB4, 0x39, 0x42};
-static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0xC9, 0x93, 0x67, 0x04, 0x60, 0x40, 0x43, 0x0A, 0xB0, 0x01, 0x43, 0xFA, 0xB4, 0x39, 0x42, 0xCA, 0x46, 0x00};
+static const uint8_t kPayloadLiveReply[] = {0xC9, 0x93, 0x67, 0x00, 0x60, 0x40, 0x43, 0x00, 0xB0, 0x01, 0x43, 0xFA, 0xB4, 0x39, 0x42, 0x71, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x64, 0x70};
+static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0xC9, 0x93, 0x67, 0x04, 0x60, 0x40, 0x43, 0x1E, 0xB0, 0x01, 0x43, 0xFA, 0xB4, 0x39, 0x42, 0x71, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x64, 0x70, 0x1D, 0x54, 0x00};
 
 inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
   protocol::LoggerSettingsWriteRequest message;
-  message.settings.rate_hz = 32424u;
-  message.settings.gyro_range_deg_s = 7392u;
-  message.settings.accel_range_g = 187u;
-  message.settings.dlpf_cfg = 89u;
-  message.settings.bus_khz = 63366u;
-  message.settings.after_landing_s = 38334u;
-  message.settings.file_mib = 13301u;
+  message.settings.rate_hz = 44243u;
+  message.settings.gyro_range_deg_s = 19210u;
+  message.settings.accel_range_g = 233u;
+  message.settings.dlpf_cfg = 135u;
+  message.settings.bus_khz = 9649u;
+  message.settings.after_landing_s = 50152u;
+  message.settings.file_mib = 25120u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteRequest::kSize;
 }
@@ -572,15 +582,15 @@ inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.settings.rate_hz == 32424u && message.settings.gyro_range_deg_s == 7392u && message.settings.accel_range_g == 187u && message.settings.dlpf_cfg == 89u && message.settings.bus_khz == 63366u && message.settings.after_landing_s == 38334u && message.settings.file_mib == 13301u;
+  return message.settings.rate_hz == 44243u && message.settings.gyro_range_deg_s == 19210u && message.settings.accel_range_g == 233u && message.settings.dlpf_cfg == 135u && message.settings.bus_khz == 9649u && message.settings.after_landing_s == 50152u && message.settings.file_mib == 25120u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0xA8, 0x7E, 0xE0, 0x1C, 0xBB, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33};
-static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0xA8, 0x7E, 0xE0, 0x1C, 0xBB, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x72, 0xE5, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0xD3, 0xAC, 0x0A, 0x4B, 0xE9, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62};
+static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x11, 0x45, 0x1C, 0xD3, 0xAC, 0x0A, 0x4B, 0xE9, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x28, 0x7C, 0x00};
 
 inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
   protocol::LoggerSettingsWriteReply message;
-  message.stored = 210u;
+  message.stored = 0u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteReply::kSize;
 }
@@ -588,11 +598,11 @@ inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 210u;
+  return message.stored == 0u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0xD2};
-static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0xD2, 0x8B, 0x9F, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0x00};
+static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x03, 0xC5, 0x1D, 0x03, 0xB4, 0x74, 0x00};
 
 inline size_t build_LoggerSettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -611,14 +621,14 @@ static const uint8_t kFrameLoggerSettingsReadRequest[] = {0x05, 0x46, 0x1E, 0x9A
 inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
   protocol::LoggerSettingsReadReply message;
   message.origin = protocol::Origin::kUploaded;
-  message.settings.rate_hz = 44243u;
-  message.settings.gyro_range_deg_s = 19210u;
-  message.settings.accel_range_g = 233u;
-  message.settings.dlpf_cfg = 135u;
-  message.settings.bus_khz = 9649u;
-  message.settings.after_landing_s = 50152u;
-  message.settings.file_mib = 25120u;
-  message.rate_max_hz = 87u;
+  message.settings.rate_hz = 56062u;
+  message.settings.gyro_range_deg_s = 31029u;
+  message.settings.accel_range_g = 23u;
+  message.settings.dlpf_cfg = 181u;
+  message.settings.bus_khz = 21468u;
+  message.settings.after_landing_s = 61971u;
+  message.settings.file_mib = 36939u;
+  message.rate_max_hz = 11906u;
   message.encode(payload);
   return protocol::LoggerSettingsReadReply::kSize;
 }
@@ -626,15 +636,15 @@ inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.settings.rate_hz == 44243u && message.settings.gyro_range_deg_s == 19210u && message.settings.accel_range_g == 233u && message.settings.dlpf_cfg == 135u && message.settings.bus_khz == 9649u && message.settings.after_landing_s == 50152u && message.settings.file_mib == 25120u && message.rate_max_hz == 87u;
+  return message.origin == protocol::Origin::kUploaded && message.settings.rate_hz == 56062u && message.settings.gyro_range_deg_s == 31029u && message.settings.accel_range_g == 23u && message.settings.dlpf_cfg == 181u && message.settings.bus_khz == 21468u && message.settings.after_landing_s == 61971u && message.settings.file_mib == 36939u && message.rate_max_hz == 11906u;
 }
 
-static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x01, 0xD3, 0xAC, 0x0A, 0x4B, 0xE9, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x57, 0x00};
-static const uint8_t kFrameLoggerSettingsReadReply[] = {0x11, 0xC6, 0x1F, 0x01, 0xD3, 0xAC, 0x0A, 0x4B, 0xE9, 0x87, 0xB1, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x57, 0x03, 0x9F, 0x9A, 0x00};
+static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x01, 0xFE, 0xDA, 0x35, 0x79, 0x17, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E};
+static const uint8_t kFrameLoggerSettingsReadReply[] = {0x14, 0xC6, 0x1F, 0x01, 0xFE, 0xDA, 0x35, 0x79, 0x17, 0xB5, 0xDC, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xE3, 0x4E, 0x00};
 
 inline size_t build_ClockSetRequest(uint8_t* payload) {
   protocol::ClockSetRequest message;
-  message.unix_us = 11425411770930173396ull;
+  message.unix_us = 14752095521904848550ull;
   message.encode(payload);
   return protocol::ClockSetRequest::kSize;
 }
@@ -642,15 +652,15 @@ inline size_t build_ClockSetRequest(uint8_t* payload) {
 inline bool matches_ClockSetRequest(const uint8_t* payload, size_t size) {
   protocol::ClockSetRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.unix_us == 11425411770930173396ull;
+  return message.unix_us == 14752095521904848550ull;
 }
 
-static const uint8_t kPayloadClockSetRequest[] = {0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E};
-static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0xD4, 0x15, 0xDC, 0xA2, 0x78, 0x37, 0x8F, 0x9E, 0x93, 0x70, 0x00};
+static const uint8_t kPayloadClockSetRequest[] = {0xA6, 0xEE, 0xC4, 0x9B, 0xB7, 0xF8, 0xB9, 0xCC};
+static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0xA6, 0xEE, 0xC4, 0x9B, 0xB7, 0xF8, 0xB9, 0xCC, 0xD2, 0x20, 0x00};
 
 inline size_t build_ClockSetReply(uint8_t* payload) {
   protocol::ClockSetReply message;
-  message.uptime_us = 4379382516543820265ull;
+  message.uptime_us = 7706066267518495419ull;
   message.encode(payload);
   return protocol::ClockSetReply::kSize;
 }
@@ -658,15 +668,15 @@ inline size_t build_ClockSetReply(uint8_t* payload) {
 inline bool matches_ClockSetReply(const uint8_t* payload, size_t size) {
   protocol::ClockSetReply message;
   if (!message.decode(payload, size)) return false;
-  return message.uptime_us == 4379382516543820265ull;
+  return message.uptime_us == 7706066267518495419ull;
 }
 
-static const uint8_t kPayloadClockSetReply[] = {0xE9, 0x91, 0x26, 0x22, 0x32, 0xB1, 0xC6, 0x3C};
-static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0xE9, 0x91, 0x26, 0x22, 0x32, 0xB1, 0xC6, 0x3C, 0x5C, 0x9D, 0x00};
+static const uint8_t kPayloadClockSetReply[] = {0xBB, 0x6A, 0x0F, 0x1B, 0x71, 0x72, 0xF1, 0x6A};
+static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0xBB, 0x6A, 0x0F, 0x1B, 0x71, 0x72, 0xF1, 0x6A, 0x87, 0x48, 0x00};
 
 inline size_t build_LogListRequest(uint8_t* payload) {
   protocol::LogListRequest message;
-  message.from_number = 56062u;
+  message.from_number = 2344u;
   message.encode(payload);
   return protocol::LogListRequest::kSize;
 }
@@ -674,20 +684,20 @@ inline size_t build_LogListRequest(uint8_t* payload) {
 inline bool matches_LogListRequest(const uint8_t* payload, size_t size) {
   protocol::LogListRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.from_number == 56062u;
+  return message.from_number == 2344u;
 }
 
-static const uint8_t kPayloadLogListRequest[] = {0xFE, 0xDA};
-static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0xFE, 0xDA, 0xC0, 0xDD, 0x00};
+static const uint8_t kPayloadLogListRequest[] = {0x28, 0x09};
+static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0x28, 0x09, 0x5F, 0x99, 0x00};
 
 inline size_t build_LogListReply(uint8_t* payload) {
   protocol::LogListReply message;
-  message.found = 121u;
-  message.entry.number = 46500u;
-  message.entry.session = 1406931409u;
-  message.entry.blocks = 4061367179u;
-  message.entry.wall_clock_us = 10397409956968003196ull;
-  message.entry.closed = 46u;
+  message.found = 167u;
+  message.entry.number = 58319u;
+  message.entry.session = 2181485328u;
+  message.entry.blocks = 540953802u;
+  message.entry.wall_clock_us = 13724093707942678350ull;
+  message.entry.closed = 92u;
   message.encode(payload);
   return protocol::LogListReply::kSize;
 }
@@ -695,18 +705,18 @@ inline size_t build_LogListReply(uint8_t* payload) {
 inline bool matches_LogListReply(const uint8_t* payload, size_t size) {
   protocol::LogListReply message;
   if (!message.decode(payload, size)) return false;
-  return message.found == 121u && message.entry.number == 46500u && message.entry.session == 1406931409u && message.entry.blocks == 4061367179u && message.entry.wall_clock_us == 10397409956968003196ull && message.entry.closed == 46u;
+  return message.found == 167u && message.entry.number == 58319u && message.entry.session == 2181485328u && message.entry.blocks == 540953802u && message.entry.wall_clock_us == 13724093707942678350ull && message.entry.closed == 92u;
 }
 
-static const uint8_t kPayloadLogListReply[] = {0x79, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x7C, 0xF6, 0x2F, 0x9D, 0x44, 0x05, 0x4B, 0x90, 0x2E};
-static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0x79, 0xA4, 0xB5, 0xD1, 0x11, 0xDC, 0x53, 0x8B, 0x8B, 0x13, 0xF2, 0x7C, 0xF6, 0x2F, 0x9D, 0x44, 0x05, 0x4B, 0x90, 0x2E, 0x37, 0x50, 0x00};
+static const uint8_t kPayloadLogListReply[] = {0xA7, 0xCF, 0xE3, 0x10, 0xD3, 0x06, 0x82, 0xCA, 0x4C, 0x3E, 0x20, 0x4E, 0xCF, 0x18, 0x96, 0x83, 0xC6, 0x75, 0xBE, 0x5C};
+static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0xA7, 0xCF, 0xE3, 0x10, 0xD3, 0x06, 0x82, 0xCA, 0x4C, 0x3E, 0x20, 0x4E, 0xCF, 0x18, 0x96, 0x83, 0xC6, 0x75, 0xBE, 0x5C, 0x97, 0x2B, 0x00};
 
 inline size_t build_LogReadRequest(uint8_t* payload) {
   protocol::LogReadRequest message;
-  message.number = 52409u;
-  message.session = 1794208369u;
-  message.first_block = 153676842u;
-  message.count = 42848u;
+  message.number = 64228u;
+  message.session = 2568762288u;
+  message.first_block = 928230761u;
+  message.count = 54667u;
   message.encode(payload);
   return protocol::LogReadRequest::kSize;
 }
@@ -714,15 +724,15 @@ inline size_t build_LogReadRequest(uint8_t* payload) {
 inline bool matches_LogReadRequest(const uint8_t* payload, size_t size) {
   protocol::LogReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 52409u && message.session == 1794208369u && message.first_block == 153676842u && message.count == 42848u;
+  return message.number == 64228u && message.session == 2568762288u && message.first_block == 928230761u && message.count == 54667u;
 }
 
-static const uint8_t kPayloadLogReadRequest[] = {0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09, 0x60, 0xA7};
-static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0xB9, 0xCC, 0x71, 0x72, 0xF1, 0x6A, 0x2A, 0xEC, 0x28, 0x09, 0x60, 0xA7, 0x44, 0x99, 0x00};
+static const uint8_t kPayloadLogReadRequest[] = {0xE4, 0xFA, 0xB0, 0x33, 0x1C, 0x99, 0x69, 0xAD, 0x53, 0x37, 0x8B, 0xD5};
+static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0xE4, 0xFA, 0xB0, 0x33, 0x1C, 0x99, 0x69, 0xAD, 0x53, 0x37, 0x8B, 0xD5, 0xA2, 0xFB, 0x00};
 
 inline size_t build_LogReadReply(uint8_t* payload) {
   protocol::LogReadReply message;
-  message.count = 17815u;
+  message.count = 29634u;
   message.encode(payload);
   return protocol::LogReadReply::kSize;
 }
@@ -730,16 +740,16 @@ inline size_t build_LogReadReply(uint8_t* payload) {
 inline bool matches_LogReadReply(const uint8_t* payload, size_t size) {
   protocol::LogReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.count == 17815u;
+  return message.count == 29634u;
 }
 
-static const uint8_t kPayloadLogReadReply[] = {0x97, 0x45};
-static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0x97, 0x45, 0x38, 0x30, 0x00};
+static const uint8_t kPayloadLogReadReply[] = {0xC2, 0x73};
+static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0xC2, 0x73, 0xE7, 0x97, 0x00};
 
 inline size_t build_LogEraseRequest(uint8_t* payload) {
   protocol::LogEraseRequest message;
-  message.number = 58319u;
-  message.session = 2181485328u;
+  message.number = 4602u;
+  message.session = 2956039247u;
   message.encode(payload);
   return protocol::LogEraseRequest::kSize;
 }
@@ -747,15 +757,15 @@ inline size_t build_LogEraseRequest(uint8_t* payload) {
 inline bool matches_LogEraseRequest(const uint8_t* payload, size_t size) {
   protocol::LogEraseRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 58319u && message.session == 2181485328u;
+  return message.number == 4602u && message.session == 2956039247u;
 }
 
-static const uint8_t kPayloadLogEraseRequest[] = {0xCF, 0xE3, 0x10, 0xD3, 0x06, 0x82};
-static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0xCF, 0xE3, 0x10, 0xD3, 0x06, 0x82, 0xA3, 0x0B, 0x00};
+static const uint8_t kPayloadLogEraseRequest[] = {0xFA, 0x11, 0x4F, 0x94, 0x31, 0xB0};
+static const uint8_t kFrameLogEraseRequest[] = {0x09, 0x4A, 0x26, 0xFA, 0x11, 0x4F, 0x94, 0x31, 0xB0, 0x02, 0xAF, 0x00};
 
 inline size_t build_LogEraseReply(uint8_t* payload) {
   protocol::LogEraseReply message;
-  message.erased = 32u;
+  message.erased = 78u;
   message.encode(payload);
   return protocol::LogEraseReply::kSize;
 }
@@ -763,80 +773,80 @@ inline size_t build_LogEraseReply(uint8_t* payload) {
 inline bool matches_LogEraseReply(const uint8_t* payload, size_t size) {
   protocol::LogEraseReply message;
   if (!message.decode(payload, size)) return false;
-  return message.erased == 32u;
+  return message.erased == 78u;
 }
 
-static const uint8_t kPayloadLogEraseReply[] = {0x20};
-static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0x20, 0xB9, 0x96, 0x00};
+static const uint8_t kPayloadLogEraseReply[] = {0x4E};
+static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0x4E, 0xD1, 0x1B, 0x00};
 
 inline size_t build_LogPartStream(uint8_t* payload) {
   protocol::LogPartStream message;
-  message.block = 3195389571u;
-  message.part = 92u;
-  message.data[0] = 250u;
-  message.data[1] = 153u;
-  message.data[2] = 55u;
-  message.data[3] = 213u;
-  message.data[4] = 115u;
-  message.data[5] = 17u;
-  message.data[6] = 176u;
-  message.data[7] = 78u;
-  message.data[8] = 236u;
-  message.data[9] = 138u;
-  message.data[10] = 41u;
-  message.data[11] = 199u;
-  message.data[12] = 101u;
-  message.data[13] = 3u;
-  message.data[14] = 161u;
-  message.data[15] = 64u;
-  message.data[16] = 222u;
-  message.data[17] = 124u;
-  message.data[18] = 26u;
-  message.data[19] = 185u;
-  message.data[20] = 87u;
-  message.data[21] = 245u;
-  message.data[22] = 147u;
-  message.data[23] = 49u;
-  message.data[24] = 208u;
-  message.data[25] = 110u;
-  message.data[26] = 12u;
-  message.data[27] = 170u;
-  message.data[28] = 72u;
-  message.data[29] = 231u;
-  message.data[30] = 133u;
-  message.data[31] = 35u;
-  message.data[32] = 193u;
-  message.data[33] = 96u;
-  message.data[34] = 254u;
-  message.data[35] = 156u;
-  message.data[36] = 58u;
-  message.data[37] = 216u;
-  message.data[38] = 119u;
-  message.data[39] = 21u;
-  message.data[40] = 179u;
-  message.data[41] = 81u;
-  message.data[42] = 239u;
-  message.data[43] = 142u;
-  message.data[44] = 44u;
-  message.data[45] = 202u;
-  message.data[46] = 104u;
-  message.data[47] = 7u;
-  message.data[48] = 165u;
-  message.data[49] = 67u;
-  message.data[50] = 225u;
-  message.data[51] = 127u;
-  message.data[52] = 30u;
-  message.data[53] = 188u;
-  message.data[54] = 90u;
-  message.data[55] = 248u;
-  message.data[56] = 151u;
-  message.data[57] = 53u;
-  message.data[58] = 211u;
-  message.data[59] = 113u;
-  message.data[60] = 15u;
-  message.data[61] = 174u;
-  message.data[62] = 76u;
-  message.data[63] = 234u;
+  message.block = 3969943490u;
+  message.part = 138u;
+  message.data[0] = 41u;
+  message.data[1] = 199u;
+  message.data[2] = 101u;
+  message.data[3] = 3u;
+  message.data[4] = 161u;
+  message.data[5] = 64u;
+  message.data[6] = 222u;
+  message.data[7] = 124u;
+  message.data[8] = 26u;
+  message.data[9] = 185u;
+  message.data[10] = 87u;
+  message.data[11] = 245u;
+  message.data[12] = 147u;
+  message.data[13] = 49u;
+  message.data[14] = 208u;
+  message.data[15] = 110u;
+  message.data[16] = 12u;
+  message.data[17] = 170u;
+  message.data[18] = 72u;
+  message.data[19] = 231u;
+  message.data[20] = 133u;
+  message.data[21] = 35u;
+  message.data[22] = 193u;
+  message.data[23] = 96u;
+  message.data[24] = 254u;
+  message.data[25] = 156u;
+  message.data[26] = 58u;
+  message.data[27] = 216u;
+  message.data[28] = 119u;
+  message.data[29] = 21u;
+  message.data[30] = 179u;
+  message.data[31] = 81u;
+  message.data[32] = 239u;
+  message.data[33] = 142u;
+  message.data[34] = 44u;
+  message.data[35] = 202u;
+  message.data[36] = 104u;
+  message.data[37] = 7u;
+  message.data[38] = 165u;
+  message.data[39] = 67u;
+  message.data[40] = 225u;
+  message.data[41] = 127u;
+  message.data[42] = 30u;
+  message.data[43] = 188u;
+  message.data[44] = 90u;
+  message.data[45] = 248u;
+  message.data[46] = 151u;
+  message.data[47] = 53u;
+  message.data[48] = 211u;
+  message.data[49] = 113u;
+  message.data[50] = 15u;
+  message.data[51] = 174u;
+  message.data[52] = 76u;
+  message.data[53] = 234u;
+  message.data[54] = 136u;
+  message.data[55] = 38u;
+  message.data[56] = 197u;
+  message.data[57] = 99u;
+  message.data[58] = 1u;
+  message.data[59] = 159u;
+  message.data[60] = 62u;
+  message.data[61] = 220u;
+  message.data[62] = 122u;
+  message.data[63] = 24u;
   message.encode(payload);
   return protocol::LogPartStream::kSize;
 }
@@ -844,16 +854,16 @@ inline size_t build_LogPartStream(uint8_t* payload) {
 inline bool matches_LogPartStream(const uint8_t* payload, size_t size) {
   protocol::LogPartStream message;
   if (!message.decode(payload, size)) return false;
-  return message.block == 3195389571u && message.part == 92u && message.data[0] == 250u && message.data[1] == 153u && message.data[2] == 55u && message.data[3] == 213u && message.data[4] == 115u && message.data[5] == 17u && message.data[6] == 176u && message.data[7] == 78u && message.data[8] == 236u && message.data[9] == 138u && message.data[10] == 41u && message.data[11] == 199u && message.data[12] == 101u && message.data[13] == 3u && message.data[14] == 161u && message.data[15] == 64u && message.data[16] == 222u && message.data[17] == 124u && message.data[18] == 26u && message.data[19] == 185u && message.data[20] == 87u && message.data[21] == 245u && message.data[22] == 147u && message.data[23] == 49u && message.data[24] == 208u && message.data[25] == 110u && message.data[26] == 12u && message.data[27] == 170u && message.data[28] == 72u && message.data[29] == 231u && message.data[30] == 133u && message.data[31] == 35u && message.data[32] == 193u && message.data[33] == 96u && message.data[34] == 254u && message.data[35] == 156u && message.data[36] == 58u && message.data[37] == 216u && message.data[38] == 119u && message.data[39] == 21u && message.data[40] == 179u && message.data[41] == 81u && message.data[42] == 239u && message.data[43] == 142u && message.data[44] == 44u && message.data[45] == 202u && message.data[46] == 104u && message.data[47] == 7u && message.data[48] == 165u && message.data[49] == 67u && message.data[50] == 225u && message.data[51] == 127u && message.data[52] == 30u && message.data[53] == 188u && message.data[54] == 90u && message.data[55] == 248u && message.data[56] == 151u && message.data[57] == 53u && message.data[58] == 211u && message.data[59] == 113u && message.data[60] == 15u && message.data[61] == 174u && message.data[62] == 76u && message.data[63] == 234u;
+  return message.block == 3969943490u && message.part == 138u && message.data[0] == 41u && message.data[1] == 199u && message.data[2] == 101u && message.data[3] == 3u && message.data[4] == 161u && message.data[5] == 64u && message.data[6] == 222u && message.data[7] == 124u && message.data[8] == 26u && message.data[9] == 185u && message.data[10] == 87u && message.data[11] == 245u && message.data[12] == 147u && message.data[13] == 49u && message.data[14] == 208u && message.data[15] == 110u && message.data[16] == 12u && message.data[17] == 170u && message.data[18] == 72u && message.data[19] == 231u && message.data[20] == 133u && message.data[21] == 35u && message.data[22] == 193u && message.data[23] == 96u && message.data[24] == 254u && message.data[25] == 156u && message.data[26] == 58u && message.data[27] == 216u && message.data[28] == 119u && message.data[29] == 21u && message.data[30] == 179u && message.data[31] == 81u && message.data[32] == 239u && message.data[33] == 142u && message.data[34] == 44u && message.data[35] == 202u && message.data[36] == 104u && message.data[37] == 7u && message.data[38] == 165u && message.data[39] == 67u && message.data[40] == 225u && message.data[41] == 127u && message.data[42] == 30u && message.data[43] == 188u && message.data[44] == 90u && message.data[45] == 248u && message.data[46] == 151u && message.data[47] == 53u && message.data[48] == 211u && message.data[49] == 113u && message.data[50] == 15u && message.data[51] == 174u && message.data[52] == 76u && message.data[53] == 234u && message.data[54] == 136u && message.data[55] == 38u && message.data[56] == 197u && message.data[57] == 99u && message.data[58] == 1u && message.data[59] == 159u && message.data[60] == 62u && message.data[61] == 220u && message.data[62] == 122u && message.data[63] == 24u;
 }
 
-static const uint8_t kPayloadLogPartStream[] = {0x83, 0xC6, 0x75, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA};
-static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0x83, 0xC6, 0x75, 0xBE, 0x5C, 0xFA, 0x99, 0x37, 0xD5, 0x73, 0x11, 0xB0, 0x4E, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x36, 0x8D, 0x00};
+static const uint8_t kPayloadLogPartStream[] = {0xC2, 0x87, 0xA0, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x88, 0x26, 0xC5, 0x63, 0x01, 0x9F, 0x3E, 0xDC, 0x7A, 0x18};
+static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0xC2, 0x87, 0xA0, 0xEC, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x88, 0x26, 0xC5, 0x63, 0x01, 0x9F, 0x3E, 0xDC, 0x7A, 0x18, 0xF1, 0xF1, 0x00};
 
 inline size_t build_LogZerosStream(uint8_t* payload) {
   protocol::LogZerosStream message;
-  message.first_block = 2294491222u;
-  message.count = 9978u;
+  message.first_block = 3069045141u;
+  message.count = 21797u;
   message.encode(payload);
   return protocol::LogZerosStream::kSize;
 }
@@ -861,52 +871,52 @@ inline size_t build_LogZerosStream(uint8_t* payload) {
 inline bool matches_LogZerosStream(const uint8_t* payload, size_t size) {
   protocol::LogZerosStream message;
   if (!message.decode(payload, size)) return false;
-  return message.first_block == 2294491222u && message.count == 9978u;
+  return message.first_block == 3069045141u && message.count == 21797u;
 }
 
-static const uint8_t kPayloadLogZerosStream[] = {0x56, 0x28, 0xC3, 0x88, 0xFA, 0x26};
-static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x56, 0x28, 0xC3, 0x88, 0xFA, 0x26, 0xDB, 0x83, 0x00};
+static const uint8_t kPayloadLogZerosStream[] = {0x95, 0xE9, 0xED, 0xB6, 0x25, 0x55};
+static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x95, 0xE9, 0xED, 0xB6, 0x25, 0x55, 0xBF, 0x6A, 0x00};
 
 inline size_t build_LiveSampleStream(uint8_t* payload) {
   protocol::LiveSampleStream message;
-  message.index = 3308395465u;
-  message.time_us = 7163421071732654327ull;
-  message.sample.time_offset_us = 2681768181u;
-  message.sample.flags = 15888u;
-  message.sample.imu[0].accel[0] = 31358;
-  message.sample.imu[0].accel[1] = 6326;
-  message.sample.imu[0].accel[2] = -18707;
-  message.sample.imu[0].temperature = 21797;
-  message.sample.imu[0].gyro[0] = -3236;
-  message.sample.imu[0].gyro[1] = -28268;
-  message.sample.imu[0].gyro[2] = 12235;
-  message.sample.imu[1].accel[0] = 27706;
-  message.sample.imu[1].accel[1] = 2674;
-  message.sample.imu[1].accel[2] = -22359;
-  message.sample.imu[1].temperature = 18145;
-  message.sample.imu[1].gyro[0] = -6888;
-  message.sample.imu[1].gyro[1] = -31920;
-  message.sample.imu[1].gyro[2] = 8583;
-  message.sample.imu[2].accel[0] = 24054;
-  message.sample.imu[2].accel[1] = -978;
-  message.sample.imu[2].accel[2] = -26011;
-  message.sample.imu[2].temperature = 14492;
-  message.sample.imu[2].gyro[0] = -10540;
-  message.sample.imu[2].gyro[1] = 29963;
-  message.sample.imu[2].gyro[2] = 4931;
-  message.sample.imu[3].accel[0] = 20402;
-  message.sample.imu[3].accel[1] = -4631;
-  message.sample.imu[3].accel[2] = -29663;
-  message.sample.imu[3].temperature = 10840;
-  message.sample.imu[3].gyro[0] = -14192;
-  message.sample.imu[3].gyro[1] = 26311;
-  message.sample.imu[3].gyro[2] = 1279;
-  message.sample.angle[0] = 41782u;
-  message.sample.angle[1] = 16750u;
-  message.sample.angle[2] = 57253u;
-  message.sample.angle[3] = 32221u;
-  message.sample.angle[4] = 7188u;
-  message.sample.angle[5] = 47692u;
+  message.index = 4082949384u;
+  message.time_us = 10490104822707329481ull;
+  message.sample.time_offset_us = 3456322100u;
+  message.sample.flags = 27706u;
+  message.sample.imu[0].accel[0] = -22359;
+  message.sample.imu[0].accel[1] = 18145;
+  message.sample.imu[0].accel[2] = -6888;
+  message.sample.imu[0].temperature = -31920;
+  message.sample.imu[0].gyro[0] = 8583;
+  message.sample.imu[0].gyro[1] = -16449;
+  message.sample.imu[0].gyro[2] = 24054;
+  message.sample.imu[1].accel[0] = -26011;
+  message.sample.imu[1].accel[1] = 14492;
+  message.sample.imu[1].accel[2] = -10540;
+  message.sample.imu[1].temperature = 29963;
+  message.sample.imu[1].gyro[0] = 4931;
+  message.sample.imu[1].gyro[1] = -20102;
+  message.sample.imu[1].gyro[2] = 20402;
+  message.sample.imu[2].accel[0] = -29663;
+  message.sample.imu[2].accel[1] = 10840;
+  message.sample.imu[2].accel[2] = -14192;
+  message.sample.imu[2].temperature = 26311;
+  message.sample.imu[2].gyro[0] = 1279;
+  message.sample.imu[2].gyro[1] = -23754;
+  message.sample.imu[2].gyro[2] = 16750;
+  message.sample.imu[3].accel[0] = 32221;
+  message.sample.imu[3].accel[1] = 7188;
+  message.sample.imu[3].accel[2] = -17844;
+  message.sample.imu[3].temperature = 22659;
+  message.sample.imu[3].gyro[0] = -2373;
+  message.sample.imu[3].gyro[1] = -27406;
+  message.sample.imu[3].gyro[2] = 13097;
+  message.sample.angle[0] = 53601u;
+  message.sample.angle[1] = 28568u;
+  message.sample.angle[2] = 3536u;
+  message.sample.angle[3] = 44039u;
+  message.sample.angle[4] = 19007u;
+  message.sample.angle[5] = 59510u;
   message.encode(payload);
   return protocol::LiveSampleStream::kSize;
 }
@@ -914,17 +924,17 @@ inline size_t build_LiveSampleStream(uint8_t* payload) {
 inline bool matches_LiveSampleStream(const uint8_t* payload, size_t size) {
   protocol::LiveSampleStream message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 3308395465u && message.time_us == 7163421071732654327ull && message.sample.time_offset_us == 2681768181u && message.sample.flags == 15888u && message.sample.imu[0].accel[0] == 31358 && message.sample.imu[0].accel[1] == 6326 && message.sample.imu[0].accel[2] == -18707 && message.sample.imu[0].temperature == 21797 && message.sample.imu[0].gyro[0] == -3236 && message.sample.imu[0].gyro[1] == -28268 && message.sample.imu[0].gyro[2] == 12235 && message.sample.imu[1].accel[0] == 27706 && message.sample.imu[1].accel[1] == 2674 && message.sample.imu[1].accel[2] == -22359 && message.sample.imu[1].temperature == 18145 && message.sample.imu[1].gyro[0] == -6888 && message.sample.imu[1].gyro[1] == -31920 && message.sample.imu[1].gyro[2] == 8583 && message.sample.imu[2].accel[0] == 24054 && message.sample.imu[2].accel[1] == -978 && message.sample.imu[2].accel[2] == -26011 && message.sample.imu[2].temperature == 14492 && message.sample.imu[2].gyro[0] == -10540 && message.sample.imu[2].gyro[1] == 29963 && message.sample.imu[2].gyro[2] == 4931 && message.sample.imu[3].accel[0] == 20402 && message.sample.imu[3].accel[1] == -4631 && message.sample.imu[3].accel[2] == -29663 && message.sample.imu[3].temperature == 10840 && message.sample.imu[3].gyro[0] == -14192 && message.sample.imu[3].gyro[1] == 26311 && message.sample.imu[3].gyro[2] == 1279 && message.sample.angle[0] == 41782u && message.sample.angle[1] == 16750u && message.sample.angle[2] == 57253u && message.sample.angle[3] == 32221u && message.sample.angle[4] == 7188u && message.sample.angle[5] == 47692u;
+  return message.index == 4082949384u && message.time_us == 10490104822707329481ull && message.sample.time_offset_us == 3456322100u && message.sample.flags == 27706u && message.sample.imu[0].accel[0] == -22359 && message.sample.imu[0].accel[1] == 18145 && message.sample.imu[0].accel[2] == -6888 && message.sample.imu[0].temperature == -31920 && message.sample.imu[0].gyro[0] == 8583 && message.sample.imu[0].gyro[1] == -16449 && message.sample.imu[0].gyro[2] == 24054 && message.sample.imu[1].accel[0] == -26011 && message.sample.imu[1].accel[1] == 14492 && message.sample.imu[1].accel[2] == -10540 && message.sample.imu[1].temperature == 29963 && message.sample.imu[1].gyro[0] == 4931 && message.sample.imu[1].gyro[1] == -20102 && message.sample.imu[1].gyro[2] == 20402 && message.sample.imu[2].accel[0] == -29663 && message.sample.imu[2].accel[1] == 10840 && message.sample.imu[2].accel[2] == -14192 && message.sample.imu[2].temperature == 26311 && message.sample.imu[2].gyro[0] == 1279 && message.sample.imu[2].gyro[1] == -23754 && message.sample.imu[2].gyro[2] == 16750 && message.sample.imu[3].accel[0] == 32221 && message.sample.imu[3].accel[1] == 7188 && message.sample.imu[3].accel[2] == -17844 && message.sample.imu[3].temperature == 22659 && message.sample.imu[3].gyro[0] == -2373 && message.sample.imu[3].gyro[1] == -27406 && message.sample.imu[3].gyro[2] == 13097 && message.sample.angle[0] == 53601u && message.sample.angle[1] == 28568u && message.sample.angle[2] == 3536u && message.sample.angle[3] == 44039u && message.sample.angle[4] == 19007u && message.sample.angle[5] == 59510u;
 }
 
-static const uint8_t kPayloadLiveSampleStream[] = {0xC9, 0x1B, 0x32, 0xC5, 0xF7, 0x40, 0x2C, 0xE5, 0x82, 0x95, 0x69, 0x63, 0xF5, 0x88, 0xD8, 0x9F, 0x10, 0x3E, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA};
-static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0xC9, 0x1B, 0x32, 0xC5, 0xF7, 0x40, 0x2C, 0xE5, 0x82, 0x95, 0x69, 0x63, 0xF5, 0x88, 0xD8, 0x9F, 0x10, 0x3E, 0x7E, 0x7A, 0xB6, 0x18, 0xED, 0xB6, 0x25, 0x55, 0x5C, 0xF3, 0x94, 0x91, 0xCB, 0x2F, 0x3A, 0x6C, 0x72, 0x0A, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA, 0x24, 0x74, 0x00};
+static const uint8_t kPayloadLiveSampleStream[] = {0x08, 0xDD, 0x5C, 0xF3, 0xC9, 0x19, 0x15, 0xDE, 0xC1, 0x56, 0x94, 0x91, 0x34, 0x4A, 0x03, 0xCE, 0x3A, 0x6C, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA, 0x83, 0x58, 0xBB, 0xF6, 0xF2, 0x94, 0x29, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0xD0, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0x76, 0xE8};
+static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0x08, 0xDD, 0x5C, 0xF3, 0xC9, 0x19, 0x15, 0xDE, 0xC1, 0x56, 0x94, 0x91, 0x34, 0x4A, 0x03, 0xCE, 0x3A, 0x6C, 0xA9, 0xA8, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA, 0x83, 0x58, 0xBB, 0xF6, 0xF2, 0x94, 0x29, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0xD0, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0x9F, 0xF4, 0x00};
 
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
-  message.request = 88u;
-  message.code = protocol::ErrorCode::kBusStuck;
-  message.detail = -1796046492;
+  message.request = 134u;
+  message.code = protocol::ErrorCode::kRamHoldsDrop;
+  message.detail = -1021492573;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
 }
@@ -932,30 +942,30 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 88u && message.code == protocol::ErrorCode::kBusStuck && message.detail == -1796046492;
+  return message.request == 134u && message.code == protocol::ErrorCode::kRamHoldsDrop && message.detail == -1021492573;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0x58, 0x2C, 0x64, 0x81, 0xF2, 0x94};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x58, 0x2C, 0x64, 0x81, 0xF2, 0x94, 0x36, 0x57, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0x86, 0x36, 0xA3, 0x42, 0x1D, 0xC3};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x86, 0x36, 0xA3, 0x42, 0x1D, 0xC3, 0x65, 0x86, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
-  message.frame_us = 13097u;
-  message.servo[0].zero_us = 28568u;
-  message.servo[0].ns_per_deg = 3536u;
-  message.servo[0].reversed = 172u;
-  message.servo[0].min_cdeg = 19007;
-  message.servo[0].max_cdeg = -6026;
-  message.servo[1].zero_us = 9445u;
-  message.servo[1].ns_per_deg = 49949u;
-  message.servo[1].reversed = 97u;
-  message.servo[1].min_cdeg = -116;
-  message.servo[1].max_cdeg = -25149;
-  message.servo[2].zero_us = 55858u;
-  message.servo[2].ns_per_deg = 30826u;
-  message.servo[2].reversed = 22u;
-  message.servo[2].min_cdeg = -19239;
-  message.servo[2].max_cdeg = 21264;
+  message.frame_us = 24916u;
+  message.servo[0].zero_us = 40387u;
+  message.servo[0].ns_per_deg = 15355u;
+  message.servo[0].reversed = 218u;
+  message.servo[0].min_cdeg = 30826;
+  message.servo[0].max_cdeg = 5793;
+  message.servo[1].zero_us = 21264u;
+  message.servo[1].ns_per_deg = 61768u;
+  message.servo[1].reversed = 143u;
+  message.servo[1].min_cdeg = 11702;
+  message.servo[1].max_cdeg = -13330;
+  message.servo[2].zero_us = 2141u;
+  message.servo[2].ns_per_deg = 42644u;
+  message.servo[2].reversed = 68u;
+  message.servo[2].min_cdeg = -7421;
+  message.servo[2].max_cdeg = -32453;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -963,16 +973,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 13097u && message.servo[0].zero_us == 28568u && message.servo[0].ns_per_deg == 3536u && message.servo[0].reversed == 172u && message.servo[0].min_cdeg == 19007 && message.servo[0].max_cdeg == -6026 && message.servo[1].zero_us == 9445u && message.servo[1].ns_per_deg == 49949u && message.servo[1].reversed == 97u && message.servo[1].min_cdeg == -116 && message.servo[1].max_cdeg == -25149 && message.servo[2].zero_us == 55858u && message.servo[2].ns_per_deg == 30826u && message.servo[2].reversed == 22u && message.servo[2].min_cdeg == -19239 && message.servo[2].max_cdeg == 21264;
+  return message.frame_us == 24916u && message.servo[0].zero_us == 40387u && message.servo[0].ns_per_deg == 15355u && message.servo[0].reversed == 218u && message.servo[0].min_cdeg == 30826 && message.servo[0].max_cdeg == 5793 && message.servo[1].zero_us == 21264u && message.servo[1].ns_per_deg == 61768u && message.servo[1].reversed == 143u && message.servo[1].min_cdeg == 11702 && message.servo[1].max_cdeg == -13330 && message.servo[2].zero_us == 2141u && message.servo[2].ns_per_deg == 42644u && message.servo[2].reversed == 68u && message.servo[2].min_cdeg == -7421 && message.servo[2].max_cdeg == -32453;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0x29, 0x33, 0x98, 0x6F, 0xD0, 0x0D, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xE5, 0x24, 0x1D, 0xC3, 0x61, 0x8C, 0xFF, 0xC3, 0x9D, 0x32, 0xDA, 0x6A, 0x78, 0x16, 0xD9, 0xB4, 0x10, 0x53};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0x29, 0x33, 0x98, 0x6F, 0xD0, 0x0D, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xE5, 0x24, 0x1D, 0xC3, 0x61, 0x8C, 0xFF, 0xC3, 0x9D, 0x32, 0xDA, 0x6A, 0x78, 0x16, 0xD9, 0xB4, 0x10, 0x53, 0x24, 0x92, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0x54, 0x61, 0xC3, 0x9D, 0xFB, 0x3B, 0xDA, 0x6A, 0x78, 0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0x54, 0x61, 0xC3, 0x9D, 0xFB, 0x3B, 0xDA, 0x6A, 0x78, 0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0x10, 0x49, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 241u;
-  message.written = 143u;
+  message.stored = 31u;
+  message.written = 189u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -980,11 +990,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 241u && message.written == 143u;
+  return message.stored == 31u && message.written == 189u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0xF1, 0x8F};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0xF1, 0x8F, 0x1A, 0x7A, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0x1F, 0xBD};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0x1F, 0xBD, 0xB6, 0x5F, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -1003,23 +1013,23 @@ static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x2E, 0x76, 0x71
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
   message.origin = protocol::Origin::kFactory;
-  message.generation = 3421401359u;
-  message.frame_us = 27173u;
-  message.servo[0].zero_us = 42644u;
-  message.servo[0].ns_per_deg = 17612u;
-  message.servo[0].reversed = 227u;
-  message.servo[0].min_cdeg = -32453;
-  message.servo[0].max_cdeg = 8050;
-  message.servo[1].zero_us = 23521u;
-  message.servo[1].ns_per_deg = 64025u;
-  message.servo[1].reversed = 152u;
-  message.servo[1].min_cdeg = 13960;
-  message.servo[1].max_cdeg = -11073;
-  message.servo[2].zero_us = 4398u;
-  message.servo[2].ns_per_deg = 44902u;
-  message.servo[2].reversed = 77u;
-  message.servo[2].min_cdeg = -5163;
-  message.servo[2].max_cdeg = -30196;
+  message.generation = 4195955278u;
+  message.frame_us = 38992u;
+  message.servo[0].zero_us = 54463u;
+  message.servo[0].ns_per_deg = 29431u;
+  message.servo[0].reversed = 17u;
+  message.servo[0].min_cdeg = -20634;
+  message.servo[0].max_cdeg = 19869;
+  message.servo[1].zero_us = 35340u;
+  message.servo[1].ns_per_deg = 10307u;
+  message.servo[1].reversed = 198u;
+  message.servo[1].min_cdeg = 25778;
+  message.servo[1].max_cdeg = 746;
+  message.servo[2].zero_us = 16217u;
+  message.servo[2].ns_per_deg = 56720u;
+  message.servo[2].reversed = 123u;
+  message.servo[2].min_cdeg = 6655;
+  message.servo[2].max_cdeg = -18377;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -1027,17 +1037,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.generation == 3421401359u && message.frame_us == 27173u && message.servo[0].zero_us == 42644u && message.servo[0].ns_per_deg == 17612u && message.servo[0].reversed == 227u && message.servo[0].min_cdeg == -32453 && message.servo[0].max_cdeg == 8050 && message.servo[1].zero_us == 23521u && message.servo[1].ns_per_deg == 64025u && message.servo[1].reversed == 152u && message.servo[1].min_cdeg == 13960 && message.servo[1].max_cdeg == -11073 && message.servo[2].zero_us == 4398u && message.servo[2].ns_per_deg == 44902u && message.servo[2].reversed == 77u && message.servo[2].min_cdeg == -5163 && message.servo[2].max_cdeg == -30196;
+  return message.origin == protocol::Origin::kFactory && message.generation == 4195955278u && message.frame_us == 38992u && message.servo[0].zero_us == 54463u && message.servo[0].ns_per_deg == 29431u && message.servo[0].reversed == 17u && message.servo[0].min_cdeg == -20634 && message.servo[0].max_cdeg == 19869 && message.servo[1].zero_us == 35340u && message.servo[1].ns_per_deg == 10307u && message.servo[1].reversed == 198u && message.servo[1].min_cdeg == 25778 && message.servo[1].max_cdeg == 746 && message.servo[2].zero_us == 16217u && message.servo[2].ns_per_deg == 56720u && message.servo[2].reversed == 123u && message.servo[2].min_cdeg == 6655 && message.servo[2].max_cdeg == -18377;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0x0F, 0x71, 0xEE, 0xCB, 0x25, 0x6A, 0x94, 0xA6, 0xCC, 0x44, 0xE3, 0x3B, 0x81, 0x72, 0x1F, 0xE1, 0x5B, 0x19, 0xFA, 0x98, 0x88, 0x36, 0xBF, 0xD4, 0x2E, 0x11, 0x66, 0xAF, 0x4D, 0xD5, 0xEB, 0x0C, 0x8A};
-static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0x0F, 0x71, 0xEE, 0xCB, 0x25, 0x6A, 0x94, 0xA6, 0xCC, 0x44, 0xE3, 0x3B, 0x81, 0x72, 0x1F, 0xE1, 0x5B, 0x19, 0xFA, 0x98, 0x88, 0x36, 0xBF, 0xD4, 0x2E, 0x11, 0x66, 0xAF, 0x4D, 0xD5, 0xEB, 0x0C, 0x8A, 0xFD, 0xED, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0x4E, 0x32, 0x19, 0xFA, 0x50, 0x98, 0xBF, 0xD4, 0xF7, 0x72, 0x11, 0x66, 0xAF, 0x9D, 0x4D, 0x0C, 0x8A, 0x43, 0x28, 0xC6, 0xB2, 0x64, 0xEA, 0x02, 0x59, 0x3F, 0x90, 0xDD, 0x7B, 0xFF, 0x19, 0x37, 0xB8};
+static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0x4E, 0x32, 0x19, 0xFA, 0x50, 0x98, 0xBF, 0xD4, 0xF7, 0x72, 0x11, 0x66, 0xAF, 0x9D, 0x4D, 0x0C, 0x8A, 0x43, 0x28, 0xC6, 0xB2, 0x64, 0xEA, 0x02, 0x59, 0x3F, 0x90, 0xDD, 0x7B, 0xFF, 0x19, 0x37, 0xB8, 0x96, 0x69, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = 10307;
-  message.angle_cdeg[1] = -14725;
-  message.angle_cdeg[2] = 25778;
+  message.angle_cdeg[0] = 22126;
+  message.angle_cdeg[1] = -2906;
+  message.angle_cdeg[2] = -27939;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -1045,15 +1055,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == 10307 && message.angle_cdeg[1] == -14725 && message.angle_cdeg[2] == 25778;
+  return message.angle_cdeg[0] == 22126 && message.angle_cdeg[1] == -2906 && message.angle_cdeg[2] == -27939;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0x43, 0x28, 0x7B, 0xC6, 0xB2, 0x64};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x43, 0x28, 0x7B, 0xC6, 0xB2, 0x64, 0x64, 0xAE, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0x6E, 0x56, 0xA6, 0xF4, 0xDD, 0x92};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0x6E, 0x56, 0xA6, 0xF4, 0xDD, 0x92, 0x8C, 0xA9, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 2u;
+  message.at_start_pose = 49u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -1061,18 +1071,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 2u;
+  return message.at_start_pose == 49u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0x02};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x02, 0x86, 0x09, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0x31};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0x31, 0xB6, 0x0F, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 161u;
-  message.from_cdeg = 16217;
-  message.to_cdeg = -8816;
-  message.confirm = 2076723103u;
+  message.joint = 207u;
+  message.from_cdeg = 28036;
+  message.to_cdeg = 3003;
+  message.confirm = 2851277022u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -1080,16 +1090,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 161u && message.from_cdeg == 16217 && message.to_cdeg == -8816 && message.confirm == 2076723103u;
+  return message.joint == 207u && message.from_cdeg == 28036 && message.to_cdeg == 3003 && message.confirm == 2851277022u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0xA1, 0x59, 0x3F, 0x90, 0xDD, 0x9F, 0x47, 0xC8, 0x7B};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0xA1, 0x59, 0x3F, 0x90, 0xDD, 0x9F, 0x47, 0xC8, 0x7B, 0x8B, 0xC5, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0xCF, 0x84, 0x6D, 0xBB, 0x0B, 0xDE, 0x08, 0xF3, 0xA9};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0xCF, 0x84, 0x6D, 0xBB, 0x0B, 0xDE, 0x08, 0xF3, 0xA9, 0x05, 0xB3, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = 6655;
-  message.arrived = 184u;
+  message.angle_cdeg = 18474;
+  message.arrived = 230u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -1097,11 +1107,11 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == 6655 && message.arrived == 184u;
+  return message.angle_cdeg == 18474 && message.arrived == 230u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0xFF, 0x19, 0xB8};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0xFF, 0x19, 0xB8, 0xD4, 0x32, 0x00};
+static const uint8_t kPayloadJogReply[] = {0x2A, 0x48, 0xE6};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0x2A, 0x48, 0xE6, 0x05, 0x3A, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
@@ -1131,7 +1141,7 @@ static const Vector kVectors[] = {
     {"RecordStopRequest", protocol::RecordStopRequest::kType, 24, build_RecordStopRequest, matches_RecordStopRequest, kPayloadRecordStopRequest, 0, kFrameRecordStopRequest, 6},
     {"RecordStopReply", protocol::RecordStopReply::kType, 25, build_RecordStopReply, matches_RecordStopReply, kPayloadRecordStopReply, 13, kFrameRecordStopReply, 19},
     {"LiveRequest", protocol::LiveRequest::kType, 26, build_LiveRequest, matches_LiveRequest, kPayloadLiveRequest, 1, kFrameLiveRequest, 7},
-    {"LiveReply", protocol::LiveReply::kType, 27, build_LiveReply, matches_LiveReply, kPayloadLiveReply, 15, kFrameLiveReply, 21},
+    {"LiveReply", protocol::LiveReply::kType, 27, build_LiveReply, matches_LiveReply, kPayloadLiveReply, 35, kFrameLiveReply, 41},
     {"LoggerSettingsWriteRequest", protocol::LoggerSettingsWriteRequest::kType, 28, build_LoggerSettingsWriteRequest, matches_LoggerSettingsWriteRequest, kPayloadLoggerSettingsWriteRequest, 12, kFrameLoggerSettingsWriteRequest, 18},
     {"LoggerSettingsWriteReply", protocol::LoggerSettingsWriteReply::kType, 29, build_LoggerSettingsWriteReply, matches_LoggerSettingsWriteReply, kPayloadLoggerSettingsWriteReply, 1, kFrameLoggerSettingsWriteReply, 7},
     {"LoggerSettingsReadRequest", protocol::LoggerSettingsReadRequest::kType, 30, build_LoggerSettingsReadRequest, matches_LoggerSettingsReadRequest, kPayloadLoggerSettingsReadRequest, 0, kFrameLoggerSettingsReadRequest, 6},

@@ -54,7 +54,7 @@ types:
         repeat-expr: 3
         doc: 'Angular rate x, y, z.'
   sample:
-    doc: 'One sampling instant of all sensors.'
+    doc: 'All sensors, read one after the other: each at the sample''s time and its offset in LogHeader.'
     seq:
       - id: time_offset_us
         type: u4
@@ -213,6 +213,16 @@ types:
       - id: wall_clock_us
         type: u8
         doc: 'Unix time at time_us, if the host set the clock; else 0.'
+      - id: imu_offset_us
+        type: u2
+        repeat: expr
+        repeat-expr: 4
+        doc: 'From a sample''s time to the moment of each IMU''s reading. 0 in logs of block_version 2, which do not tell it.'
+      - id: angle_offset_us
+        type: u2
+        repeat: expr
+        repeat-expr: 6
+        doc: 'The same of each angle sensor.'
   log_footer:
     doc: 'Summary written when a recording is closed cleanly. Payload of a footer block.'
     seq:

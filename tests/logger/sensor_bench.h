@@ -101,7 +101,7 @@ struct SensorBench {
   void tick() {
     t_us = ++ticks * 1000000u / settings.rate_hz + start_us;
     move_to(t_us);
-    const uint64_t before_us = clock.us;
+    before_us = clock.us;
     sampler.sample(t_us, instant);
     interrupt_us = clock.us - before_us;
     longest_us = std::max(longest_us, interrupt_us);
@@ -132,7 +132,7 @@ struct SensorBench {
   logger::Instant instant = {};
   std::vector<protocol::Event> events;
   uint64_t t_us = 0, start_us = 0, ticks = 0;
-  uint64_t interrupt_us = 0, longest_us = 0;
+  uint64_t before_us = 0, interrupt_us = 0, longest_us = 0;
   double rate_rad_s = 1.0, lateral_rad_s = 0.0;
   double force_m_s2 = kG_m_s2, lateral_m_s2 = 0.0;
 };

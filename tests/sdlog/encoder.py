@@ -43,6 +43,8 @@ HEADER = LogHeader(
     after_landing_s=30,
     schema=b"sample: u32 time_offset_us".ljust(384, b"\0"),
     wall_clock_us=0,
+    imu_offset_us=(0, 390, 0, 390),
+    angle_offset_us=(0, 5, 10, 15, 20, 25),
 )
 
 

@@ -17,6 +17,7 @@ def schema_text(spec: Spec) -> str:
         f"{spec.limit('samples_per_block')} Sample, {spec.limit('events_per_block')} Event, "
         f"CRC-32 at {layout.crc_offset}. "
     )
+    text += "Read at + imu_offset_us, angle_offset_us. "
     text += " ".join(_struct(spec, name) for name in ("Sample", "ImuReading", "Event"))
     room = next(field.count for field in spec.structs["LogHeader"].fields if field.name == "schema")
     if room is None or len(text) > room or not text.isascii():

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.sdlog.summary import single_misses
 
 
 def notes_of(motion: Motion) -> list[str]:
     """Of one drop."""
     notes = []
     fall = motion.samples.fall
-    for body, bridged in enumerate((~motion.samples.answered[fall]).sum(axis=0), 1):
-        if bridged:
+    answered = motion.samples.answered[fall]
+    for body, bridged in enumerate((~answered).sum(axis=0), 1):
+        if not single_misses(answered[:, body - 1]):
             share = 100.0 * bridged / fall.sum()
             notes.append(
                 f"The gyro of body {body} lacks {bridged} of {int(fall.sum())} samples ({share:.0f} %): they are "

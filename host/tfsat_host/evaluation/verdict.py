@@ -19,7 +19,7 @@ from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
 from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.doubts import two_releases
-from tfsat_host.sdlog.summary import warnings
+from tfsat_host.sdlog.summary import grave_warnings
 
 Level = Literal["good", "doubtful", "failed"]
 
@@ -88,7 +88,9 @@ def refused(error: TfsatError) -> Verdict:
 def _good(found: Evaluation) -> str:
     passed = sum(check.verdict == "passed" for check in found.checks)
     checks = "the one check passed" if passed == 1 else f"all {passed} checks passed"
-    return f"Nothing speaks against it: {checks}, no sample is missing, the calibration holds."
+    missed = int((~found.log.imu_valid).sum() + (~found.log.angle_valid).sum())
+    samples = "no sample is missing" if missed == 0 else f"single missed readings ({missed}) are bridged"
+    return f"Nothing speaks against it: {checks}, {samples}, the calibration holds."
 
 
 def _of_recording(found: Evaluation) -> Iterator[str]:
@@ -99,7 +101,7 @@ def _of_recording(found: Evaluation) -> Iterator[str]:
             f"The recording ends {last_s:.2f} s after the release, in the fall: all numbers are of what came before."
         )
     of_release = two_releases(found.log.release)
-    yield from (line for line in warnings(found.log) if not line.startswith(" ") and line != of_release)
+    yield from (line for line in grave_warnings(found.log) if not line.startswith(" ") and line != of_release)
 
 
 def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:

@@ -74,7 +74,7 @@ def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[Angle
     )
     angles = tuple(
         _joint_reading(
-            sample.sample.angle[index] * _TURN_DEG / scales.angle_counts_per_turn,
+            (sample.sample.angle[index] + 0.5) * _TURN_DEG / scales.angle_counts_per_turn,
             sensors[index],
             valid=bool(flags >> (_ANGLE_BIT + index) & 1),
         )

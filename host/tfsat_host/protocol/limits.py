@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("9662af3b2af08cbd")
+PROTOCOL_HASH = bytes.fromhex("c86aa0c160078e20")
 FIRMWARE_VERSION = (0, 1, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -133,8 +133,8 @@ BLOCK_BYTES = 512
 """A block on the card."""
 BLOCK_MAGIC = 827541076
 """The bytes 'TFS1' that every block begins with."""
-BLOCK_VERSION = 2
-"""Version of the block layout."""
+BLOCK_VERSION = 3
+"""Version of the block layout. 2 is read as well: it has no imu_offset_us and angle_offset_us."""
 SAMPLES_PER_BLOCK = 6
 """Sample slots in a data block."""
 EVENTS_PER_BLOCK = 2

@@ -75,6 +75,8 @@ LOG_HEADER_DTYPE: list[tuple[Any, ...]] = [
     ("after_landing_s", "<u2"),
     ("schema", "u1", (384,)),
     ("wall_clock_us", "<u8"),
+    ("imu_offset_us", "<u2", (4,)),
+    ("angle_offset_us", "<u2", (6,)),
 ]
 
 LOG_FOOTER_DTYPE: list[tuple[Any, ...]] = [

@@ -36,7 +36,7 @@ class ImuReading(Record):
 
 @dataclass(frozen=True, slots=True)
 class Sample(Record):
-    """One sampling instant of all sensors.
+    """All sensors, read one after the other: each at the sample's time and its offset in LogHeader.
 
     Attributes:
         time_offset_us: Time after the block's time_us.
@@ -182,9 +182,11 @@ class LogHeader(Record):
         after_landing_s: The recording closes by itself this long after the landing.
         schema: This layout in words, ASCII, padded with zeros: a file found in ten years explains itself.
         wall_clock_us: Unix time at time_us, if the host set the clock; else 0.
+        imu_offset_us: From a sample's time to the moment of each IMU's reading. 0 in logs of block_version 2, which do not tell it.
+        angle_offset_us: The same of each angle sensor.
     """
 
-    SIZE: ClassVar[int] = 452
+    SIZE: ClassVar[int] = 472
     LAYOUT: ClassVar[Layout] = (
         ("protocol_hash", "B", 8),
         ("firmware_version", "B", 3),
@@ -205,6 +207,8 @@ class LogHeader(Record):
         ("after_landing_s", "H", None),
         ("schema", "B", 384),
         ("wall_clock_us", "Q", None),
+        ("imu_offset_us", "H", 4),
+        ("angle_offset_us", "H", 6),
     )
 
     protocol_hash: bytes
@@ -226,6 +230,8 @@ class LogHeader(Record):
     after_landing_s: int
     schema: bytes
     wall_clock_us: int
+    imu_offset_us: tuple[int, ...]
+    angle_offset_us: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -944,16 +950,20 @@ class LiveReply(Payload):
         gyro_lsb_per_deg_s: Gyro scale.
         accel_lsb_per_g: Accelerometer scale.
         angle_counts_per_turn: Angle sensor scale.
+        imu_offset_us: From a sample's time to the moment of each IMU's reading.
+        angle_offset_us: The same of each angle sensor.
     """
 
     TYPE: ClassVar[int] = 0xC2
-    SIZE: ClassVar[int] = 15
+    SIZE: ClassVar[int] = 35
     LAYOUT: ClassVar[Layout] = (
         ("enabled", "B", None),
         ("rate_hz", "H", None),
         ("gyro_lsb_per_deg_s", "f", None),
         ("accel_lsb_per_g", "f", None),
         ("angle_counts_per_turn", "I", None),
+        ("imu_offset_us", "H", 4),
+        ("angle_offset_us", "H", 6),
     )
 
     enabled: int
@@ -961,6 +971,8 @@ class LiveReply(Payload):
     gyro_lsb_per_deg_s: float
     accel_lsb_per_g: float
     angle_counts_per_turn: int
+    imu_offset_us: tuple[int, ...]
+    angle_offset_us: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,8 @@ MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
 HEAD = np.dtype(BLOCK_HEADER_DTYPE)
 # As plain numbers: numpy asks an enumeration many questions before it compares.
 _FIRST_KIND, _LAST_KIND = int(min(BlockKind)), int(max(BlockKind))
+_OLDEST_VERSION = 2
+"""Zeros behind its header stand for the sensors' offsets, which it does not have."""
 _WHOLE_BLOCK = Struct(f"{BLOCK_BYTES}s")
 _RESIDUE = 0x2144DF1C
 """CRC-32 of any bytes followed by their own CRC-32, little-endian (ISO-HDLC's check residue)."""
@@ -79,7 +81,7 @@ def look(data: memoryview) -> Looked:
         zero = _count_zero(data)
         return Looked(heads, ours, Unusable(never_written=zero, foreign=len(ours) - zero))
     sound = ours & _crc_is_right(data)
-    known = sound & (heads["version"] == BLOCK_VERSION)
+    known = sound & (heads["version"] >= _OLDEST_VERSION) & (heads["version"] <= BLOCK_VERSION)
     usable = known & _possible(heads)
     if usable.all():
         return Looked(heads, usable, Unusable())

@@ -80,7 +80,7 @@ def physical_columns(log: DropLog) -> list[CountColumn]:
                     f"joint{joint + 1}_sensor{sensor + 1}_angle_deg",
                     log.angle_counts[:, index],
                     360 / header.angle_counts_per_turn,
-                    0,
+                    180 / header.angle_counts_per_turn,  # the middle of the count
                     4,
                     log.angle_valid[:, index],
                 )

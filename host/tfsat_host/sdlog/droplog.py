@@ -155,9 +155,12 @@ class DropLog:
 
     @cached_property
     def sensor_angle_rad(self) -> NDArray[np.float64]:
-        """(n, 6) absolute angle sensors, rad in [0, 2π); joint j has columns 2 (j - 1) and the next."""
+        """(n, 6) absolute angle sensors, rad in [0, 2π), the middle of a count, for the converter cuts off.
+
+        Joint j has columns 2 (j - 1) and the next.
+        """
         per_count = 2 * np.pi / self.header.angle_counts_per_turn
-        angle: NDArray[np.float64] = np.multiply(self.angle_counts, per_count, dtype=np.float64)
+        angle: NDArray[np.float64] = (self.angle_counts + 0.5) * per_count
         angle[~self.angle_valid] = np.nan
         return angle
 

@@ -64,6 +64,29 @@ def _row(name: str, valid: NDArray[np.bool_], clipped: int | None) -> Json:
     return {"sensor": name, "valid": count, "invalid": len(valid) - count, "clipped": clipped}
 
 
+MOST_SINGLE_MISSES = 0.01
+"""Of a sensor's readings: so many, each alone, are bridged by their neighbours without a trace in any result."""
+
+
+def single_misses(valid: NDArray[np.bool_]) -> bool:
+    """Whether the readings that a sensor missed, if any, are few and each stands between two that it gave."""
+    missed = ~valid
+    in_row = missed[1:] & missed[:-1]
+    return not in_row.any() and float(np.mean(missed)) <= MOST_SINGLE_MISSES
+
+
+def grave_warnings(log: DropLog) -> list[str]:
+    """Of `warnings`, those on more than single readings."""
+    valid = np.concatenate([log.imu_valid, log.angle_valid], axis=1)
+    rows = zip(sensor_rows(log), valid.T, strict=True)
+    light = {_missed_line(log, row) for row, given in rows if single_misses(given)}
+    return [line for line in warnings(log) if line not in light]
+
+
+def _missed_line(log: DropLog, row: Json) -> str:
+    return f"The {row['sensor']} gave no value in {row['invalid']} of {len(log)} samples."
+
+
 def warnings(log: DropLog) -> list[str]:
     """Sentences on everything that was lost or is doubtful; empty for a recording without fault."""
     lines = [f"Doubtful: {doubt}." for doubt in log.doubts]
@@ -89,11 +112,7 @@ def warnings(log: DropLog) -> list[str]:
     clipped = clipping(log)
     if clipped is not None and clipped["in_fall"]:
         lines.append(f"{clipped['in_fall']} samples in the fall are clipped: they are lower bounds.")
-    lines += [
-        f"The {row['sensor']} gave no value in {row['invalid']} of {len(log)} samples."
-        for row in sensor_rows(log)
-        if row["invalid"]
-    ]
+    lines += [_missed_line(log, row) for row in sensor_rows(log) if row["invalid"]]
     return lines
 
 

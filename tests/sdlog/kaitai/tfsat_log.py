@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: d798849f8a4851c96f55fb0eee59191a391a420f564daf4d2ea8f6b4eca8bcb3
+# sha256 of protocol/tfsat_log.ksy: 722612611941940a7a9081b58689482ad1c4e1ef2ad4ee6f3210b2f22da15bc8
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors
@@ -36,6 +36,7 @@ class TfsatLog(KaitaiStruct):
         card_back = 11
         rewritten = 12
         sampling_late = 13
+        sensor_missed = 15
 
     class StopReason(IntEnum):
         host = 1
@@ -310,6 +311,14 @@ class TfsatLog(KaitaiStruct):
                 self.schema.append(self._io.read_u1())
 
             self.wall_clock_us = self._io.read_u8le()
+            self.imu_offset_us = []
+            for i in range(4):
+                self.imu_offset_us.append(self._io.read_u2le())
+
+            self.angle_offset_us = []
+            for i in range(6):
+                self.angle_offset_us.append(self._io.read_u2le())
+
 
 
         def _fetch_instances(self):
@@ -327,6 +336,12 @@ class TfsatLog(KaitaiStruct):
                 pass
 
             for i in range(len(self.schema)):
+                pass
+
+            for i in range(len(self.imu_offset_us)):
+                pass
+
+            for i in range(len(self.angle_offset_us)):
                 pass
 
 
@@ -354,7 +369,7 @@ class TfsatLog(KaitaiStruct):
 
 
     class Sample(KaitaiStruct):
-        """One sampling instant of all sensors."""
+        """All sensors, read one after the other: each at the sample's time and its offset in LogHeader."""
         def __init__(self, _io, _parent=None, _root=None):
             super(TfsatLog.Sample, self).__init__(_io)
             self._parent = _parent

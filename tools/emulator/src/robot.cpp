@@ -30,13 +30,17 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
       logger_(parameters.session_seed, logger_parameters(parameters)),
       switches_(parameters.seed ^ 0xB0C4CEu, [this](int index, bool closed) {
         sequencer_->set_switch(index, closed);
-        logger_.set_switch(index, closed);
+        logger_.set_switch(index, closed, logger_clock_.board_us(now_us_));
       }) {
   for (const Mpu6050Parameters& imu : parameters.imus) imus_.emplace_back(imu);
   for (const AngleSensorParameters& sensor : parameters.angle_sensors) angle_sensors_.emplace_back(sensor);
   for (const ServoParameters& servo : parameters.servos) servos_.emplace_back(servo);
   for (size_t i = 0; i < kImus; ++i) bus_of_slot(i).attach(kImuAddresses[i % 2], imus_[i]);
   logger_.attach(buses_, angle_sensors_, card_);
+  logger_.set_world([this](uint64_t board_us) {
+    const uint64_t t_us = logger_clock_.virtual_us(board_us);
+    while (now_us_ < t_us) step_world_to(next_step_us(t_us));
+  });
   seat();
   feed_sensors();
 }
@@ -44,10 +48,12 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
 void Robot::advance_to(uint64_t t_us) {
   while (now_us_ < t_us) {
     const uint64_t next_sample_us = logger_clock_.virtual_us(logger_.next_sample_us());
-    uint64_t next = std::min({t_us, (now_us_ / kStepUs + 1) * kStepUs, std::max(next_sample_us, now_us_ + 1)});
-    next = std::min(next, std::max(switches_.next_us(), now_us_ + 1));
-    step_to(next);
+    step_to(std::min(next_step_us(t_us), std::max(next_sample_us, now_us_ + 1)));
   }
+}
+
+uint64_t Robot::next_step_us(uint64_t t_us) const {
+  return std::min({t_us, (now_us_ / kStepUs + 1) * kStepUs, std::max(switches_.next_us(), now_us_ + 1)});
 }
 
 void Robot::pass_slowly(double duration_s) {
@@ -58,13 +64,18 @@ void Robot::pass_slowly(double duration_s) {
 
 // The sensors are brought to the step's end before the logger, whose samples lie there, reads them.
 void Robot::step_to(uint64_t t_us) {
+  step_world_to(t_us);
+  logger_.advance_to(logger_clock_.board_us(t_us));
+}
+
+// All but the logger, which asks for it while it samples: reading its sensors takes time.
+void Robot::step_world_to(uint64_t t_us) {
   switches_.apply_due(now_us_);
   sequencer_->advance_to(sequencer_clock_.board_us(t_us));
   take_sequencer_outputs();
   move_bodies(t_us);
   now_us_ = t_us;
   feed_sensors();
-  logger_.advance_to(logger_clock_.board_us(t_us));
   keep_truth();
 }
 
@@ -102,7 +113,9 @@ void Robot::move_bodies(uint64_t t_us) {
 
 void Robot::feed_sensors() {
   const double temperature_c = die_temperature_c();
-  for (int i = 0; i < kAngleSensors; ++i) logger_.set_joint_angle(i, chain_.joints().angle_rad[i / 2]);
+  for (int i = 0; i < kAngleSensors; ++i) {
+    logger_.set_joint(i, chain_.joints().angle_rad[i / 2], chain_.joints().rate_rad_s[i / 2]);
+  }
   for (int i = 0; i < kImus; ++i) {
     const size_t at = static_cast<size_t>(i);
     imus_[at].sample(now_us_, chain_.rate_rad_s(i),

@@ -74,7 +74,8 @@ class Robot {
   BlockDevice& card() { return card_; }
   uint64_t now_us() const { return now_us_; }
 
-  // Runs everything to this virtual time.
+  // Runs everything to this virtual time; beyond it, if the logger is then reading its sensors, until
+  // it has them.
   void advance_to(uint64_t t_us);
   // Lets so much time pass for what is slow: the dies' warmth and the wandering of the gyros' biases. Virtual time
   // stands, neither board runs, nothing moves; without the logger's supply nothing passes.
@@ -132,6 +133,8 @@ class Robot {
 
  private:
   void step_to(uint64_t t_us);
+  void step_world_to(uint64_t t_us);
+  uint64_t next_step_us(uint64_t t_us) const;
   void take_sequencer_outputs();
   void move_bodies(uint64_t t_us);
   void begin_holding(const HoldingHand& hand, int joint);

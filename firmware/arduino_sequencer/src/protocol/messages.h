@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0x96, 0x62, 0xAF, 0x3B, 0x2A, 0xF0, 0x8C, 0xBD};
+constexpr uint8_t kProtocolHash[8] = {0xC8, 0x6A, 0xA0, 0xC1, 0x60, 0x07, 0x8E, 0x20};
 constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -139,8 +139,8 @@ constexpr uint32_t kLogReadBlocks = 128;
 constexpr uint32_t kBlockBytes = 512;
 // The bytes 'TFS1' that every block begins with.
 constexpr uint32_t kBlockMagic = 827541076;
-// Version of the block layout.
-constexpr uint32_t kBlockVersion = 2;
+// Version of the block layout. 2 is read as well: it has no imu_offset_us and angle_offset_us.
+constexpr uint32_t kBlockVersion = 3;
 // Sample slots in a data block.
 constexpr uint32_t kSamplesPerBlock = 6;
 // Event slots in a data block.
@@ -159,10 +159,11 @@ constexpr size_t kBlockCrcOffset = 508;
 
 // LogHeader::schema.
 constexpr char kLogSchema[] =
-    "tfsat log, little endian, 512 B blocks: head 32, 6 Sample, 2 Event, CRC-32 at 508. Sample:"
-    " time_offset_us u32, flags u16, imu ImuReading[4], angle u16[6] turn/angle_counts_per_turn"
-    ". ImuReading: accel i16[3] g/accel_lsb_per_g, temperature i16 C, gyro i16[3] deg/s/gyro_ls"
-    "b_per_deg_s. Event: time_us u64, code u8, index u8, arg u16, value i32.";
+    "tfsat log, little endian, 512 B blocks: head 32, 6 Sample, 2 Event, CRC-32 at 508. Read at"
+    " + imu_offset_us, angle_offset_us. Sample: time_offset_us u32, flags u16, imu ImuReading[4"
+    "], angle u16[6] turn/angle_counts_per_turn. ImuReading: accel i16[3] g/accel_lsb_per_g, te"
+    "mperature i16 C, gyro i16[3] deg/s/gyro_lsb_per_deg_s. Event: time_us u64, code u8, index "
+    "u8, arg u16, value i32.";
 
 // Kind of board that answers HELLO.
 enum class Board : uint8_t {
@@ -351,7 +352,7 @@ struct ImuReading {
   }
 };
 
-// One sampling instant of all sensors.
+// All sensors, read one after the other: each at the sample's time and its offset in LogHeader.
 struct Sample {
   static constexpr size_t kSize = 74;
 
@@ -565,7 +566,7 @@ struct BlockHeader {
 
 // What was recorded, with which scales. Payload of a header block.
 struct LogHeader {
-  static constexpr size_t kSize = 452;
+  static constexpr size_t kSize = 472;
 
   uint8_t protocol_hash[8];  // Of the specification that the firmware was built with.
   uint8_t firmware_version[3];  // Major, minor, patch.
@@ -586,6 +587,8 @@ struct LogHeader {
   uint16_t after_landing_s;  // The recording closes by itself this long after the landing.
   uint8_t schema[384];  // This layout in words, ASCII, padded with zeros: a file found in ten years explains itself.
   uint64_t wall_clock_us;  // Unix time at time_us, if the host set the clock; else 0.
+  uint16_t imu_offset_us[4];  // From a sample's time to the moment of each IMU's reading. 0 in logs of block_version 2, which do not tell it.
+  uint16_t angle_offset_us[6];  // The same of each angle sensor.
 
   void write(Writer& out) const {
     for (size_t i = 0; i < 8; ++i) out.u8(protocol_hash[i]);
@@ -607,6 +610,8 @@ struct LogHeader {
     out.u16(after_landing_s);
     for (size_t i = 0; i < 384; ++i) out.u8(schema[i]);
     out.u64(wall_clock_us);
+    for (size_t i = 0; i < 4; ++i) out.u16(imu_offset_us[i]);
+    for (size_t i = 0; i < 6; ++i) out.u16(angle_offset_us[i]);
   }
 
   void read(Reader& in) {
@@ -629,6 +634,8 @@ struct LogHeader {
     after_landing_s = in.u16();
     for (size_t i = 0; i < 384; ++i) schema[i] = in.u8();
     wall_clock_us = in.u64();
+    for (size_t i = 0; i < 4; ++i) imu_offset_us[i] = in.u16();
+    for (size_t i = 0; i < 6; ++i) angle_offset_us[i] = in.u16();
   }
 
   // `out` must hold kSize bytes.
@@ -1849,13 +1856,15 @@ struct LiveRequest {
 // Switches live sampling on or off. It also ends when the cable is pulled.
 struct LiveReply {
   static constexpr uint8_t kType = 0xC2;
-  static constexpr size_t kSize = 15;
+  static constexpr size_t kSize = 35;
 
   uint8_t enabled;  // As understood.
   uint16_t rate_hz;  // Sampling rate.
   float gyro_lsb_per_deg_s;  // Gyro scale.
   float accel_lsb_per_g;  // Accelerometer scale.
   uint32_t angle_counts_per_turn;  // Angle sensor scale.
+  uint16_t imu_offset_us[4];  // From a sample's time to the moment of each IMU's reading.
+  uint16_t angle_offset_us[6];  // The same of each angle sensor.
 
   void write(Writer& out) const {
     out.u8(enabled);
@@ -1863,6 +1872,8 @@ struct LiveReply {
     out.f32(gyro_lsb_per_deg_s);
     out.f32(accel_lsb_per_g);
     out.u32(angle_counts_per_turn);
+    for (size_t i = 0; i < 4; ++i) out.u16(imu_offset_us[i]);
+    for (size_t i = 0; i < 6; ++i) out.u16(angle_offset_us[i]);
   }
 
   void read(Reader& in) {
@@ -1871,6 +1882,8 @@ struct LiveReply {
     gyro_lsb_per_deg_s = in.f32();
     accel_lsb_per_g = in.f32();
     angle_counts_per_turn = in.u32();
+    for (size_t i = 0; i < 4; ++i) imu_offset_us[i] = in.u16();
+    for (size_t i = 0; i < 6; ++i) angle_offset_us[i] = in.u16();
   }
 
   // `out` must hold kSize bytes.

@@ -163,6 +163,7 @@ Reply RequestServer::live(const protocol::LiveRequest& request, uint8_t* reply) 
   live.gyro_lsb_per_deg_s = gyro_lsb_per_deg_s(settings);
   live.accel_lsb_per_g = accel_lsb_per_g(settings);
   live.angle_counts_per_turn = kAngleCountsPerTurn;
+  put_offsets(settings.bus_khz, live);
   return encoded(live, reply);
 }
 
@@ -232,6 +233,7 @@ protocol::LogHeader RequestServer::log_header() const {
   parts_.sampler.copy_who_am_i(header.who_am_i);
   header.bus_khz = settings.bus_khz;
   header.after_landing_s = settings.after_landing_s;
+  put_offsets(settings.bus_khz, header);
   static_assert(sizeof protocol::kLogSchema <= sizeof header.schema, "with its final zero");
   memcpy(header.schema, protocol::kLogSchema, sizeof protocol::kLogSchema);
   return header;

@@ -16,6 +16,28 @@ constexpr uint32_t imu_burst_us(uint16_t bus_khz) {
   return (protocol::kImuBurstBits * 1000u + bus_khz - 1) / bus_khz;
 }
 
+// From a sample's time to the moment of an IMU's reading: the chip holds what it shows from the
+// start of the burst on (mpu6050.h), and the second of a bus waits for the first.
+constexpr uint16_t imu_offset_us(uint16_t bus_khz, uint32_t imu) {
+  return static_cast<uint16_t>(imu % protocol::kImusPerBus * imu_burst_us(bus_khz));
+}
+// The same of an angle sensor: one converter takes them in turn, 49 clocks of 10 MHz each
+// (drivers/angle_adc.h).
+constexpr uint32_t kAngleConversionUs = 5;
+constexpr uint16_t angle_offset_us(uint32_t sensor) {
+  return static_cast<uint16_t>(sensor * kAngleConversionUs);
+}
+// Both into a message or a header that has them.
+template <typename Message>
+void put_offsets(uint16_t bus_khz, Message& message) {
+  for (uint32_t i = 0; i < protocol::kImuCount; ++i) {
+    message.imu_offset_us[i] = imu_offset_us(bus_khz, i);
+  }
+  for (uint32_t i = 0; i < protocol::kAngleSensorCount; ++i) {
+    message.angle_offset_us[i] = angle_offset_us(i);
+  }
+}
+
 // A transfer that takes longer than its bits and a little is broken. The little: before a start the
 // master waits until the bus is idle, 8 us, and then for each rise of the clock, 0.3 us at most
 // (UM10204 rev. 7, table 10, fast mode), 47 us a burst. Slower lines need stronger pull-ups.

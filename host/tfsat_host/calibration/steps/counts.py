@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
-from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
 
 _ANGLE_VALID_BIT = 4
@@ -25,12 +25,27 @@ class Scales:
         gyro_lsb_per_deg_s: Of all gyros.
         accel_lsb_per_g: Of all accelerometers.
         angle_counts_per_turn: Of all angle sensors.
+        imu_offset_us, angle_offset_us: From a sample's time to the reading of each sensor; 0 where nobody said it.
     """
 
     rate_hz: float
     gyro_lsb_per_deg_s: float
     accel_lsb_per_g: float
     angle_counts_per_turn: int
+    imu_offset_us: tuple[int, ...] = (0,) * IMU_COUNT
+    angle_offset_us: tuple[int, ...] = (0,) * ANGLE_SENSOR_COUNT
+
+    @classmethod
+    def of(cls, told: LogHeader | LiveReply) -> Scales:
+        """As the logger tells them."""
+        return cls(
+            told.rate_hz,
+            told.gyro_lsb_per_deg_s,
+            told.accel_lsb_per_g,
+            told.angle_counts_per_turn,
+            told.imu_offset_us,
+            told.angle_offset_us,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,15 +85,12 @@ class Counts:
             angle_valid=_bits(flags, _ANGLE_VALID_BIT, ANGLE_SENSOR_COUNT),
             clipped=_bits(flags, _CLIPPED_BIT, IMU_COUNT),
             samples_lost=samples[-1].index - samples[0].index + 1 - len(samples),
-            scales=Scales(
-                reply.rate_hz, reply.gyro_lsb_per_deg_s, reply.accel_lsb_per_g, reply.angle_counts_per_turn
-            ),
+            scales=Scales.of(reply),
         )
 
     @classmethod
     def from_log(cls, log: DropLog) -> Counts:
         """Of a decoded recording."""
-        header = log.header
         return cls(
             log.t_us,
             log.imu_counts,
@@ -87,12 +99,7 @@ class Counts:
             log.angle_valid,
             log.clipped,
             log.samples_lost,
-            Scales(
-                header.rate_hz,
-                header.gyro_lsb_per_deg_s,
-                header.accel_lsb_per_g,
-                header.angle_counts_per_turn,
-            ),
+            Scales.of(log.header),
         )
 
 

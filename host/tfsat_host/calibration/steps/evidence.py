@@ -130,6 +130,7 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
 
 def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
     step = papers["step"]
+    scales = {name: tuple(x) if isinstance(x, list) else x for name, x in papers["scales"].items()}
     setting = papers["servo_setting"]
     return Evidence(
         step=Step(
@@ -140,7 +141,7 @@ def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
             step["axis"],
             step["angle_deg"],
         ),
-        counts=Counts(**columns, samples_lost=papers["samples_lost"], scales=Scales(**papers["scales"])),
+        counts=Counts(**columns, samples_lost=papers["samples_lost"], scales=Scales(**scales)),
         taken=datetime.fromisoformat(papers["taken"]),
         origin=Origin(**papers["origin"]),
         tool_version=papers["tool_version"],

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.offsets import at_sample_times
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]
@@ -19,7 +20,7 @@ _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """n samples of all sensors.
+    """n samples of all sensors, each at its sample's time: when a sensor was really read is taken into account here.
 
     Attributes:
         t_s: (n,) seconds on the logger's clock.
@@ -48,17 +49,20 @@ class Recording:
         """In SI units, by the scales that came with the counts."""
         scales = counts.scales
         step_rad = 2 * np.pi / scales.angle_counts_per_turn
+        t_s = np.asarray(counts.t_us * 1e-6, dtype=np.float64)
+        imu_s, angle_s = 1e-6 * np.array(scales.imu_offset_us), 1e-6 * np.array(scales.angle_offset_us)
+        rates = np.deg2rad(counts.imu_counts[:, :, _GYRO] / scales.gyro_lsb_per_deg_s)
+        forces = counts.imu_counts[:, :, _ACCEL] * np.float64(STANDARD_GRAVITY_M_S2 / scales.accel_lsb_per_g)
+        shown = np.asarray((counts.angle_counts + 0.5) * step_rad, dtype=np.float64)
+        answered = counts.imu_valid & ~counts.clipped
         return cls(
-            t_s=np.asarray(counts.t_us * 1e-6, dtype=np.float64),
-            rate_rad_s=np.deg2rad(counts.imu_counts[:, :, _GYRO] / scales.gyro_lsb_per_deg_s),
-            accel_m_s2=np.asarray(
-                counts.imu_counts[:, :, _ACCEL] * (STANDARD_GRAVITY_M_S2 / scales.accel_lsb_per_g),
-                dtype=np.float64,
-            ),
+            t_s=t_s,
+            rate_rad_s=at_sample_times(t_s, rates, imu_s, answered),
+            accel_m_s2=at_sample_times(t_s, forces, imu_s, answered),
             temperature_c=counts.imu_counts[:, :, _TEMPERATURE] / _TEMPERATURE_LSB_PER_C
             + _TEMPERATURE_OFFSET_C,
-            sensor_angle_rad=np.asarray((counts.angle_counts + 0.5) * step_rad, dtype=np.float64),
-            imu_valid=counts.imu_valid & ~counts.clipped,
+            sensor_angle_rad=at_sample_times(t_s, shown, angle_s, counts.angle_valid, angles=True),
+            imu_valid=answered,
             clipped=counts.clipped,
             samples_lost=counts.samples_lost,
             angle_step_rad=step_rad,

@@ -98,7 +98,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
     _require_no_hole(part.t_s[kept], until_s)
     counts = Counts.from_log(part)
     calibrated = apply_calibration(counts, calibration, model)
-    # With the middle of a count, as the zero points were taken, which `DropLog` does not add.
+    # At the samples' times, which those of `DropLog` are not.
     shown = np.where(part.angle_valid, Recording.from_counts(counts).sensor_angle_rad, np.nan)
     rates = np.where(answered[..., None], calibrated.rate_rad_s, np.nan)
     return Samples(

@@ -15,7 +15,7 @@ class LoggerBoard::Firmware {
   Firmware(LoggerBoard& board, uint64_t seed)
       : bus_a((*board.buses_)[0], interrupt_clock),
         bus_b((*board.buses_)[1], interrupt_clock),
-        adc(*board.angle_sensors_, board.joint_angle_rad_),
+        adc(*board.angle_sensors_, board.joints_),
         card(*board.card_),
         memory(board.memory_),
         entropy(seed),
@@ -51,8 +51,8 @@ void LoggerBoard::attach(std::array<I2cBus, 2>& buses, std::vector<AngleSensor>&
   card_ = &card;
 }
 
-void LoggerBoard::set_joint_angle(int sensor, double angle_rad) {
-  joint_angle_rad_.at(static_cast<size_t>(sensor)) = angle_rad;
+void LoggerBoard::set_joint(int sensor, double angle_rad, double rate_rad_s) {
+  joints_.at(static_cast<size_t>(sensor)) = {angle_rad, rate_rad_s};
 }
 
 void LoggerBoard::set_power(bool on) {
@@ -97,11 +97,15 @@ void LoggerBoard::advance_to(uint64_t t_us) {
 
 // What the interrupt takes of the processor, the main loop does not get.
 void LoggerBoard::sample(uint64_t t_us) {
-  const uint64_t before_us = firmware_->interrupt_clock.us;
+  InterruptClock& clock = firmware_->interrupt_clock;
+  const uint64_t before_us = clock.us;
   firmware_->inputs.set_now(board_us(t_us));
   firmware_->timer.pass();
+  if (bring_world_) {
+    clock.bring_world = [&, t_us, before_us] { bring_world_(t_us + clock.us - before_us); };
+  }
   firmware_->core.sample(board_us(t_us));
-  work_until_us_ = std::max(work_until_us_, t_us) + firmware_->interrupt_clock.us - before_us;
+  work_until_us_ = std::max(work_until_us_, t_us) + clock.us - before_us;
   next_loop_us_ = std::max(next_loop_us_, work_until_us_);
 }
 

@@ -2,11 +2,13 @@
 //
 // Its times are what the board's own clock has counted since power-up of the world: see
 // board_clock.h. It samples at its timer's instants. Sensors show what their model was last given, so
-// the world steps to next_sample_us(), brings the sensors there, then advances the board.
+// the world steps to next_sample_us(), brings the sensors there, then advances the board; and again
+// to the time of each transfer on the buses, which a sampling instant is long.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "../card/block_device.h"
 #include "../sensors/angle_sensor.h"
 #include "../sensors/i2c_bus.h"
+#include "logger_ports.h"
 
 namespace tfsat {
 namespace emulator {
@@ -35,8 +38,10 @@ class LoggerBoard {
   // a joint.
   void attach(std::array<I2cBus, 2>& buses, std::vector<AngleSensor>& angle_sensors,
               BlockDevice& card);
-  // The angle that angle sensor 0 to 5 looks at from now on.
-  void set_joint_angle(int sensor, double angle_rad);
+  // Who brings the IMUs to a time, in this clock, while the board samples; without one they stand.
+  void set_world(std::function<void(uint64_t t_us)> bring) { bring_world_ = std::move(bring); }
+  // The joint that angle sensor 0 to 5 looks at, as it is now and as it moves.
+  void set_joint(int sensor, double angle_rad, double rate_rad_s);
 
   // Off: RAM and the link are gone at once. What the card loses is the card's power_cut().
   void set_power(bool on);
@@ -72,7 +77,8 @@ class LoggerBoard {
   std::array<I2cBus, 2>* buses_ = nullptr;
   std::vector<AngleSensor>* angle_sensors_ = nullptr;
   BlockDevice* card_ = nullptr;
-  std::array<double, protocol::kAngleSensorCount> joint_angle_rad_{};
+  std::function<void(uint64_t)> bring_world_;
+  AdcPort::Joints joints_{};
   uint64_t seed_;
   LoggerBoardParameters parameters_;
   std::vector<logger::Block> ring_;

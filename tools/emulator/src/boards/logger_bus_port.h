@@ -2,6 +2,8 @@
 // sampling interrupt can be measured whatever fails.
 #pragma once
 
+#include <functional>
+
 #include "../../../../firmware/teensy_logger/src/core/ports.h"
 #include "../../../../firmware/teensy_logger/src/core/timing.h"
 #include "../sensors/i2c_bus.h"
@@ -12,6 +14,8 @@ namespace emulator {
 // Virtual time that the sampling interrupt has taken since power-up: what it waits for moves it on.
 struct InterruptClock {
   uint64_t us = 0;
+  // Brings what the sensors see to the present time; empty: the world stands still meanwhile.
+  std::function<void()> bring_world;
 };
 
 class BusPort final : public logger::I2cBus {
@@ -21,6 +25,7 @@ class BusPort final : public logger::I2cBus {
   void set_clock(uint16_t khz) override { khz_ = khz; }
   void start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) override {
     if (broken(address, size)) return;
+    if (clock_.bring_world) clock_.bring_world();
     const bool acknowledged = bus_.read(address, reg, data, size);
     transfer(acknowledged, emulator::I2cBus::read_duration_us(size, clock_hz()));
   }

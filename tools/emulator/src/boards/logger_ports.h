@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../../../../firmware/teensy_logger/src/core/ports.h"
+#include "../../../../firmware/teensy_logger/src/core/timing.h"
 #include "../../../../firmware/teensy_logger/src/protocol/link.h"
 #include "../sensors/angle_sensor.h"
 
@@ -16,14 +17,20 @@ namespace emulator {
 
 class AdcPort final : public logger::Adc {
  public:
-  AdcPort(std::vector<AngleSensor>& sensors,
-          const std::array<double, protocol::kAngleSensorCount>& joint_angle_rad)
-      : sensors_(sensors), joint_angle_rad_(joint_angle_rad) {}
+  // What each sensor looks at, at the sampling instant.
+  struct Joint {
+    double angle_rad, rate_rad_s;
+  };
+  using Joints = std::array<Joint, protocol::kAngleSensorCount>;
+
+  AdcPort(std::vector<AngleSensor>& sensors, const Joints& joints)
+      : sensors_(sensors), joints_(joints) {}
 
   uint8_t read(uint16_t counts[protocol::kAngleSensorCount]) override {
     uint8_t converted = 0;
-    for (size_t i = 0; i < sensors_.size() && i < joint_angle_rad_.size(); ++i) {
-      counts[i] = sensors_[i].convert(joint_angle_rad_[i]);
+    for (size_t i = 0; i < sensors_.size() && i < joints_.size(); ++i) {
+      const double late_s = 1e-6 * logger::angle_offset_us(static_cast<uint32_t>(i));
+      counts[i] = sensors_[i].convert(joints_[i].angle_rad + late_s * joints_[i].rate_rad_s);
       converted |= static_cast<uint8_t>(1u << i);
     }
     return converted;
@@ -31,7 +38,7 @@ class AdcPort final : public logger::Adc {
 
  private:
   std::vector<AngleSensor>& sensors_;
-  const std::array<double, protocol::kAngleSensorCount>& joint_angle_rad_;
+  const Joints& joints_;
 };
 
 class InputsPort final : public logger::Inputs {

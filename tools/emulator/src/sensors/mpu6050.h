@@ -76,7 +76,8 @@ class Mpu6050 : public I2cDevice {
   void sample(uint64_t t_us, const Vec3& rate_rad_s, const Vec3& specific_force_m_s2,
               double temperature_c);
 
-  // As of the last sample(). A burst is one sampling instant: registers do not change within it.
+  // As of the last sample(). A burst is one instant, its beginning: the chip's bus interface holds what
+  // it shows while it is at work (RM p. 31, register 59 to 64).
   bool write(uint8_t reg, const uint8_t* data, size_t n) override;
   bool read(uint8_t reg, uint8_t* data, size_t n) override;
 
