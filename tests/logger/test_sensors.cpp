@@ -165,18 +165,20 @@ TEST_CASE(each_imu_is_read_at_its_offset) {
     };
     bench.clock.bring_world = [&] { turn_faster(bench.t_us + bench.clock.us - bench.before_us); };
     double later_us[4] = {};
-    const int ticks = 100;
-    for (int i = 0; i < ticks; ++i) {
+    const int settling = 5, ticks = 100;
+    for (int i = -settling; i < ticks; ++i) {
       turn_faster((bench.ticks + 1) * 1000000u / settings.rate_hz + bench.start_us);
       bench.tick();
       for (int imu = 0; imu < 4; ++imu) {
         CHECK(bench.valid(imu));
+        if (i < 0) continue;
         const double difference = bench.instant.sample.imu[imu].gyro[0] - bench.instant.sample.imu[0].gyro[0];
         later_us[imu] += difference / 65.5 / kRad / slope_rad_s2 * 1e6 / ticks;
       }
     }
     for (uint32_t imu = 0; imu < 4; ++imu) {
-      CHECK_NEAR(later_us[imu], logger::imu_offset_us(bus_khz, imu), 5.0);
+      // The chip renews its registers each 125 us.
+      CHECK_NEAR(later_us[imu], logger::imu_offset_us(bus_khz, imu), 20.0);
     }
   }
 }

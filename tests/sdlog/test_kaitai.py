@@ -100,7 +100,7 @@ def test_header_and_footer(log: DropLog, blocks: list[Any]) -> None:
     for theirs, ours in ((header.body, log.header), (footer.body, log.footer)):
         for name, value in asdict(ours).items():
             read = getattr(theirs, name)
-            assert (bytes(read) if isinstance(value, bytes) else read) == value, name
+            assert (type(value)(read) if isinstance(value, bytes | tuple) else read) == value, name
     assert {block.head.session for block in blocks} == {log.session}
 
 

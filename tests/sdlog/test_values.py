@@ -53,7 +53,7 @@ def test_a_clean_log_gives_all_values_in_si(tmp_path: Path) -> None:
         )
         assert log.temperature_c[17, body] == pytest.approx(imu.temperature / 340 + 36.53125)
     assert log.sensor_angle_rad[17].tolist() == pytest.approx(
-        [math.tau * counts / 4096 for counts in sample(17, 0).angle]
+        [math.tau * (counts + 0.5) / 4096 for counts in sample(17, 0).angle]
     )
     assert log.rate_hz == pytest.approx(1e6 / 3571)
     assert log.header == HEADER

@@ -102,11 +102,13 @@ def _info(log: DropLog) -> dict[str, Any]:
 
 def _as_matlab(facts: dict[str, Any]) -> dict[str, Any]:
     """Text, logicals and doubles."""
-    return {
-        name: float(value) if isinstance(value, int) and not isinstance(value, bool) else value
-        for name, value in facts.items()
-        if value is not None
-    }
+    return {name: _matlab_value(value) for name, value in facts.items() if value is not None}
+
+
+def _matlab_value(value: Any) -> Any:
+    if isinstance(value, list):
+        return np.array(value, float)
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def bytes_per_sample() -> int:

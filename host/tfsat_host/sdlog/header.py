@@ -11,7 +11,7 @@ from tfsat_host.protocol.record import ProtocolError
 
 from . import errors
 
-_WALL_CLOCK = slice(444, 452)
+WALL_CLOCK = slice(444, 452)
 """What stands beside it is the same in every copy; the time of day may be set while recording."""
 _FULL_SCALE_COUNTS = 32768
 _SCALE_TOLERANCE = 0.05
@@ -51,7 +51,7 @@ class HeaderChoice:
 
     def add(self, number: int, time_us: int, payload: bytes) -> None:
         """A header block: its number, its time, and its payload, of which a LogHeader is the beginning."""
-        lasting = payload[: _WALL_CLOCK.start] + payload[_WALL_CLOCK.stop :]
+        lasting = payload[: WALL_CLOCK.start] + payload[WALL_CLOCK.stop :]
         if self._chosen is not None:
             self._others += lasting != self._chosen_lasting
             return

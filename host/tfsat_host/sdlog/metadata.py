@@ -62,4 +62,10 @@ def _plain(record: Any) -> Json:
     values = asdict(record)
     if "schema" in values:
         values["schema"] = values["schema"].rstrip(b"\0").decode("ascii", errors="replace")
-    return {name: value.hex() if isinstance(value, bytes) else value for name, value in values.items()}
+    return {name: _json_value(value) for name, value in values.items()}
+
+
+def _json_value(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.hex()
+    return list(value) if isinstance(value, tuple) else value

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
-from tfsat_host.protocol.messages import LogHeader
+
+from .header import WALL_CLOCK
 
 ChosenBy = Literal["only one", "asked for", "time of day", "place"]
 MOST_COUNTED = 4096
 """Recordings that are looked at one by one; in a file with more the place decides."""
-_WALL_CLOCK = slice(HEADER_BYTES + LogHeader.SIZE - 8, HEADER_BYTES + LogHeader.SIZE)
+_WALL_CLOCK = slice(HEADER_BYTES + WALL_CLOCK.start, HEADER_BYTES + WALL_CLOCK.stop)
 _HEADER, _FOOTER = int(BlockKind.HEADER), int(BlockKind.FOOTER)
 
 
