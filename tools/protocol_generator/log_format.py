@@ -35,7 +35,11 @@ def _numbers(spec: Spec) -> dict[str, str]:
         "body_bytes": layout.crc_offset - layout.header_bytes,
         "events_offset": layout.events_offset,
         "crc_offset": layout.crc_offset,
+        "sample_bytes": spec.size_of(spec.structs["Sample"]),
+        "event_bytes": spec.size_of(spec.structs["Event"]),
+        "block_magic_hex": f"{spec.limit('block_magic'):08X}",
     }
+    numbers |= {f"kind_{kind.name}": kind.value for kind in spec.enums["BlockKind"].values}
     return {name: str(number) for name, number in numbers.items()}
 
 
