@@ -14,8 +14,9 @@ from tests.sdlog.encoder import renumbered
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
-from tfsat_host.protocol.messages import BlockHeader, LogHeader
+from tfsat_host.protocol.messages import BlockHeader
 from tfsat_host.sdlog import load
+from tfsat_host.sdlog.header import WALL_CLOCK
 
 SEEDS = (1, 2)
 CUT_AT_S = 1.5
@@ -24,7 +25,7 @@ NOISE_SHARE = 0.05
 FIRST_START_US = 1_790_000_000_000_000
 """Unix time at which the earlier drop of the raw image was recorded; the other is an hour later."""
 LATER_US = 3_600_000_000
-_WALL_CLOCK_OFFSET = HEADER_BYTES + LogHeader.SIZE - 8
+_WALL_CLOCK_OFFSET = HEADER_BYTES + WALL_CLOCK.start
 
 
 @dataclass(frozen=True)

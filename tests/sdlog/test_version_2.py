@@ -59,4 +59,4 @@ def test_an_old_log_is_whole_and_says_nothing_of_offsets(log: DropLog) -> None:
     assert (log.doubts, log.gaps, len(log.events)) == ((), (), 14)
     assert log.footer is not None
     assert (log.footer.blocks, log.header.who_am_i, log.header.bus_khz) == (422, b"\x68" * 4, 400)
-    assert set((*log.header.imu_offset_us, *log.header.angle_offset_us)) == {0}
+    assert {*log.header.imu_offset_us, *log.header.angle_offset_us} == {0}

@@ -9,7 +9,12 @@ FloatArray = NDArray[np.float64]
 
 
 def at_sample_times(
-    t_s: FloatArray, values: FloatArray, offset_s: FloatArray, valid: NDArray[np.bool_], *, angles: bool = False
+    t_s: FloatArray,
+    values: FloatArray,
+    offset_s: FloatArray,
+    valid: NDArray[np.bool_],
+    *,
+    angles: bool = False,
 ) -> FloatArray:
     """What each sensor showed at the samples' times: a reading less its offset times its slope.
 
