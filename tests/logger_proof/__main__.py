@@ -13,6 +13,7 @@ from tests.logger_proof import shared_processor
 from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
 from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SEEDS, run_all
+from tests.logger_proof.glitches import run_glitches
 from tests.logger_proof.instructions import count_instructions
 from tests.logger_proof.m7 import BATCH, FULL_SEEDS, twins
 from tests.logger_proof.report import Tools, render
@@ -61,7 +62,9 @@ def prove(folder: Path, seeds: int) -> str:
     counted = [count_instructions(counting, rate_hz) for rate_hz in RATES_HZ]
     progress("sharing the processor")
     spares = shared_processor.measure(shared_processor.build(folder))
-    return render(outcomes, same, counted, spares, Tools.found())
+    progress("disturbing single transfers")
+    glitches = run_glitches(folder / "glitches", RATES_HZ)
+    return render(outcomes, same, counted, spares, glitches, Tools.found())
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from typing import Self
 
 from tests.logger_proof.building import core_sha256
 from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ
+from tests.logger_proof.glitches import Glitches
 from tests.logger_proof.instructions import Instructions
 from tests.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
 from tests.logger_proof.m7 import MACHINE, Twins
@@ -88,6 +89,7 @@ def render(
     same: Twins,
     counted: Sequence[Instructions],
     spares: Sequence[Spare],
+    glitches: Sequence[Glitches],
     tools: Tools,
 ) -> str:
     """The whole report, Markdown."""
@@ -99,6 +101,7 @@ def render(
         _twins(same),
         _instructions(counted),
         _shared_processor(spares),
+        _glitches(glitches),
         f"## What this leaves out\n\n{NOT_MODELLED}",
     ]
     return "\n\n".join(sections) + "\n"
@@ -255,6 +258,20 @@ def _shared_processor(spares: Sequence[Spare]) -> str:
         "robot had waited until the file was full. No sample was dropped."
     )
     return f"## 6. A processor that is shared\n\n{text}\n\n{table(header, rows)}"
+
+
+def _glitches(glitches: Sequence[Glitches]) -> str:
+    named = {"nack": "one NACK", "timeout": "one timeout, the bus clocked free"}
+    rows = [
+        (named[one.kind], one.rate_hz, one.count, f"{one.lost / one.count:.2f}", one.most, one.others)
+        for one in glitches
+    ]
+    header = ("what fails", "Hz", "times", "samples lost, mean", "most", "of other IMUs")
+    text = _paragraph(
+        "One transfer of a running IMU fails. Its settings are read back behind the bursts of that instant or of the "
+        "next one; if they are as they were, it goes on. The buses run at 400 kHz and take their time, as on the board."
+    )
+    return f"## 7. One failed transfer\n\n{text}\n\n{table(header, rows)}"
 
 
 def _paragraph(text: str) -> str:

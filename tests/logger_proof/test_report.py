@@ -11,6 +11,7 @@ from tests.emulator_avr.building import REPOSITORY
 from tests.logger_proof.__main__ import REPORT
 from tests.logger_proof.building import core_files, core_sha256
 from tests.logger_proof.campaign import RATES_HZ, SEEDS
+from tests.logger_proof.glitches import Glitches, run_glitches
 from tests.logger_proof.instructions import Figure, Instructions
 from tests.logger_proof.judge import Outcome
 from tests.logger_proof.m7 import Twins
@@ -89,7 +90,8 @@ def test_the_report_names_no_machine_and_its_lines_can_be_read() -> None:
 
 def test_a_report_tells_its_runs_figures() -> None:
     spares = [Spare(1000, 23_000, 0, 816, 821), Spare(1000, 23_000, 100, 479, 544)]
-    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, Tools("12.2.1", "7.2.22"))
+    glitches = [Glitches("nack", 280, 200, 150, 1, 0)]
+    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, glitches, Tools("12.2.1", "7.2.22"))
     cuts = sum(run.kind is not Kind.CARD_LOST for run in RUNS)
     assert f"{len(RUNS)} recordings, {cuts} of them cut off" in text.replace("\n", " ")
     assert "| takes what comes | 280 | 14 | 123 | 123 |" in text
@@ -97,6 +99,12 @@ def test_a_report_tells_its_runs_figures() -> None:
     assert "| 1000 | 23 | 816 | 821 | 479 | 544 |" in text
     assert "| 1000 | 3800 | 11800 | 1800 | 300 | 250 | 0.64% |" in text
     assert f"`{'ab' * 32}`" in text
+    assert "| one NACK | 280 | 200 | 0.75 | 1 | 0 |" in text
+
+
+def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
+    found = run_glitches(tmp_path, RATES_HZ)
+    assert [(one.kind, one.lost) for one in found] == 2 * [("nack", 200), ("timeout", 200)]
 
 
 @pytest.mark.parametrize("rate_hz", RATES_HZ)

@@ -160,7 +160,7 @@ class DropLog:
         Joint j has columns 2 (j - 1) and the next.
         """
         per_count = 2 * np.pi / self.header.angle_counts_per_turn
-        angle: NDArray[np.float64] = (self.angle_counts + 0.5) * per_count
+        angle = np.asarray((self.angle_counts + 0.5) * per_count, np.float64)
         angle[~self.angle_valid] = np.nan
         return angle
 

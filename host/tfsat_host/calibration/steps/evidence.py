@@ -130,7 +130,9 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
 
 def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
     step = papers["step"]
-    scales = {name: tuple(x) if isinstance(x, list) else x for name, x in papers["scales"].items()}
+    scales: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in papers["scales"].items()
+    }
     setting = papers["servo_setting"]
     return Evidence(
         step=Step(
