@@ -338,7 +338,7 @@ enums:
       doc: 'The sequencer''s stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.'
     3:
       id: sensor_fault
-      doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat.'
+      doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_foreign: value = its WHO_AM_I.'
     4:
       id: sensor_recovered
       doc: 'A sensor answers again: index = IMU.'

@@ -135,9 +135,10 @@ void check_events(const Campaign& campaign, const Case& c, int faulty) {
         CHECK(recovered == 0);
         told.push_back(static_cast<ErrorCode>(event.arg));
         const bool frozen = told.back() == ErrorCode::kSensorFrozen;
+        const bool foreign = told.back() == ErrorCode::kSensorForeign;
         CHECK(frozen ? event.value >= static_cast<int32_t>(protocol::kFrozenUs) &&
                            event.value < static_cast<int32_t>(protocol::kFrozenUs + 4000)
-                     : event.value == 0);
+                     : event.value == (foreign ? 0x70 : 0));
       } else {
         CHECK(event.code == EventCode::kSensorRecovered && event.arg == 0 && event.value == 0);
         ++recovered;

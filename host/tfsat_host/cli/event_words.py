@@ -40,7 +40,8 @@ def event_words(event: dict[str, Any]) -> str:
         state="opened" if arg else "closed",
         fill=_FILLS.get(arg, "all"),
         value=value,
-        cause=_cause(arg),
+        cause=_cause(arg)
+        + (f" (WHO_AM_I 0x{value:02x})" if arg == ErrorCode.SENSOR_FOREIGN and value else ""),
     )
 
 

@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: 722612611941940a7a9081b58689482ad1c4e1ef2ad4ee6f3210b2f22da15bc8
+# sha256 of protocol/tfsat_log.ksy: 8ed2e0baa4e34d4ff6545dbf89e49d40d625b57816ce63007efcaf43a3dac8c5
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors

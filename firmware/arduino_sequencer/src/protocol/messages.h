@@ -242,7 +242,7 @@ enum class BlockKind : uint8_t {
 enum class EventCode : uint8_t {
   kSwitchEdge = 1,  // A release switch changed: index = switch, arg = 1 opened, 0 closed, value = edges before it that came too fast to keep.
   kStroke = 2,  // The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.
-  kSensorFault = 3,  // A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat.
+  kSensorFault = 3,  // A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_foreign: value = its WHO_AM_I.
   kSensorRecovered = 4,  // A sensor answers again: index = IMU.
   kCardStall = 5,  // A card write took long: value = milliseconds.
   kSamplesDropped = 6,  // The ring was full: value = samples lost.

@@ -183,8 +183,10 @@ void Sampler::note_change(uint8_t imu_index, Instant& instant) {
   event.code = told.running ? EventCode::kSensorRecovered : EventCode::kSensorFault;
   event.index = imu_index;
   event.arg = static_cast<uint16_t>(told.error);
-  const bool froze = was_running && told.error == ErrorCode::kSensorFrozen;
-  event.value = froze ? static_cast<int32_t>(sensor.still_us()) : 0;
+  if (told.error == ErrorCode::kSensorForeign) event.value = sensor.who_am_i();
+  if (was_running && told.error == ErrorCode::kSensorFrozen) {
+    event.value = static_cast<int32_t>(sensor.still_us());
+  }
 }
 
 uint8_t Sampler::imu_present() const {
