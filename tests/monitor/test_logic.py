@@ -29,7 +29,7 @@ from tfsat_host.protocol.messages import (
 from tfsat_host.protocol.record import Payload
 from tfsat_host.robot import AngleSensor
 
-SCALES = LiveReply(1, 280, 131.0, 16384.0, 4096)
+SCALES = LiveReply(1, 280, 131.0, 16384.0, 4096, (0,) * 4, (0,) * 6)
 SENSORS = [AngleSensor(joint, direction, math.pi) for joint in range(3) for direction in (1, -1)]
 
 
@@ -42,13 +42,13 @@ def test_rates_are_degrees_per_second_and_angles_degrees() -> None:
     reading = convert(sample(angle=2048 + 1024), SCALES, SENSORS)
     assert [body.rate_deg_s for body in reading.bodies] == [(1, -2, 0), (2, -2, 0), (3, -2, 0), (4, -2, 0)]
     assert [sensor.joint for sensor in reading.angles] == [1, 1, 2, 2, 3, 3]
-    assert {sensor.sensor_deg for sensor in reading.angles} == {270}
+    assert {sensor.sensor_deg for sensor in reading.angles} == {270 + 180 / 4096}
     assert [round(sensor.joint_deg) for sensor in reading.angles] == [90, -90] * 3
 
 
 def test_an_angle_beyond_half_a_turn_is_shown_as_the_nearer_one() -> None:
     zero = [AngleSensor(0, 1, math.radians(350))] * 6
-    assert convert(sample(angle=0), SCALES, zero).angles[0].joint_deg == pytest.approx(10)
+    assert convert(sample(angle=0), SCALES, zero).angles[0].joint_deg == pytest.approx(10 + 180 / 4096)
 
 
 def test_flags_say_what_is_valid() -> None:
