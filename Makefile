@@ -45,7 +45,7 @@ demo: compiler venv  ## a whole drop on the desk: rehearsed, evaluated, reported
 
 .PHONY: test
 # A test on each core leaves none for a second thread of its linear algebra.
-test: toolchain compiler venv firmware protocol-check lint  ## install what is missing, build both firmwares, run every test
+test: toolchain compiler venv firmware protocol-check wiring-check lint  ## install what is missing, build both firmwares, run every test
 	$(call say,tests)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
@@ -141,6 +141,16 @@ protocol: venv  ## regenerate everything that comes from protocol/tfsat.toml
 protocol-check: venv
 	$(call say,generated files against protocol/tfsat.toml)
 	@$(BIN)/python tools/generate_protocol.py --check
+
+.PHONY: wiring
+wiring: venv  ## draw docs/wiring.svg and write docs/wiring.md from docs/wiring.toml
+	$(call say,generating from docs/wiring.toml)
+	@$(BIN)/python tools/generate_wiring.py
+
+.PHONY: wiring-check
+wiring-check: venv
+	$(call say,generated files against docs/wiring.toml)
+	@$(BIN)/python tools/generate_wiring.py --check
 
 .PHONY: kaitai
 kaitai: venv  ## recompile the tests' independent decoder after the log's layout changed (needs Node.js)

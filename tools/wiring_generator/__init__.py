@@ -1,0 +1,1 @@
+"""What tools/generate_wiring.py is made of: docs/wiring.toml in, the drawing and the page out."""
