@@ -44,10 +44,10 @@ def draw(wiring: Wiring) -> str:
 
 
 _LEGEND = (
-    "A dot joins wires. GND: the ground of the board at the left; of R8 to R10, which sit at the servos' plugs, that of "
-    "the servos. Behind S3: the wire that leaves S3.",
-    "5V: the Micro's pin 5V, used as an output. 3.3V: the Teensy's pin 3.3V. D1, D2: the end with the ring (cathode, the "
-    "bar in the drawing) is at the switch.",
+    "A dot joins wires. GND: the ground of the board at the left; of R8 to R10, which sit at the servos' plugs, that "
+    "of the servos. Behind S3: the wire that leaves S3.",
+    "5V: the Micro's pin 5V, used as an output. 3.3V: the Teensy's pin 3.3V. D1, D2: the end with the ring (cathode, "
+    "the bar in the drawing) is at the switch.",
     "S1, S2 are drawn open: robot not seated. * R14 to R17: fitted or left out by the table of pull-ups.",
 )
 
