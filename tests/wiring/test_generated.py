@@ -100,3 +100,10 @@ def test_a_wiring_that_breaks_a_limit_is_refused(tree: Tree, old: str, new: str,
     tree.spoil(old, new)
     with pytest.raises(WiringError, match=word):
         page.generate(load_wiring(tree.folder / "docs" / "wiring.toml"))
+
+
+def test_every_source_is_cited() -> None:
+    text, sources = (ROOT / "docs" / "wiring.md").read_text(encoding="utf-8").split("\n## Sources\n")
+    named = re.findall(r"^\| (\[\d+\]) \|", sources, re.MULTILINE)
+    assert len(named) > 10
+    assert [name for name in named if name not in text] == []

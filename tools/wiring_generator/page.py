@@ -21,6 +21,7 @@ def generate(wiring: Wiring) -> str:
             raise WiringError(f"{check.what}: {_span(check)} {check.unit}, {check.side} {check.limit:g}")
     opening, closing = levels.date()
     values = {f"pins_{panel.name}": _pins(wiring, panel.name) for panel in wiring.panels}
+    values |= {f"cite_{name}": _name(wiring, name) for name in wiring.sources}
     values |= {
         "parts": _parts(wiring),
         "checks": _checks(wiring, checks),
