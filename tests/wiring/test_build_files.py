@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+import yaml  # comes with myst-parser
 
 from tests.wiring.wirings import ROOT
 
