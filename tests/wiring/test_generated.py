@@ -83,7 +83,14 @@ def test_a_wiring_that_makes_no_sense_is_refused_by_name(tree: Tree, old: str, n
             "closed contact",
             id="contact-too-dry",
         ),
+        pytest.param("low = 6.6", "low = 6.0", "the Micro's VIN", id="five-NiMH-cells"),
         pytest.param("high = 2e-6", "high = 1e-3", "above its own supply", id="power-schottky"),
+        pytest.param(
+            'R18 = { kind = "resistor", value = "1 kΩ", of = 1e3',
+            'R18 = { kind = "resistor", value = "10 kΩ", of = 10e3',
+            "Teensy 2, 3 closed",
+            id="too-much-at-the-teensy",
+        ),
         pytest.param("high = 0.32", "high = 1.0", "Teensy 2, 3 closed", id="two-diodes"),
         pytest.param("of = 4.7e-9", "of = 47e-9", "date of an opening", id="slow-filter"),
         pytest.param(

@@ -87,7 +87,7 @@ def test_extremes_are_at_the_corners() -> None:
 def test_every_limit_holds_and_names_its_source() -> None:
     wiring = committed()
     checks = LEVELS.checks()
-    assert len(checks) == 12 and all(check.holds for check in checks)
+    assert len(checks) == 13 and all(check.holds for check in checks)
     assert {check.source for check in checks} <= set(wiring.sources)
 
 

@@ -45,6 +45,13 @@ def test_no_other_pin_captures_with_timer_3() -> None:
     assert (MICRO["PC7"], MICRO["PD4"]) == ("13", "4")
 
 
+def test_nothing_flows_from_usb_through_the_micro_to_the_battery_and_servos() -> None:
+    """The Micro's regulator conducts backwards: a diode in its supply, which passes towards VIN only."""
+    (supply,) = [wire for wire in committed().wires if wire.device == "Arduino Micro"]
+    parts = [element.part for element in supply.path]
+    assert [(part.kind, part.cathode) for part in parts[-1:]] == [("diode", "right")]
+
+
 def _texts() -> list[ET.Element]:
     return SVG.findall("svg:text", NAMESPACE)
 

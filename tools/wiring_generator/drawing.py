@@ -10,7 +10,7 @@ from .spec import Element, Panel, Wire, Wiring
 _WIDTH = 1090
 _LEFT, _BOARD = 14, 160  # the board's box
 _RIGHT, _DEVICE = 822, 254  # the devices' boxes
-_FIRST, _STEP = 372, 98  # the parts' places along a wire
+_FIRST, _STEP = 362, 86  # the parts' places along a wire
 _ABOVE, _BELOW, _FLAT = 82, 76, 22
 _SERIES, _NAME = 44, 16
 
@@ -47,8 +47,9 @@ _LEGEND = (
     "A dot joins wires. GND: the ground of the board at the left; of R8 to R10, which sit at the servos' plugs, that "
     "of the servos.",
     "5V: the Micro's pin 5V, used as an output. 3.3V: the Teensy's pin 3.3V. Behind S3: the wire that leaves S3.",
-    "D1, D2: the end with the ring (cathode, the bar in the drawing) is at the switch. S1, S2 are drawn open: robot "
-    "not seated.",
+    "CR: diode; the bar is the end with the ring (cathode): at the switch, and of CR3 at the Micro. LED1: the short "
+    "leg is at GND.",
+    "S1, S2 are drawn open: robot not seated.",
     "* R14 to R17: fitted or left out by the table of pull-ups.",
 )
 

@@ -195,7 +195,10 @@ class Levels:
 
     def _switch_at_teensy(self) -> list[Check]:
         limit = self._wiring.limit
-        closed = extremes(lambda supply, drop: 0.3 * supply - drop, *self.spans("teensy_3v3", "diode_drop"))
+        closed = extremes(
+            lambda supply, drop, own, series: 0.3 * supply - divided(supply, drop, own, series),
+            *self.spans("teensy_3v3", "diode_drop", "teensy_pullup", "R18"),
+        )
         open_v = extremes(lambda ohm, leak: ohm * leak, *self.spans("teensy_pullup", "diode_leakage"))
         # The pin follows the node by the diode's drop while the bootloader holds D13 low.
         held_low = extremes(
@@ -205,7 +208,7 @@ class Levels:
         return [
             Check(
                 "Teensy 2, 3 closed: margin below the low threshold",
-                "drop of D1",
+                "drop of CR1, pin's pull-up against R18",
                 closed,
                 "V",
                 "at least",
@@ -214,7 +217,7 @@ class Levels:
             ),
             Check(
                 "Teensy 2, 3 open: above its own supply by",
-                "leakage of D1 in the pin's pull-up",
+                "leakage of CR1 in the pin's pull-up",
                 open_v,
                 "V",
                 "at most",
@@ -223,7 +226,7 @@ class Levels:
             ),
             Check(
                 "Teensy 3 open, D13 driven low by the bootloader: margin above the high threshold",
-                "R2 against R4, drop of D2",
+                "R2 against R4, drop of CR2",
                 held_low,
                 "V",
                 "at least",
@@ -268,6 +271,15 @@ class Levels:
                 "at most",
                 limit["servo_float_v"],
                 "avr",
+            ),
+            Check(
+                "the Micro's VIN",
+                "battery less the drop of CR3",
+                extremes(lambda v, drop: v - drop, *self.spans("battery", "vin_diode_drop")),
+                "V",
+                "at least",
+                limit["vin_v"],
+                "regulator",
             ),
             Check(
                 "status LED",

@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 from .levels import Check, Levels, bus_pullups, least_bus_ohm
-from .spec import Element, Part, Wiring, WiringError
+from .spec import Element, Part, Wire, Wiring, WiringError
 
 _PROSE = Path(__file__).with_name("wiring.in.md")
 
@@ -49,18 +49,19 @@ def _pins(wiring: Wiring, panel: str) -> str:
     return _table(
         "| pin | what | on the way | ends at |",
         [
-            f"| {wire.pin} | {wire.carries} | {'; '.join(map(_element, wire.path))} | {wire.device}: {wire.terminal} |"
+            f"| {wire.pin} | {wire.carries} | {'; '.join(_element(element, wire) for element in wire.path)} "
+            f"| {wire.device}: {wire.terminal} |"
             for wire in wiring.wires
             if wire.panel == panel
         ],
     )
 
 
-def _element(element: Element) -> str:
+def _element(element: Element, wire: Wire) -> str:
     part = element.part
     text = f"{part.ref} {part.short}"
     if part.kind == "diode":
-        text += ", ring towards the Micro" if part.cathode == "left" else ", ring away from the Micro"
+        text += f", ring towards {wire.pin if part.cathode == 'left' else wire.device}"
     return f"{text} to {element.net}" if element.net else text
 
 
