@@ -355,7 +355,7 @@ def test_the_other_board_is_told_apart(asked: Board, found: Board) -> None:
     [
         (bytes(FIRMWARE_VERSION), "Update the sequencer: flash this checkout", "install"),
         (b"\0\0\x09", "The sequencer is the older side (0.0.9): flash this checkout", "install"),
-        (b"\x01\x02\x03", "This program is the older side (0.1.0): check out tfsat 1.2.3 and install", None),
+        (b"\x01\x02\x03", "This program is the older side (0.2.0): check out tfsat 1.2.3 and install", None),
     ],
     ids=["same", "board older", "host older"],
 )

@@ -174,7 +174,7 @@ def test_the_host_has_the_hash_of_the_specification() -> None:
         ("The upload was interrupted; nothing was stored,", "Nothing happened,"),
         ("Choose smaller strokes.", "Take less."),
         ("a second copy finds the board safe", "twice is once"),
-        ('firmware_version = "0.1.0"', 'firmware_version = "0.1.1"'),
+        ('firmware_version = "0.2.0"', 'firmware_version = "0.2.1"'),
         ("# ---", "# another comment ---"),
     ],
 )

@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: 8ed2e0baa4e34d4ff6545dbf89e49d40d625b57816ce63007efcaf43a3dac8c5
+# sha256 of protocol/tfsat_log.ksy: 34b5375240de8adb39cba9ad401de6bcb4eda2dbc7ee4e270226248a77172ae3
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors

@@ -11,7 +11,7 @@ namespace tfsat {
 namespace protocol {
 
 constexpr uint8_t kProtocolHash[8] = {0xC8, 0x6A, 0xA0, 0xC1, 0x60, 0x07, 0x8E, 0x20};
-constexpr uint8_t kFirmwareVersion[3] = {0, 1, 0};
+constexpr uint8_t kFirmwareVersion[3] = {0, 2, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
 
