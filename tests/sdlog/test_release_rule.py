@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
+from pathlib import Path
 
 import pytest
 
@@ -12,31 +12,29 @@ from tfsat_host.protocol import limits
 
 
 @pytest.fixture(scope="module")
-def rule(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+def rule(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return one_rule.build_rule(tmp_path_factory.mktemp("rule") / "rule.so")
 
 
-def test_the_same_edges_give_the_same_releases(rule: ctypes.CDLL) -> None:
+def test_the_same_edges_give_the_same_releases(rule: Path) -> None:
     """A million of them: `make sequencer-report`."""
-    agreement = one_rule.one_rule(59, 5_000, rule)
+    agreement = one_rule.one_rule(rule, 59, 5_000)
     assert agreement.trains == 5_000
     assert agreement.releases > 1_000
     assert agreement.ambiguous > 300
     assert agreement.false_releases > 100
 
 
-def test_a_rule_that_differs_by_a_microsecond_is_seen(
-    rule: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_rule_that_differs_by_a_microsecond_is_seen(rule: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("HUNG", "DEBOUNCE", "BOUNCE", "CHATTER", "SEATED"):
         limit = f"tfsat_host.sdlog.release_rule.RELEASE_{name}_US"
         with monkeypatch.context() as context:
             context.setattr(limit, getattr(limits, f"RELEASE_{name}_US") + 1)
             with pytest.raises(Broken):
-                one_rule.one_rule(59, 5_000, rule)
+                one_rule.one_rule(rule, 59, 5_000)
 
 
-def test_eleven_openings_of_a_millisecond_and_then_the_release(rule: ctypes.CDLL) -> None:
+def test_eleven_openings_of_a_millisecond_and_then_the_release(rule: Path) -> None:
     edges = []
     for number in range(11):
         for after_us, is_open in ((0, True), (1_000, False)):

@@ -18,6 +18,7 @@ from tests.emulator_avr.building import (
 )
 from tests.sequencer.board import build_board_library as build_native_library
 from tests.sequencer_proof.campaigns import all_jobs, judge_all, run_jobs
+from tests.sequencer_proof.one_rule import build_rule
 from tests.sequencer_proof.report import Tools, render
 from tests.sequencer_proof.resets import HANG
 from tests.sequencer_proof.rigs import Bench
@@ -57,7 +58,9 @@ def prove(folder: Path) -> str:
         (folder / part).mkdir()
     bench = Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder / "avr"))
     hanging = build_changed_sequencer([HANG], folder / "hanging", bench.image)
-    proof = run_jobs(all_jobs(bench, hanging, build_native_library(folder / "native")), progress)
+    rule = build_rule(folder / "rule.so")
+    native = build_native_library(folder / "native")
+    proof = run_jobs(all_jobs(bench, hanging, native, rule), progress)
     judge_all(proof, bench.image)
     return render(proof, bench.image, Tools.found())
 

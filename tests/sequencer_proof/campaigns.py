@@ -15,8 +15,10 @@ from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, damage_image, damage_native
 from tests.sequencer_proof.dating import Dated, dated_releases, judge_dates
 from tests.sequencer_proof.held_pins import LEVELS, SUBSETS, HeldPins, held_pins
+from tests.sequencer_proof.jolts import ClosedAgain, Jolted, closed_again, jolted_releases, judge_jolted
 from tests.sequencer_proof.link_abuse import Abuse, Abused, abuse_link, begins_us
 from tests.sequencer_proof.noise import STATES, Noise, Noisy, make_noise
+from tests.sequencer_proof.one_rule import Agreement, one_rule
 from tests.sequencer_proof.power_cuts import Cuts, History, Record, cut_points, second_upload_writes
 from tests.sequencer_proof.releases import AvrReleases, Release, avr_releases, judge, native_releases
 from tests.sequencer_proof.resets import Hangs, Moment, Resets, hang_board, reset_board
@@ -27,6 +29,9 @@ from tests.sequencer_proof.waiting import ACROSS_TURN_US, LONG_WAIT_US, Knocks, 
 NATIVE_JOBS, NATIVE_RELEASES = 20, 500
 AVR_JOBS, AVR_RELEASES = 10, 10
 DATED_JOBS, FAST_DATED_JOBS, DATED_RELEASES = 16, 8, 2_500
+JOLT_JOBS, JOLTED = 8, 1_500
+CLOSED_JOBS, CLOSED = 4, 25
+RULE_JOBS, TRAINS = 20, 50_000
 KNOCK_JOBS, KNOCKS = 4, 50
 FAST_BEYOND = 1
 """Of all these releases, so many may be off by more than is allowed."""
@@ -57,6 +62,9 @@ SEED_OF = {
     "resets": 7000,
     "hangs": 8000,
     "held": 9000,
+    "jolted": 10_000,
+    "closed": 10_100,
+    "rule": 10_200,
 }
 """Seed of a campaign's first job; the next job has the next."""
 
@@ -76,6 +84,9 @@ class Proof:
     fast_dated: list[list[Dated]]
     fastest_dated: list[list[Dated]]
     """By the fast kind alone."""
+    jolted: list[list[Jolted]]
+    closed: list[ClosedAgain]
+    rule: list[Agreement]
     knocks: list[Knocks]
     cuts: list[Cuts]
     damaged: list[Damaged]
@@ -100,7 +111,7 @@ class Proof:
         return min(part.never_used for part in parts)
 
 
-def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[Job]]:
+def all_jobs(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> dict[str, list[Job]]:
     """The full campaigns; the longest jobs first."""
     hanging = replace(bench, image=hanging_image)
     begins = begins_us()
@@ -116,6 +127,9 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path) -> dict[str, list[
         "fast_dated": [partial(dated_releases, bench, Chatter.BOTH, count=DATED_RELEASES)] * FAST_DATED_JOBS,
         "fastest_dated": [partial(dated_releases, bench, Chatter.FAST, count=DATED_RELEASES)]
         * FAST_DATED_JOBS,
+        "jolted": [partial(jolted_releases, bench, count=JOLTED)] * JOLT_JOBS,
+        "closed": [partial(closed_again, bench, count=CLOSED)] * CLOSED_JOBS,
+        "rule": [partial(one_rule, library=rule, trains=TRAINS)] * RULE_JOBS,
         "knocks": [partial(knocks, bench, count=KNOCKS)] * KNOCK_JOBS,
         "cuts": [partial(cut_points, bench, record, history) for record in Record for history in History],
         "damaged": [partial(damage_native, native, case) for case in Case],
@@ -170,6 +184,10 @@ def judge_all(proof: Proof, image: Path) -> None:
     judge_dates([one for part in proof.dated for one in part], Chatter.SLOW)
     judge_dates([one for part in proof.fast_dated for one in part], Chatter.BOTH)
     judge_dates([one for part in proof.fastest_dated for one in part], Chatter.FAST)
+    for jolted in proof.jolted:
+        judge_jolted(jolted)
+    for closed in proof.closed:
+        judge(closed.releases)
     judge([wait.release for wait in proof.waits] + [part.release for part in proof.knocks])
     if any(writes > most for writes, most in zip(proof.rewrites, REWRITES, strict=True)):
         raise Broken(f"an upload of what is stored wrote {proof.rewrites} bytes, not {REWRITES}")

@@ -6,6 +6,7 @@ import ctypes
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from tests.protocol.native import REPOSITORY, build_shared
@@ -53,7 +54,7 @@ class Agreement:
     false_releases: int
 
 
-def build_rule(out: Path) -> ctypes.CDLL:
+def build_rule(out: Path) -> Path:
     """The firmware's release rule as a library."""
     logger = REPOSITORY / "firmware" / "teensy_logger" / "src"
     sources = [
@@ -61,9 +62,14 @@ def build_rule(out: Path) -> ctypes.CDLL:
         logger / "core" / "drop_watch.cpp",
         logger / "release" / "release_detector.cpp",
     ]
-    library = ctypes.CDLL(str(build_shared(sources, out, [])))
-    library.sequencer_tells.restype = library.logger_tells.restype = ctypes.c_size_t
-    return library
+    return build_shared(sources, out, [])
+
+
+@cache
+def _loaded(library: Path) -> ctypes.CDLL:
+    rule = ctypes.CDLL(str(library))
+    rule.sequencer_tells.restype = rule.logger_tells.restype = ctypes.c_size_t
+    return rule
 
 
 def edge_train(rng: random.Random) -> list[SwitchEdge]:
@@ -81,8 +87,9 @@ def edge_train(rng: random.Random) -> list[SwitchEdge]:
     return edges
 
 
-def compare(library: ctypes.CDLL, edges: Sequence[SwitchEdge], seed: int) -> list[Told]:
+def compare(library: Path, edges: Sequence[SwitchEdge], seed: int) -> list[Told]:
     """What all three tell of the edges. Raises Broken where they differ."""
+    rule = _loaded(library)
     end_us = edges[-1][0] + AFTERWARDS_US
     decoder = [
         (release.at_us, *release.left_us, release.false_us is not None)
@@ -96,18 +103,18 @@ def compare(library: ctypes.CDLL, edges: Sequence[SwitchEdge], seed: int) -> lis
     )
     told = (_Told * (len(edges) + 1))()
     size, end = ctypes.c_size_t(len(edges)), ctypes.c_uint32(end_us)
-    found = library.sequencer_tells(*arrays, size, end, ctypes.c_uint32(seed + 1), told)
+    found = rule.sequencer_tells(*arrays, size, end, ctypes.c_uint32(seed + 1), told)
     sequencer = [(one.at_us, one.first_us, one.last_us, bool(one.false_release)) for one in told[:found]]
     period_us = ctypes.c_uint32(_PERIODS_US[seed % len(_PERIODS_US)])
-    found = library.logger_tells(*arrays, size, end, period_us, told)
+    found = rule.logger_tells(*arrays, size, end, period_us, told)
     logger = [(one.at_us, bool(one.false_release)) for one in told[:found]]
     if decoder != sequencer or [(at_us, is_false) for at_us, _, _, is_false in decoder] != logger:
         raise Broken(f"decoder {decoder}, sequencer {sequencer}, logger {logger} of {list(edges)}")
     return decoder
 
 
-def one_rule(seed: int, trains: int, library: ctypes.CDLL) -> Agreement:
-    """So many trains, of the seed."""
+def one_rule(library: Path, seed: int, trains: int) -> Agreement:
+    """So many trains, of the seed, through a library of `build_rule`. Raises Broken."""
     rng = random.Random(seed)
     told = [one for number in range(trains) for one in compare(library, edge_train(rng), number)]
     ambiguous = sum(first_us < last_us for _, first_us, last_us, _ in told)

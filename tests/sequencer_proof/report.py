@@ -11,6 +11,7 @@ from typing import Self
 from tests.sequencer_proof import (
     report_blocking,
     report_held_pins,
+    report_jolts,
     report_link,
     report_releases,
     report_resets,
@@ -62,6 +63,7 @@ def render(proof: Proof, image: Path, tools: Tools) -> str:
     sections = [
         _head(image, tools),
         report_releases.render(proof),
+        report_jolts.render(proof),
         report_blocking.render(image),
         report_store.render(proof),
         report_link.render(proof),

@@ -16,8 +16,10 @@ from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
 from tests.sequencer_proof.dating import Dated
 from tests.sequencer_proof.held_pins import HeldPins
+from tests.sequencer_proof.jolts import ClosedAgain, Jolted
 from tests.sequencer_proof.link_abuse import Abuse, Abused
 from tests.sequencer_proof.noise import Noise, Noisy
+from tests.sequencer_proof.one_rule import Agreement
 from tests.sequencer_proof.power_cuts import Cuts, History, Record
 from tests.sequencer_proof.releases import AvrReleases, Plan, Release, avr_releases
 from tests.sequencer_proof.report import Tools, hex_sha256, render
@@ -40,6 +42,9 @@ PROOF = Proof(
     dated=[[Dated(0.5, False), Dated(-1.5, True), Dated(42.0, False)]],
     fast_dated=[[Dated(0.5, False), Dated(0.0, False)]],
     fastest_dated=[[Dated(0.5, False), Dated(21.0, True)]],
+    jolted=[[Jolted(0, 12.0, 0), Jolted(2, -3_500.0, 4_100)]],
+    closed=[ClosedAgain(25, 25, [RELEASE])],
+    rule=[Agreement(1_000, 600, 300, 50)],
     knocks=[Knocks(3, 4, FAST_RELEASE)],
     cuts=[Cuts(Record.MANEUVER, History.ERASED, 22, 22, stored_afterwards=22, never_used=590)],
     damaged=[Damaged(Case.ONE, Counter({Place.MARKER: 7}), Counter({Place.MARKER: 7}))],
@@ -69,6 +74,8 @@ def test_a_report_tells_its_campaigns_figures(bench: Bench) -> None:
     assert "| 4 | 2 | -70 deg | 1820000 | 1820001 | 1820001 | 1820001 | +1 |" in text
     assert "| off by 1 to 50 µs | 2 | 0 | 1 |" in text and "| worst | 42.0 µs | 0.5 µs | 21.0 µs |" in text
     assert "| an edge of servo 1 | `__vector_17` |" in text
+    assert "| 1 or more, the edges fit two: an interval is told | 1 | 3.500 ms | 3.500 ms | 4.1 ms |" in text
+    assert "| after a stroke | 25 | FAULT" in text and "the same 1000 random edge trains" in text
     assert "| stack never touched | 570 | at least 512 |" in text
     assert (
         "| armed, cable pulled, 75.0 min after power-up | 2 turns of the clock; 675000 pulses held |" in text
