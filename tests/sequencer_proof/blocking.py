@@ -32,8 +32,10 @@ LOOPS: dict[str, tuple[int, ...]] = {
     "__vector_16": (2, 28),
     "set_output_mode": (7, 7),
     "Serial_::write": (2, 25),
+    "Timer1Servos::cancel": (MAX_STROKES + 1, 4),
+    "Timer1Servos::forget_changes": (4,),
     "Timer1Servos::hold": (3,),
-    "Timer1Servos::prepare_next_edge": (3, 1, MAX_STROKES + 1, 3, 3),
+    "Timer1Servos::prepare_next_edge": (3, 1, 3, MAX_STROKES, MAX_STROKES + 1, 3, 3),
     "Timer1Servos::set_edge": (3, 3),
     "Timer1Servos::stop": (4, 3),
     "USB_Recv": (2,),
@@ -42,7 +44,7 @@ LOOPS: dict[str, tuple[int, ...]] = {
 (division, shifts), a channel a time, a change of the schedule a time, 24 bytes a write, 1 byte a read. A servo's edge
 is prepared in one round: a second one is for an edge that was too late, which needs more blocking than there is.
 __vector_16, the switches' interrupt: a stamped edge, then quiet; see FOLLOWING_US."""
-UNSCHEDULED_LOOPS = {"Timer1Servos::prepare_next_edge": (3, 1, 1, 3, 3)}
+UNSCHEDULED_LOOPS = {"Timer1Servos::prepare_next_edge": (3, 1, 1, 1, 1, 3, 3)}
 """Likewise, before the release: nothing is scheduled, so that no gap is divided, either."""
 FOLLOWING_US = 250
 """What the switches' interrupt takes beyond that while contacts chatter (release_capture.cpp, kFollowTicks): it sees

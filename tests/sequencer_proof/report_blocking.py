@@ -11,6 +11,7 @@ from tests.sequencer_proof.signals import CYCLES_PER_US
 LEAST_CYCLES = CYCLES_PER_US
 """Shorter paths make one row together."""
 WHAT = {
+    "__vector_9": "a servo's pin moved while a stroke is due",
     "__vector_16": "an edge of switch 1, until both are quiet",
     "__vector_17": "an edge of servo 1",
     "__vector_18": "an edge of servo 2",
@@ -21,6 +22,7 @@ WHAT = {
     "__vector_32": "the end of the mark on the stroke line",
     "ReleaseCapture::levels": "capture begins anew after noise",
     "Timer1Servos::hold": "a servo is told where to stand (arming, JOG)",
+    "Timer1Servos::cancel": "the strokes left are dropped (a false release, a missed stroke)",
     "Timer1Servos::stop": "all servos are let go (DISARM)",
     "Timer1Servos::schedule": "a stroke is scheduled (at the release)",
     "UsbStream::write": "24 bytes to the cable",

@@ -14,9 +14,9 @@ from tests.sequencer_proof.releases import Plan, fly
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import CYCLES_PER_US
 
-LONGEST_BEFORE_RELEASE_US = 65
+LONGEST_BEFORE_RELEASE_US = 78
 """Arming, which holds a servo's line; while armed, a servo's edge and the switches' interrupt are next."""
-LONGEST_US = 170
+LONGEST_US = 188
 SERVO_EDGES = [4 * vector for vector in (17, 18, 19)]
 SWITCHES = [4 * vector for vector in (16, 31)]
 
