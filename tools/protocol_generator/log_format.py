@@ -17,6 +17,7 @@ def generate(spec: Spec) -> str:
     values = _numbers(spec) | {name: _fields(spec, struct) for name, struct in spec.structs.items()}
     values["EventCode"] = _values(spec.enums["EventCode"])
     values["StopReason"] = ", ".join(f"{v.value} {v.name}" for v in spec.enums["StopReason"].values) + "."
+    values["ErrorCode"] = _wrapped(_error_codes(spec), "\n  ")
     values["schema"] = _wrapped(schema_text(spec), "\n> ")
     values["reader"] = _reader(spec)
 
@@ -26,6 +27,13 @@ def generate(spec: Spec) -> str:
         return values[match[1]]
 
     return re.sub(r"@(\w+)@", value, _PROSE.read_text(encoding="utf-8"))
+
+
+def _error_codes(spec: Spec) -> str:
+    """Those that events tell: of sensors and of the card."""
+    about = ("sensor_", "bus_", "card_", "no_card")
+    codes = [code for code in spec.enums["ErrorCode"].values if code.name.startswith(about)]
+    return ", ".join(f"{code.value} {code.name}" for code in codes) + "."
 
 
 def _numbers(spec: Spec) -> dict[str, str]:
