@@ -1,84 +1,130 @@
-"""What a stranger writes from docs/log-format.md alone is accepted at once, and read as it was meant."""
+"""A log encoded as docs/log-format.md says is accepted as complete, and read as it was meant."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.cli.process import RunCli
-from tests.sdlog.page_encoder import MOST_SAMPLES, Encoder, Happening, Reading
+from tests.sdlog import page_encoder
+from tests.sdlog.page_encoder import LANDING, RELEASE, REWRITTEN, STROKE, SWITCH_EDGE, Event, Sample, encode
 from tfsat_host.sdlog import load
 
-START_US, STEP_US, COUNT = 3_000_000, 3571, 1999
+START_US, COUNT = 3_000_000, 1999
 OPENED_US = (START_US + 2_000_000, START_US + 2_000_700)
-SILENT = 700
-"""In this sample IMU 2 and angle sensor 4 gave nothing."""
+STROKES_US = tuple(OPENED_US[1] + 1000 * ms for ms in (700, 1050, 1470, 1820))
+LANDED_US = OPENED_US[1] + 2_500_000
+REWRITTEN_US = OPENED_US[1] + 4_100_000
+SILENT, CLIPPED = 700, 900
+"""In the first sample IMU 2 and angle sensor 4 gave nothing, in the second IMU 4 was at the end of its range."""
+AGAIN = range(50, 290)
+"""Blocks of which the file holds a second copy; a header is among them."""
 
 
-def reading(k: int) -> Reading:
-    t_us = START_US + k * STEP_US
+def sample(k: int) -> Sample:
+    t_us = START_US + round(k * 1e6 / 280)
     flags = 0x3FF | (t_us >= OPENED_US[0]) << 10 | (t_us >= OPENED_US[1]) << 11
+    imu = [[(37 * k * (body + 1) + 5 * axis) % 65536 - 32768 for axis in range(7)] for body in range(4)]
+    angle = [(7 * k + 500 * sensor) % 4096 for sensor in range(6)]
     if k == SILENT:
         flags &= ~(1 << 1 | 1 << 7)
-    imu = [[(37 * k * (body + 1) + 5 * axis) % 65536 - 32768 for axis in range(7)] for body in range(4)]
-    return Reading(t_us, imu, [(7 * k + 500 * sensor) % 4096 for sensor in range(6)], flags)
+        imu[1], angle[3] = [0] * 7, 0
+    if k == CLIPPED:
+        flags |= 1 << 15
+        imu[3][4] = 32767
+    return Sample(t_us, flags, imu, angle)
 
 
-def happenings(from_us: int, to_us: int) -> list[Happening]:
-    known = [
-        Happening(OPENED_US[0], 1, 0, 1),
-        Happening(OPENED_US[1], 1, 1, 1),
-        Happening(OPENED_US[1], 7, 0, 1),
-        *(Happening(OPENED_US[1] + 1000 * ms, 2, n) for n, ms in enumerate((700, 1050, 1470, 1820))),
-    ]
-    return [one for one in known if from_us < one.time_us <= to_us]
+SAMPLES = [sample(k) for k in range(COUNT)]
+EVENTS = [
+    Event(OPENED_US[0], SWITCH_EDGE, 0, 1),
+    Event(OPENED_US[1], SWITCH_EDGE, 1, 1),
+    Event(OPENED_US[1], RELEASE, 0, 1),
+    *(Event(t_us, STROKE, index) for index, t_us in enumerate(STROKES_US)),
+    Event(LANDED_US, LANDING, 0, 1, 25_000),
+    Event(REWRITTEN_US, REWRITTEN, 0, 0, len(AGAIN)),
+]
 
 
-def encoded() -> bytes:
-    encoder = Encoder(0xC0DE0001, 280.0)
-    past_us = 0
-    for first in range(0, COUNT, MOST_SAMPLES):
-        readings = [reading(k) for k in range(first, min(first + MOST_SAMPLES, COUNT))]
-        waiting = happenings(past_us, readings[-1].time_us)
-        past_us = readings[-1].time_us
-        encoder.add(readings, waiting[:2])
-        if waiting[2:]:
-            encoder.add([], waiting[2:])
-    return encoder.close(past_us + 100)
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "SD.bin"
+    path.write_bytes(encode(SAMPLES, EVENTS, AGAIN))
+    return path
 
 
-def test_it_is_accepted_as_complete(tmp_path: Path, tfsat_host: RunCli) -> None:
-    (tmp_path / "SD.bin").write_bytes(encoded())
-    said = tfsat_host.json("decode", "SD.bin", expect=3)  # two sensors missed a reading
-    assert (said["verdict"], said["doubts"], len(said["warnings"])) == ("complete", [], 2)
+def test_it_is_accepted_as_complete(recording: Path, tfsat_host: RunCli) -> None:
+    said = tfsat_host.json("decode", str(recording), expect=3)  # two readings missed, one clipped
+    assert (said["verdict"], said["doubts"], len(said["warnings"])) == ("complete", [], 3)
     assert (said["samples"], said["samples_lost"], said["blocks_lost"]) == (COUNT, 0, 0)
+    aside = {name: count for name, count in said["set_aside"].items() if count}
+    assert aside == {"duplicate": len(AGAIN)}
 
 
-def test_every_value_is_as_it_was_meant(tmp_path: Path) -> None:
-    path = tmp_path / "SD.bin"
-    path.write_bytes(encoded())
-    log = load(path)
-    meant = [reading(k) for k in range(COUNT)]
-    assert (log.verdict, log.doubts, log.gaps, log.session) == ("complete", (), (), 0xC0DE0001)
-    assert log.t_us.tolist() == [one.time_us for one in meant]
-    assert log.imu_counts.tolist() == [one.imu for one in meant]
-    assert log.angle_counts.tolist() == [one.angle for one in meant]
+def test_one_without_faults_is_accepted_without_a_word(tmp_path: Path, tfsat_host: RunCli) -> None:
+    (tmp_path / "SD.bin").write_bytes(encode(SAMPLES[:SILENT], EVENTS[:3]))
+    said = tfsat_host.json("decode", "SD.bin")
+    assert (said["verdict"], said["doubts"], said["warnings"]) == ("complete", [], [])
+    assert (said["samples"], said["release_us"]) == (SILENT, OPENED_US[1])
+
+
+def test_every_value_is_as_it_was_meant(recording: Path) -> None:
+    log = load(recording)
+    assert (log.verdict, log.doubts, log.gaps, log.session) == ("complete", (), (), page_encoder.SESSION)
+    assert log.t_us.tolist() == [one.time_us for one in SAMPLES]
+    assert log.imu_counts.tolist() == [one.imu for one in SAMPLES]
+    assert log.angle_counts.tolist() == [one.angle for one in SAMPLES]
     assert log.release_us == OPENED_US[1]
-    assert [(e.name, e.t_us, e.index) for e in log.events] == [
-        ("switch_edge", OPENED_US[0], 0),
-        ("switch_edge", OPENED_US[1], 1),
-        ("release", OPENED_US[1], 0),
-        *(("stroke", OPENED_US[1] + 1000 * ms, n) for n, ms in enumerate((700, 1050, 1470, 1820))),
+    assert log.release is not None and log.release.uncertainty_us == 0
+    open_from = [[one.time_us >= opened_us for opened_us in OPENED_US] for one in SAMPLES]
+    assert log.switch_open.tolist() == open_from
+    assert np.argwhere(log.clipped).tolist() == [[CLIPPED, 3]]
+
+
+def test_every_event_is_as_it_was_meant(recording: Path) -> None:
+    assert [(e.name, e.t_us, e.index, e.arg, e.value) for e in load(recording).events] == [
+        ("switch_edge", OPENED_US[0], 0, 1, 0),
+        ("switch_edge", OPENED_US[1], 1, 1, 0),
+        ("release", OPENED_US[1], 0, 1, 0),
+        *(("stroke", t_us, index, 0, 0) for index, t_us in enumerate(STROKES_US)),
+        ("landing", LANDED_US, 0, 1, 25_000),
+        ("rewritten", REWRITTEN_US, 0, 0, len(AGAIN)),
     ]
-    gyro = np.array([[imu[4:] for imu in one.imu] for one in meant])
+
+
+def test_every_unit_is_as_it_was_meant(recording: Path) -> None:
+    log = load(recording)
+    imu = np.array([one.imu for one in SAMPLES])
     valid = np.ones((COUNT, 4), bool)
     valid[SILENT, 1] = False
     assert np.array_equal(log.imu_valid, valid)
-    np.testing.assert_allclose(log.rate_rad_s[valid], np.deg2rad(gyro[valid] / 65.5), rtol=1e-12)
+    rate, force = np.deg2rad(imu[..., 4:] / 65.5), imu[..., :3] / 2048 * 9.80665
+    temperature = imu[..., 3] / 340 + np.float64(np.float32(36.53))
+    np.testing.assert_allclose(log.rate_rad_s[valid], rate[valid], rtol=1e-12)
+    np.testing.assert_allclose(log.specific_force_m_s2[valid], force[valid], rtol=1e-12)
+    np.testing.assert_allclose(log.temperature_c[valid], temperature[valid], rtol=1e-9, atol=1e-9)
     assert np.isnan(log.rate_rad_s[SILENT, 1]).all() and np.isnan(log.sensor_angle_rad[SILENT, 3])
-    shown = (np.array([one.angle for one in meant]) + 0.5) * 2 * np.pi / 4096
-    np.testing.assert_allclose(log.sensor_angle_rad[log.angle_valid], shown[log.angle_valid], rtol=1e-12)
-    assert (log.header.imu_offset_us, log.header.rate_hz) == ((0, 390, 0, 390), 280.0)
-    assert log.unix_offset_us == 1_700_000_000_000_000
-    assert log.footer is not None and log.footer.blocks == len(encoded()) // 512
+    assert np.argwhere(~log.angle_valid).tolist() == [[SILENT, 3]]
+    angle = (np.array([one.angle for one in SAMPLES]) + 0.5) * 2 * np.pi / 4096
+    np.testing.assert_allclose(log.sensor_angle_rad[log.angle_valid], angle[log.angle_valid], rtol=1e-12)
+
+
+def test_header_and_footer_are_as_they_were_meant(recording: Path) -> None:
+    log = load(recording)
+    assert log.header.imu_offset_us == (0, 390, 0, 390)
+    assert log.header.angle_offset_us == (0, 5, 10, 15, 20, 25)
+    assert (log.header.rate_hz, log.unix_offset_us) == (280.0, page_encoder.UNIX_AT_ZERO_US)
+    assert log.footer is not None
+    assert log.footer.blocks == recording.stat().st_size // 512 - len(AGAIN)
+    assert (log.footer.samples, log.footer.blocks_rewritten) == (COUNT, len(AGAIN))
+
+
+def test_an_end_takes_the_number_of_a_header(tmp_path: Path) -> None:
+    """After block 0 and seven of data the footer is block 8."""
+    path = tmp_path / "SD.bin"
+    path.write_bytes(encode(SAMPLES[: 7 * 6], []))
+    log = load(path)
+    assert path.stat().st_size == 9 * 512
+    assert (log.verdict, log.doubts, len(log.t_us)) == ("complete", (), 7 * 6)
