@@ -49,7 +49,7 @@ def test_all_of_a_drop_is_in_it_with_its_hash(run: Path) -> None:
         name: hashlib.sha256(data).hexdigest() for name, data in contents.items()
     }
     assert manifest["images"]["sequencer"]["image_crc"] == "1a2b3c4d"
-    assert manifest["images"]["logger"]["firmware"] == "0.1.0"
+    assert manifest["images"]["logger"]["firmware"] == "0.2.0"
     assert manifest["left_out"].keys() == {"SD.csv"}
     environment = json.loads(contents["environment.json"])
     assert environment["tfsat"] == __version__ and environment["packages"]["numpy"]

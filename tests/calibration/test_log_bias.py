@@ -48,7 +48,7 @@ def resting(drop: DropLog, rest_s: int, seed: int = 1) -> DropLog:
         drop,
         sample_index=np.arange(n, dtype=np.int64),
         t_us=t_us,
-        release=replace(drop.release, t_us=at, earliest_us=at, latest_us=at),
+        release=replace(drop.release, t_us=at, earliest_us=at, latest_us=at, left_us=(at, at)),
         imu_counts=counts.round().astype(np.int16),
         angle_counts=np.zeros((n, 6), np.uint16),
         imu_valid=np.ones((n, 4), dtype=bool),

@@ -262,7 +262,7 @@ def test_a_motion_that_nobody_commanded_is_found() -> None:
     assert all(stroke.moved for stroke in strokes)
     unexpected = [s for s in standing_joints(motion, strokes) if s.unexpected]
     assert [s.joint for s in unexpected] == [2]
-    assert np.rad2deg(unexpected[0].greatest_rad) == pytest.approx(68.1, abs=0.2)
+    assert np.rad2deg(unexpected[0].greatest_rad) == pytest.approx(68.2, abs=0.3)
     assert 1.4 < unexpected[0].greatest_at_s < 1.83
     assert "where nothing commanded it" in unexpected[0].remark
 

@@ -178,11 +178,11 @@ TEST_CASE(a_card_without_contact_during_the_fall_costs_no_sample) {
 TEST_CASE(a_power_cut_leaves_what_reached_the_card) {
   Bench bench;
   bench.start(8);
-  bench.run_ms(1000);
+  bench.run_ms(10000);  // the file is filled
   bench.board.set_power(false);
   bench.card.power_cut(emulator::PowerCut::kLosesCache);
   const Recording log = bench.log();
-  CHECK(log.footers.empty() && log.headers.size() == 2);
-  // 280 less what was still being gathered and the eight blocks in the card's own RAM
-  CHECK(log.samples.size() >= 280 - 6 - 8 * 6);
+  CHECK(log.footers.empty() && log.headers.size() >= 2);
+  // 2800 less what was still being gathered and the eight blocks in the card's own RAM
+  CHECK(log.samples.size() >= 2800 - 6 - 8 * 6);
 }

@@ -8,7 +8,7 @@ from tests.cli.process import RunCli
 
 
 def test_faults_are_named_with_who_noticed(tfsat_host: RunCli) -> None:
-    typed = ("rehearse", "59", "70", "--fault", "servo-dead", "--fault", "switch-bounce")
+    typed = ("rehearse", "59", "70", "--fault", "servo-dead", "--fault", "cable-pulled-while-armed")
     shown = tfsat_host(*typed, expect=3).stdout
     assert (
         "Thrown in:            servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in shown
@@ -18,11 +18,11 @@ def test_faults_are_named_with_who_noticed(tfsat_host: RunCli) -> None:
     assert "Noticed by nobody. It changes nothing that is to be noticed." in shown
     result = json.loads((tfsat_host.folder / "run" / "summary.json").read_text())
     assert (result["seed"], result["imu"]) == (1, "InvenSense MPU-6050")
-    servo, bounce = result["faults"]
+    servo, cable = result["faults"]
     assert (servo["moment"], servo["outcome"]) == ("lifted", "flies the maneuver")
     assert [one["who"] for one in servo["noticed_by"]] == ["report"]
-    assert bounce["noticed_by"] == []
-    assert bounce["struck_s"] > servo["struck_s"] > 0.0
+    assert cable["noticed_by"] == []
+    assert servo["struck_s"] > cable["struck_s"] > 0.0
 
 
 def test_no_go_names_each_check_with_what_was_found_and_what_to_do(tfsat_host: RunCli) -> None:

@@ -46,7 +46,8 @@ def test_the_watchdog_ends_a_hang(hanging: Bench, state: SequencerState) -> None
 
 def test_a_board_that_arms_with_an_open_switch_is_found(plant: Plant) -> None:
     bold = plant(
-        Edit("src/core/sequencer.cpp", "bool opened = switches_.levels() != 0;", "bool opened = false;")
+        Edit("src/core/sequencer.cpp", "bool opened = switches_.levels() != 0;", "bool opened = false;"),
+        Edit("src/core/sequencer.cpp", "opened = opened || edge.open;", "opened = false;"),
     )
     with pytest.raises(Broken):
         reset_board(bold, Moment.ARMED_SECOND_OPEN, ResetCause.WATCHDOG, count=1, seed=4)

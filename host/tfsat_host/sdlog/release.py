@@ -141,10 +141,16 @@ def find_release(
 
 
 def _is_false(release: RuledRelease, events: Sequence[DropEvent]) -> bool:
-    """Whether both switches closed again before the landing; after it, they say nothing of the release."""
+    """Whether both switches closed again before the landing, which ends what they say, and before a stroke.
+
+    Strokes that were flown count from it, whatever became of the robot.
+    """
     landings = (event.t_us for event in events if event.name == "landing" and event.t_us > release.at_us)
     landed_us = next(landings, release.at_us + LANDING_LATEST_US)
-    return release.false_us is not None and release.false_us < landed_us
+    if release.false_us is None or release.false_us >= landed_us:
+        return False
+    strokes = (event.t_us for event in events if event.name == "stroke")
+    return not any(release.at_us < t_us < release.false_us for t_us in strokes)
 
 
 def _state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: NDArray[np.bool_]) -> int:
