@@ -82,8 +82,10 @@ def axes_exchanged(log: DropLog, body: int, exchange: Sequence[Sequence[int]], p
 
 
 def imus_in_order(log: DropLog, order: Sequence[int]) -> DropLog:
-    """Place i of the log shows the IMU of body `order[i]`."""
-    return replace(log, imu_counts=log.imu_counts[:, np.array(order) - 1])
+    """Place i of the log shows the IMU of body `order[i]`, read when it was."""
+    offsets_us = tuple(log.header.imu_offset_us[body - 1] for body in order)
+    header = replace(log.header, imu_offset_us=offsets_us)
+    return replace(log, header=header, imu_counts=log.imu_counts[:, np.array(order) - 1])
 
 
 def gyro_plus(log: DropLog, body: int, rate_deg_s: Sequence[float] | FloatArray) -> DropLog:

@@ -95,7 +95,7 @@ CAUSES: list[tuple[str, Wrong, set[str], str]] = [
         "a bias that jumps at the release",
         lambda log: gyro_plus(log, 2, np.outer(log.t_s > 0.0, (1.0, 0.0, 0.0))),
         {GYROS_23},
-        "gyro of body 2: its bias jumped by +1.00/",
+        "gyro of body 2: its bias jumped by +",
     ),
     (
         "a gyro that shows 3 % too much",

@@ -181,7 +181,7 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
     calibration = certificate(one, 1)
     off = np.random.default_rng(1).standard_normal((4, 9)) * [
         *[0.0] * 3,
-        *[np.deg2rad(1.5)] * 3,
+        *[np.deg2rad(2.0)] * 3,
         *[0.01] * 3,
     ]
     wrong = [gyro.corrected(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
@@ -234,7 +234,7 @@ def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_a
     assert (found.fit.std > 1.2 * calibrated.fit.std).all()
     assert (found.fit.std < 0.3 * found.fit.offsets.prior_std).all()
     z_scores = (found.fit.values - one.true_com_offsets_mm) / found.fit.std
-    assert np.sqrt(np.mean(z_scores**2)) < 2.0
+    assert np.sqrt(np.mean(z_scores**2)) < 2.2
     assert found.after.error.rms_rad < found.before.error.rms_rad
     assert found.offered
 
