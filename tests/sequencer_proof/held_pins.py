@@ -148,8 +148,11 @@ def _fly(rig: AvrRig, plan: Plan, joints: tuple[int, ...], level: PinHold, rng: 
         return None
     begun = _onsets(edges, plan, released)
     last = released + (plan.end_us + SERVO_PULSE_MAX_US + NOTED_US) * CYCLES_PER_US
-    if any(rise is not None and rise > last for rise in begun):
+    # A stroke back to where its joint never left has the width that the servo is told anyway.
+    at_rest = _back_to_where_it_stands(plan, begun)
+    if any(rise is not None and rise > last and not at_rest[i] for i, rise in enumerate(begun)):
         raise Broken(f"a stroke began after the run's end: {begun}")
+    begun = [None if rise is not None and rise > last else rise for rise in begun]
     marks = [pulse.rise for pulse in whole_pulses(edges, STROKE_LINE)]
     _check_marks(marks, begun, rig.now)
     return _Run(
@@ -244,6 +247,18 @@ def _onsets(edges: Sequence[PinEdge], plan: Plan, released: int) -> list[int | N
                 None,
             )
         )
+    return found
+
+
+def _back_to_where_it_stands(plan: Plan, begun: Sequence[int | None]) -> list[bool]:
+    """Of each stroke: it ends where its joint stands after the strokes before it that have begun."""
+    stands, planned = [0] * JOINT_COUNT, [0] * JOINT_COUNT
+    found = []
+    for rise, (joint, change_cdeg, _) in zip(begun, plan.strokes, strict=True):
+        planned[joint - 1] += change_cdeg
+        found.append(planned[joint - 1] == stands[joint - 1])
+        if rise is not None:
+            stands[joint - 1] = planned[joint - 1]
     return found
 
 
