@@ -75,6 +75,7 @@ def load_library(path: Path) -> ctypes.CDLL:
             [board, ctypes.POINTER(ctypes.c_uint16), ctypes.POINTER(ctypes.c_uint64), ctypes.c_size_t],
         ),
         "board_peek": (ctypes.c_uint8, [board, ctypes.c_uint16]),
+        "board_poke": (None, [board, ctypes.c_uint16, ctypes.c_uint8]),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -223,3 +224,7 @@ class AvrBoard:
     def peek(self, address: int) -> int:
         """One byte of the data space, as a debugger would read it."""
         return int(self._library.board_peek(self._handle, address))
+
+    def poke(self, address: int, value: int) -> None:
+        """Changes it."""
+        self._library.board_poke(self._handle, address, value)

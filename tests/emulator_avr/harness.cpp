@@ -81,6 +81,9 @@ void board_set_serial(AvrSequencer* board, const uint8_t* serial) {
 }
 uint64_t board_cycles(AvrSequencer* board) { return board->cycles(); }
 uint8_t board_peek(AvrSequencer* board, uint16_t address) { return board->peek(address); }
+void board_poke(AvrSequencer* board, uint16_t address, uint8_t value) {
+  board->poke(address, value);
+}
 void board_watch_blocking(AvrSequencer* board) { board->watch_blocking(); }
 size_t board_blocked(AvrSequencer* board, uint16_t* address, uint64_t* cycles, size_t capacity) {
   size_t count = 0;

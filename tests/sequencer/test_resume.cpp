@@ -1,6 +1,7 @@
 // Resets: what RAM must look like to be believed, and what a believed past may lead to.
 #include <cstddef>
 #include <cstring>
+#include <numeric>
 #include <random>
 
 #include "bench.h"
@@ -14,10 +15,8 @@ namespace {
 // Bits of what the checksum covers, and of itself; the interrupts' count keeps its own complement,
 // the run's report its own checksum.
 std::vector<size_t> sealed_bits() {
-  const size_t crc = offsetof(RetainedState, crc);
-  std::vector<size_t> bits;
-  for (size_t bit = 0; bit < 8 * offsetof(RetainedState, begun); ++bit) bits.push_back(bit);
-  for (size_t bit = 8 * crc; bit < 8 * crc + 16; ++bit) bits.push_back(bit);
+  std::vector<size_t> bits(8 * (offsetof(RetainedState, crc) + sizeof RetainedState().crc));
+  std::iota(bits.begin(), bits.end(), size_t{0});
   return bits;
 }
 

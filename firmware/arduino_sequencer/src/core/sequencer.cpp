@@ -35,43 +35,53 @@ void Sequencer::start(tick_t now, ResetCause cause) {
   last_ms_ = now;
   maneuvers_.load();
   settings_.load();
-  const bool kept = cause != ResetCause::kPowerOn && retained_.intact();
-  const SequencerState before = kept ? retained_.state : SequencerState::kSafe;
-  if (kept) token_ = static_cast<uint16_t>(retained_.token + 1);  // none from before the reset fits
-  if (cause == ResetCause::kPowerOn || !retained_.run.intact()) retained_.run.clear();
-  retained_.token = token_;
+  const bool powered = cause != ResetCause::kPowerOn;
+  if (powered) retained_.recover();
+  if (!powered || !retained_.run.intact()) retained_.run.clear();
+  if (!powered || !retained_.intact()) retained_.clear();
+  change_token();  // none from before the reset fits
   detector_.reset(now, retained_.knocks);
-  const bool held = before == SequencerState::kArmed || before == SequencerState::kRunning ||
-                    before == SequencerState::kFault;
-  if (held && (store_defect() != ErrorCode::kNone || retained_.records != records())) {
-    retained_.driven = 0;
-    latch(ErrorCode::kStoreDamaged);
-    return;
-  }
-  switch (before) {
-    case SequencerState::kArmed:
-      if (retained_.resets < kMostResets) ++retained_.resets;
-      retained_.seal();
-      resuming_ = true;
-      resume_since_ = now;
-      break;
-    case SequencerState::kRunning:
-      note_begun();
-      latch(ErrorCode::kResetWhileRunning);
-      break;
-    case SequencerState::kFault:
-      note_begun();
-      latch(retained_.fault);
-      break;
-    default:
-      retained_.false_releases = 0;
-      retained_.clear();
-      detector_.reset(now, 0);
-  }
+  resume_after(retained_.condition, now);
   for (uint8_t joint = 1; joint <= kJointCount; ++joint) {
     if (retained_.driven & (1u << (joint - 1))) hold(joint, retained_.held_cdeg[joint - 1]);
   }
 }
+
+void Sequencer::resume_after(RetainedState::Condition before, tick_t now) {
+  const bool held = before.state == SequencerState::kArmed ||
+                    before.state == SequencerState::kRunning ||
+                    before.state == SequencerState::kFault;
+  if (!held) {
+    forget();
+    retained_.set(retained_.false_releases, uint16_t{0});
+    detector_.reset(now, 0);
+  } else if (store_defect() != ErrorCode::kNone || retained_.records != records()) {
+    drive_none();
+    latch(ErrorCode::kStoreDamaged);
+  } else if (before.state == SequencerState::kArmed) {
+    if (retained_.resets < kMostResets) {
+      retained_.set(retained_.resets, static_cast<uint8_t>(retained_.resets + 1));
+    }
+    resuming_ = true;
+    resume_since_ = now;
+  } else {
+    note_begun();
+    latch(before.state == SequencerState::kRunning ? ErrorCode::kResetWhileRunning : before.fault);
+  }
+}
+
+// Nothing is held, and nothing is wrong; token and false releases stay.
+void Sequencer::forget() {
+  retained_.set(retained_.condition,
+                RetainedState::Condition{SequencerState::kSafe, ErrorCode::kNone});
+  drive_none();
+  retained_.set(retained_.knocks, uint16_t{0});
+  retained_.set(retained_.records, uint16_t{0});
+  for (int16_t& angle_cdeg : retained_.held_cdeg) retained_.set(angle_cdeg, int16_t{0});
+  retained_.set(retained_.resets, uint8_t{0});
+}
+
+void Sequencer::drive_none() { retained_.set(retained_.driven, uint8_t{0}); }
 
 ErrorCode Sequencer::store_defect() const {
   const ErrorCode of_maneuver = maneuvers_.defect();
@@ -89,7 +99,8 @@ void Sequencer::note_begun() {
   if (retained_.begun.intact()) {
     note_strokes(retained_.begun.bits, false);
   } else {
-    retained_.driven = 0;
+    drive_none();
+    retained_.begun.set(0);
   }
 }
 
@@ -123,27 +134,28 @@ void Sequencer::count_uptime(tick_t now) {
   uptime_ms_ += ms;
 }
 
-void Sequencer::enter(SequencerState state) {
+void Sequencer::enter(SequencerState state, ErrorCode fault) {
   state_ = state;
-  ++token_;
-  retained_.state = state;
-  retained_.fault = fault_;
-  retained_.token = token_;
-  retained_.seal();
+  change_token();
+  retained_.set(retained_.condition, RetainedState::Condition{state, fault});
+}
+
+void Sequencer::change_token() {
+  retained_.set(retained_.token, static_cast<uint16_t>(retained_.token + 1));
 }
 
 void Sequencer::latch(ErrorCode fault) {
-  fault_ = fault;
   resuming_ = false;
-  enter(SequencerState::kFault);
+  enter(SequencerState::kFault, fault);
 }
 
 void Sequencer::hold(uint8_t joint, int16_t angle_cdeg) {
   const Settings& settings = settings_.current();
   servos_.hold(static_cast<uint8_t>(joint - 1), settings.pulse_ticks(joint, angle_cdeg),
                settings.frame_ticks());
-  retained_.driven = static_cast<uint8_t>(retained_.driven | (1u << (joint - 1)));
   note_held(joint, angle_cdeg);
+  retained_.set(retained_.driven,
+                static_cast<uint8_t>(retained_.driven | (1u << (joint - 1))));
 }
 
 // Also forgets what was scheduled.
@@ -152,21 +164,20 @@ void Sequencer::hold_start_pose() {
 }
 
 void Sequencer::note_held(uint8_t joint, int16_t angle_cdeg) {
-  retained_.held_cdeg[joint - 1] = angle_cdeg;
-  retained_.seal();
+  retained_.set(retained_.held_cdeg[joint - 1], angle_cdeg);
 }
 
 ErrorCode Sequencer::arm(uint16_t token, tick_t now) {
   if (state_ == SequencerState::kArmed && token == accepted_token_) return ErrorCode::kNone;
   last_refusal_ = refusal(token);
   if (last_refusal_ != ErrorCode::kNone) return last_refusal_;
-  retained_.knocks = 0;
-  retained_.false_releases = 0;
-  retained_.records = records();
+  retained_.set(retained_.knocks, uint16_t{0});
+  retained_.set(retained_.false_releases, uint16_t{0});
+  retained_.set(retained_.resets, uint8_t{0});
+  retained_.set(retained_.records, records());
   begin_watch(now);
   hold_start_pose();
   accepted_token_ = token;
-  retained_.resets = 0;
   enter(SequencerState::kArmed);
   return ErrorCode::kNone;
 }
@@ -182,7 +193,7 @@ ErrorCode Sequencer::refusal(uint16_t token) {
   if (state_ == SequencerState::kFault) return ErrorCode::kFaultLatched;
   const bool at_rest = state_ == SequencerState::kSafe || state_ == SequencerState::kDone;
   if (!at_rest || resuming_ || storing()) return ErrorCode::kWrongState;
-  if (token != token_) return ErrorCode::kStaleToken;
+  if (token != retained_.token) return ErrorCode::kStaleToken;
   if (store_defect() != ErrorCode::kNone) return store_defect();
   const bool stored = maneuvers_.origin() != Origin::kFactory;
   if (!stored || !maneuvers_.current().valid()) return ErrorCode::kNoManeuver;
@@ -216,9 +227,8 @@ bool Sequencer::report_joints(const int16_t (&angle_cdeg)[kJointCount]) {
 
 void Sequencer::disarm() {
   servos_.stop();
-  fault_ = ErrorCode::kNone;
   resuming_ = false;
-  retained_.clear();
+  forget();
   enter(SequencerState::kSafe);  // in SAFE too: an ARM that was sent before must not arm
 }
 
@@ -242,10 +252,7 @@ void Sequencer::watch_switches(tick_t now) {
   SwitchEdge edge;
   while (switches_.take_edge(edge)) heed(detector_.on_edge(edge), now);
   heed(detector_.poll(now, switches_.levels()), now);
-  if (detector_.knocks() != retained_.knocks) {
-    retained_.knocks = detector_.knocks();
-    retained_.seal();
-  }
+  retained_.set(retained_.knocks, detector_.knocks());
   if (state_ == SequencerState::kRunning) watch_run(now);
 }
 
@@ -263,7 +270,7 @@ void Sequencer::heed(ReleaseDetector::Verdict verdict, tick_t now) {
 void Sequencer::end_false_run(tick_t now) {
   servos_.cancel();
   note_strokes(servos_.changes_begun(), true);
-  ++retained_.false_releases;
+  retained_.set(retained_.false_releases, static_cast<uint16_t>(retained_.false_releases + 1));
   const uint32_t first_us = maneuvers_.current().strokes[0].start_us;
   if (strokes_started_ > 0 || !tick_before(now, released_at_ + ticks_from_us(first_us))) {
     latch(ErrorCode::kClosedWhileRunning);
@@ -306,13 +313,11 @@ void Sequencer::note_release_time() {
 
 // Contacts that go on bouncing after the release was believed may make it less certain.
 void Sequencer::note_release_interval() {
-  RunReportReply& report = retained_.run.report;
-  const uint32_t earlier_us = us_from_ticks(detector_.earlier_ticks());
-  const uint32_t later_us = us_from_ticks(detector_.later_ticks());
-  if (report.earlier_us == earlier_us && report.later_us == later_us) return;
-  report.earlier_us = earlier_us;
-  report.later_us = later_us;
-  retained_.run.seal();
+  static_assert(offsetof(RunReportReply, later_us) == offsetof(RunReportReply, earlier_us) + 4,
+                "written as one");
+  const uint32_t interval_us[] = {us_from_ticks(detector_.earlier_ticks()),
+                                  us_from_ticks(detector_.later_ticks())};
+  retained_.set(retained_.run.report.earlier_us, interval_us);
 }
 
 // A stroke that has not begun by the end will not begin any more: its servo stays where it is.
@@ -335,13 +340,12 @@ void Sequencer::note_strokes(uint16_t begun, bool timed) {
   const Maneuver& maneuver = maneuvers_.current();
   strokes_started_ = 0;
   for (uint8_t i = 0; i < maneuver.stroke_count; ++i, begun >>= 1) {
-    uint32_t& start_us = retained_.run.report.start_us[i];
+    const uint32_t& start_us = retained_.run.report.start_us[i];
     if ((begun & 1) != 0 && start_us == kStrokeNotBegunUs) {
       const uint8_t joint = maneuver.strokes[i].joint;
       note_held(joint, maneuver.angle_before(static_cast<uint8_t>(i + 1), joint));
-      start_us = timed ? us_from_ticks(servos_.change_began_at(i) - released_at_)
-                       : kStrokeTimeUnknownUs;
-      retained_.run.seal();
+      retained_.set(start_us, timed ? us_from_ticks(servos_.change_began_at(i) - released_at_)
+                                    : +kStrokeTimeUnknownUs);
     }
     if (start_us != kStrokeNotBegunUs) ++strokes_started_;
   }

@@ -53,9 +53,9 @@ class Sequencer {
   bool storing() const { return maneuvers_.writing() || settings_.writing(); }
 
   SequencerState state() const { return state_; }
-  ErrorCode fault() const { return fault_; }
+  ErrorCode fault() const { return retained_.condition.fault; }
   ErrorCode last_refusal() const { return last_refusal_; }
-  uint16_t arm_token() const { return token_; }
+  uint16_t arm_token() const { return retained_.token; }
   uint8_t switches_open() { return switches_.levels(); }
   uint8_t resets_while_armed() const { return retained_.resets; }
   uint8_t strokes_started() const { return strokes_started_; }
@@ -72,10 +72,14 @@ class Sequencer {
   Stored<Settings>& settings() { return settings_; }
 
  private:
-  void enter(SequencerState state);
+  void resume_after(RetainedState::Condition before, tick_t now);
+  void forget();
+  void enter(SequencerState state, ErrorCode fault = ErrorCode::kNone);
+  void change_token();
   void latch(ErrorCode fault);
   void hold(uint8_t joint, int16_t angle_cdeg);
   void hold_start_pose();
+  void drive_none();
   void note_held(uint8_t joint, int16_t angle_cdeg);
   ErrorCode refusal(uint16_t token);
   bool fits_settings() const;
@@ -108,10 +112,8 @@ class Sequencer {
   uint32_t uptime_ms_ = 0;
   uint32_t reported_ms_ = 0;
   int16_t reported_cdeg_[protocol::kJointCount] = {0, 0, 0};
-  uint16_t token_ = 1;
   uint16_t accepted_token_ = 0;  // that armed the present state
   SequencerState state_ = SequencerState::kSafe;
-  ErrorCode fault_ = ErrorCode::kNone;
   ErrorCode last_refusal_ = ErrorCode::kNone;
   uint8_t strokes_started_ = 0;
   bool reported_ = false;

@@ -63,6 +63,11 @@ uint8_t AvrSequencer::peek(uint16_t address) const {
   return machine_->avr->data[address];
 }
 
+void AvrSequencer::poke(uint16_t address, uint8_t value) {
+  if (address > machine_->avr->ramend) throw std::out_of_range("no such byte of RAM");
+  machine_->avr->data[address] = value;
+}
+
 uint64_t AvrSequencer::cycles() const { return machine_->avr->cycle; }
 void AvrSequencer::watch_blocking() { machine_->watch_blocking(); }
 std::map<uint16_t, uint64_t> AvrSequencer::blocked() const { return machine_->blocked; }

@@ -59,6 +59,7 @@ class AvrSequencer : public SequencerBoard {
   void set_serial_number(const std::array<uint8_t, 10>& serial);
   // One byte of RAM (data space address), as a debugger would read it.
   uint8_t peek(uint16_t address) const;
+  void poke(uint16_t address, uint8_t value);
   uint64_t cycles() const;
   // From now on, notes how long interrupts stay off, in cycles, by the address of the first
   // instruction then: takes several times longer.
