@@ -6,7 +6,7 @@ import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
 from tests.emulator_avr.board_link import UPLOADED, connect
-from tests.emulator_avr.flight import assert_maneuver_flown
+from tests.emulator_avr.flight import assert_maneuver_flown, run_until_lines_are_low
 from tfsat_host.devices.board_errors import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
@@ -101,6 +101,7 @@ def test_knocks_and_the_last_run_survive_a_reset_but_not_power_off(
     sequencer.reset(cause)
     client = connect(sequencer)
     assert (client.status().state, client.status().knocks) == (SequencerState.ARMED, 3)
+    run_until_lines_are_low(sequencer)
     sequencer.edges()
     released_ns = release(sequencer)
     sequencer.run(2_600_000)

@@ -28,7 +28,7 @@ FRAME_DEFECTS = {
     "run of 254": ("zero_pending_ = byte != 0xFF", "zero_pending_ = true"),
 }
 BOARD_DEFECTS = {
-    "any token arms": ("if (token != token_)", "if (token == 0)"),
+    "any token arms": ("if (token != retained_.token)", "if (token == 0)"),
     "a servo snaps back": ("if (state_ == SequencerState::kDone && !near", "if (false && !near"),
     "an open switch arms": ("if (switches_.levels() != 0) return", "if (switches_.levels() == 3) return"),
 }

@@ -47,12 +47,12 @@ def test_a_link_that_holds_off_interrupts_is_found(plant: Plant, abuse: Abuse) -
         )
     )
     with pytest.raises(Broken):
-        abuse_link(slow, abuse, [300_000], seed=1)
+        abuse_link(slow, abuse, [300_000, 307_000, 313_000], seed=1)
 
 
 def test_an_arm_with_any_token_is_found(plant: Plant) -> None:
     trusting = plant(
-        Edit("src/core/sequencer.cpp", "if (token != token_) return", "if (token == 0xFFFF) return")
+        Edit("src/core/sequencer.cpp", "if (token != retained_.token) return", "if (token == 0xFFFF) return")
     )
     with pytest.raises(Broken, match="ARMED after noise in SAFE"):
         make_noise(trusting, Noise.FRAMES, 600, drops=1, seed=3)

@@ -54,24 +54,24 @@ def test_a_board_that_arms_with_an_open_switch_is_found(plant: Plant) -> None:
 
 
 def test_a_board_that_forgets_its_widths_is_found(plant: Plant) -> None:
-    kept = "const bool kept = cause != ResetCause::kPowerOn &&"
-    limp = plant(Edit("src/core/sequencer.cpp", kept, "const bool kept = cause == ResetCause::kUnknown &&"))
+    lost = "if (!powered || !retained_.intact())"
+    limp = plant(Edit("src/core/sequencer.cpp", lost, "if (true)"))
     with pytest.raises(Broken, match="no pulses"):
         reset_board(limp, Moment.RUNNING, ResetCause.BROWN_OUT, count=1, seed=4)
 
 
 def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
-    restart = "  detector_.reset(now, retained_.knocks);\n  const bool held"
+    restart = "  detector_.reset(now, retained_.knocks);\n  resume_after"
     forgetful = plant(
-        Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "retained_.knocks = 0"))
+        Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "0"))
     )
     with pytest.raises(Broken, match="knocks are counted after the reset"):
         reset_board(forgetful, Moment.ARMED_FIRST_OPEN, ResetCause.BROWN_OUT, count=4, seed=4)
 
 
 def test_a_board_that_forgets_its_run_is_found(plant: Plant) -> None:
-    kept = "if (cause == ResetCause::kPowerOn || !retained_.run.intact()) retained_"
-    forgetful = plant(Edit("src/core/sequencer.cpp", kept, "if (true) retained_"))
+    lost = "if (!powered || !retained_.run.intact())"
+    forgetful = plant(Edit("src/core/sequencer.cpp", lost, "if (true)"))
     with pytest.raises(Broken, match="RUN_REPORT"):
         reset_board(forgetful, Moment.RUNNING, ResetCause.WATCHDOG, count=1, seed=4)
 
