@@ -74,6 +74,7 @@ def load_library(path: Path) -> ctypes.CDLL:
             ctypes.c_size_t,
             [board, ctypes.POINTER(ctypes.c_uint16), ctypes.POINTER(ctypes.c_uint64), ctypes.c_size_t],
         ),
+        "board_set_extended_fuse": (None, [board, ctypes.c_uint8]),
         "board_peek": (ctypes.c_uint8, [board, ctypes.c_uint16]),
         "board_poke": (None, [board, ctypes.c_uint16, ctypes.c_uint8]),
     }
@@ -209,6 +210,9 @@ class AvrBoard:
         if len(serial) != 10:
             raise ValueError(f"a serial number has 10 bytes, not {len(serial)}")
         self._library.board_set_serial(self._handle, serial)
+
+    def set_extended_fuse(self, fuse: int) -> None:
+        self._library.board_set_extended_fuse(self._handle, fuse)
 
     def watch_blocking(self) -> None:
         """From now on, measures how long interrupts stay off; several times slower."""

@@ -79,6 +79,7 @@ void board_set_serial(AvrSequencer* board, const uint8_t* serial) {
   std::memcpy(bytes.data(), serial, bytes.size());
   board->set_serial_number(bytes);
 }
+void board_set_extended_fuse(AvrSequencer* board, uint8_t fuse) { board->set_extended_fuse(fuse); }
 uint64_t board_cycles(AvrSequencer* board) { return board->cycles(); }
 uint8_t board_peek(AvrSequencer* board, uint16_t address) { return board->peek(address); }
 void board_poke(AvrSequencer* board, uint16_t address, uint8_t value) {

@@ -11,6 +11,7 @@ import pytest
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
 from tests.emulator_avr.board_link import connect
 from tests.emulator_avr.flight import pulses
+from tfsat_host.cli.sequencer_state import sequencer_state
 from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000
@@ -38,6 +39,22 @@ def test_hello_names_the_flashed_image_and_the_chip(sequencer: AvrBoard, sequenc
     assert identity.board == enums.Board.SEQUENCER
     assert identity.image_crc == report["image_crc32"]
     assert identity.serial == "1122030405060708"
+
+
+@pytest.mark.parametrize(
+    ("extended_fuse", "brown_out_v", "said"),
+    [(0xCB, 2.6, "resets below 2.6 V only"), (0xFF, None, "never resets"), (0xC8, 4.3, ""), (0xF8, 4.3, "")],
+)
+def test_status_warns_of_a_brown_out_fuse_as_sold(
+    sequencer: AvrBoard, extended_fuse: int, brown_out_v: float | None, said: str
+) -> None:
+    sequencer.set_extended_fuse(extended_fuse)
+    sequencer.power(False)
+    sequencer.power(True)
+    state, rows = sequencer_state(connect(sequencer))
+    assert state["brown_out_v"] == brown_out_v
+    assert [said in text and "docs/wiring.md" in text for text in state["attention"]] == [True] * bool(said)
+    assert dict(rows).get("  ATTENTION", "") == "".join(state["attention"])
 
 
 def test_it_is_silent_until_it_is_armed(sequencer: AvrBoard) -> None:

@@ -7,7 +7,6 @@ the one before is what a reset at that moment would have left.
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause

@@ -102,6 +102,7 @@ class Sketch:
                         0,
                         0,
                         0,
+                        0,
                     ),
                 )
             else:

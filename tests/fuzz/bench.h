@@ -35,7 +35,7 @@ class Bench {
   // Everything that dies with a reset.
   struct Board {
     Board(tfsat::emulator::NativeEeprom& eeprom, tfsat::sequencer::RetainedState& retained, ResetCause cause)
-        : servos(retained.begun), identity{{}, 0, cause}, memory(eeprom), core(switches, servos, memory, retained) {}
+        : servos(retained.begun), identity{{}, 0, cause, 0}, memory(eeprom), core(switches, servos, memory, retained) {}
 
     tfsat::emulator::NativeSwitches switches;
     tfsat::emulator::NativeServos servos;

@@ -71,6 +71,7 @@ class Board:
             0,
             0,
             1,
+            0,
         )
         return [reply(frame, status)]
 

@@ -64,7 +64,7 @@ struct Bench {
   tfsat::sequencer::RetainedState retained;
   FakeHealth health;
   tfsat::sequencer::Sequencer core{switches, servos, memory, retained};
-  tfsat::sequencer::Identity identity{{1, 2, 3, 4, 5, 6, 7, 8}, 0x12345678, ResetCause::kPowerOn};
+  tfsat::sequencer::Identity identity{{1, 2, 3, 4, 5, 6, 7, 8}, 0x12345678, ResetCause::kPowerOn, 0};
   tfsat::sequencer::RequestServer server{core, identity, health};
   tfsat::protocol::Link link{stream, server};
   tick_t now;

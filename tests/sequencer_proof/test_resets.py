@@ -62,9 +62,7 @@ def test_a_board_that_forgets_its_widths_is_found(plant: Plant) -> None:
 
 def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
     restart = "  detector_.reset(now, retained_.knocks);\n  resume_after"
-    forgetful = plant(
-        Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "0"))
-    )
+    forgetful = plant(Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "0")))
     with pytest.raises(Broken, match="knocks are counted after the reset"):
         reset_board(forgetful, Moment.ARMED_FIRST_OPEN, ResetCause.BROWN_OUT, count=4, seed=4)
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 MOST_RESETS = 255
 """As many as the board counts."""
+BROWN_OUT_V = (4.3, 3.5, 3.4, 2.6, 2.4, 2.2, 2.0, None)
+"""By the brown_out_level of the board's status; None: the detector is off."""
 NOTHING_AGAINST_IT = "nothing stands against it"
 _MAY_BE_ARMED = (SequencerState.SAFE, SequencerState.DONE, SequencerState.FAULT)
 _ARMED_ALREADY = (SequencerState.ARMED, SequencerState.RUNNING)
@@ -60,7 +62,7 @@ class SelfReport:
     @property
     def attention(self) -> list[str]:
         """What must not be overlooked, one sentence each."""
-        return [*self._open_switch(), *self._restarts()]
+        return [*self._open_switch(), *self._restarts(), *self._brown_out()]
 
     def _open_switch(self) -> list[str]:
         status = self.status
@@ -82,6 +84,16 @@ class SelfReport:
         return [
             f"It restarted {count} while armed{after}; the last cause: {_cause(status)}. "
             "Find out why before the drop: a restart during the fall ends the maneuver."
+        ]
+
+    def _brown_out(self) -> list[str]:
+        level_v = BROWN_OUT_V[self.status.brown_out_level]
+        if level_v == BROWN_OUT_V[0]:
+            return []
+        resets = "never resets" if level_v is None else f"resets below {level_v} V only"
+        return [
+            f"Its fuse is as sold: it {resets} when the supply dips, and needs 4.5 V at 16 MHz. In between it may do "
+            "anything, in the fall too. Set the fuse, or fit a supervisor: docs/wiring.md, Brown-out."
         ]
 
 
@@ -112,6 +124,7 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
         "uptime_s": status.uptime_ms / 1000,
         "image_crc": None if natively else f"{status.image_crc:08x}",
         "ram_never_used_bytes": None if natively else status.ram_never_used_bytes,
+        "brown_out_v": None if natively else BROWN_OUT_V[status.brown_out_level],
         "frames_rejected": status.frames_rejected,
         "stores_damaged": {
             store: code == ErrorCode.STORE_DAMAGED

@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("c86aa0c160078e20")
+PROTOCOL_HASH = bytes.fromhex("fea0b707d1d3f5e9")
 FIRMWARE_VERSION = (0, 2, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80

@@ -414,10 +414,11 @@ class SequencerStatusReply(Payload):
         stores_damaged: Why ARM is refused for what is stored; even bits for the maneuver, odd ones for the servo settings. Bit 0, 1: store_damaged; 2, 3: upload_interrupted; 4, 5: store_old_layout.
         false_releases: False releases since arming; see release. They survive a reset.
         servos_driven: Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
+        brown_out_level: The fuse BODLEVEL: the supply below which the processor is held in reset (ATmega32U4 datasheet 7766J, table 8-1). 0: 4.3 V; 1: 3.5; 2: 3.4; 3: 2.6; 4: 2.4; 5: 2.2; 6: 2.0; 7: it never is.
     """
 
     TYPE: ClassVar[int] = 0x82
-    SIZE: ClassVar[int] = 33
+    SIZE: ClassVar[int] = 34
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
         ("fault", ErrorCode, None),
@@ -436,6 +437,7 @@ class SequencerStatusReply(Payload):
         ("stores_damaged", "B", None),
         ("false_releases", "H", None),
         ("servos_driven", "B", None),
+        ("brown_out_level", "B", None),
     )
 
     state: SequencerState
@@ -455,6 +457,7 @@ class SequencerStatusReply(Payload):
     stores_damaged: int
     false_releases: int
     servos_driven: int
+    brown_out_level: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -100,6 +100,7 @@ Reply RequestServer::status(uint8_t* reply) {
                                                defect_bit(sequencer_.settings().defect()) << 1);
   status.false_releases = sequencer_.false_releases();
   status.servos_driven = sequencer_.driven();
+  status.brown_out_level = identity_.brown_out_level;
   return send(status, reply);
 }
 

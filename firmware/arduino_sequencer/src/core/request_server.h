@@ -13,6 +13,7 @@ struct Identity {
   uint8_t board_serial[8];
   uint32_t image_crc;
   protocol::ResetCause reset_cause;
+  uint8_t brown_out_level;  // see SequencerStatusReply
 };
 
 class RequestServer : public protocol::RequestHandler {

@@ -41,6 +41,13 @@ void read_serial(uint8_t (&serial)[8]) {
   }
 }
 
+// The low three bits of the extended fuse: BODLEVEL (datasheet, table 28-3).
+uint8_t read_brown_out_level() {
+  uint8_t fuse;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { fuse = boot_lock_fuse_bits_get(GET_EXTENDED_FUSE_BITS); }
+  return fuse & 7;
+}
+
 }  // namespace
 
 Identity read_identity(protocol::ResetCause cause, void (*meanwhile)()) {
@@ -48,6 +55,7 @@ Identity read_identity(protocol::ResetCause cause, void (*meanwhile)()) {
   read_serial(identity.board_serial);
   identity.image_crc = image_crc(meanwhile);
   identity.reset_cause = cause;
+  identity.brown_out_level = read_brown_out_level();
   return identity;
 }
 

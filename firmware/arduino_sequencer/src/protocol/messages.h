@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0xC8, 0x6A, 0xA0, 0xC1, 0x60, 0x07, 0x8E, 0x20};
+constexpr uint8_t kProtocolHash[8] = {0xFE, 0xA0, 0xB7, 0x07, 0xD1, 0xD3, 0xF5, 0xE9};
 constexpr uint8_t kFirmwareVersion[3] = {0, 2, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -905,7 +905,7 @@ struct SequencerStatusRequest {
 // What the sequencer is doing.
 struct SequencerStatusReply {
   static constexpr uint8_t kType = 0x82;
-  static constexpr size_t kSize = 33;
+  static constexpr size_t kSize = 34;
 
   SequencerState state;  // State machine.
   ErrorCode fault;  // The latched fault, or none.
@@ -924,6 +924,7 @@ struct SequencerStatusReply {
   uint8_t stores_damaged;  // Why ARM is refused for what is stored; even bits for the maneuver, odd ones for the servo settings. Bit 0, 1: store_damaged; 2, 3: upload_interrupted; 4, 5: store_old_layout.
   uint16_t false_releases;  // False releases since arming; see release. They survive a reset.
   uint8_t servos_driven;  // Bit 0, 1, 2: the servo of joint 1, 2, 3 gets pulses; else it is limp.
+  uint8_t brown_out_level;  // The fuse BODLEVEL: the supply below which the processor is held in reset (ATmega32U4 datasheet 7766J, table 8-1). 0: 4.3 V; 1: 3.5; 2: 3.4; 3: 2.6; 4: 2.4; 5: 2.2; 6: 2.0; 7: it never is.
 
   void write(Writer& out) const {
     out.u8(static_cast<uint8_t>(state));
@@ -943,6 +944,7 @@ struct SequencerStatusReply {
     out.u8(stores_damaged);
     out.u16(false_releases);
     out.u8(servos_driven);
+    out.u8(brown_out_level);
   }
 
   void read(Reader& in) {
@@ -963,6 +965,7 @@ struct SequencerStatusReply {
     stores_damaged = in.u8();
     false_releases = in.u16();
     servos_driven = in.u8();
+    brown_out_level = in.u8();
   }
 
   // `out` must hold kSize bytes.

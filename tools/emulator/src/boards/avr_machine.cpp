@@ -20,6 +20,7 @@ constexpr uint64_t kRunCycleLimit = 1000;
 constexpr uint64_t kInterruptEntryCycles = 5;  // datasheet section 4.7.1; simavr takes none
 constexpr size_t kSerialAddress = 0x0E;
 constexpr uint8_t kReadSignatureRow = 0x21;  // SPMCSR: SIGRD and SPMEN
+constexpr uint8_t kReadFuses = 0x09;         // SPMCSR: BLBSET and SPMEN
 constexpr uint8_t kExternalReset = 0x02, kBrownOutReset = 0x04;
 constexpr uint8_t kWatchdogTimeout = 0x27;                    // WDTCSR: WDP3..0
 constexpr uint8_t kTimerSync = 0x80, kPrescalerReset = 0x01;  // GTCCR: TSM, PSRSYNC
@@ -179,7 +180,7 @@ void AvrMachine::on_reset(avr_t* avr) {
   machine.eeprom.reset();
   machine.usb.reset();
   machine.pins.release_outputs(avr->cycle);
-  if (machine.signature_row_shown_) end_signature_read(avr, avr->cycle, &machine);
+  if (!machine.covered_flash_.empty()) uncover_flash(avr, avr->cycle, &machine);
   avr_cycle_timer_register(avr, 1, &AvrMachine::after_reset, &machine);
 }
 
@@ -225,23 +226,29 @@ void AvrMachine::on_wdtcsr_write(void* self, uint8_t) {
   avr_ioctl(machine.avr.get(), AVR_IOCTL_WATCHDOG_RESET, nullptr);
 }
 
-// LPM right after SIGRD reads the signature row. simavr's LPM cannot, so the row lies over the
-// flash for the four cycles in which that LPM must come.
+// LPM right after SIGRD reads the signature row, after BLBSET fuses and lock bits. simavr's LPM
+// cannot, so they lie over the flash for the four cycles in which that LPM must come.
 void AvrMachine::on_spmcsr_write(avr_t* avr, avr_io_addr_t address, uint8_t value, void* self) {
   AvrMachine& machine = *static_cast<AvrMachine*>(self);
   avr->data[address] = value;
-  if ((value & kReadSignatureRow) != kReadSignatureRow || machine.signature_row_shown_) return;
-  machine.signature_row_shown_ = true;
-  std::copy_n(avr->flash + kSerialAddress, machine.serial.size(), machine.covered_flash_.begin());
-  std::copy_n(machine.serial.begin(), machine.serial.size(), avr->flash + kSerialAddress);
-  avr_cycle_timer_register(avr, 5, &AvrMachine::end_signature_read, self);
+  if (!machine.covered_flash_.empty()) return;
+  if (value == kReadSignatureRow) machine.lay_over_flash(kSerialAddress, machine.serial);
+  if (value == kReadFuses) machine.lay_over_flash(0, machine.fuses);
 }
 
-avr_cycle_count_t AvrMachine::end_signature_read(avr_t* avr, avr_cycle_count_t, void* self) {
+template <size_t n>
+void AvrMachine::lay_over_flash(uint32_t address, const std::array<uint8_t, n>& bytes) {
+  covered_at_ = address;
+  covered_flash_.assign(avr->flash + address, avr->flash + address + n);
+  std::copy_n(bytes.begin(), n, avr->flash + address);
+  avr_cycle_timer_register(avr.get(), 5, &AvrMachine::uncover_flash, this);
+}
+
+avr_cycle_count_t AvrMachine::uncover_flash(avr_t* avr, avr_cycle_count_t, void* self) {
   AvrMachine& machine = *static_cast<AvrMachine*>(self);
   std::copy_n(machine.covered_flash_.begin(), machine.covered_flash_.size(),
-              avr->flash + kSerialAddress);
-  machine.signature_row_shown_ = false;
+              avr->flash + machine.covered_at_);
+  machine.covered_flash_.clear();
   avr->data[reg::kSpmcsr] = 0;
   return 0;
 }

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "avr_eeprom.h"
 #include "avr_io.h"
@@ -43,6 +44,8 @@ class AvrMachine {
   // The longest that they were off, in cycles, by the address of the first instruction then.
   std::map<uint16_t, uint64_t> blocked;
   std::array<uint8_t, 10> serial{{'e', 'm', 'u', 'l', 'a', 't', 'e', 'd', 0, 0}};
+  // Low, lock bits, extended, high. Brown-out at 4.3 V: the Micro is sold with 0xCB, 2.6 V.
+  std::array<uint8_t, 4> fuses{{0xFF, 0xEF, 0xC8, 0xD8}};
 
  private:
   static AvrMachine& of(avr_t* avr) { return *static_cast<AvrMachine*>(avr->custom.data); }
@@ -52,7 +55,9 @@ class AvrMachine {
   static void on_reset(avr_t* avr);
   static avr_cycle_count_t after_reset(avr_t* avr, avr_cycle_count_t, void*);
   static avr_cycle_count_t on_stop(avr_t* avr, avr_cycle_count_t, void*);
-  static avr_cycle_count_t end_signature_read(avr_t*, avr_cycle_count_t, void* self);
+  template <size_t n>
+  void lay_over_flash(uint32_t address, const std::array<uint8_t, n>& bytes);
+  static avr_cycle_count_t uncover_flash(avr_t*, avr_cycle_count_t, void* self);
   static void on_interrupt(avr_irq_t*, uint32_t vector, void* self);
   static void on_gtccr_write(avr_t*, avr_io_addr_t, uint8_t, void* self);
   static void on_spmcsr_write(avr_t*, avr_io_addr_t, uint8_t, void* self);
@@ -61,8 +66,8 @@ class AvrMachine {
   static void log(avr_t* avr, int level, const char* format, va_list arguments);
 
   void (*simavr_reset_)(avr_t*) = nullptr;
-  std::array<uint8_t, 10> covered_flash_{};
-  bool signature_row_shown_ = false;
+  std::vector<uint8_t> covered_flash_;
+  uint32_t covered_at_ = 0;
   WriteTap wdtcsr_tap_;
   uint8_t watchdog_timeout_ = 0;
   std::string fault_;

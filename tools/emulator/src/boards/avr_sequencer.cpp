@@ -58,6 +58,8 @@ void AvrSequencer::set_serial_number(const std::array<uint8_t, 10>& serial) {
   machine_->serial = serial;
 }
 
+void AvrSequencer::set_extended_fuse(uint8_t fuse) { machine_->fuses[2] = fuse; }
+
 uint8_t AvrSequencer::peek(uint16_t address) const {
   if (address > machine_->avr->ramend) throw std::out_of_range("no such byte of RAM");
   return machine_->avr->data[address];

@@ -57,6 +57,8 @@ class AvrSequencer : public SequencerBoard {
   // The ten bytes of serial number in the signature row (0x0E to 0x17). "emulated" and two zeros at
   // first, so that a host sees which board it is not.
   void set_serial_number(const std::array<uint8_t, 10>& serial);
+  // 0xC8 at first: brown-out at 4.3 V. The Micro is sold with 0xCB.
+  void set_extended_fuse(uint8_t fuse);
   // One byte of RAM (data space address), as a debugger would read it.
   uint8_t peek(uint16_t address) const;
   void poke(uint16_t address, uint8_t value);

@@ -34,7 +34,7 @@ protocol::ResetCause reported(ResetCause cause) {
 struct NativeSequencer::Running {
   Running(NativeEeprom& eeprom, sequencer::RetainedState& retained, uint64_t started_us,
           protocol::ResetCause cause, const std::array<PinHold, protocol::kJointCount>& holds)
-      : origin_us(started_us), servos(retained.begun, holds), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause},
+      : origin_us(started_us), servos(retained.begun, holds), identity{{'n', 'a', 't', 'i', 'v', 'e', '-', '1'}, 0, cause, 0},
         core(switches, servos, eeprom, retained), server(core, identity, health), link(stream, server) {}
 
   uint64_t origin_us;
