@@ -544,16 +544,21 @@ inline size_t build_LiveReply(uint8_t* payload) {
   message.gyro_lsb_per_deg_s = 129.6875f;
   message.accel_lsb_per_g = 67.0f;
   message.angle_counts_per_turn = 3765513908u;
-  message.imu_offset_us[0] = 32424u;
-  message.imu_offset_us[1] = 7392u;
-  message.imu_offset_us[2] = 47895u;
-  message.imu_offset_us[3] = 22863u;
-  message.angle_offset_us[0] = 63366u;
-  message.angle_offset_us[1] = 38334u;
-  message.angle_offset_us[2] = 13301u;
-  message.angle_offset_us[3] = 53804u;
-  message.angle_offset_us[4] = 28772u;
-  message.angle_offset_us[5] = 3739u;
+  message.dlpf_cfg = 126u;
+  message.who_am_i[0] = 28u;
+  message.who_am_i[1] = 187u;
+  message.who_am_i[2] = 89u;
+  message.who_am_i[3] = 247u;
+  message.imu_offset_us[0] = 38334u;
+  message.imu_offset_us[1] = 13301u;
+  message.imu_offset_us[2] = 53804u;
+  message.imu_offset_us[3] = 28772u;
+  message.angle_offset_us[0] = 3739u;
+  message.angle_offset_us[1] = 44243u;
+  message.angle_offset_us[2] = 19210u;
+  message.angle_offset_us[3] = 59714u;
+  message.angle_offset_us[4] = 34681u;
+  message.angle_offset_us[5] = 9649u;
   message.encode(payload);
   return protocol::LiveReply::kSize;
 }
@@ -561,21 +566,21 @@ inline size_t build_LiveReply(uint8_t* payload) {
 inline bool matches_LiveReply(const uint8_t* payload, size_t size) {
   protocol::LiveReply message;
   if (!message.decode(payload, size)) return false;
-  return message.enabled == 103u && message.rate_hz == 1482u && message.gyro_lsb_per_deg_s == 129.6875f && message.accel_lsb_per_g == 67.0f && message.angle_counts_per_turn == 3765513908u && message.imu_offset_us[0] == 32424u && message.imu_offset_us[1] == 7392u && message.imu_offset_us[2] == 47895u && message.imu_offset_us[3] == 22863u && message.angle_offset_us[0] == 63366u && message.angle_offset_us[1] == 38334u && message.angle_offset_us[2] == 13301u && message.angle_offset_us[3] == 53804u && message.angle_offset_us[4] == 28772u && message.angle_offset_us[5] == 3739u;
+  return message.enabled == 103u && message.rate_hz == 1482u && message.gyro_lsb_per_deg_s == 129.6875f && message.accel_lsb_per_g == 67.0f && message.angle_counts_per_turn == 3765513908u && message.dlpf_cfg == 126u && message.who_am_i[0] == 28u && message.who_am_i[1] == 187u && message.who_am_i[2] == 89u && message.who_am_i[3] == 247u && message.imu_offset_us[0] == 38334u && message.imu_offset_us[1] == 13301u && message.imu_offset_us[2] == 53804u && message.imu_offset_us[3] == 28772u && message.angle_offset_us[0] == 3739u && message.angle_offset_us[1] == 44243u && message.angle_offset_us[2] == 19210u && message.angle_offset_us[3] == 59714u && message.angle_offset_us[4] == 34681u && message.angle_offset_us[5] == 9649u;
 }
 
-static const uint8_t kPayloadLiveReply[] = {0x67, 0xCA, 0x05, 0x00, 0xB0, 0x01, 0x43, 0x00, 0x00, 0x86, 0x42, 0xB4, 0x2E, 0x71, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x64, 0x70, 0x9B, 0x0E};
-static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x67, 0xCA, 0x05, 0x04, 0xB0, 0x01, 0x43, 0x01, 0x1D, 0x86, 0x42, 0xB4, 0x2E, 0x71, 0xE0, 0xA8, 0x7E, 0xE0, 0x1C, 0x17, 0xBB, 0x4F, 0x59, 0x86, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x64, 0x70, 0x9B, 0x0E, 0x8E, 0xCA, 0x00};
+static const uint8_t kPayloadLiveReply[] = {0x67, 0xCA, 0x05, 0x00, 0xB0, 0x01, 0x43, 0x00, 0x00, 0x86, 0x42, 0xB4, 0x2E, 0x71, 0xE0, 0x7E, 0x1C, 0xBB, 0x59, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x64, 0x70, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25};
+static const uint8_t kFrameLiveReply[] = {0x06, 0xC2, 0x1B, 0x67, 0xCA, 0x05, 0x04, 0xB0, 0x01, 0x43, 0x01, 0x22, 0x86, 0x42, 0xB4, 0x2E, 0x71, 0xE0, 0x7E, 0x1C, 0xBB, 0x59, 0xF7, 0xBE, 0x95, 0xF5, 0x33, 0x2C, 0xD2, 0x64, 0x70, 0x9B, 0x0E, 0xD3, 0xAC, 0x0A, 0x4B, 0x42, 0xE9, 0x79, 0x87, 0xB1, 0x25, 0xF1, 0xCE, 0x00};
 
 inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
   protocol::LoggerSettingsWriteRequest message;
-  message.settings.rate_hz = 19210u;
-  message.settings.gyro_range_deg_s = 59714u;
-  message.settings.accel_range_g = 135u;
-  message.settings.dlpf_cfg = 37u;
-  message.settings.bus_khz = 50152u;
-  message.settings.after_landing_s = 25120u;
-  message.settings.file_mib = 87u;
+  message.settings.rate_hz = 25120u;
+  message.settings.gyro_range_deg_s = 87u;
+  message.settings.accel_range_g = 158u;
+  message.settings.dlpf_cfg = 60u;
+  message.settings.bus_khz = 56062u;
+  message.settings.after_landing_s = 31029u;
+  message.settings.file_mib = 5997u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteRequest::kSize;
 }
@@ -583,15 +588,15 @@ inline size_t build_LoggerSettingsWriteRequest(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.settings.rate_hz == 19210u && message.settings.gyro_range_deg_s == 59714u && message.settings.accel_range_g == 135u && message.settings.dlpf_cfg == 37u && message.settings.bus_khz == 50152u && message.settings.after_landing_s == 25120u && message.settings.file_mib == 87u;
+  return message.settings.rate_hz == 25120u && message.settings.gyro_range_deg_s == 87u && message.settings.accel_range_g == 158u && message.settings.dlpf_cfg == 60u && message.settings.bus_khz == 56062u && message.settings.after_landing_s == 31029u && message.settings.file_mib == 5997u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0x0A, 0x4B, 0x42, 0xE9, 0x87, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x57, 0x00};
-static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x0E, 0x45, 0x1C, 0x0A, 0x4B, 0x42, 0xE9, 0x87, 0x25, 0xE8, 0xC3, 0x20, 0x62, 0x57, 0x03, 0xDF, 0x95, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteRequest[] = {0x20, 0x62, 0x57, 0x00, 0x9E, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17};
+static const uint8_t kFrameLoggerSettingsWriteRequest[] = {0x06, 0x45, 0x1C, 0x20, 0x62, 0x57, 0x0B, 0x9E, 0x3C, 0xFE, 0xDA, 0x35, 0x79, 0x6D, 0x17, 0x9C, 0x3A, 0x00};
 
 inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
   protocol::LoggerSettingsWriteReply message;
-  message.stored = 158u;
+  message.stored = 181u;
   message.encode(payload);
   return protocol::LoggerSettingsWriteReply::kSize;
 }
@@ -599,11 +604,11 @@ inline size_t build_LoggerSettingsWriteReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 158u;
+  return message.stored == 181u;
 }
 
-static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0x9E};
-static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0x9E, 0xC3, 0x16, 0x00};
+static const uint8_t kPayloadLoggerSettingsWriteReply[] = {0xB5};
+static const uint8_t kFrameLoggerSettingsWriteReply[] = {0x06, 0xC5, 0x1D, 0xB5, 0xCA, 0x83, 0x00};
 
 inline size_t build_LoggerSettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -621,15 +626,15 @@ static const uint8_t kFrameLoggerSettingsReadRequest[] = {0x05, 0x46, 0x1E, 0x9A
 
 inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
   protocol::LoggerSettingsReadReply message;
-  message.origin = protocol::Origin::kFactory;
-  message.settings.rate_hz = 31029u;
-  message.settings.gyro_range_deg_s = 5997u;
-  message.settings.accel_range_g = 181u;
-  message.settings.dlpf_cfg = 83u;
-  message.settings.bus_khz = 61971u;
-  message.settings.after_landing_s = 36939u;
-  message.settings.file_mib = 11906u;
-  message.rate_max_hz = 52409u;
+  message.origin = protocol::Origin::kUploaded;
+  message.settings.rate_hz = 36939u;
+  message.settings.gyro_range_deg_s = 11906u;
+  message.settings.accel_range_g = 204u;
+  message.settings.dlpf_cfg = 106u;
+  message.settings.bus_khz = 2344u;
+  message.settings.after_landing_s = 42848u;
+  message.settings.file_mib = 17815u;
+  message.rate_max_hz = 58319u;
   message.encode(payload);
   return protocol::LoggerSettingsReadReply::kSize;
 }
@@ -637,15 +642,15 @@ inline size_t build_LoggerSettingsReadReply(uint8_t* payload) {
 inline bool matches_LoggerSettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::LoggerSettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kFactory && message.settings.rate_hz == 31029u && message.settings.gyro_range_deg_s == 5997u && message.settings.accel_range_g == 181u && message.settings.dlpf_cfg == 83u && message.settings.bus_khz == 61971u && message.settings.after_landing_s == 36939u && message.settings.file_mib == 11906u && message.rate_max_hz == 52409u;
+  return message.origin == protocol::Origin::kUploaded && message.settings.rate_hz == 36939u && message.settings.gyro_range_deg_s == 11906u && message.settings.accel_range_g == 204u && message.settings.dlpf_cfg == 106u && message.settings.bus_khz == 2344u && message.settings.after_landing_s == 42848u && message.settings.file_mib == 17815u && message.rate_max_hz == 58319u;
 }
 
-static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x00, 0x35, 0x79, 0x6D, 0x17, 0xB5, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC};
-static const uint8_t kFrameLoggerSettingsReadReply[] = {0x03, 0xC6, 0x1F, 0x11, 0x35, 0x79, 0x6D, 0x17, 0xB5, 0x53, 0x13, 0xF2, 0x4B, 0x90, 0x82, 0x2E, 0xB9, 0xCC, 0xE0, 0xD1, 0x00};
+static const uint8_t kPayloadLoggerSettingsReadReply[] = {0x01, 0x4B, 0x90, 0x82, 0x2E, 0xCC, 0x6A, 0x28, 0x09, 0x60, 0xA7, 0x97, 0x45, 0xCF, 0xE3};
+static const uint8_t kFrameLoggerSettingsReadReply[] = {0x14, 0xC6, 0x1F, 0x01, 0x4B, 0x90, 0x82, 0x2E, 0xCC, 0x6A, 0x28, 0x09, 0x60, 0xA7, 0x97, 0x45, 0xCF, 0xE3, 0x9B, 0xF2, 0x00};
 
 inline size_t build_ClockSetRequest(uint8_t* payload) {
   protocol::ClockSetRequest message;
-  message.unix_us = 7706066267518495419ull;
+  message.unix_us = 9369408143005832996ull;
   message.encode(payload);
   return protocol::ClockSetRequest::kSize;
 }
@@ -653,15 +658,15 @@ inline size_t build_ClockSetRequest(uint8_t* payload) {
 inline bool matches_ClockSetRequest(const uint8_t* payload, size_t size) {
   protocol::ClockSetRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.unix_us == 7706066267518495419ull;
+  return message.unix_us == 9369408143005832996ull;
 }
 
-static const uint8_t kPayloadClockSetRequest[] = {0xBB, 0x6A, 0x0F, 0x1B, 0x71, 0x72, 0xF1, 0x6A};
-static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0xBB, 0x6A, 0x0F, 0x1B, 0x71, 0x72, 0xF1, 0x6A, 0x90, 0x47, 0x00};
+static const uint8_t kPayloadClockSetRequest[] = {0x24, 0xD7, 0x83, 0x97, 0x10, 0xD3, 0x06, 0x82};
+static const uint8_t kFrameClockSetRequest[] = {0x0D, 0x47, 0x20, 0x24, 0xD7, 0x83, 0x97, 0x10, 0xD3, 0x06, 0x82, 0x9B, 0x63, 0x00};
 
 inline size_t build_ClockSetReply(uint8_t* payload) {
   protocol::ClockSetReply message;
-  message.uptime_us = 660037013132142288ull;
+  message.uptime_us = 2323378888619479865ull;
   message.encode(payload);
   return protocol::ClockSetReply::kSize;
 }
@@ -669,15 +674,15 @@ inline size_t build_ClockSetReply(uint8_t* payload) {
 inline bool matches_ClockSetReply(const uint8_t* payload, size_t size) {
   protocol::ClockSetReply message;
   if (!message.decode(payload, size)) return false;
-  return message.uptime_us == 660037013132142288ull;
+  return message.uptime_us == 2323378888619479865ull;
 }
 
-static const uint8_t kPayloadClockSetReply[] = {0xD0, 0xE6, 0x59, 0x9A, 0x2A, 0xEC, 0x28, 0x09};
-static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0xD0, 0xE6, 0x59, 0x9A, 0x2A, 0xEC, 0x28, 0x09, 0x90, 0x64, 0x00};
+static const uint8_t kPayloadClockSetReply[] = {0x39, 0x53, 0xCE, 0x16, 0xCA, 0x4C, 0x3E, 0x20};
+static const uint8_t kFrameClockSetReply[] = {0x0D, 0xC7, 0x21, 0x39, 0x53, 0xCE, 0x16, 0xCA, 0x4C, 0x3E, 0x20, 0x85, 0x4C, 0x00};
 
 inline size_t build_LogListRequest(uint8_t* payload) {
   protocol::LogListRequest message;
-  message.from_number = 42848u;
+  message.from_number = 48757u;
   message.encode(payload);
   return protocol::LogListRequest::kSize;
 }
@@ -685,20 +690,20 @@ inline size_t build_LogListRequest(uint8_t* payload) {
 inline bool matches_LogListRequest(const uint8_t* payload, size_t size) {
   protocol::LogListRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.from_number == 42848u;
+  return message.from_number == 48757u;
 }
 
-static const uint8_t kPayloadLogListRequest[] = {0x60, 0xA7};
-static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0x60, 0xA7, 0x1E, 0x49, 0x00};
+static const uint8_t kPayloadLogListRequest[] = {0x75, 0xBE};
+static const uint8_t kFrameLogListRequest[] = {0x07, 0x48, 0x22, 0x75, 0xBE, 0x80, 0x36, 0x00};
 
 inline size_t build_LogListReply(uint8_t* payload) {
   protocol::LogListReply message;
-  message.found = 69u;
-  message.entry.number = 33286u;
-  message.entry.session = 540953802u;
-  message.entry.blocks = 3195389571u;
-  message.entry.wall_clock_us = 6678064453556325219ull;
-  message.entry.closed = 250u;
+  message.found = 92u;
+  message.entry.number = 39196u;
+  message.entry.session = 928230761u;
+  message.entry.blocks = 3582666531u;
+  message.entry.wall_clock_us = 8341406329043662796ull;
+  message.entry.closed = 17u;
   message.encode(payload);
   return protocol::LogListReply::kSize;
 }
@@ -706,18 +711,18 @@ inline size_t build_LogListReply(uint8_t* payload) {
 inline bool matches_LogListReply(const uint8_t* payload, size_t size) {
   protocol::LogListReply message;
   if (!message.decode(payload, size)) return false;
-  return message.found == 69u && message.entry.number == 33286u && message.entry.session == 540953802u && message.entry.blocks == 3195389571u && message.entry.wall_clock_us == 6678064453556325219ull && message.entry.closed == 250u;
+  return message.found == 92u && message.entry.number == 39196u && message.entry.session == 928230761u && message.entry.blocks == 3582666531u && message.entry.wall_clock_us == 8341406329043662796ull && message.entry.closed == 17u;
 }
 
-static const uint8_t kPayloadLogListReply[] = {0x45, 0x06, 0x82, 0xCA, 0x4C, 0x3E, 0x20, 0x83, 0xC6, 0x75, 0xBE, 0x63, 0x4B, 0x63, 0x15, 0x3D, 0x40, 0xAD, 0x5C, 0xFA};
-static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0x45, 0x06, 0x82, 0xCA, 0x4C, 0x3E, 0x20, 0x83, 0xC6, 0x75, 0xBE, 0x63, 0x4B, 0x63, 0x15, 0x3D, 0x40, 0xAD, 0x5C, 0xFA, 0x92, 0xD6, 0x00};
+static const uint8_t kPayloadLogListReply[] = {0x5C, 0x1C, 0x99, 0x69, 0xAD, 0x53, 0x37, 0x23, 0x27, 0x8B, 0xD5, 0xCC, 0xB7, 0xD7, 0x91, 0xDC, 0xA0, 0xC2, 0x73, 0x11};
+static const uint8_t kFrameLogListReply[] = {0x19, 0xC8, 0x23, 0x5C, 0x1C, 0x99, 0x69, 0xAD, 0x53, 0x37, 0x23, 0x27, 0x8B, 0xD5, 0xCC, 0xB7, 0xD7, 0x91, 0xDC, 0xA0, 0xC2, 0x73, 0x11, 0xB9, 0x28, 0x00};
 
 inline size_t build_LogReadRequest(uint8_t* payload) {
   protocol::LogReadRequest message;
-  message.number = 39196u;
-  message.session = 928230761u;
-  message.first_block = 3582666531u;
-  message.count = 29634u;
+  message.number = 45105u;
+  message.session = 1315507721u;
+  message.first_block = 3969943490u;
+  message.count = 35544u;
   message.encode(payload);
   return protocol::LogReadRequest::kSize;
 }
@@ -725,15 +730,15 @@ inline size_t build_LogReadRequest(uint8_t* payload) {
 inline bool matches_LogReadRequest(const uint8_t* payload, size_t size) {
   protocol::LogReadRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 39196u && message.session == 928230761u && message.first_block == 3582666531u && message.count == 29634u;
+  return message.number == 45105u && message.session == 1315507721u && message.first_block == 3969943490u && message.count == 35544u;
 }
 
-static const uint8_t kPayloadLogReadRequest[] = {0x1C, 0x99, 0x69, 0xAD, 0x53, 0x37, 0x23, 0x27, 0x8B, 0xD5, 0xC2, 0x73};
-static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0x1C, 0x99, 0x69, 0xAD, 0x53, 0x37, 0x23, 0x27, 0x8B, 0xD5, 0xC2, 0x73, 0xD3, 0x31, 0x00};
+static const uint8_t kPayloadLogReadRequest[] = {0x31, 0xB0, 0x09, 0x0E, 0x69, 0x4E, 0xC2, 0x87, 0xA0, 0xEC, 0xD8, 0x8A};
+static const uint8_t kFrameLogReadRequest[] = {0x11, 0x49, 0x24, 0x31, 0xB0, 0x09, 0x0E, 0x69, 0x4E, 0xC2, 0x87, 0xA0, 0xEC, 0xD8, 0x8A, 0xC0, 0x98, 0x00};
 
 inline size_t build_LogReadReply(uint8_t* payload) {
   protocol::LogReadReply message;
-  message.count = 4602u;
+  message.count = 10511u;
   message.encode(payload);
   return protocol::LogReadReply::kSize;
 }
@@ -741,16 +746,16 @@ inline size_t build_LogReadReply(uint8_t* payload) {
 inline bool matches_LogReadReply(const uint8_t* payload, size_t size) {
   protocol::LogReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.count == 4602u;
+  return message.count == 10511u;
 }
 
-static const uint8_t kPayloadLogReadReply[] = {0xFA, 0x11};
-static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0xFA, 0x11, 0x3F, 0x57, 0x00};
+static const uint8_t kPayloadLogReadReply[] = {0x0F, 0x29};
+static const uint8_t kFrameLogReadReply[] = {0x07, 0xC9, 0x25, 0x0F, 0x29, 0x50, 0x0C, 0x00};
 
 inline size_t build_LogEraseRequest(uint8_t* payload) {
   protocol::LogEraseRequest message;
-  message.number = 45105u;
-  message.session = 1315507721u;
+  message.number = 51014u;
+  message.session = 1702784680u;
   message.encode(payload);
   return protocol::LogEraseRequest::kSize;
 }
@@ -758,15 +763,15 @@ inline size_t build_LogEraseRequest(uint8_t* payload) {
 inline bool matches_LogEraseRequest(const uint8_t* payload, size_t size) {
   protocol::LogEraseRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.number == 45105u && message.session == 1315507721u;
+  return message.number == 51014u && message.session == 1702784680u;
 }
 
-static const uint8_t kPayloadLogEraseRequest[] = {0x31, 0xB0, 0x09, 0x0E, 0x69, 0x4E};
-static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0x31, 0xB0, 0x09, 0x0E, 0x69, 0x4E, 0x9D, 0x2D, 0x00};
+static const uint8_t kPayloadLogEraseRequest[] = {0x46, 0xC7, 0xA8, 0x6E, 0x7E, 0x65};
+static const uint8_t kFrameLogEraseRequest[] = {0x0B, 0x4A, 0x26, 0x46, 0xC7, 0xA8, 0x6E, 0x7E, 0x65, 0x56, 0xD2, 0x00};
 
 inline size_t build_LogEraseReply(uint8_t* payload) {
   protocol::LogEraseReply message;
-  message.erased = 236u;
+  message.erased = 3u;
   message.encode(payload);
   return protocol::LogEraseReply::kSize;
 }
@@ -774,80 +779,80 @@ inline size_t build_LogEraseReply(uint8_t* payload) {
 inline bool matches_LogEraseReply(const uint8_t* payload, size_t size) {
   protocol::LogEraseReply message;
   if (!message.decode(payload, size)) return false;
-  return message.erased == 236u;
+  return message.erased == 3u;
 }
 
-static const uint8_t kPayloadLogEraseReply[] = {0xEC};
-static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0xEC, 0x79, 0x8E, 0x00};
+static const uint8_t kPayloadLogEraseReply[] = {0x03};
+static const uint8_t kFrameLogEraseReply[] = {0x06, 0xCA, 0x27, 0x03, 0xB8, 0x82, 0x00};
 
 inline size_t build_LogPartStream(uint8_t* payload) {
   protocol::LogPartStream message;
-  message.block = 2329411964u;
-  message.part = 41u;
-  message.data[0] = 199u;
-  message.data[1] = 101u;
-  message.data[2] = 3u;
-  message.data[3] = 161u;
-  message.data[4] = 64u;
-  message.data[5] = 222u;
-  message.data[6] = 124u;
-  message.data[7] = 26u;
-  message.data[8] = 185u;
-  message.data[9] = 87u;
-  message.data[10] = 245u;
-  message.data[11] = 147u;
-  message.data[12] = 49u;
-  message.data[13] = 208u;
-  message.data[14] = 110u;
-  message.data[15] = 12u;
-  message.data[16] = 170u;
-  message.data[17] = 72u;
-  message.data[18] = 231u;
-  message.data[19] = 133u;
-  message.data[20] = 35u;
-  message.data[21] = 193u;
-  message.data[22] = 96u;
-  message.data[23] = 254u;
-  message.data[24] = 156u;
-  message.data[25] = 58u;
-  message.data[26] = 216u;
-  message.data[27] = 119u;
-  message.data[28] = 21u;
-  message.data[29] = 179u;
-  message.data[30] = 81u;
-  message.data[31] = 239u;
-  message.data[32] = 142u;
-  message.data[33] = 44u;
-  message.data[34] = 202u;
-  message.data[35] = 104u;
-  message.data[36] = 7u;
-  message.data[37] = 165u;
-  message.data[38] = 67u;
-  message.data[39] = 225u;
-  message.data[40] = 127u;
-  message.data[41] = 30u;
-  message.data[42] = 188u;
-  message.data[43] = 90u;
-  message.data[44] = 248u;
-  message.data[45] = 151u;
-  message.data[46] = 53u;
-  message.data[47] = 211u;
-  message.data[48] = 113u;
-  message.data[49] = 15u;
-  message.data[50] = 174u;
-  message.data[51] = 76u;
-  message.data[52] = 234u;
-  message.data[53] = 136u;
-  message.data[54] = 38u;
-  message.data[55] = 197u;
-  message.data[56] = 99u;
-  message.data[57] = 1u;
-  message.data[58] = 159u;
-  message.data[59] = 62u;
-  message.data[60] = 220u;
-  message.data[61] = 122u;
-  message.data[62] = 24u;
-  message.data[63] = 182u;
+  message.block = 2716688923u;
+  message.part = 64u;
+  message.data[0] = 222u;
+  message.data[1] = 124u;
+  message.data[2] = 26u;
+  message.data[3] = 185u;
+  message.data[4] = 87u;
+  message.data[5] = 245u;
+  message.data[6] = 147u;
+  message.data[7] = 49u;
+  message.data[8] = 208u;
+  message.data[9] = 110u;
+  message.data[10] = 12u;
+  message.data[11] = 170u;
+  message.data[12] = 72u;
+  message.data[13] = 231u;
+  message.data[14] = 133u;
+  message.data[15] = 35u;
+  message.data[16] = 193u;
+  message.data[17] = 96u;
+  message.data[18] = 254u;
+  message.data[19] = 156u;
+  message.data[20] = 58u;
+  message.data[21] = 216u;
+  message.data[22] = 119u;
+  message.data[23] = 21u;
+  message.data[24] = 179u;
+  message.data[25] = 81u;
+  message.data[26] = 239u;
+  message.data[27] = 142u;
+  message.data[28] = 44u;
+  message.data[29] = 202u;
+  message.data[30] = 104u;
+  message.data[31] = 7u;
+  message.data[32] = 165u;
+  message.data[33] = 67u;
+  message.data[34] = 225u;
+  message.data[35] = 127u;
+  message.data[36] = 30u;
+  message.data[37] = 188u;
+  message.data[38] = 90u;
+  message.data[39] = 248u;
+  message.data[40] = 151u;
+  message.data[41] = 53u;
+  message.data[42] = 211u;
+  message.data[43] = 113u;
+  message.data[44] = 15u;
+  message.data[45] = 174u;
+  message.data[46] = 76u;
+  message.data[47] = 234u;
+  message.data[48] = 136u;
+  message.data[49] = 38u;
+  message.data[50] = 197u;
+  message.data[51] = 99u;
+  message.data[52] = 1u;
+  message.data[53] = 159u;
+  message.data[54] = 62u;
+  message.data[55] = 220u;
+  message.data[56] = 122u;
+  message.data[57] = 24u;
+  message.data[58] = 182u;
+  message.data[59] = 85u;
+  message.data[60] = 243u;
+  message.data[61] = 145u;
+  message.data[62] = 47u;
+  message.data[63] = 206u;
   message.encode(payload);
   return protocol::LogPartStream::kSize;
 }
@@ -855,16 +860,16 @@ inline size_t build_LogPartStream(uint8_t* payload) {
 inline bool matches_LogPartStream(const uint8_t* payload, size_t size) {
   protocol::LogPartStream message;
   if (!message.decode(payload, size)) return false;
-  return message.block == 2329411964u && message.part == 41u && message.data[0] == 199u && message.data[1] == 101u && message.data[2] == 3u && message.data[3] == 161u && message.data[4] == 64u && message.data[5] == 222u && message.data[6] == 124u && message.data[7] == 26u && message.data[8] == 185u && message.data[9] == 87u && message.data[10] == 245u && message.data[11] == 147u && message.data[12] == 49u && message.data[13] == 208u && message.data[14] == 110u && message.data[15] == 12u && message.data[16] == 170u && message.data[17] == 72u && message.data[18] == 231u && message.data[19] == 133u && message.data[20] == 35u && message.data[21] == 193u && message.data[22] == 96u && message.data[23] == 254u && message.data[24] == 156u && message.data[25] == 58u && message.data[26] == 216u && message.data[27] == 119u && message.data[28] == 21u && message.data[29] == 179u && message.data[30] == 81u && message.data[31] == 239u && message.data[32] == 142u && message.data[33] == 44u && message.data[34] == 202u && message.data[35] == 104u && message.data[36] == 7u && message.data[37] == 165u && message.data[38] == 67u && message.data[39] == 225u && message.data[40] == 127u && message.data[41] == 30u && message.data[42] == 188u && message.data[43] == 90u && message.data[44] == 248u && message.data[45] == 151u && message.data[46] == 53u && message.data[47] == 211u && message.data[48] == 113u && message.data[49] == 15u && message.data[50] == 174u && message.data[51] == 76u && message.data[52] == 234u && message.data[53] == 136u && message.data[54] == 38u && message.data[55] == 197u && message.data[56] == 99u && message.data[57] == 1u && message.data[58] == 159u && message.data[59] == 62u && message.data[60] == 220u && message.data[61] == 122u && message.data[62] == 24u && message.data[63] == 182u;
+  return message.block == 2716688923u && message.part == 64u && message.data[0] == 222u && message.data[1] == 124u && message.data[2] == 26u && message.data[3] == 185u && message.data[4] == 87u && message.data[5] == 245u && message.data[6] == 147u && message.data[7] == 49u && message.data[8] == 208u && message.data[9] == 110u && message.data[10] == 12u && message.data[11] == 170u && message.data[12] == 72u && message.data[13] == 231u && message.data[14] == 133u && message.data[15] == 35u && message.data[16] == 193u && message.data[17] == 96u && message.data[18] == 254u && message.data[19] == 156u && message.data[20] == 58u && message.data[21] == 216u && message.data[22] == 119u && message.data[23] == 21u && message.data[24] == 179u && message.data[25] == 81u && message.data[26] == 239u && message.data[27] == 142u && message.data[28] == 44u && message.data[29] == 202u && message.data[30] == 104u && message.data[31] == 7u && message.data[32] == 165u && message.data[33] == 67u && message.data[34] == 225u && message.data[35] == 127u && message.data[36] == 30u && message.data[37] == 188u && message.data[38] == 90u && message.data[39] == 248u && message.data[40] == 151u && message.data[41] == 53u && message.data[42] == 211u && message.data[43] == 113u && message.data[44] == 15u && message.data[45] == 174u && message.data[46] == 76u && message.data[47] == 234u && message.data[48] == 136u && message.data[49] == 38u && message.data[50] == 197u && message.data[51] == 99u && message.data[52] == 1u && message.data[53] == 159u && message.data[54] == 62u && message.data[55] == 220u && message.data[56] == 122u && message.data[57] == 24u && message.data[58] == 182u && message.data[59] == 85u && message.data[60] == 243u && message.data[61] == 145u && message.data[62] == 47u && message.data[63] == 206u;
 }
 
-static const uint8_t kPayloadLogPartStream[] = {0x7C, 0x01, 0xD8, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x88, 0x26, 0xC5, 0x63, 0x01, 0x9F, 0x3E, 0xDC, 0x7A, 0x18, 0xB6};
-static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0x7C, 0x01, 0xD8, 0x8A, 0x29, 0xC7, 0x65, 0x03, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x88, 0x26, 0xC5, 0x63, 0x01, 0x9F, 0x3E, 0xDC, 0x7A, 0x18, 0xB6, 0xB1, 0xA4, 0x00};
+static const uint8_t kPayloadLogPartStream[] = {0x1B, 0x62, 0xED, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x88, 0x26, 0xC5, 0x63, 0x01, 0x9F, 0x3E, 0xDC, 0x7A, 0x18, 0xB6, 0x55, 0xF3, 0x91, 0x2F, 0xCE};
+static const uint8_t kFrameLogPartStream[] = {0x4A, 0x61, 0x28, 0x1B, 0x62, 0xED, 0xA1, 0x40, 0xDE, 0x7C, 0x1A, 0xB9, 0x57, 0xF5, 0x93, 0x31, 0xD0, 0x6E, 0x0C, 0xAA, 0x48, 0xE7, 0x85, 0x23, 0xC1, 0x60, 0xFE, 0x9C, 0x3A, 0xD8, 0x77, 0x15, 0xB3, 0x51, 0xEF, 0x8E, 0x2C, 0xCA, 0x68, 0x07, 0xA5, 0x43, 0xE1, 0x7F, 0x1E, 0xBC, 0x5A, 0xF8, 0x97, 0x35, 0xD3, 0x71, 0x0F, 0xAE, 0x4C, 0xEA, 0x88, 0x26, 0xC5, 0x63, 0x01, 0x9F, 0x3E, 0xDC, 0x7A, 0x18, 0xB6, 0x55, 0xF3, 0x91, 0x2F, 0xCE, 0x41, 0xDE, 0x00};
 
 inline size_t build_LogZerosStream(uint8_t* payload) {
   protocol::LogZerosStream message;
-  message.first_block = 1428513614u;
-  message.count = 62300u;
+  message.first_block = 1815790574u;
+  message.count = 2674u;
   message.encode(payload);
   return protocol::LogZerosStream::kSize;
 }
@@ -872,52 +877,52 @@ inline size_t build_LogZerosStream(uint8_t* payload) {
 inline bool matches_LogZerosStream(const uint8_t* payload, size_t size) {
   protocol::LogZerosStream message;
   if (!message.decode(payload, size)) return false;
-  return message.first_block == 1428513614u && message.count == 62300u;
+  return message.first_block == 1815790574u && message.count == 2674u;
 }
 
-static const uint8_t kPayloadLogZerosStream[] = {0x4E, 0x63, 0x25, 0x55, 0x5C, 0xF3};
-static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0x4E, 0x63, 0x25, 0x55, 0x5C, 0xF3, 0x3C, 0xC1, 0x00};
+static const uint8_t kPayloadLogZerosStream[] = {0xEE, 0xC3, 0x3A, 0x6C, 0x72, 0x0A};
+static const uint8_t kFrameLogZerosStream[] = {0x0B, 0x62, 0x29, 0xEE, 0xC3, 0x3A, 0x6C, 0x72, 0x0A, 0xD2, 0xC5, 0x00};
 
 inline size_t build_LiveSampleStream(uint8_t* payload) {
   protocol::LiveSampleStream message;
-  message.index = 2442417857u;
-  message.time_us = 3444075568320976350ull;
-  message.sample.time_offset_us = 1815790574u;
-  message.sample.flags = 2674u;
-  message.sample.imu[0].accel[0] = 18145;
-  message.sample.imu[0].accel[1] = -6888;
-  message.sample.imu[0].accel[2] = -31920;
-  message.sample.imu[0].temperature = 8583;
-  message.sample.imu[0].gyro[0] = -16449;
-  message.sample.imu[0].gyro[1] = 24054;
-  message.sample.imu[0].gyro[2] = -978;
-  message.sample.imu[1].accel[0] = 14492;
-  message.sample.imu[1].accel[1] = -10540;
-  message.sample.imu[1].accel[2] = 29963;
-  message.sample.imu[1].temperature = 4931;
-  message.sample.imu[1].gyro[0] = -20102;
-  message.sample.imu[1].gyro[1] = 20402;
-  message.sample.imu[1].gyro[2] = -4631;
-  message.sample.imu[2].accel[0] = 10840;
-  message.sample.imu[2].accel[1] = -14192;
-  message.sample.imu[2].accel[2] = 26311;
-  message.sample.imu[2].temperature = 1279;
-  message.sample.imu[2].gyro[0] = -23754;
-  message.sample.imu[2].gyro[1] = 16750;
-  message.sample.imu[2].gyro[2] = -8283;
-  message.sample.imu[3].accel[0] = 7188;
-  message.sample.imu[3].accel[1] = -17844;
-  message.sample.imu[3].accel[2] = 22659;
-  message.sample.imu[3].temperature = -2373;
-  message.sample.imu[3].gyro[0] = -27406;
-  message.sample.imu[3].gyro[1] = 13097;
-  message.sample.imu[3].gyro[2] = -11935;
-  message.sample.angle[0] = 28568u;
-  message.sample.angle[1] = 3536u;
-  message.sample.angle[2] = 44039u;
-  message.sample.angle[3] = 19007u;
-  message.sample.angle[4] = 59510u;
-  message.sample.angle[5] = 34478u;
+  message.index = 2829694817u;
+  message.time_us = 5107417443808313927ull;
+  message.sample.time_offset_us = 2203067533u;
+  message.sample.flags = 8583u;
+  message.sample.imu[0].accel[0] = 24054;
+  message.sample.imu[0].accel[1] = -978;
+  message.sample.imu[0].accel[2] = -26011;
+  message.sample.imu[0].temperature = 14492;
+  message.sample.imu[0].gyro[0] = -10540;
+  message.sample.imu[0].gyro[1] = 29963;
+  message.sample.imu[0].gyro[2] = 4931;
+  message.sample.imu[1].accel[0] = 20402;
+  message.sample.imu[1].accel[1] = -4631;
+  message.sample.imu[1].accel[2] = -29663;
+  message.sample.imu[1].temperature = 10840;
+  message.sample.imu[1].gyro[0] = -14192;
+  message.sample.imu[1].gyro[1] = 26311;
+  message.sample.imu[1].gyro[2] = 1279;
+  message.sample.imu[2].accel[0] = 16750;
+  message.sample.imu[2].accel[1] = -8283;
+  message.sample.imu[2].accel[2] = 32221;
+  message.sample.imu[2].temperature = 7188;
+  message.sample.imu[2].gyro[0] = -17844;
+  message.sample.imu[2].gyro[1] = 22659;
+  message.sample.imu[2].gyro[2] = -2373;
+  message.sample.imu[3].accel[0] = 13097;
+  message.sample.imu[3].accel[1] = -11935;
+  message.sample.imu[3].accel[2] = 28568;
+  message.sample.imu[3].temperature = 3536;
+  message.sample.imu[3].gyro[0] = -21497;
+  message.sample.imu[3].gyro[1] = 19007;
+  message.sample.imu[3].gyro[2] = -6026;
+  message.sample.angle[0] = 34478u;
+  message.sample.angle[1] = 9445u;
+  message.sample.angle[2] = 49949u;
+  message.sample.angle[3] = 24916u;
+  message.sample.angle[4] = 65420u;
+  message.sample.angle[5] = 40387u;
   message.encode(payload);
   return protocol::LiveSampleStream::kSize;
 }
@@ -925,17 +930,17 @@ inline size_t build_LiveSampleStream(uint8_t* payload) {
 inline bool matches_LiveSampleStream(const uint8_t* payload, size_t size) {
   protocol::LiveSampleStream message;
   if (!message.decode(payload, size)) return false;
-  return message.index == 2442417857u && message.time_us == 3444075568320976350ull && message.sample.time_offset_us == 1815790574u && message.sample.flags == 2674u && message.sample.imu[0].accel[0] == 18145 && message.sample.imu[0].accel[1] == -6888 && message.sample.imu[0].accel[2] == -31920 && message.sample.imu[0].temperature == 8583 && message.sample.imu[0].gyro[0] == -16449 && message.sample.imu[0].gyro[1] == 24054 && message.sample.imu[0].gyro[2] == -978 && message.sample.imu[1].accel[0] == 14492 && message.sample.imu[1].accel[1] == -10540 && message.sample.imu[1].accel[2] == 29963 && message.sample.imu[1].temperature == 4931 && message.sample.imu[1].gyro[0] == -20102 && message.sample.imu[1].gyro[1] == 20402 && message.sample.imu[1].gyro[2] == -4631 && message.sample.imu[2].accel[0] == 10840 && message.sample.imu[2].accel[1] == -14192 && message.sample.imu[2].accel[2] == 26311 && message.sample.imu[2].temperature == 1279 && message.sample.imu[2].gyro[0] == -23754 && message.sample.imu[2].gyro[1] == 16750 && message.sample.imu[2].gyro[2] == -8283 && message.sample.imu[3].accel[0] == 7188 && message.sample.imu[3].accel[1] == -17844 && message.sample.imu[3].accel[2] == 22659 && message.sample.imu[3].temperature == -2373 && message.sample.imu[3].gyro[0] == -27406 && message.sample.imu[3].gyro[1] == 13097 && message.sample.imu[3].gyro[2] == -11935 && message.sample.angle[0] == 28568u && message.sample.angle[1] == 3536u && message.sample.angle[2] == 44039u && message.sample.angle[3] == 19007u && message.sample.angle[4] == 59510u && message.sample.angle[5] == 34478u;
+  return message.index == 2829694817u && message.time_us == 5107417443808313927ull && message.sample.time_offset_us == 2203067533u && message.sample.flags == 8583u && message.sample.imu[0].accel[0] == 24054 && message.sample.imu[0].accel[1] == -978 && message.sample.imu[0].accel[2] == -26011 && message.sample.imu[0].temperature == 14492 && message.sample.imu[0].gyro[0] == -10540 && message.sample.imu[0].gyro[1] == 29963 && message.sample.imu[0].gyro[2] == 4931 && message.sample.imu[1].accel[0] == 20402 && message.sample.imu[1].accel[1] == -4631 && message.sample.imu[1].accel[2] == -29663 && message.sample.imu[1].temperature == 10840 && message.sample.imu[1].gyro[0] == -14192 && message.sample.imu[1].gyro[1] == 26311 && message.sample.imu[1].gyro[2] == 1279 && message.sample.imu[2].accel[0] == 16750 && message.sample.imu[2].accel[1] == -8283 && message.sample.imu[2].accel[2] == 32221 && message.sample.imu[2].temperature == 7188 && message.sample.imu[2].gyro[0] == -17844 && message.sample.imu[2].gyro[1] == 22659 && message.sample.imu[2].gyro[2] == -2373 && message.sample.imu[3].accel[0] == 13097 && message.sample.imu[3].accel[1] == -11935 && message.sample.imu[3].accel[2] == 28568 && message.sample.imu[3].temperature == 3536 && message.sample.imu[3].gyro[0] == -21497 && message.sample.imu[3].gyro[1] == 19007 && message.sample.imu[3].gyro[2] == -6026 && message.sample.angle[0] == 34478u && message.sample.angle[1] == 9445u && message.sample.angle[2] == 49949u && message.sample.angle[3] == 24916u && message.sample.angle[4] == 65420u && message.sample.angle[5] == 40387u;
 }
 
-static const uint8_t kPayloadLiveSampleStream[] = {0xC1, 0x56, 0x94, 0x91, 0xDE, 0x95, 0x5F, 0x5D, 0x7B, 0xD0, 0xCB, 0x2F, 0xEE, 0xC3, 0x3A, 0x6C, 0x72, 0x0A, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0x14, 0x1C, 0x4C, 0xBA, 0x83, 0x58, 0xBB, 0xF6, 0xF2, 0x94, 0x29, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0xD0, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xAE, 0x86};
-static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0xC1, 0x56, 0x94, 0x91, 0xDE, 0x95, 0x5F, 0x5D, 0x7B, 0xD0, 0xCB, 0x2F, 0xEE, 0xC3, 0x3A, 0x6C, 0x72, 0x0A, 0xE1, 0x46, 0x18, 0xE5, 0x50, 0x83, 0x87, 0x21, 0xBF, 0xBF, 0xF6, 0x5D, 0x2E, 0xFC, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0x7A, 0xB1, 0xB2, 0x4F, 0xE9, 0xED, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x36, 0xA3, 0x6E, 0x41, 0xA5, 0xDF, 0x14, 0x1C, 0x4C, 0xBA, 0x83, 0x58, 0xBB, 0xF6, 0xF2, 0x94, 0x29, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0xD0, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xAE, 0x86, 0x4A, 0xDD, 0x00};
+static const uint8_t kPayloadLiveSampleStream[] = {0x61, 0xB7, 0xA9, 0xA8, 0x47, 0x02, 0xD4, 0xD9, 0x1A, 0x31, 0xE1, 0x46, 0x8D, 0x24, 0x50, 0x83, 0x87, 0x21, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA, 0x83, 0x58, 0xBB, 0xF6, 0x29, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0xD0, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xAE, 0x86, 0xE5, 0x24, 0x1D, 0xC3, 0x54, 0x61, 0x8C, 0xFF, 0xC3, 0x9D};
+static const uint8_t kFrameLiveSampleStream[] = {0x5B, 0x60, 0x2A, 0x61, 0xB7, 0xA9, 0xA8, 0x47, 0x02, 0xD4, 0xD9, 0x1A, 0x31, 0xE1, 0x46, 0x8D, 0x24, 0x50, 0x83, 0x87, 0x21, 0xF6, 0x5D, 0x2E, 0xFC, 0x65, 0x9A, 0x9C, 0x38, 0xD4, 0xD6, 0x0B, 0x75, 0x43, 0x13, 0xB2, 0x4F, 0xE9, 0xED, 0x21, 0x8C, 0x58, 0x2A, 0x90, 0xC8, 0xC7, 0x66, 0xFF, 0x04, 0x6E, 0x41, 0xA5, 0xDF, 0xDD, 0x7D, 0x14, 0x1C, 0x4C, 0xBA, 0x83, 0x58, 0xBB, 0xF6, 0x29, 0x33, 0x61, 0xD1, 0x98, 0x6F, 0xD0, 0x0D, 0x07, 0xAC, 0x3F, 0x4A, 0x76, 0xE8, 0xAE, 0x86, 0xE5, 0x24, 0x1D, 0xC3, 0x54, 0x61, 0x8C, 0xFF, 0xC3, 0x9D, 0x5D, 0x1C, 0x00};
 
 inline size_t build_ErrorReply(uint8_t* payload) {
   protocol::ErrorReply message;
-  message.request = 36u;
-  message.code = protocol::ErrorCode::kBusy;
-  message.detail = 1632943197;
+  message.request = 59u;
+  message.code = protocol::ErrorCode::kWrongState;
+  message.detail = 2020220156;
   message.encode(payload);
   return protocol::ErrorReply::kSize;
 }
@@ -943,30 +948,30 @@ inline size_t build_ErrorReply(uint8_t* payload) {
 inline bool matches_ErrorReply(const uint8_t* payload, size_t size) {
   protocol::ErrorReply message;
   if (!message.decode(payload, size)) return false;
-  return message.request == 36u && message.code == protocol::ErrorCode::kBusy && message.detail == 1632943197;
+  return message.request == 59u && message.code == protocol::ErrorCode::kWrongState && message.detail == 2020220156;
 }
 
-static const uint8_t kPayloadErrorReply[] = {0x24, 0x37, 0x5D, 0xBC, 0x54, 0x61};
-static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x24, 0x37, 0x5D, 0xBC, 0x54, 0x61, 0xE4, 0xA1, 0x00};
+static const uint8_t kPayloadErrorReply[] = {0x3B, 0x03, 0xFC, 0x1C, 0x6A, 0x78};
+static const uint8_t kFrameErrorReply[] = {0x0B, 0xFF, 0x2B, 0x3B, 0x03, 0xFC, 0x1C, 0x6A, 0x78, 0x57, 0x7F, 0x00};
 
 inline size_t build_SettingsWriteRequest(uint8_t* payload) {
   protocol::SettingsWriteRequest message;
-  message.frame_us = 65420u;
-  message.servo[0].zero_us = 15355u;
-  message.servo[0].ns_per_deg = 55858u;
-  message.servo[0].reversed = 120u;
-  message.servo[0].min_cdeg = 5793;
-  message.servo[0].max_cdeg = -19239;
-  message.servo[1].zero_us = 61768u;
-  message.servo[1].ns_per_deg = 36735u;
-  message.servo[1].reversed = 45u;
-  message.servo[1].min_cdeg = -13330;
-  message.servo[1].max_cdeg = 27173;
-  message.servo[2].zero_us = 42644u;
-  message.servo[2].ns_per_deg = 17612u;
-  message.servo[2].reversed = 227u;
-  message.servo[2].min_cdeg = -32453;
-  message.servo[2].max_cdeg = 8050;
+  message.frame_us = 5793u;
+  message.servo[0].zero_us = 21264u;
+  message.servo[0].ns_per_deg = 61768u;
+  message.servo[0].reversed = 143u;
+  message.servo[0].min_cdeg = 11702;
+  message.servo[0].max_cdeg = -13330;
+  message.servo[1].zero_us = 2141u;
+  message.servo[1].ns_per_deg = 42644u;
+  message.servo[1].reversed = 68u;
+  message.servo[1].min_cdeg = -7421;
+  message.servo[1].max_cdeg = -32453;
+  message.servo[2].zero_us = 48554u;
+  message.servo[2].ns_per_deg = 23521u;
+  message.servo[2].reversed = 250u;
+  message.servo[2].min_cdeg = -26544;
+  message.servo[2].max_cdeg = 13960;
   message.encode(payload);
   return protocol::SettingsWriteRequest::kSize;
 }
@@ -974,16 +979,16 @@ inline size_t build_SettingsWriteRequest(uint8_t* payload) {
 inline bool matches_SettingsWriteRequest(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.frame_us == 65420u && message.servo[0].zero_us == 15355u && message.servo[0].ns_per_deg == 55858u && message.servo[0].reversed == 120u && message.servo[0].min_cdeg == 5793 && message.servo[0].max_cdeg == -19239 && message.servo[1].zero_us == 61768u && message.servo[1].ns_per_deg == 36735u && message.servo[1].reversed == 45u && message.servo[1].min_cdeg == -13330 && message.servo[1].max_cdeg == 27173 && message.servo[2].zero_us == 42644u && message.servo[2].ns_per_deg == 17612u && message.servo[2].reversed == 227u && message.servo[2].min_cdeg == -32453 && message.servo[2].max_cdeg == 8050;
+  return message.frame_us == 5793u && message.servo[0].zero_us == 21264u && message.servo[0].ns_per_deg == 61768u && message.servo[0].reversed == 143u && message.servo[0].min_cdeg == 11702 && message.servo[0].max_cdeg == -13330 && message.servo[1].zero_us == 2141u && message.servo[1].ns_per_deg == 42644u && message.servo[1].reversed == 68u && message.servo[1].min_cdeg == -7421 && message.servo[1].max_cdeg == -32453 && message.servo[2].zero_us == 48554u && message.servo[2].ns_per_deg == 23521u && message.servo[2].reversed == 250u && message.servo[2].min_cdeg == -26544 && message.servo[2].max_cdeg == 13960;
 }
 
-static const uint8_t kPayloadSettingsWriteRequest[] = {0x8C, 0xFF, 0xFB, 0x3B, 0x32, 0xDA, 0x78, 0xA1, 0x16, 0xD9, 0xB4, 0x48, 0xF1, 0x7F, 0x8F, 0x2D, 0xEE, 0xCB, 0x25, 0x6A, 0x94, 0xA6, 0xCC, 0x44, 0xE3, 0x3B, 0x81, 0x72, 0x1F};
-static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0x8C, 0xFF, 0xFB, 0x3B, 0x32, 0xDA, 0x78, 0xA1, 0x16, 0xD9, 0xB4, 0x48, 0xF1, 0x7F, 0x8F, 0x2D, 0xEE, 0xCB, 0x25, 0x6A, 0x94, 0xA6, 0xCC, 0x44, 0xE3, 0x3B, 0x81, 0x72, 0x1F, 0x49, 0xFF, 0x00};
+static const uint8_t kPayloadSettingsWriteRequest[] = {0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36};
+static const uint8_t kFrameSettingsWriteRequest[] = {0x22, 0x15, 0x2C, 0xA1, 0x16, 0x10, 0x53, 0x48, 0xF1, 0x8F, 0xB6, 0x2D, 0xEE, 0xCB, 0x5D, 0x08, 0x94, 0xA6, 0x44, 0x03, 0xE3, 0x3B, 0x81, 0xAA, 0xBD, 0xE1, 0x5B, 0xFA, 0x50, 0x98, 0x88, 0x36, 0xBA, 0xA4, 0x00};
 
 inline size_t build_SettingsWriteReply(uint8_t* payload) {
   protocol::SettingsWriteReply message;
-  message.stored = 189u;
-  message.written = 91u;
+  message.stored = 212u;
+  message.written = 114u;
   message.encode(payload);
   return protocol::SettingsWriteReply::kSize;
 }
@@ -991,11 +996,11 @@ inline size_t build_SettingsWriteReply(uint8_t* payload) {
 inline bool matches_SettingsWriteReply(const uint8_t* payload, size_t size) {
   protocol::SettingsWriteReply message;
   if (!message.decode(payload, size)) return false;
-  return message.stored == 189u && message.written == 91u;
+  return message.stored == 212u && message.written == 114u;
 }
 
-static const uint8_t kPayloadSettingsWriteReply[] = {0xBD, 0x5B};
-static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0xBD, 0x5B, 0x42, 0xB9, 0x00};
+static const uint8_t kPayloadSettingsWriteReply[] = {0xD4, 0x72};
+static const uint8_t kFrameSettingsWriteReply[] = {0x07, 0x95, 0x2D, 0xD4, 0x72, 0xBB, 0xBD, 0x00};
 
 inline size_t build_SettingsReadRequest(uint8_t* payload) {
   (void)payload;
@@ -1013,24 +1018,24 @@ static const uint8_t kFrameSettingsReadRequest[] = {0x05, 0x16, 0x2E, 0x76, 0x71
 
 inline size_t build_SettingsReadReply(uint8_t* payload) {
   protocol::SettingsReadReply message;
-  message.origin = protocol::Origin::kUploaded;
-  message.generation = 2555423751u;
-  message.frame_us = 13960u;
-  message.servo[0].zero_us = 29431u;
-  message.servo[0].ns_per_deg = 4398u;
-  message.servo[0].reversed = 175u;
-  message.servo[0].min_cdeg = 19869;
-  message.servo[0].max_cdeg = -5163;
-  message.servo[1].zero_us = 10307u;
-  message.servo[1].ns_per_deg = 50811u;
-  message.servo[1].reversed = 100u;
-  message.servo[1].min_cdeg = 746;
-  message.servo[1].max_cdeg = -24287;
-  message.servo[2].zero_us = 56720u;
-  message.servo[2].ns_per_deg = 31688u;
-  message.servo[2].reversed = 25u;
-  message.servo[2].min_cdeg = -18377;
-  message.servo[2].max_cdeg = 22126;
+  message.origin = protocol::Origin::kFactory;
+  message.generation = 2942700711u;
+  message.frame_us = 19869u;
+  message.servo[0].zero_us = 35340u;
+  message.servo[0].ns_per_deg = 10307u;
+  message.servo[0].reversed = 198u;
+  message.servo[0].min_cdeg = 25778;
+  message.servo[0].max_cdeg = 746;
+  message.servo[1].zero_us = 16217u;
+  message.servo[1].ns_per_deg = 56720u;
+  message.servo[1].reversed = 123u;
+  message.servo[1].min_cdeg = 6655;
+  message.servo[1].max_cdeg = -18377;
+  message.servo[2].zero_us = 62630u;
+  message.servo[2].ns_per_deg = 37597u;
+  message.servo[2].reversed = 49u;
+  message.servo[2].min_cdeg = -12468;
+  message.servo[2].max_cdeg = 28036;
   message.encode(payload);
   return protocol::SettingsReadReply::kSize;
 }
@@ -1038,17 +1043,17 @@ inline size_t build_SettingsReadReply(uint8_t* payload) {
 inline bool matches_SettingsReadReply(const uint8_t* payload, size_t size) {
   protocol::SettingsReadReply message;
   if (!message.decode(payload, size)) return false;
-  return message.origin == protocol::Origin::kUploaded && message.generation == 2555423751u && message.frame_us == 13960u && message.servo[0].zero_us == 29431u && message.servo[0].ns_per_deg == 4398u && message.servo[0].reversed == 175u && message.servo[0].min_cdeg == 19869 && message.servo[0].max_cdeg == -5163 && message.servo[1].zero_us == 10307u && message.servo[1].ns_per_deg == 50811u && message.servo[1].reversed == 100u && message.servo[1].min_cdeg == 746 && message.servo[1].max_cdeg == -24287 && message.servo[2].zero_us == 56720u && message.servo[2].ns_per_deg == 31688u && message.servo[2].reversed == 25u && message.servo[2].min_cdeg == -18377 && message.servo[2].max_cdeg == 22126;
+  return message.origin == protocol::Origin::kFactory && message.generation == 2942700711u && message.frame_us == 19869u && message.servo[0].zero_us == 35340u && message.servo[0].ns_per_deg == 10307u && message.servo[0].reversed == 198u && message.servo[0].min_cdeg == 25778 && message.servo[0].max_cdeg == 746 && message.servo[1].zero_us == 16217u && message.servo[1].ns_per_deg == 56720u && message.servo[1].reversed == 123u && message.servo[1].min_cdeg == 6655 && message.servo[1].max_cdeg == -18377 && message.servo[2].zero_us == 62630u && message.servo[2].ns_per_deg == 37597u && message.servo[2].reversed == 49u && message.servo[2].min_cdeg == -12468 && message.servo[2].max_cdeg == 28036;
 }
 
-static const uint8_t kPayloadSettingsReadReply[] = {0x01, 0x07, 0xAC, 0x50, 0x98, 0x88, 0x36, 0xF7, 0x72, 0x2E, 0x11, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB, 0x43, 0x28, 0x7B, 0xC6, 0x64, 0xEA, 0x02, 0x21, 0xA1, 0x90, 0xDD, 0xC8, 0x7B, 0x19, 0x37, 0xB8, 0x6E, 0x56};
-static const uint8_t kFrameSettingsReadReply[] = {0x27, 0x96, 0x2F, 0x01, 0x07, 0xAC, 0x50, 0x98, 0x88, 0x36, 0xF7, 0x72, 0x2E, 0x11, 0xAF, 0x9D, 0x4D, 0xD5, 0xEB, 0x43, 0x28, 0x7B, 0xC6, 0x64, 0xEA, 0x02, 0x21, 0xA1, 0x90, 0xDD, 0xC8, 0x7B, 0x19, 0x37, 0xB8, 0x6E, 0x56, 0x4A, 0x67, 0x00};
+static const uint8_t kPayloadSettingsReadReply[] = {0x00, 0xA7, 0x0C, 0x66, 0xAF, 0x9D, 0x4D, 0x0C, 0x8A, 0x43, 0x28, 0xC6, 0xB2, 0x64, 0xEA, 0x02, 0x59, 0x3F, 0x90, 0xDD, 0x7B, 0xFF, 0x19, 0x37, 0xB8, 0xA6, 0xF4, 0xDD, 0x92, 0x31, 0x4C, 0xCF, 0x84, 0x6D};
+static const uint8_t kFrameSettingsReadReply[] = {0x03, 0x96, 0x2F, 0x24, 0xA7, 0x0C, 0x66, 0xAF, 0x9D, 0x4D, 0x0C, 0x8A, 0x43, 0x28, 0xC6, 0xB2, 0x64, 0xEA, 0x02, 0x59, 0x3F, 0x90, 0xDD, 0x7B, 0xFF, 0x19, 0x37, 0xB8, 0xA6, 0xF4, 0xDD, 0x92, 0x31, 0x4C, 0xCF, 0x84, 0x6D, 0x7F, 0xBD, 0x00};
 
 inline size_t build_JointReportRequest(uint8_t* payload) {
   protocol::JointReportRequest message;
-  message.angle_cdeg[0] = -2906;
-  message.angle_cdeg[1] = -27939;
-  message.angle_cdeg[2] = 12565;
+  message.angle_cdeg[0] = 3003;
+  message.angle_cdeg[1] = -22029;
+  message.angle_cdeg[2] = 18474;
   message.encode(payload);
   return protocol::JointReportRequest::kSize;
 }
@@ -1056,15 +1061,15 @@ inline size_t build_JointReportRequest(uint8_t* payload) {
 inline bool matches_JointReportRequest(const uint8_t* payload, size_t size) {
   protocol::JointReportRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg[0] == -2906 && message.angle_cdeg[1] == -27939 && message.angle_cdeg[2] == 12565;
+  return message.angle_cdeg[0] == 3003 && message.angle_cdeg[1] == -22029 && message.angle_cdeg[2] == 18474;
 }
 
-static const uint8_t kPayloadJointReportRequest[] = {0xA6, 0xF4, 0xDD, 0x92, 0x15, 0x31};
-static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0xA6, 0xF4, 0xDD, 0x92, 0x15, 0x31, 0xCC, 0x1B, 0x00};
+static const uint8_t kPayloadJointReportRequest[] = {0xBB, 0x0B, 0xF3, 0xA9, 0x2A, 0x48};
+static const uint8_t kFrameJointReportRequest[] = {0x0B, 0x22, 0x30, 0xBB, 0x0B, 0xF3, 0xA9, 0x2A, 0x48, 0xF1, 0x4F, 0x00};
 
 inline size_t build_JointReportReply(uint8_t* payload) {
   protocol::JointReportReply message;
-  message.at_start_pose = 207u;
+  message.at_start_pose = 230u;
   message.encode(payload);
   return protocol::JointReportReply::kSize;
 }
@@ -1072,18 +1077,18 @@ inline size_t build_JointReportReply(uint8_t* payload) {
 inline bool matches_JointReportReply(const uint8_t* payload, size_t size) {
   protocol::JointReportReply message;
   if (!message.decode(payload, size)) return false;
-  return message.at_start_pose == 207u;
+  return message.at_start_pose == 230u;
 }
 
-static const uint8_t kPayloadJointReportReply[] = {0xCF};
-static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0xCF, 0x67, 0x01, 0x00};
+static const uint8_t kPayloadJointReportReply[] = {0xE6};
+static const uint8_t kFrameJointReportReply[] = {0x06, 0xA2, 0x31, 0xE6, 0x2C, 0xB4, 0x00};
 
 inline size_t build_JogRequest(uint8_t* payload) {
   protocol::JogRequest message;
-  message.joint = 109u;
-  message.from_cdeg = 3003;
-  message.to_cdeg = -22029;
-  message.confirm = 1210745496u;
+  message.joint = 132u;
+  message.from_cdeg = 8912;
+  message.to_cdeg = -16120;
+  message.confirm = 1598022455u;
   message.encode(payload);
   return protocol::JogRequest::kSize;
 }
@@ -1091,16 +1096,16 @@ inline size_t build_JogRequest(uint8_t* payload) {
 inline bool matches_JogRequest(const uint8_t* payload, size_t size) {
   protocol::JogRequest message;
   if (!message.decode(payload, size)) return false;
-  return message.joint == 109u && message.from_cdeg == 3003 && message.to_cdeg == -22029 && message.confirm == 1210745496u;
+  return message.joint == 132u && message.from_cdeg == 8912 && message.to_cdeg == -16120 && message.confirm == 1598022455u;
 }
 
-static const uint8_t kPayloadJogRequest[] = {0x6D, 0xBB, 0x0B, 0xF3, 0xA9, 0x98, 0x82, 0x2A, 0x48};
-static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x6D, 0xBB, 0x0B, 0xF3, 0xA9, 0x98, 0x82, 0x2A, 0x48, 0x96, 0x1E, 0x00};
+static const uint8_t kPayloadJogRequest[] = {0x84, 0xD0, 0x22, 0x08, 0xC1, 0x37, 0xE3, 0x3F, 0x5F};
+static const uint8_t kFrameJogRequest[] = {0x0E, 0x23, 0x32, 0x84, 0xD0, 0x22, 0x08, 0xC1, 0x37, 0xE3, 0x3F, 0x5F, 0x8C, 0xC0, 0x00};
 
 inline size_t build_JogReply(uint8_t* payload) {
   protocol::JogReply message;
-  message.angle_cdeg = -6559;
-  message.arrived = 132u;
+  message.angle_cdeg = -649;
+  message.arrived = 155u;
   message.encode(payload);
   return protocol::JogReply::kSize;
 }
@@ -1108,11 +1113,11 @@ inline size_t build_JogReply(uint8_t* payload) {
 inline bool matches_JogReply(const uint8_t* payload, size_t size) {
   protocol::JogReply message;
   if (!message.decode(payload, size)) return false;
-  return message.angle_cdeg == -6559 && message.arrived == 132u;
+  return message.angle_cdeg == -649 && message.arrived == 155u;
 }
 
-static const uint8_t kPayloadJogReply[] = {0x61, 0xE6, 0x84};
-static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0x61, 0xE6, 0x84, 0xCC, 0xA5, 0x00};
+static const uint8_t kPayloadJogReply[] = {0x77, 0xFD, 0x9B};
+static const uint8_t kFrameJogReply[] = {0x08, 0xA3, 0x33, 0x77, 0xFD, 0x9B, 0x58, 0x68, 0x00};
 
 static const Vector kVectors[] = {
     {"HelloRequest", protocol::HelloRequest::kType, 0, build_HelloRequest, matches_HelloRequest, kPayloadHelloRequest, 0, kFrameHelloRequest, 6},
@@ -1142,7 +1147,7 @@ static const Vector kVectors[] = {
     {"RecordStopRequest", protocol::RecordStopRequest::kType, 24, build_RecordStopRequest, matches_RecordStopRequest, kPayloadRecordStopRequest, 0, kFrameRecordStopRequest, 6},
     {"RecordStopReply", protocol::RecordStopReply::kType, 25, build_RecordStopReply, matches_RecordStopReply, kPayloadRecordStopReply, 13, kFrameRecordStopReply, 19},
     {"LiveRequest", protocol::LiveRequest::kType, 26, build_LiveRequest, matches_LiveRequest, kPayloadLiveRequest, 1, kFrameLiveRequest, 7},
-    {"LiveReply", protocol::LiveReply::kType, 27, build_LiveReply, matches_LiveReply, kPayloadLiveReply, 35, kFrameLiveReply, 41},
+    {"LiveReply", protocol::LiveReply::kType, 27, build_LiveReply, matches_LiveReply, kPayloadLiveReply, 40, kFrameLiveReply, 46},
     {"LoggerSettingsWriteRequest", protocol::LoggerSettingsWriteRequest::kType, 28, build_LoggerSettingsWriteRequest, matches_LoggerSettingsWriteRequest, kPayloadLoggerSettingsWriteRequest, 12, kFrameLoggerSettingsWriteRequest, 18},
     {"LoggerSettingsWriteReply", protocol::LoggerSettingsWriteReply::kType, 29, build_LoggerSettingsWriteReply, matches_LoggerSettingsWriteReply, kPayloadLoggerSettingsWriteReply, 1, kFrameLoggerSettingsWriteReply, 7},
     {"LoggerSettingsReadRequest", protocol::LoggerSettingsReadRequest::kType, 30, build_LoggerSettingsReadRequest, matches_LoggerSettingsReadRequest, kPayloadLoggerSettingsReadRequest, 0, kFrameLoggerSettingsReadRequest, 6},

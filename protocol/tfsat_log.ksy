@@ -54,7 +54,7 @@ types:
         repeat-expr: 3
         doc: 'Angular rate x, y, z.'
   sample:
-    doc: 'All sensors, read one after the other: each at the sample''s time and its offset in LogHeader.'
+    doc: 'All sensors, each read at the sample''s time and its offset in LogHeader.'
     seq:
       - id: time_offset_us
         type: u4
@@ -178,10 +178,10 @@ types:
         doc: 'Accelerometer scale.'
       - id: temperature_lsb_per_c
         type: f4
-        doc: 'Temperature scale.'
+        doc: 'Temperature scale of an MPU-6050; of the other parts see IMUs.'
       - id: temperature_offset_c
         type: f4
-        doc: 'Temperature at zero counts.'
+        doc: 'Temperature of an MPU-6050 at zero counts.'
       - id: angle_counts_per_turn
         type: u4
         doc: 'ADC counts of a full turn of an angle sensor.'
@@ -193,7 +193,7 @@ types:
         doc: 'Full scale, +-.'
       - id: dlpf_cfg
         type: u1
-        doc: 'MPU-6050 CONFIG.DLPF_CFG.'
+        doc: 'Low-pass of the IMUs, CONFIG.DLPF_CFG; see IMUs.'
       - id: who_am_i
         type: u1
         repeat: expr
@@ -277,7 +277,7 @@ types:
         doc: 'Full scale, +-: 2, 4, 8 or 16.'
       - id: dlpf_cfg
         type: u1
-        doc: 'MPU-6050 CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.'
+        doc: 'Low-pass of the IMUs, CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.'
       - id: bus_khz
         type: u2
         doc: 'Clock of the I2C buses: 100 or 400.'
@@ -338,7 +338,7 @@ enums:
       doc: 'The sequencer''s stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.'
     3:
       id: sensor_fault
-      doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_foreign: value = its WHO_AM_I.'
+      doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_reset: value = microseconds before the event from which they may be in other scales; sensor_foreign: value = its WHO_AM_I.'
     4:
       id: sensor_recovered
       doc: 'A sensor answers again: index = IMU.'

@@ -210,7 +210,9 @@ def scripted_logger(lost: range = range(0)) -> LoggerClient:
             yield reply(request, hello(Board.LOGGER))
             return
         live = LiveRequest.decode(request.payload).enabled
-        yield reply(request, LiveReply(live, 1000, 131.0, 16384.0, 4096, (0,) * 4, (0,) * 6))
+        yield reply(
+            request, LiveReply(live, 1000, 131.0, 16384.0, 4096, 3, bytes([0x68] * 4), (0,) * 4, (0,) * 6)
+        )
         if live:
             for index in range(5001):
                 if index not in lost:

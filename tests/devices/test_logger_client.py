@@ -88,7 +88,12 @@ class Logger:
             yield reply(frame, RecordStopReply(state, 0xABCD, 100, 0))
         elif frame.type == LiveRequest.TYPE:
             self.live.append(frame.payload[0])
-            yield reply(frame, LiveReply(frame.payload[0], 280, 65.5, 4096.0, 4096, (0,) * 4, (0,) * 6))
+            yield reply(
+                frame,
+                LiveReply(
+                    frame.payload[0], 280, 65.5, 4096.0, 4096, 3, bytes([0x68] * 4), (0,) * 4, (0,) * 6
+                ),
+            )
 
 
 def logger(board: Logger) -> tuple[LoggerClient, ScriptedTransport]:

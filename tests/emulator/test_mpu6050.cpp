@@ -295,9 +295,39 @@ TEST_CASE(mpu_freezes_of_two_kinds) {
   }
 }
 
-TEST_CASE(mpu_replaced_by_another_part_sleeps_and_says_so) {
+TEST_CASE(mpu_replaced_by_another_part_says_so) {
   Mpu6050 chip = started(Mpu6050Parameters(), 3, {1, 0, 0});
-  chip.replace(0x70, 200000);
-  CHECK(get(chip, kWhoAmI) == 0x70 && get(chip, kPwrMgmt1) == 0x40);
+  chip.replace(0x12, 200000);
+  CHECK(get(chip, kWhoAmI) == 0x12 && get(chip, kPwrMgmt1) == 0x40);
   CHECK(burst(chip).gyro[0] == 0.0);
+}
+
+// With the settings of a reset: 250 deg/s, 2 g, and its widest filters.
+TEST_CASE(mpu_9250_wakes_up_measuring) {
+  Mpu6050 chip = started(Mpu6050Parameters(), 3, {1, 0, 0});
+  chip.replace(0x71, 200000);
+  CHECK(get(chip, kWhoAmI) == 0x71 && get(chip, kPwrMgmt1) == 0x01);
+  CHECK(burst(chip).gyro[0] == 0.0);
+  chip.sample(300000, {1, 0, 0}, {0, 0, kG}, 25.0);
+  CHECK(burst(chip).gyro[0] == std::nearbyint(131.0 / kDeg) && burst(chip).accel[2] == 16384.0);
+}
+
+// The accelerometer's filter is a setting of its own.
+TEST_CASE(mpu_later_parts_have_their_own_delays_and_temperature) {
+  for (const uint8_t who : {uint8_t{0x70}, uint8_t{0x71}, uint8_t{0x73}, uint8_t{0x98}}) {
+    Mpu6050Parameters parameters;
+    parameters.who_am_i = who;
+    Mpu6050 chip = started(parameters, 3, {});
+    set(chip, kAccelConfig2, 4);
+    const double slope = 800.0 * kDeg, slope_g = 3.0 * kG;  // per second
+    double t = 0.0;
+    for (uint64_t k = 1; k <= 500; ++k) {
+      t = 1e-3 * static_cast<double>(k);
+      chip.sample(100000 + 1000 * k, {slope * t, 0, 0}, {slope_g * t, 0, kG}, 31.0);
+    }
+    const Reading r = burst(chip);
+    CHECK_NEAR(t - r.gyro[0] / 65.5 * kDeg / slope, 5.9e-3, 30e-6);
+    CHECK_NEAR(t - r.accel[0] / 16384.0 * kG / slope_g, 8.87e-3, 30e-6);
+    CHECK_NEAR(r.temperature, who == 0x98 ? 1960.8 : 3338.7, 20.0);
+  }
 }

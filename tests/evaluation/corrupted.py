@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tests.evaluation.drops import Drop, calibrated_from_truth, drop, with_com_offsets
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.checks import Check, checks_of
 from tfsat_host.evaluation.model_fit.fit import fit_model
@@ -66,7 +67,9 @@ def motion_in(log: DropLog, calibration: Calibration, model: RobotModel) -> Moti
     """What the evaluation makes of a recording."""
     rest = log.t_s < -1.5
     densities = noise_densities(log.t_s[rest], log.rate_rad_s[rest])
-    return motion_of(samples_of(log, calibration, model), calibration, model, densities, log.header.dlpf_cfg)
+    return motion_of(
+        samples_of(log, calibration, model), calibration, model, densities, LowPass.of(log.header)
+    )
 
 
 def with_imu(log: DropLog, body: int, part: slice, counts: FloatArray) -> DropLog:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.evaluation.drops import DLPF_42_HZ, Drop, calibrated_from_truth, drop, with_com_offsets
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
@@ -68,7 +69,7 @@ def moved(
     rest = flown.log.t_s < _REST_S
     densities = noise_densities(flown.log.t_s[rest], flown.log.rate_rad_s[rest])
     samples = samples_of(flown.log, calibration, MODEL)
-    return flown, motion_of(samples, calibration, MODEL, densities, dlpf_cfg)
+    return flown, motion_of(samples, calibration, MODEL, densities, LowPass(dlpf_cfg))
 
 
 @cache

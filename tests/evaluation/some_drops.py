@@ -10,6 +10,7 @@ import numpy as np
 
 from tests.evaluation.drops import DLPF_42_HZ, Drop, calibrated_from_truth, drop, with_com_offsets
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
@@ -46,4 +47,6 @@ def certificate(one: Drop, seed: int) -> Calibration:
 def moved(log: DropLog, calibration: Calibration, model: RobotModel) -> Motion:
     """What the robot did, by that log."""
     densities = rest_before_release(log).densities_rad_s_rthz
-    return motion_of(samples_of(log, calibration, model), calibration, model, densities, log.header.dlpf_cfg)
+    return motion_of(
+        samples_of(log, calibration, model), calibration, model, densities, LowPass.of(log.header)
+    )

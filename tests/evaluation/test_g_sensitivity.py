@@ -15,6 +15,7 @@ from tests.evaluation.corrupted import failed, gyro_plus
 from tests.evaluation.drops import Drop, drop
 from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.checks.drop_consistency import consistency_of
 from tfsat_host.evaluation.checks.hanging import hanging_before_release
@@ -108,7 +109,7 @@ def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
     one, used = flown(1), certificate(flown(1), 1)
     found = motion(1)
     rest = hanging_before_release(one.log, used, one.model)
-    of = consistency_of(found, rest, one.log.header.dlpf_cfg, used, one.model)
+    of = consistency_of(found, rest, LowPass.of(one.log.header), used, one.model)
     std = np.sqrt(np.diag(stated_errors(of).covariance))
     for body in range(4):
         assert (np.rad2deg(std[of.at_rest(body)]) < 0.02).all()

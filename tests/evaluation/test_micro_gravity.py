@@ -20,9 +20,9 @@ from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.gyros.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.fall.arms import sensor_arms_m
 from tfsat_host.evaluation.fall.fall_instants import (
-    ACCEL_DELAY_S,
     fall_instants,
     landing_felt,
     release_felt,
@@ -227,7 +227,7 @@ def test_a_rate_at_full_scale_is_no_rate() -> None:
 @pytest.mark.parametrize("dlpf_cfg", range(7))
 def test_instants_do_not_depend_on_the_low_pass(dlpf_cfg: int) -> None:
     """A single pole of the delay; what a real one does otherwise is in the stated deviation."""
-    samples, delay_s = fallen(offset_g=0.05), ACCEL_DELAY_S[dlpf_cfg]
+    samples, delay_s = fallen(offset_g=0.05), LowPass(dlpf_cfg).accel_delay_s
     fine_s = np.arange(-2.0, 3.5, 1e-4)
     fine = np.where((fine_s >= 0) & (fine_s < LANDED_S), 0.0, 1.0)
     fine[(fine_s >= LANDED_S) & (fine_s < LANDED_S + 0.05)] = 30.0
@@ -237,8 +237,8 @@ def test_instants_do_not_depend_on_the_low_pass(dlpf_cfg: int) -> None:
             fine[row] = pole * fine[row - 1] + (1 - pole) * fine[row]
     samples.specific_force_m_s2[:, :, 2] = np.interp(T_S, fine_s, fine)[:, None] * G_M_S2
     force = samples.specific_force_m_s2
-    release = release_felt(T_S, force, dlpf_cfg)
-    landing = landing_felt(T_S, force, np.zeros_like(samples.clipped), dlpf_cfg)
+    release = release_felt(T_S, force, LowPass(dlpf_cfg))
+    landing = landing_felt(T_S, force, np.zeros_like(samples.clipped), LowPass(dlpf_cfg))
     assert release is not None and landing is not None
     assert abs(release.t_s) < 3 * release.std_s
     assert release.std_s < 7e-3
@@ -249,16 +249,16 @@ def test_instants_do_not_depend_on_the_low_pass(dlpf_cfg: int) -> None:
 def test_no_fall_and_no_landing_are_none() -> None:
     hung = fallen()
     hung.specific_force_m_s2[:] = [0.0, 0.0, G_M_S2]
-    assert release_felt(T_S, hung.specific_force_m_s2, 3) is None
-    assert landing_felt(T_S, hung.specific_force_m_s2, np.zeros_like(hung.clipped), 3) is None
+    assert release_felt(T_S, hung.specific_force_m_s2, LowPass(3)) is None
+    assert landing_felt(T_S, hung.specific_force_m_s2, np.zeros_like(hung.clipped), LowPass(3)) is None
     blind = np.full_like(hung.specific_force_m_s2, np.nan)
-    assert release_felt(T_S, blind, 3) is None
+    assert release_felt(T_S, blind, LowPass(3)) is None
 
 
 def test_a_body_that_is_dead_is_nan_and_the_others_tell() -> None:
     samples = fallen()
     samples.specific_force_m_s2[:, 1] = np.nan
-    release = release_felt(T_S, samples.specific_force_m_s2, 0)
+    release = release_felt(T_S, samples.specific_force_m_s2, LowPass(0))
     assert release is not None
     assert np.isnan(release.by_body_s).tolist() == [False, True, False, False]
     assert abs(release.t_s) < 2 / RATE_HZ
@@ -269,9 +269,9 @@ def test_a_sensor_at_the_end_of_its_range_felt_a_shock() -> None:
     samples = fallen()
     force = np.clip(samples.specific_force_m_s2, -2 * G_M_S2, 2 * G_M_S2)
     full = np.asarray((np.abs(force) >= 2 * G_M_S2).any(axis=2))
-    landing = landing_felt(T_S, force, full, 0)
+    landing = landing_felt(T_S, force, full, LowPass(0))
     assert landing is not None and landing.t_s == pytest.approx(LANDED_S, abs=1 / RATE_HZ)
-    assert landing_felt(T_S, force, np.zeros_like(full), 0) is None
+    assert landing_felt(T_S, force, np.zeros_like(full), LowPass(0)) is None
 
 
 def shifted(log: DropLog, samples: Calibrated, by_s: float) -> Calibrated:

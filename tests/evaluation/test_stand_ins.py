@@ -11,6 +11,7 @@ import pytest
 from tests.evaluation.drops import MORNING, Drop
 from tests.evaluation.some_drops import certificate, flown
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.errors import EvaluationError
 from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.motion.motion import motion_of
@@ -31,7 +32,7 @@ def reorientation_error_deg(one: Drop, used: Calibration) -> tuple[float, float]
         used,
         one.model,
         rest.densities_rad_s_rthz,
-        one.log.header.dlpf_cfg,
+        LowPass.of(one.log.header),
     )
     track = motion.bodies[0]
     angle, std = track.reorientation_rad()
@@ -128,7 +129,7 @@ def test_an_angle_sensor_that_says_nothing_before_the_release_has_no_zero_and_is
         found.calibration,
         one.model,
         rest.densities_rad_s_rthz,
-        log.header.dlpf_cfg,
+        LowPass.of(log.header),
     )
     off = motion.angles_rad[:, 1] - one.true_angles_rad(motion.t_s)[:, 1]
     assert np.abs(np.rad2deg(off)).max() < 6.0, (
@@ -150,7 +151,7 @@ def test_where_both_sensors_of_a_joint_are_so_its_gyros_count_from_where_its_ser
         found.calibration,
         one.model,
         rest.densities_rad_s_rthz,
-        log.header.dlpf_cfg,
+        LowPass.of(log.header),
     )
     assert not motion.joints[1].sensed
     off = motion.angles_rad[:, 1] - one.true_angles_rad(motion.t_s)[:, 1]

@@ -10,6 +10,7 @@ import pytest
 
 from tests.evaluation.drops import DLPF_42_HZ, calibrated_from_truth
 from tests.evaluation.fitted_drops import MODEL, fitted
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
 from tfsat_host.evaluation.model_fit.trades import trades
@@ -86,7 +87,9 @@ def test_a_scale_factor_that_nobody_calibrated_is_seen_in_the_offsets() -> None:
     covariance[:, 6:, 6:] = 0.03**2 * np.eye(3)
     unscaled = replace(samples, parameter_covariance=covariance)
     calibration = calibrated_from_truth(MODEL, one.drop.imperfections, 1)
-    flown = flown_of(motion_of(unscaled, calibration, MODEL, one.motion.densities_rad_s_rthz, DLPF_42_HZ))
+    flown = flown_of(
+        motion_of(unscaled, calibration, MODEL, one.motion.densities_rad_s_rthz, LowPass(DLPF_42_HZ))
+    )
     calibrated, loose = trades(one.fit, one.flown), trades(fit_model(one.fit.offsets, flown), flown)
     for before, after in zip(calibrated, loose, strict=True):
         assert after.std > before.std

@@ -158,7 +158,7 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     assert (status["rate_hz"], status["settings_origin"]) == (1000, "uploaded")
     assert abs(status["clock_error_s"]) < 60
     refused = logger("logger-settings", "set", "--bus-khz", 100, expect=2)["error"]
-    assert "3320 us, so at most 301 Hz" in refused["what"]
+    assert "3530 us, so at most 283 Hz" in refused["what"]
     refused = logger("logger-settings", "set", "--gyro-range", 300, expect=2)["error"]
     assert "250, 500, 1000, 2000 deg/s" in refused["what"]
     assert "Nothing to set" in logger("logger-settings", "set", expect=2)["error"]["what"]

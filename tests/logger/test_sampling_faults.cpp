@@ -61,7 +61,7 @@ void begin(SensorBench& bench, int imu, Fault fault) {
     case Fault::kHang: return bus.set_hanging(SensorBench::address(imu), true);
     case Fault::kHeldBus: return bus.set_stuck(true);
     case Fault::kShortedBus: return bus.set_stuck(true, true);
-    case Fault::kForeign: return bench.imu(imu).replace(0x70, bench.t_us);
+    case Fault::kForeign: return bench.imu(imu).replace(0x12, bench.t_us);
     case Fault::kFrozen: return bench.imu(imu).set_fault(Mpu6050Fault::kFrozen);
     case Fault::kFrozenUntilReset: break;
   }
@@ -138,7 +138,7 @@ void check_events(const Campaign& campaign, const Case& c, int faulty) {
         const bool foreign = told.back() == ErrorCode::kSensorForeign;
         CHECK(frozen ? event.value >= static_cast<int32_t>(protocol::kFrozenUs) &&
                            event.value < static_cast<int32_t>(protocol::kFrozenUs + 4000)
-                     : event.value == (foreign ? 0x70 : 0));
+                     : event.value == (foreign ? 0x12 : 0));
       } else {
         CHECK(event.code == EventCode::kSensorRecovered && event.arg == 0 && event.value == 0);
         ++recovered;
@@ -230,7 +230,7 @@ TEST_CASE(one_nack_costs_the_sample_that_it_hits) {
   run_glitch(280, 400, false, 1);
   run_glitch(1000, 400, false, 1);
   run_glitch(280, 100, false, 1);
-  run_glitch(301, 100, false, 1);
+  run_glitch(283, 100, false, 1);
 }
 TEST_CASE(one_timeout_costs_the_sample_that_it_hits) {
   run_glitch(280, 400, true, 1);
@@ -263,7 +263,7 @@ TEST_CASE(sampling_takes_two_bursts_and_the_angles_cost_nothing) {
   bench.run_ms(300);
   bench.tick();
   CHECK(bench.interrupt_us >= 780 && bench.interrupt_us < 790);
-  SensorBench slow(at(300, 100));
+  SensorBench slow(at(280, 100));
   slow.run_ms(300);
   slow.tick();
   CHECK(slow.interrupt_us >= 3120 && slow.interrupt_us < 3130);

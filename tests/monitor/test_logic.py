@@ -29,7 +29,7 @@ from tfsat_host.protocol.messages import (
 from tfsat_host.protocol.record import Payload
 from tfsat_host.robot import AngleSensor
 
-SCALES = LiveReply(1, 280, 131.0, 16384.0, 4096, (0,) * 4, (0,) * 6)
+SCALES = LiveReply(1, 280, 131.0, 16384.0, 4096, 3, bytes([0x68] * 4), (0,) * 4, (0,) * 6)
 SENSORS = [AngleSensor(joint, direction, math.pi) for joint in range(3) for direction in (1, -1)]
 
 

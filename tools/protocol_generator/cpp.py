@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .schema import schema_text
-from .spec import SCALARS, BlockLayout, Enum, Field, Spec, Struct, camel
+from .spec import SCALARS, BlockLayout, Enum, Field, Imu, Spec, Struct, camel
 
 _HEAD = """\
 // Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
@@ -57,12 +57,28 @@ def _constants(spec: Spec) -> str:
         f"constexpr size_t kEventsOffset = {layout.events_offset};",
         f"constexpr size_t kBlockCrcOffset = {layout.crc_offset};",
         "",
+        "// Parts that may be IMUs.",
+        "struct ImuPart {",
+        "  uint8_t who_am_i;",
+        "  float temperature_lsb_per_c;",
+        "  float temperature_offset_c;",
+        "  bool has_accel_filter;  // ACCEL_CONFIG_2",
+        "};",
+        "constexpr ImuPart kImuParts[] = {",
+        *(f"    {_imu(imu)},  // {imu.name}" for imu in spec.imus),
+        "};",
+        "",
         "// LogHeader::schema.",
         "constexpr char kLogSchema[] =",
         *(f'    "{line}"' for line in _pieces(schema_text(spec), 90)),
     ]
     lines[-1] += ";"
     return "\n".join(lines) + "\n"
+
+
+def _imu(imu: Imu) -> str:
+    filtered = "true" if imu.has_accel_filter else "false"
+    return f"{{0x{imu.who_am_i:02X}, {imu.temperature_lsb_per_c}f, {imu.temperature_offset_c}f, {filtered}}}"
 
 
 def _pieces(text: str, length: int) -> list[str]:

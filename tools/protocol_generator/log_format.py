@@ -19,6 +19,7 @@ def generate(spec: Spec) -> str:
     values["StopReason"] = ", ".join(f"{v.value} {v.name}" for v in spec.enums["StopReason"].values) + "."
     values["ErrorCode"] = _wrapped(_error_codes(spec), "\n  ")
     values["schema"] = _wrapped(schema_text(spec), "\n> ")
+    values["imus"] = imu_table(spec)
     values["reader"] = _reader(spec)
 
     def value(match: re.Match[str]) -> str:
@@ -70,6 +71,24 @@ def _fields(spec: Spec, struct: Struct) -> str:
 def _values(enum: Enum) -> str:
     lines = ["| code | name | meaning |", "|---|---|---|"]
     lines += [f"| {value.value} | `{value.name}` | {value.doc} |" for value in enum.values]
+    return "\n".join(lines)
+
+
+def imu_table(spec: Spec) -> str:
+    """The parts that may be IMUs."""
+    lines = [
+        "| part | WHO_AM_I | temperature | delay of the gyros, ms | of the accelerometers, ms | source |",
+        "|---|---|---|---|---|---|",
+    ]
+    for imu in spec.imus:
+        delays = (
+            ", ".join(f"{us / 1000:g}" for us in delays_us)
+            for delays_us in (imu.gyro_delay_us, imu.accel_delay_us)
+        )
+        lines.append(
+            f"| {imu.name} | 0x{imu.who_am_i:02X} | {imu.temperature_lsb_per_c:g} counts a °C, "
+            f"{imu.temperature_offset_c:g} °C at 0 | {' | '.join(delays)} | {imu.doc} |"
+        )
     return "\n".join(lines)
 
 

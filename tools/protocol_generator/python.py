@@ -15,6 +15,7 @@ def generate(spec: Spec) -> dict[str, str]:
         "remedies": _remedies(spec),
         "messages": _messages(spec),
         "log_layout": _log_layout(spec),
+        "imus": _imus(spec),
     }
 
 
@@ -62,6 +63,40 @@ def _remedies(spec: Spec) -> str:
             "    ),",
         ]
     lines += ["}", '"""Error code: (what happened, what it means, what to do)."""']
+    return "\n".join(lines) + "\n"
+
+
+def _imus(spec: Spec) -> str:
+    lines = [
+        *_head("Parts that may be IMUs: register-compatible with the MPU-6050."),
+        "",
+        "from dataclasses import dataclass",
+        "",
+        "",
+        "@dataclass(frozen=True, slots=True)",
+        "class ImuPart:",
+        '    """One kind; delays of its low-passes by DLPF_CFG."""',
+        "",
+        "    name: str",
+        "    who_am_i: int",
+        "    temperature_lsb_per_c: float",
+        "    temperature_offset_c: float",
+        "    gyro_delay_us: tuple[int, ...]",
+        "    accel_delay_us: tuple[int, ...]",
+        "",
+        "",
+        "IMU_PARTS = {",
+    ]
+    for imu in spec.imus:
+        figures = (imu.temperature_lsb_per_c, imu.temperature_offset_c)
+        delays = (tuple(imu.gyro_delay_us), tuple(imu.accel_delay_us))
+        lines += [
+            f"    # {imu.doc}",
+            f"    {imu.who_am_i:#x}: ImuPart(",
+            *(f"        {value}," for value in (f'"{imu.name}"', f"{imu.who_am_i:#x}", *figures, *delays)),
+            "    ),",
+        ]
+    lines += ["}", '"""By register 0x75, WHO_AM_I; the MPU-6050 first."""']
     return "\n".join(lines) + "\n"
 
 

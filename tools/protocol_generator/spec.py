@@ -77,6 +77,20 @@ class Limit:
 
 
 @dataclass(frozen=True)
+class Imu:
+    """A part that may be an IMU; delays of its low-passes by DLPF_CFG. `doc` is where the figures are from."""
+
+    name: str
+    who_am_i: int
+    temperature_lsb_per_c: float
+    temperature_offset_c: float
+    has_accel_filter: bool
+    gyro_delay_us: list[int]
+    accel_delay_us: list[int]
+    doc: str
+
+
+@dataclass(frozen=True)
 class Message:
     """A request with its reply, or a stream."""
 
@@ -106,6 +120,7 @@ class Spec:
     limits: tuple[Limit, ...]
     enums: dict[str, Enum]
     structs: dict[str, Struct]
+    imus: tuple[Imu, ...]
     messages: tuple[Message, ...]
 
     def limit(self, name: str) -> int:
@@ -149,6 +164,7 @@ def load_spec(path: Path) -> Spec:
         limits=tuple(Limit(name, body["value"], body["doc"]) for name, body in raw["limits"].items()),
         enums=enums,
         structs=structs,
+        imus=tuple(Imu(**body) for body in raw["imu"].values()),
         messages=messages,
     )
     _check(spec)
@@ -206,6 +222,8 @@ def _check(spec: Spec) -> None:
         for payload in message.payloads:
             if spec.size_of(payload) > spec.link["max_payload_bytes"]:
                 raise SpecError(f"message {message.name}: payload over link.max_payload_bytes")
+    if len({imu.who_am_i for imu in spec.imus}) != len(spec.imus):
+        raise SpecError("two IMUs share a who_am_i")
     layout = BlockLayout.of(spec)
     if layout.events_offset + spec.limit("events_per_block") * layout.event_bytes > layout.crc_offset:
         raise SpecError("a data block does not hold its samples and events")

@@ -10,13 +10,13 @@ from tfsat_host.cli.log_words import clock_words
 from tfsat_host.cli.output import error_as_dict
 from tfsat_host.devices.card_trouble import drop_in_danger, file_was_full, recording_in_danger, state_words
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
+from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import LoggerStatusReply
 
-WHO_AM_I_MPU6050 = 0x68
 
 _PHASES = {
     DropPhase.WAITING: "not released",
@@ -100,9 +100,9 @@ def _imu_words(status: LoggerStatusReply) -> str:
     words = []
     for body, who_am_i in enumerate(status.who_am_i, 1):
         if status.imu_present >> (body - 1) & 1:
-            words.append(f"{body} ok")
-        elif who_am_i not in (0, WHO_AM_I_MPU6050):
-            words.append(f"{body} FOREIGN (WHO_AM_I 0x{who_am_i:02x}, not 0x{WHO_AM_I_MPU6050:02x})")
+            words.append(f"{body} {IMU_PARTS[who_am_i].name}" if who_am_i in IMU_PARTS else f"{body} ok")
+        elif who_am_i and who_am_i not in IMU_PARTS:
+            words.append(f"{body} FOREIGN (WHO_AM_I 0x{who_am_i:02x}: no part that the logger knows)")
         else:
             words.append(f"{body} MISSING")
     return ", ".join(words)

@@ -21,6 +21,8 @@ from tfsat_host.protocol.limits import (
     FILE_MIN_MIB,
     GYRO_RANGE_FACTORY_DEG_S,
     IMU_BURST_BITS,
+    IMU_PROOF_BITS,
+    IMU_PROOF_SLACK_US,
     IMUS_PER_BUS,
     LANDING_LATEST_US,
     PARTIAL_BLOCK_MS,
@@ -94,7 +96,7 @@ def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
     return (
         f"{rate_hz} Hz leaves {1_000_000 // rate_hz} us; {_WORDS.get(IMUS_PER_BUS, IMUS_PER_BUS)} 14-byte bursts of "
         f"{IMU_BURST_BITS} bits take {IMUS_PER_BUS} x {burst_us(bus_khz)} us at {bus_khz} kHz, plus "
-        f"{SAMPLING_MARGIN_US} us kept for a failing sensor: {_needed_us(bus_khz)} us, "
+        f"{_margin_us(bus_khz)} us kept for what else a sensor takes: {_needed_us(bus_khz)} us, "
         f"so at most {rate_max_hz(bus_khz)} Hz"
     )
 
@@ -157,7 +159,12 @@ def _blocks_per_s(rate_hz: int) -> int:
 
 
 def _needed_us(bus_khz: int) -> int:
-    return IMUS_PER_BUS * burst_us(bus_khz) + SAMPLING_MARGIN_US
+    return IMUS_PER_BUS * burst_us(bus_khz) + _margin_us(bus_khz)
+
+
+def _margin_us(bus_khz: int) -> int:
+    """For a sensor that fails, or for a proof that it kept its settings."""
+    return max(SAMPLING_MARGIN_US, -(-IMU_PROOF_BITS * 1000 // bus_khz) + IMU_PROOF_SLACK_US)
 
 
 def _among(what: str, value: int, choices: tuple[int, ...], unit: str) -> None:

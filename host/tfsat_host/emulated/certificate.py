@@ -23,8 +23,6 @@ from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
 
-WHO_AM_I = "68" * IMU_COUNT
-"""Of the emulated MPU-6050s."""
 TEMPERATURE_C = 25.0
 
 _BIAS_STD_RAD_S = np.deg2rad(0.001)
@@ -55,7 +53,7 @@ def careful_certificate(
     random = np.random.default_rng([seed, 5])
     gyros = tuple(_gyro(model, truth, body, random, measured) for body in range(IMU_COUNT))
     joints = tuple(_sensors(model, truth, joint, random, measured) for joint in range(JOINT_COUNT))
-    subject = Subject(model.name, truth.logger_serial.hex(), WHO_AM_I, True)
+    subject = Subject(model.name, truth.logger_serial.hex(), truth.imu_who_am_i.hex(), True)
     servos = careful_servo_maps(model, truth, seed)
     return Calibration(
         subject, gyros, joints, servos, (measured,) * JOINT_COUNT, (), (), measured, drawn=tuple(DRAWABLE)

@@ -56,6 +56,7 @@ class Imperfections:
             (a first-order Gauss-Markov process): the in-run bias stability.
         gyro_shock_limit_g: A blow harder than this drives the gyros' proof masses against their stops: all axes show
             the ends of their ranges as long as it lasts. At 0 none does.
+        imu_who_am_i: Which part each IMU is, by its register 0x75: an MPU-6050, or one of `IMU_PARTS`.
         logger_serial: 8 bytes that the logger gives as its serial number: robots of other errors are other robots.
     """
 
@@ -80,6 +81,7 @@ class Imperfections:
     warming_s: float = 180.0
     gyro_wander_rad_s: float = 0.0
     gyro_shock_limit_g: float = 0.0
+    imu_who_am_i: bytes = b"\x68\x68\x68\x68"
     logger_serial: bytes = b"emuLATED"
 
 

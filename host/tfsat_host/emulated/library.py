@@ -70,6 +70,8 @@ class RobotConfig(ctypes.Structure):
         ("warming_s", c_double),
         ("sequencer_clock_ppm", c_double),
         ("logger_clock_ppm", c_double),
+        ("imu_who_am_i", c_uint8 * 4),
+        ("reserved", c_uint8 * 4),
         ("logger_serial", c_uint8 * 8),
     ]
 

@@ -71,6 +71,7 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
     config.angle_noise_rad = wrong.angle_noise_rad
     config.sequencer_clock_ppm = wrong.sequencer_clock_ppm
     config.logger_clock_ppm = wrong.logger_clock_ppm
+    config.imu_who_am_i[:] = wrong.imu_who_am_i
     config.logger_serial[:] = wrong.logger_serial
     return config
 

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.evaluation.checks import Check, checks_of
 from tfsat_host.evaluation.checks.filed_maneuver import maneuver_check
@@ -199,7 +200,7 @@ def evaluate(
     stand_ins = with_stand_ins(calibration, log, model, rest, recorded)
     used = stand_ins.calibration
     samples = samples_of(log, used, model)
-    motion = motion_of(samples, used, model, rest.densities_rad_s_rthz, log.header.dlpf_cfg)
+    motion = motion_of(samples, used, model, rest.densities_rad_s_rthz, LowPass.of(log.header))
     seen = witnesses or Witnesses()
     clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
     strokes = () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)

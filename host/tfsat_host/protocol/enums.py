@@ -135,7 +135,7 @@ class EventCode(IntEnum):
     STROKE = 2
     """The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep."""
     SENSOR_FAULT = 3
-    """A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_foreign: value = its WHO_AM_I."""
+    """A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_reset: value = microseconds before the event from which they may be in other scales; sensor_foreign: value = its WHO_AM_I."""
     SENSOR_RECOVERED = 4
     """A sensor answers again: index = IMU."""
     CARD_STALL = 5
@@ -240,7 +240,7 @@ class ErrorCode(IntEnum):
     SENSOR_FROZEN = 46
     """An IMU repeats the same reading."""
     SENSOR_FOREIGN = 47
-    """What answers at an IMU's address is not an MPU-6050 (WHO_AM_I)."""
+    """What answers at an IMU's address is no part that the logger knows (WHO_AM_I)."""
     CARD_WRITE_PROTECTED = 48
     """The card forbids writing."""
     CARD_UNREADABLE = 49

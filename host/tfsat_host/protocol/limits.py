@@ -5,7 +5,7 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-PROTOCOL_HASH = bytes.fromhex("fea0b707d1d3f5e9")
+PROTOCOL_HASH = bytes.fromhex("f46f1a590cae2e1b")
 FIRMWARE_VERSION = (0, 2, 0)
 MAX_PAYLOAD_BYTES = 96
 REPLY_BIT = 0x80
@@ -87,6 +87,10 @@ IMU_BURST_BITS = 156
 """Bits on the bus for one 14-byte burst: 17 bytes of 9 bits, 3 for start, restart and stop."""
 IMUS_PER_BUS = 2
 """An MPU-6050 has two addresses, so a bus carries two."""
+IMU_PROOF_BITS = 39
+"""On the bus, for an IMU to show one of its settings."""
+IMU_PROOF_SLACK_US = 20
+"""That such a transfer may take beyond its bits."""
 SAMPLING_MARGIN_US = 200
 """Of each sampling period, kept for a sensor that fails and for the processor."""
 GYRO_RANGE_FACTORY_DEG_S = 500

@@ -36,7 +36,7 @@ class ImuReading(Record):
 
 @dataclass(frozen=True, slots=True)
 class Sample(Record):
-    """All sensors, read one after the other: each at the sample's time and its offset in LogHeader.
+    """All sensors, each read at the sample's time and its offset in LogHeader.
 
     Attributes:
         time_offset_us: Time after the block's time_us.
@@ -171,12 +171,12 @@ class LogHeader(Record):
         rate_hz: Commanded sampling rate.
         gyro_lsb_per_deg_s: Gyro scale.
         accel_lsb_per_g: Accelerometer scale.
-        temperature_lsb_per_c: Temperature scale.
-        temperature_offset_c: Temperature at zero counts.
+        temperature_lsb_per_c: Temperature scale of an MPU-6050; of the other parts see IMUs.
+        temperature_offset_c: Temperature of an MPU-6050 at zero counts.
         angle_counts_per_turn: ADC counts of a full turn of an angle sensor.
         gyro_range_deg_s: Full scale, +-.
         accel_range_g: Full scale, +-.
-        dlpf_cfg: MPU-6050 CONFIG.DLPF_CFG.
+        dlpf_cfg: Low-pass of the IMUs, CONFIG.DLPF_CFG; see IMUs.
         who_am_i: Register 0x75 of each IMU; 0 where none answered.
         bus_khz: Clock of the I2C buses.
         after_landing_s: The recording closes by itself this long after the landing.
@@ -291,7 +291,7 @@ class LoggerSettings(Record):
         rate_hz: Sampling rate.
         gyro_range_deg_s: Full scale, +-: 250, 500, 1000 or 2000.
         accel_range_g: Full scale, +-: 2, 4, 8 or 16.
-        dlpf_cfg: MPU-6050 CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.
+        dlpf_cfg: Low-pass of the IMUs, CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.
         bus_khz: Clock of the I2C buses: 100 or 400.
         after_landing_s: A recording closes by itself this long after the landing.
         file_mib: Room that a recording takes on the card.
@@ -953,18 +953,22 @@ class LiveReply(Payload):
         gyro_lsb_per_deg_s: Gyro scale.
         accel_lsb_per_g: Accelerometer scale.
         angle_counts_per_turn: Angle sensor scale.
+        dlpf_cfg: Low-pass of the IMUs, CONFIG.DLPF_CFG.
+        who_am_i: Register 0x75 of each IMU; 0 where none answered.
         imu_offset_us: From a sample's time to the moment of each IMU's reading.
         angle_offset_us: The same of each angle sensor.
     """
 
     TYPE: ClassVar[int] = 0xC2
-    SIZE: ClassVar[int] = 35
+    SIZE: ClassVar[int] = 40
     LAYOUT: ClassVar[Layout] = (
         ("enabled", "B", None),
         ("rate_hz", "H", None),
         ("gyro_lsb_per_deg_s", "f", None),
         ("accel_lsb_per_g", "f", None),
         ("angle_counts_per_turn", "I", None),
+        ("dlpf_cfg", "B", None),
+        ("who_am_i", "B", 4),
         ("imu_offset_us", "H", 4),
         ("angle_offset_us", "H", 6),
     )
@@ -974,6 +978,8 @@ class LiveReply(Payload):
     gyro_lsb_per_deg_s: float
     accel_lsb_per_g: float
     angle_counts_per_turn: int
+    dlpf_cfg: int
+    who_am_i: bytes
     imu_offset_us: tuple[int, ...]
     angle_offset_us: tuple[int, ...]
 

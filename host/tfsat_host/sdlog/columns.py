@@ -11,6 +11,7 @@ from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 from .droplog import DropLog
+from .header import temperature_scales
 
 _AXES = "xyz"
 
@@ -50,6 +51,7 @@ def physical_columns(log: DropLog) -> list[CountColumn]:
     columns = []
     for body in range(IMU_COUNT):
         counts, valid = log.imu_counts[:, body], log.imu_valid[:, body]
+        lsb_per_c, offset_c = temperature_scales(header)[body]
         per_g = STANDARD_GRAVITY_M_S2 / header.accel_lsb_per_g
         name = f"imu{body + 1}"
         columns += [
@@ -66,8 +68,8 @@ def physical_columns(log: DropLog) -> list[CountColumn]:
             CountColumn(
                 f"{name}_temperature_c",
                 counts[:, 3],
-                1 / header.temperature_lsb_per_c,
-                header.temperature_offset_c,
+                1 / lsb_per_c,
+                offset_c,
                 3,
                 valid,
             )

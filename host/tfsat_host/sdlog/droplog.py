@@ -16,6 +16,7 @@ from tfsat_host.units import STANDARD_GRAVITY_M_S2
 from .assembly import SetAside
 from .events import DropEvent
 from .gaps import Gap
+from .header import temperature_scales
 from .recordings import ChosenBy, Recording
 from .release import Release
 
@@ -150,8 +151,8 @@ class DropLog:
     @cached_property
     def temperature_c(self) -> NDArray[np.float64]:
         """(n, 4) die temperature of each IMU, °C."""
-        scaled = self._imu_columns(slice(3, 4), 1 / self.header.temperature_lsb_per_c)
-        return scaled[:, :, 0] + np.float64(self.header.temperature_offset_c)
+        lsb_per_c, offset_c = np.array(temperature_scales(self.header)).T
+        return np.asarray(self._imu_columns(slice(3, 4), 1.0)[:, :, 0] * (1 / lsb_per_c) + offset_c)
 
     @cached_property
     def sensor_angle_rad(self) -> NDArray[np.float64]:

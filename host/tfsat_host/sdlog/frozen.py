@@ -1,4 +1,4 @@
-"""Takes back what an IMU repeated before the logger noticed that it had stopped measuring."""
+"""Takes back what an IMU said before the logger noticed that it had stopped measuring, or had other scales."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from tfsat_host.protocol.limits import FROZEN_US
 
 from .events import DropEvent
 
+_REACHING_BACK = (ErrorCode.SENSOR_FROZEN, ErrorCode.SENSOR_RESET)
 FROZEN_READINGS = 5
 """Fewer equal readings prove nothing, however slow the sampling (`FreezeWatch::kFrozenReadings`)."""
 _ROWS_AT_A_TIME = 1 << 15
@@ -22,13 +23,13 @@ _AXES = np.array([0, 1, 2, 4, 5, 6])
 _ENDS_OF_RANGE = (-(1 << 15), (1 << 15) - 1)
 
 
-def invalidate_frozen(
+def invalidate_told(
     events: Iterable[DropEvent], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
 ) -> None:
-    """Clear the validity, in place, of the samples during which an output stood still.
+    """Clear the validity, in place, of the samples during which an output stood still, or may have had other scales.
 
-    The logger marks a frozen IMU invalid only from the sample on at which it is certain; the event says
-    for how many µs before it the output had not changed by one bit.
+    The logger marks an IMU invalid only from the sample on at which it is certain; the event says for how many µs
+    before it the output had not changed by one bit, or since when the settings had not been seen.
 
     Args:
         events: Of the recording, by time.
@@ -38,7 +39,7 @@ def invalidate_frozen(
     spans = [
         (event.index, event.t_us - event.value, event.t_us)
         for event in events
-        if event.name == "sensor_fault" and event.arg == ErrorCode.SENSOR_FROZEN and event.value > 0
+        if event.name == "sensor_fault" and event.arg in _REACHING_BACK and event.value > 0
     ]
     if not spans:
         return

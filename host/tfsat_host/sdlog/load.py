@@ -17,7 +17,7 @@ from .blocks import LATEST_TIME_US, look
 from .doubts import event_doubts, find_doubts, release_doubts
 from .droplog import DropLog, Verdict
 from .events import read_events
-from .frozen import invalidate_frozen, invalidate_repeated
+from .frozen import invalidate_repeated, invalidate_told
 from .gaps import find_gaps
 from .misaligned import find_shift
 from .records import Records, RecordsBuilder
@@ -116,7 +116,7 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
     steps = look_at_steps(records.t_us, records.index, found.header.rate_hz)
     events = read_events(records.events)
     believed = [event for event in events if event.t_us < LATEST_TIME_US]
-    invalidate_frozen(believed, records.t_us, records.imu_valid)
+    invalidate_told(believed, records.t_us, records.imu_valid)
     invalidate_repeated(records.imu, records.index, records.t_us, records.imu_valid)
     release = find_release(believed, records.t_us, records.switch_open, gaps)
     doubts = (

@@ -68,7 +68,7 @@ void Imu::read(uint64_t t_us, uint8_t reg, uint8_t* data, uint8_t size) const {
     return;
   }
   memcpy(data, registers_ + reg, size);
-  if (reg == kWhoAmI) data[0] = fails(t_us, ImuFault::kForeign) ? 0x70 : 0x68;
+  if (reg == kWhoAmI) data[0] = fails(t_us, ImuFault::kForeign) ? 0x12 : 0x68;
 }
 
 void Imu::write(uint8_t reg, uint8_t value) {

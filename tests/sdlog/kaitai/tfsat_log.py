@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: 34b5375240de8adb39cba9ad401de6bcb4eda2dbc7ee4e270226248a77172ae3
+# sha256 of protocol/tfsat_log.ksy: 6fa578acb9293ab11c2fe68b556cd7936cd7e7f9636f3f4a39d0be6f9b55c714
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors
@@ -369,7 +369,7 @@ class TfsatLog(KaitaiStruct):
 
 
     class Sample(KaitaiStruct):
-        """All sensors, read one after the other: each at the sample's time and its offset in LogHeader."""
+        """All sensors, each read at the sample's time and its offset in LogHeader."""
         def __init__(self, _io, _parent=None, _root=None):
             super(TfsatLog.Sample, self).__init__(_io)
             self._parent = _parent

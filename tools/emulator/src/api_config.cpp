@@ -68,6 +68,7 @@ RobotParameters robot_parameters(const TfsatRobotConfig& c) {
     imu.gyro_wander_rad_s = c.gyro_wander_rad_s;
     imu.gyro_wander_s = c.gyro_wander_s;
     imu.gyro_shock_limit_m_s2 = c.gyro_shock_limit_m_s2;
+    imu.who_am_i = c.imu_who_am_i[i];
     imu.seed = c.seed * 31 + i;
   }
   for (size_t i = 0; i < kAngleSensors; ++i) {

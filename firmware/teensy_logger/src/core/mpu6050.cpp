@@ -11,7 +11,9 @@ using protocol::ErrorCode;
 
 namespace {
 
-constexpr uint8_t kRegSmplrtDiv = 0x19;  // RM p. 11; 0x19 to 0x1C are written and read in a row
+// RM p. 11; 0x19 to 0x1C are written and read in a row, and ACCEL_CONFIG_2, 0x1D, where there is
+// one (RM-MPU-6500A-00 rev. 2.1, register 29).
+constexpr uint8_t kRegSmplrtDiv = 0x19;
 constexpr uint8_t kRegAccelXoutH = 0x3B;  // RM p. 29; burst up to GYRO_ZOUT_L 0x48, p. 31
 constexpr uint8_t kRegPwrMgmt1 = 0x6B;    // RM p. 40
 constexpr uint8_t kRegWhoAmI = 0x75;      // RM p. 45
@@ -31,6 +33,13 @@ constexpr RegisterValue kWakeUp[] = {
 };
 constexpr uint8_t kWakeUpSteps = sizeof kWakeUp / sizeof kWakeUp[0];
 
+const protocol::ImuPart* find_part(uint8_t who_am_i) {
+  for (const protocol::ImuPart& part : protocol::kImuParts) {
+    if (part.who_am_i == who_am_i) return &part;
+  }
+  return nullptr;
+}
+
 ErrorCode error_of(I2cResult result) {
   return result == I2cResult::kNack ? ErrorCode::kSensorMissing : ErrorCode::kBusStuck;
 }
@@ -48,10 +57,15 @@ void Mpu6050::apply(const protocol::LoggerSettings& settings) {
   settings_[1] = settings.dlpf_cfg;  // CONFIG, RM p. 13
   settings_[2] = static_cast<uint8_t>(gyro_fs_sel(settings.gyro_range_deg_s) << 3);  // RM p. 14
   settings_[3] = static_cast<uint8_t>(accel_afs_sel(settings.accel_range_g) << 3);   // RM p. 15
+  settings_[4] = settings.dlpf_cfg;  // ACCEL_CONFIG_2: A_DLPF_CFG
   phase_ = Phase::kIdentify;
   wait_until_us_ = 0;
   error_ = ErrorCode::kNone;
   fresh_ = doubted_ = false;
+}
+
+uint8_t Mpu6050::settings_size() const {
+  return part_->has_accel_filter ? kCheckBytes : kCheckBytes - 1;
 }
 
 uint8_t Mpu6050::value_of_step() const {
@@ -77,7 +91,7 @@ bool Mpu6050::start(I2cBus& bus, uint64_t t_us) {
       return true;
     }
     case Phase::kVerify:
-      bus.start_read(address_, kRegSmplrtDiv, buffer_, sizeof settings_);
+      bus.start_read(address_, kRegSmplrtDiv, buffer_, settings_size());
       return true;
     case Phase::kSettle:
     case Phase::kRunning:
@@ -88,25 +102,50 @@ bool Mpu6050::start(I2cBus& bus, uint64_t t_us) {
 }
 
 void Mpu6050::start_check(I2cBus& bus) {
-  checking_ = true;
-  bus.start_read(address_, kRegSmplrtDiv, buffer_, sizeof settings_);
+  asked_ = Shown::kSettings;
+  bus.start_read(address_, kRegSmplrtDiv, buffer_, settings_size());
+}
+
+// The first setting that is not 0, which all are after a reset. Where none is, there is nothing to
+// lose.
+uint8_t Mpu6050::proof_index() const {
+  uint8_t index = 0;
+  while (index < settings_size() && settings_[index] == 0) ++index;
+  return index;
+}
+
+bool Mpu6050::proof_due(uint64_t t_us) const {
+  return fresh() && t_us - proven_us_ >= kProofEveryUs && proof_index() < settings_size();
+}
+
+void Mpu6050::start_proof(I2cBus& bus) {
+  asked_ = Shown::kProof;
+  bus.start_read(address_, static_cast<uint8_t>(kRegSmplrtDiv + proof_index()), buffer_,
+                 kProofBytes);
 }
 
 void Mpu6050::finish(I2cResult result, uint64_t t_us) {
-  const bool checking = checking_;
-  checking_ = false;
+  const Shown asked = asked_;
+  asked_ = Shown::kReading;
   if (result != I2cResult::kDone) {
     if (phase_ == Phase::kIdentify) who_am_i_ = 0;
     if (phase_ == Phase::kRunning) return miss(error_of(result), t_us);
     return fail(error_of(result), t_us);
   }
-  if (checking) return accept_check(t_us);
-  accept(t_us);
+  switch (asked) {
+    case Shown::kReading:
+      return accept(t_us);
+    case Shown::kSettings:
+      return accept_check(memcmp(buffer_, settings_, settings_size()) == 0, t_us);
+    case Shown::kProof:
+      return accept_check(buffer_[0] == settings_[proof_index()], t_us);
+  }
 }
 
 // It is identified and configured anew before anything it says is believed again.
 void Mpu6050::fail(ErrorCode error, uint64_t t_us, uint32_t retry_us) {
   error_ = error;
+  suspect_us_ = 0;
   fresh_ = doubted_ = false;
   phase_ = Phase::kIdentify;
   wait_until_us_ = t_us + retry_us;
@@ -134,7 +173,7 @@ void Mpu6050::accept(uint64_t t_us) {
       accept_identity(t_us);
       return;
     case Phase::kConfigure:
-      if (++step_ == kWakeUpSteps + sizeof settings_) phase_ = Phase::kVerify;
+      if (++step_ == kWakeUpSteps + settings_size()) phase_ = Phase::kVerify;
       return;
     case Phase::kVerify:
       accept_settings(t_us);
@@ -148,7 +187,8 @@ void Mpu6050::accept(uint64_t t_us) {
 
 void Mpu6050::accept_identity(uint64_t t_us) {
   who_am_i_ = buffer_[0];
-  if (who_am_i_ != mpu6050::kWhoAmIValue) {
+  part_ = find_part(who_am_i_);
+  if (part_ == nullptr) {
     fail(ErrorCode::kSensorForeign, t_us);
     return;
   }
@@ -158,19 +198,25 @@ void Mpu6050::accept_identity(uint64_t t_us) {
 
 // What does not keep its ranges has other registers, and thus other scales.
 void Mpu6050::accept_settings(uint64_t t_us) {
-  if (memcmp(buffer_, settings_, sizeof settings_) != 0) {
+  if (memcmp(buffer_, settings_, settings_size()) != 0) {
     fail(ErrorCode::kSensorForeign, t_us);
     return;
   }
+  proven_us_ = t_us;
   phase_ = Phase::kSettle;
   wait_until_us_ = t_us + kSettleUs;
   watch_.restart();
 }
 
-// Lost settings come back with a full start, at once.
-void Mpu6050::accept_check(uint64_t t_us) {
+// Lost settings come back with a full start, at once. What was read since they were last shown may
+// be in the scales of a reset; at that moment it was not.
+void Mpu6050::accept_check(bool kept, uint64_t t_us) {
   doubted_ = false;
-  if (memcmp(buffer_, settings_, sizeof settings_) != 0) fail(ErrorCode::kSensorReset, t_us, 0);
+  if (!kept) {
+    fail(ErrorCode::kSensorReset, t_us, 0);
+    suspect_us_ = t_us - proven_us_ - 1;
+  }
+  proven_us_ = t_us;
 }
 
 void Mpu6050::accept_burst(uint64_t t_us) {

@@ -1,5 +1,5 @@
-// One InvenSense MPU-6050: found, configured, checked and read, one I2C transfer per sampling
-// instant.
+// One InvenSense MPU-6050, or a part that is register-compatible (protocol::kImuParts): found,
+// configured, checked and read, one I2C transfer per sampling instant.
 //
 // Sources: "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00 rev. 4.2 (RM),
 // and "Product Specification", PS-MPU-6000A-00 rev. 3.4 (PS).
@@ -10,15 +10,6 @@
 
 namespace tfsat {
 namespace logger {
-
-namespace mpu6050 {
-
-constexpr uint8_t kWhoAmIValue = 0x68;  // RM p. 45: the same at both addresses
-// RM p. 30.
-constexpr float kTemperatureLsbPerC = 340.0f;
-constexpr float kTemperatureOffsetC = 36.53f;
-
-}  // namespace mpu6050
 
 class Mpu6050 {
  public:
@@ -31,6 +22,9 @@ class Mpu6050 {
   static constexpr uint32_t kSettleUs = 50000;
   // From DEVICE_RESET to the next access (RM p. 41).
   static constexpr uint32_t kResetUs = 100000;
+  // A part that wakes up measuring (MPU-6500 and later) may lose its settings without missing a
+  // transfer. So each shows every so often that it kept them.
+  static constexpr uint32_t kProofEveryUs = 100000;
 
   explicit Mpu6050(uint8_t address) : address_(address) {}
 
@@ -53,7 +47,13 @@ class Mpu6050 {
   bool doubted() const { return doubted_; }
   // Asks for its settings; finish() takes the outcome. Only while it is doubted.
   void start_check(I2cBus& bus);
-  static constexpr uint8_t kCheckBytes = 4;
+  static constexpr uint8_t kCheckBytes = 5;
+
+  // It has not shown its settings for kProofEveryUs.
+  bool proof_due(uint64_t t_us) const;
+  // Asks for the one setting that a reset would change; finish() takes the outcome.
+  void start_proof(I2cBus& bus);
+  static constexpr uint8_t kProofBytes = 1;
 
   // It is configured, and did not fail for longer than a glitch lasts.
   bool running() const { return phase_ == Phase::kRunning; }
@@ -71,29 +71,37 @@ class Mpu6050 {
   protocol::ErrorCode error() const { return error_; }
   // For kSensorFrozen: how long before the last burst its output first stood still.
   uint64_t still_us() const { return watch_.still_us(); }
+  // For kSensorReset: for how long before it was noticed its readings may be in other scales.
+  uint64_t suspect_us() const { return suspect_us_; }
 
  private:
   enum class Phase : uint8_t {
     kUnused, kReset, kIdentify, kConfigure, kVerify, kSettle, kRunning
   };
+  enum class Shown : uint8_t { kReading, kSettings, kProof };
   static constexpr uint8_t kAxes = 6;
 
+  uint8_t settings_size() const;
+  uint8_t proof_index() const;
   uint8_t value_of_step() const;
   void fail(protocol::ErrorCode error, uint64_t t_us, uint32_t retry_us = kRetryUs);
   void miss(protocol::ErrorCode error, uint64_t t_us);
   void accept(uint64_t t_us);
   void accept_identity(uint64_t t_us);
   void accept_settings(uint64_t t_us);
-  void accept_check(uint64_t t_us);
+  void accept_check(bool kept, uint64_t t_us);
   void accept_burst(uint64_t t_us);
   bool believable(uint64_t t_us);
 
   uint8_t buffer_[protocol::ImuReading::kSize] = {};
-  uint8_t settings_[kCheckBytes] = {};  // registers SMPLRT_DIV to ACCEL_CONFIG
+  uint8_t settings_[kCheckBytes] = {};  // registers SMPLRT_DIV to ACCEL_CONFIG_2
+  const protocol::ImuPart* part_ = nullptr;
   protocol::ImuReading reading_ = {};
   FreezeWatch watch_;
   uint64_t wait_until_us_ = 0;
   uint64_t doubted_since_us_ = 0;
+  uint64_t proven_us_ = 0;
+  uint64_t suspect_us_ = 0;
   uint8_t address_;
   uint8_t who_am_i_ = 0;
   uint8_t step_ = 0;
@@ -103,7 +111,7 @@ class Mpu6050 {
   protocol::ErrorCode missed_ = protocol::ErrorCode::kNone;
   bool fresh_ = false;
   bool doubted_ = false;
-  bool checking_ = false;  // the transfer under way asks for the settings
+  Shown asked_ = Shown::kReading;  // by the transfer under way, while it runs
   bool mistrusted_ = false;  // it has frozen, and not moved since
 };
 

@@ -163,6 +163,8 @@ Reply RequestServer::live(const protocol::LiveRequest& request, uint8_t* reply) 
   live.gyro_lsb_per_deg_s = gyro_lsb_per_deg_s(settings);
   live.accel_lsb_per_g = accel_lsb_per_g(settings);
   live.angle_counts_per_turn = kAngleCountsPerTurn;
+  live.dlpf_cfg = settings.dlpf_cfg;
+  parts_.sampler.copy_who_am_i(live.who_am_i);
   put_offsets(settings.bus_khz, live);
   return encoded(live, reply);
 }
@@ -224,8 +226,8 @@ protocol::LogHeader RequestServer::log_header() const {
   header.rate_hz = settings.rate_hz;
   header.gyro_lsb_per_deg_s = gyro_lsb_per_deg_s(settings);
   header.accel_lsb_per_g = accel_lsb_per_g(settings);
-  header.temperature_lsb_per_c = mpu6050::kTemperatureLsbPerC;
-  header.temperature_offset_c = mpu6050::kTemperatureOffsetC;
+  header.temperature_lsb_per_c = protocol::kImuParts[0].temperature_lsb_per_c;
+  header.temperature_offset_c = protocol::kImuParts[0].temperature_offset_c;
   header.angle_counts_per_turn = kAngleCountsPerTurn;
   header.gyro_range_deg_s = settings.gyro_range_deg_s;
   header.accel_range_g = settings.accel_range_g;

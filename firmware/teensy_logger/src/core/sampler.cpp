@@ -21,7 +21,7 @@ void Sampler::Lane::apply(const protocol::LoggerSettings& settings) {
   khz_ = settings.bus_khz;
   period_us_ = 1000000u / settings.rate_hz;
   used_us_ = kImusPerBus * imu_burst_us(khz_);
-  check_first_ = !room_for_check();
+  check_first_ = !room_for_read(Mpu6050::kCheckBytes);
   bus_.set_clock(khz_);
   for (Mpu6050& imu : imus_) imu.apply(settings);
 }
@@ -40,7 +40,7 @@ bool Sampler::Lane::advance(uint64_t t_us) {
     if (result == I2cResult::kBusy) return true;
     finish(result, t_us);
   }
-  return start_next(t_us) || start_check();
+  return start_next(t_us) || start_check(t_us);
 }
 
 bool Sampler::Lane::start_next(uint64_t t_us) {
@@ -56,20 +56,33 @@ bool Sampler::Lane::start_next(uint64_t t_us) {
   return false;
 }
 
-// Behind all bursts a sensor that missed one, now or at the instant before, shows its settings, if
-// that ends before the next instant.
-bool Sampler::Lane::start_check() {
+// Behind all bursts a sensor that missed one, now or at the instant before, shows its settings, and
+// one that has long not shown any a part of them, if that ends before the next instant and no other
+// needs the time more.
+bool Sampler::Lane::start_check(uint64_t t_us) {
   while (next_check_ < kImusPerBus) {
     Mpu6050& imu = imus_[next_check_++];
-    if (!imu.doubted() || !room_for_check()) continue;
-    imu.start_check(bus_);
-    return transferring_ = true;
+    if (imu.doubted() && room_for_read(Mpu6050::kCheckBytes)) {
+      imu.start_check(bus_);
+      return transferring_ = true;
+    }
+    if (!any_doubted() && imu.proof_due(t_us) && room_for_read(Mpu6050::kProofBytes)) {
+      imu.start_proof(bus_);
+      return transferring_ = true;
+    }
   }
   return false;
 }
 
-bool Sampler::Lane::room_for_check() const {
-  return room_for(i2c_read_deadline_us(khz_, Mpu6050::kCheckBytes));
+bool Sampler::Lane::any_doubted() const {
+  for (const Mpu6050& imu : imus_) {
+    if (imu.doubted()) return true;
+  }
+  return false;
+}
+
+bool Sampler::Lane::room_for_read(uint32_t bytes) const {
+  return room_for(i2c_read_deadline_us(khz_, bytes));
 }
 
 void Sampler::Lane::recover() {
@@ -186,6 +199,9 @@ void Sampler::note_change(uint8_t imu_index, Instant& instant) {
   if (told.error == ErrorCode::kSensorForeign) event.value = sensor.who_am_i();
   if (was_running && told.error == ErrorCode::kSensorFrozen) {
     event.value = static_cast<int32_t>(sensor.still_us());
+  }
+  if (was_running && told.error == ErrorCode::kSensorReset) {
+    event.value = static_cast<int32_t>(sensor.suspect_us());
   }
 }
 

@@ -62,11 +62,12 @@ class Sampler {
 
    private:
     bool start_next(uint64_t t_us);
-    bool start_check();
+    bool start_check(uint64_t t_us);
     void finish(I2cResult result, uint64_t t_us);
     uint32_t longest_us(I2cResult result) const;
     bool room_for(uint32_t us) const { return used_us_ + recovering_us_ + us <= period_us_; }
-    bool room_for_check() const;
+    bool any_doubted() const;
+    bool room_for_read(uint32_t bytes) const;
     void recover();
     void give_up(I2cResult result, uint64_t t_us);
 

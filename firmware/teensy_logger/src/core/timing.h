@@ -52,6 +52,14 @@ constexpr uint32_t i2c_read_deadline_us(uint16_t bus_khz, uint32_t bytes) {
 }
 static_assert(i2c_read_deadline_us(400, 14) == i2c_deadline_us(400), "a burst is such a read");
 
+// One setting of an IMU, which shows behind the bursts that it was not lost (mpu6050.h).
+constexpr uint32_t proof_us(uint16_t bus_khz) {
+  return (protocol::kImuProofBits * 1000u + bus_khz - 1) / bus_khz + protocol::kImuProofSlackUs;
+}
+static_assert(i2c_read_deadline_us(100, 1) <= proof_us(100) &&
+                  i2c_read_deadline_us(400, 1) <= proof_us(400),
+              "it is a read of one byte");
+
 // Lines that are not idle this long after a transfer was begun are held low.
 constexpr uint32_t kI2cStuckUs = 30;
 
@@ -67,10 +75,13 @@ static_assert(kI2cStuckUs + kI2cRecoveryUs + protocol::kImusPerBus * kI2cSlackUs
                   protocol::kSamplingMarginUs,
               "no fault may delay the next instant");
 
-// The highest sampling rate that the buses carry at this clock.
+// The highest sampling rate that the buses carry at this clock: bursts, and behind them what a
+// fault takes or one proof of the settings.
 constexpr uint16_t max_rate_hz(uint16_t bus_khz) {
-  const uint32_t period_us =
-      protocol::kImusPerBus * imu_burst_us(bus_khz) + protocol::kSamplingMarginUs;
+  const uint32_t margin_us = proof_us(bus_khz) > protocol::kSamplingMarginUs
+                                 ? proof_us(bus_khz)
+                                 : protocol::kSamplingMarginUs;
+  const uint32_t period_us = protocol::kImusPerBus * imu_burst_us(bus_khz) + margin_us;
   const uint32_t rate_hz = 1000000u / period_us;
   return static_cast<uint16_t>(rate_hz < protocol::kSampleRateMaxHz ? rate_hz
                                                                     : protocol::kSampleRateMaxHz);

@@ -10,7 +10,7 @@
 namespace tfsat {
 namespace protocol {
 
-constexpr uint8_t kProtocolHash[8] = {0xFE, 0xA0, 0xB7, 0x07, 0xD1, 0xD3, 0xF5, 0xE9};
+constexpr uint8_t kProtocolHash[8] = {0xF4, 0x6F, 0x1A, 0x59, 0x0C, 0xAE, 0x2E, 0x1B};
 constexpr uint8_t kFirmwareVersion[3] = {0, 2, 0};
 constexpr size_t kMaxPayloadBytes = 96;
 constexpr uint8_t kReplyBit = 0x80;
@@ -93,6 +93,10 @@ constexpr uint32_t kSampleRateMaxHz = 1000;
 constexpr uint32_t kImuBurstBits = 156;
 // An MPU-6050 has two addresses, so a bus carries two.
 constexpr uint32_t kImusPerBus = 2;
+// On the bus, for an IMU to show one of its settings.
+constexpr uint32_t kImuProofBits = 39;
+// That such a transfer may take beyond its bits.
+constexpr uint32_t kImuProofSlackUs = 20;
 // Of each sampling period, kept for a sensor that fails and for the processor.
 constexpr uint32_t kSamplingMarginUs = 200;
 // Factory setting: the paper's range.
@@ -156,6 +160,21 @@ constexpr uint32_t kCardSyncMs = 250;
 constexpr size_t kSamplesOffset = 32;
 constexpr size_t kEventsOffset = 476;
 constexpr size_t kBlockCrcOffset = 508;
+
+// Parts that may be IMUs.
+struct ImuPart {
+  uint8_t who_am_i;
+  float temperature_lsb_per_c;
+  float temperature_offset_c;
+  bool has_accel_filter;  // ACCEL_CONFIG_2
+};
+constexpr ImuPart kImuParts[] = {
+    {0x68, 340.0f, 36.53f, false},  // MPU-6050
+    {0x70, 333.87f, 21.0f, true},  // MPU-6500
+    {0x71, 333.87f, 21.0f, true},  // MPU-9250
+    {0x73, 333.87f, 21.0f, true},  // MPU-9255
+    {0x98, 326.8f, 25.0f, true},  // ICM-20689
+};
 
 // LogHeader::schema.
 constexpr char kLogSchema[] =
@@ -242,7 +261,7 @@ enum class BlockKind : uint8_t {
 enum class EventCode : uint8_t {
   kSwitchEdge = 1,  // A release switch changed: index = switch, arg = 1 opened, 0 closed, value = edges before it that came too fast to keep.
   kStroke = 2,  // The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.
-  kSensorFault = 3,  // A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_foreign: value = its WHO_AM_I.
+  kSensorFault = 3,  // A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_reset: value = microseconds before the event from which they may be in other scales; sensor_foreign: value = its WHO_AM_I.
   kSensorRecovered = 4,  // A sensor answers again: index = IMU.
   kCardStall = 5,  // A card write took long: value = milliseconds.
   kSamplesDropped = 6,  // The ring was full: value = samples lost.
@@ -296,7 +315,7 @@ enum class ErrorCode : uint8_t {
   kBusStuck = 44,  // An I2C bus is held low.
   kNotRecording = 45,  // There is no recording to stop.
   kSensorFrozen = 46,  // An IMU repeats the same reading.
-  kSensorForeign = 47,  // What answers at an IMU's address is not an MPU-6050 (WHO_AM_I).
+  kSensorForeign = 47,  // What answers at an IMU's address is no part that the logger knows (WHO_AM_I).
   kCardWriteProtected = 48,  // The card forbids writing.
   kCardUnreadable = 49,  // The card has no file system that the logger knows.
   kRateTooHigh = 50,  // The I2C buses cannot carry this sampling rate.
@@ -352,7 +371,7 @@ struct ImuReading {
   }
 };
 
-// All sensors, read one after the other: each at the sample's time and its offset in LogHeader.
+// All sensors, each read at the sample's time and its offset in LogHeader.
 struct Sample {
   static constexpr size_t kSize = 74;
 
@@ -576,12 +595,12 @@ struct LogHeader {
   float rate_hz;  // Commanded sampling rate.
   float gyro_lsb_per_deg_s;  // Gyro scale.
   float accel_lsb_per_g;  // Accelerometer scale.
-  float temperature_lsb_per_c;  // Temperature scale.
-  float temperature_offset_c;  // Temperature at zero counts.
+  float temperature_lsb_per_c;  // Temperature scale of an MPU-6050; of the other parts see IMUs.
+  float temperature_offset_c;  // Temperature of an MPU-6050 at zero counts.
   uint32_t angle_counts_per_turn;  // ADC counts of a full turn of an angle sensor.
   uint16_t gyro_range_deg_s;  // Full scale, +-.
   uint8_t accel_range_g;  // Full scale, +-.
-  uint8_t dlpf_cfg;  // MPU-6050 CONFIG.DLPF_CFG.
+  uint8_t dlpf_cfg;  // Low-pass of the IMUs, CONFIG.DLPF_CFG; see IMUs.
   uint8_t who_am_i[4];  // Register 0x75 of each IMU; 0 where none answered.
   uint16_t bus_khz;  // Clock of the I2C buses.
   uint16_t after_landing_s;  // The recording closes by itself this long after the landing.
@@ -740,7 +759,7 @@ struct LoggerSettings {
   uint16_t rate_hz;  // Sampling rate.
   uint16_t gyro_range_deg_s;  // Full scale, +-: 250, 500, 1000 or 2000.
   uint8_t accel_range_g;  // Full scale, +-: 2, 4, 8 or 16.
-  uint8_t dlpf_cfg;  // MPU-6050 CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.
+  uint8_t dlpf_cfg;  // Low-pass of the IMUs, CONFIG.DLPF_CFG, 0 to 6: 256, 188, 98, 42, 20, 10, 5 Hz.
   uint16_t bus_khz;  // Clock of the I2C buses: 100 or 400.
   uint16_t after_landing_s;  // A recording closes by itself this long after the landing.
   uint16_t file_mib;  // Room that a recording takes on the card.
@@ -1859,13 +1878,15 @@ struct LiveRequest {
 // Switches live sampling on or off. It also ends when the cable is pulled.
 struct LiveReply {
   static constexpr uint8_t kType = 0xC2;
-  static constexpr size_t kSize = 35;
+  static constexpr size_t kSize = 40;
 
   uint8_t enabled;  // As understood.
   uint16_t rate_hz;  // Sampling rate.
   float gyro_lsb_per_deg_s;  // Gyro scale.
   float accel_lsb_per_g;  // Accelerometer scale.
   uint32_t angle_counts_per_turn;  // Angle sensor scale.
+  uint8_t dlpf_cfg;  // Low-pass of the IMUs, CONFIG.DLPF_CFG.
+  uint8_t who_am_i[4];  // Register 0x75 of each IMU; 0 where none answered.
   uint16_t imu_offset_us[4];  // From a sample's time to the moment of each IMU's reading.
   uint16_t angle_offset_us[6];  // The same of each angle sensor.
 
@@ -1875,6 +1896,8 @@ struct LiveReply {
     out.f32(gyro_lsb_per_deg_s);
     out.f32(accel_lsb_per_g);
     out.u32(angle_counts_per_turn);
+    out.u8(dlpf_cfg);
+    for (size_t i = 0; i < 4; ++i) out.u8(who_am_i[i]);
     for (size_t i = 0; i < 4; ++i) out.u16(imu_offset_us[i]);
     for (size_t i = 0; i < 6; ++i) out.u16(angle_offset_us[i]);
   }
@@ -1885,6 +1908,8 @@ struct LiveReply {
     gyro_lsb_per_deg_s = in.f32();
     accel_lsb_per_g = in.f32();
     angle_counts_per_turn = in.u32();
+    dlpf_cfg = in.u8();
+    for (size_t i = 0; i < 4; ++i) who_am_i[i] = in.u8();
     for (size_t i = 0; i < 4; ++i) imu_offset_us[i] = in.u16();
     for (size_t i = 0; i < 6; ++i) angle_offset_us[i] = in.u16();
   }

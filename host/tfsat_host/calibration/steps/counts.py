@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.calibration.steps.low_pass import MPU_6050, LowPass
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
@@ -26,6 +27,7 @@ class Scales:
         accel_lsb_per_g: Of all accelerometers.
         angle_counts_per_turn: Of all angle sensors.
         imu_offset_us, angle_offset_us: From a sample's time to the reading of each sensor; 0 where nobody said it.
+        dlpf_cfg, who_am_i: Of the IMUs' low-pass.
     """
 
     rate_hz: float
@@ -34,6 +36,8 @@ class Scales:
     angle_counts_per_turn: int
     imu_offset_us: tuple[int, ...] = (0,) * IMU_COUNT
     angle_offset_us: tuple[int, ...] = (0,) * ANGLE_SENSOR_COUNT
+    dlpf_cfg: int = 0
+    who_am_i: tuple[int, ...] = (MPU_6050,) * IMU_COUNT
 
     @classmethod
     def of(cls, told: LogHeader | LiveReply) -> Scales:
@@ -45,7 +49,14 @@ class Scales:
             told.angle_counts_per_turn,
             told.imu_offset_us,
             told.angle_offset_us,
+            told.dlpf_cfg,
+            tuple(told.who_am_i),
         )
+
+    @property
+    def low_pass(self) -> LowPass:
+        """Of the IMUs."""
+        return LowPass(self.dlpf_cfg, self.who_am_i)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,14 +13,13 @@ from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]
 
-_TEMPERATURE_LSB_PER_C = 340.0  # MPU-6050: RM-MPU-6000A rev. 4.2, register 65
-_TEMPERATURE_OFFSET_C = 36.53
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """n samples of all sensors, each at its sample's time: when a sensor was really read is taken into account here.
+    """n samples of all sensors, each at its sample's time: when a sensor was really read, and that low-passes of
+    different parts are late by different times, is taken into account here.
 
     Attributes:
         t_s: (n,) seconds on the logger's clock.
@@ -47,7 +46,7 @@ class Recording:
     @classmethod
     def from_counts(cls, counts: Counts) -> Recording:
         """In SI units, by the scales that came with the counts."""
-        scales = counts.scales
+        scales, low_pass = counts.scales, counts.scales.low_pass
         step_rad = 2 * np.pi / scales.angle_counts_per_turn
         t_s = np.asarray(counts.t_us * 1e-6, dtype=np.float64)
         imu_s, angle_s = 1e-6 * np.array(scales.imu_offset_us), 1e-6 * np.array(scales.angle_offset_us)
@@ -57,10 +56,9 @@ class Recording:
         answered = counts.imu_valid & ~counts.clipped
         return cls(
             t_s=t_s,
-            rate_rad_s=at_sample_times(t_s, rates, imu_s, answered),
-            accel_m_s2=at_sample_times(t_s, forces, imu_s, answered),
-            temperature_c=counts.imu_counts[:, :, _TEMPERATURE] / _TEMPERATURE_LSB_PER_C
-            + _TEMPERATURE_OFFSET_C,
+            rate_rad_s=at_sample_times(t_s, rates, imu_s - low_pass.gyros_later_s, answered),
+            accel_m_s2=at_sample_times(t_s, forces, imu_s - low_pass.accels_later_s, answered),
+            temperature_c=low_pass.temperature_c(counts.imu_counts[:, :, _TEMPERATURE]),
             sensor_angle_rad=at_sample_times(t_s, shown, angle_s, counts.angle_valid, angles=True),
             imu_valid=answered,
             clipped=counts.clipped,

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.components import rotation_about
 from tfsat_host.evaluation.checks.hanging import Hanging
 from tfsat_host.evaluation.motion.noise import BLOCK_S
@@ -62,7 +63,7 @@ class Consistency:
         parameter_covariance: (4, 9, 9) as stated of gyros that hang.
         fall_covariance: (4, 9, 9) of what they change by when they fall.
         rest: Before the release; None if the robot was not still.
-        dlpf_cfg: As the header has it.
+        low_pass: As the header has it.
     """
 
     t_s: FloatArray
@@ -74,7 +75,7 @@ class Consistency:
     parameter_covariance: FloatArray
     fall_covariance: FloatArray
     rest: Hanging | None
-    dlpf_cfg: int
+    low_pass: LowPass
     calibration: Calibration
     model: RobotModel
     edges: NDArray[np.int64] = field(init=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.at_rest import BIAS, DOWN, GRAVITY, NOISE, noise_check, rest_checks
 from tfsat_host.evaluation.checks.attitudes import attitude_check
 from tfsat_host.evaluation.checks.check import Check
@@ -39,7 +40,7 @@ def checks_of(
     """
     complete = list(completeness_checks(log, motion, model))
     hanging = hanging_before_release(log, calibration, model)
-    of = consistency_of(motion, hanging, log.header.dlpf_cfg, calibration, model)
+    of = consistency_of(motion, hanging, LowPass.of(log.header), calibration, model)
     stated = stated_errors(of)
     rest = [*rest_checks(of, stated), noise_check(motion.densities_rad_s_rthz)]
     sensors = [

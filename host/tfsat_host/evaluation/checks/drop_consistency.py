@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.consistency import Consistency, Readings
 from tfsat_host.evaluation.checks.hanging import Hanging
 from tfsat_host.evaluation.motion.lag import Lag, sheet_lag
@@ -17,18 +18,18 @@ FloatArray = NDArray[np.float64]
 
 
 def consistency_of(
-    motion: Motion, rest: Hanging | None, dlpf_cfg: int, calibration: Calibration, model: RobotModel
+    motion: Motion, rest: Hanging | None, low_pass: LowPass, calibration: Calibration, model: RobotModel
 ) -> Consistency:
     """Of one drop.
 
     Args:
         motion: Its samples. Its lag is not used: a sensor that is wrong spoils that first.
         rest: Before the release.
-        dlpf_cfg: As the header has it.
+        low_pass: As the header has it.
         calibration: That the samples were calibrated with.
         model: Joints and sensors.
     """
-    samples, lag = motion.samples, sheet_lag(dlpf_cfg)
+    samples, lag = motion.samples, sheet_lag(low_pass)
     late = np.stack([_readings(motion, lag, b, gyro) for b, gyro in enumerate(calibration.gyros)], axis=1)
     fall = samples.fall
     rested = np.full((4, 3), np.nan) if rest is None else rest.reading_rad_s
@@ -42,7 +43,7 @@ def consistency_of(
         samples.hanging_covariance,
         samples.parameter_covariance - samples.hanging_covariance,
         rest,
-        dlpf_cfg,
+        low_pass,
         calibration,
         model,
     )

@@ -73,7 +73,7 @@ def stated_errors(of: Consistency) -> StatedErrors:
     """Noise, parameters of gyros and angle sensors, lags, and the floors of this module."""
     by_gyros, (by_delay, by_second) = _by_gyros(of), _by_lag(of)
     # The sheet tells nothing of the second moment: anything from one pole to a pure delay, as in `measured_lag`.
-    second_std_s2 = 0.25 * sheet_lag(of.dlpf_cfg).delay_s ** 2
+    second_std_s2 = 0.25 * sheet_lag(of.low_pass).delay_s ** 2
     roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in of.parameter_covariance]
     in_fall = by_gyros.copy()
     for body in range(4):

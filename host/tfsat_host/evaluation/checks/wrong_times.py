@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.hypothesis import Hypothesis, fixed
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
 from tfsat_host.evaluation.checks.wrong_angles import sensor_name, with_one
-from tfsat_host.evaluation.motion.lag import SHEET_DELAY_S, sheet_lag
+from tfsat_host.evaluation.motion.lag import sheet_lag
 
 FloatArray = NDArray[np.float64]
 Shifted = Callable[[float], FloatArray]
@@ -37,15 +38,16 @@ def late_sensors(of: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
 def other_low_passes(of: Consistency) -> Iterator[Hypothesis]:
     """Every setting but the header's."""
     angles = of.own_vector - of.own_parts.sum(axis=0)
-    for setting, delay_s in enumerate(SHEET_DELAY_S):
-        if setting == of.dlpf_cfg:
+    for setting in range(len(of.low_pass.parts[0].gyro_delay_us)):
+        if setting == of.low_pass.dlpf_cfg:
             continue
-        gyro = sheet_lag(setting).removed(of.t_s, of.late_rad_s)
+        other = replace(of.low_pass, dlpf_cfg=setting)
+        gyro = sheet_lag(other).removed(of.t_s, of.late_rad_s)
         yield fixed(
             ("low-pass", str(setting)),
             angles + sum(of.of_readings(b, gyro[:, b], of.readings.rest_rad_s[b]) for b in range(4)),
-            f"the gyros lag by {1e3 * delay_s:.1f} ms as with DLPF_CFG {setting}, "
-            f"but the header says DLPF_CFG {of.dlpf_cfg}",
+            f"the gyros lag by {1e3 * other.gyro_delay_s:.1f} ms as with DLPF_CFG {setting}, "
+            f"but the header says DLPF_CFG {of.low_pass.dlpf_cfg}",
             "Set the low-pass and record again: tfsat-host logger-settings",
         )
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.apply import Calibrated
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.limits import FALL_US, LANDING_EARLIEST_US
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
@@ -19,8 +20,6 @@ from tfsat_host.units import STANDARD_GRAVITY_M_S2
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-ACCEL_DELAY_S = (0.0, 2.0e-3, 3.0e-3, 4.9e-3, 8.5e-3, 13.8e-3, 19.0e-3)
-"""Of the accelerometer's low-pass by DLPF_CFG (RM-MPU-6000A rev. 4.2, register 26)."""
 SHOCK_G = 3.0
 """No stroke of the robot is felt so strongly (170 deg/s, 0.2 m: 0.2 g, its start 1.5 g), and every landing is."""
 AROUND_RELEASE_S = 0.5
@@ -77,9 +76,9 @@ def fall_instants(log: DropLog, samples: Calibrated) -> FallInstants:
         log: With a release.
         samples: Of the same log, through any calibration.
     """
-    force, dlpf_cfg = samples.specific_force_m_s2, log.header.dlpf_cfg
-    release = release_felt(log.t_s, force, dlpf_cfg)
-    landing = landing_felt(log.t_s, force, samples.clipped, dlpf_cfg)
+    force, low_pass = samples.specific_force_m_s2, LowPass.of(log.header)
+    release = release_felt(log.t_s, force, low_pass)
+    landing = landing_felt(log.t_s, force, samples.clipped, low_pass)
     noted = [log.seconds(event.t_us) for event in log.events if event.name == "landing" and event.arg == 1]
     logged_s = next((t_s for t_s in noted if t_s > 0.0), None)
     release_std_s = (log.release_uncertainty_us or 0) / 1e6 / 3**0.5
@@ -103,20 +102,20 @@ def fall_instants(log: DropLog, samples: Calibrated) -> FallInstants:
     return FallInstants(release, release_std_s, landing, logged_s, tuple(found))
 
 
-def release_felt(t_s: FloatArray, force_m_s2: FloatArray, dlpf_cfg: int) -> Instant | None:
+def release_felt(t_s: FloatArray, force_m_s2: FloatArray, low_pass: LowPass) -> Instant | None:
     """When the force fell to the middle between what it was before and what it is in the fall; None if it did not.
 
     Args:
         t_s: (n,) ascending, after the release.
         force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
-        dlpf_cfg: Of the IMUs, 0 to 6.
+        low_pass: Of the IMUs.
     """
     magnitude = np.linalg.norm(force_m_s2, axis=2)
-    return _median([_fell(t_s, body) for body in magnitude.T], t_s, dlpf_cfg)
+    return _median([_fell(t_s, body) for body in magnitude.T], t_s, low_pass)
 
 
 def landing_felt(
-    t_s: FloatArray, force_m_s2: FloatArray, clipped: BoolArray, dlpf_cfg: int
+    t_s: FloatArray, force_m_s2: FloatArray, clipped: BoolArray, low_pass: LowPass
 ) -> Instant | None:
     """When the force first exceeded `SHOCK_G`, after the time at which a landing is possible; None if it never did.
 
@@ -126,11 +125,11 @@ def landing_felt(
         t_s: (n,) ascending, after the release.
         force_m_s2: (n, 4, 3) specific forces, NaN where invalid.
         clipped: (n, 4) the force may be larger than that; it counts as a shock.
-        dlpf_cfg: Of the IMUs, 0 to 6.
+        low_pass: Of the IMUs.
     """
     magnitude = np.linalg.norm(force_m_s2, axis=2)
     felt = [_shocked(t_s, body, full) for body, full in zip(magnitude.T, clipped.T, strict=True)]
-    return _median(felt, t_s, dlpf_cfg)
+    return _median(felt, t_s, low_pass)
 
 
 def _fell(t_s: FloatArray, magnitude: FloatArray) -> float:
@@ -169,8 +168,8 @@ def _crossing(t_s: FloatArray, magnitude: FloatArray, row: int, level: float) ->
     return float(t_s[row] + share * (t_s[row + 1] - t_s[row]))
 
 
-def _median(felt_s: list[float], t_s: FloatArray, dlpf_cfg: int) -> Instant | None:
-    delay_s = ACCEL_DELAY_S[dlpf_cfg]
+def _median(felt_s: list[float], t_s: FloatArray, low_pass: LowPass) -> Instant | None:
+    delay_s = low_pass.accel_delay_s
     by_body_s = np.array(felt_s) - delay_s
     if np.isnan(by_body_s).all():
         return None

@@ -6,9 +6,9 @@ response: with the delay d and the second moment m of the impulse response, what
     q(t) = y(t) + d y'(t) + e y''(t),    e = d^2 - m / 2
 
 where y is the integral of what the gyro shows. A pure delay has e = d^2 / 2, two equal poles d^2 / 4, a single pole 0.
-The chip's sheet gives the delay only (RM-MPU-6000A rev. 4.2, register 26); the strokes give both to some 10 us, because
+The part's sheet gives the delay only (`protocol.imus`); the strokes give both to some 10 us, because
 two sensors tell each joint's angle at once and two gyros tell it late (see `sensor_fusion`). What is so measured holds
-for all gyros: they are of one kind and have one setting.
+for all gyros: they have one setting, and what parts differ by is taken off before (`LowPass`).
 """
 
 from __future__ import annotations
@@ -21,12 +21,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_banded
 
+from tfsat_host.calibration.steps.low_pass import LowPass
+
 FloatArray = NDArray[np.float64]
 
-SHEET_DELAY_S = (0.98e-3, 1.9e-3, 2.8e-3, 4.8e-3, 8.3e-3, 13.4e-3, 18.6e-3)
-"""Of the gyros by DLPF_CFG (RM-MPU-6000A rev. 4.2, register 26)."""
-OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
-"""The chip renews its registers so often: what is read is on average half of it old."""
 DELAY_STD_S = 1e-3
 """How far a chip may be from its sheet, and a reading from its time stamp: before anything is measured."""
 PLAUSIBLE_STDS = 3.0
@@ -87,9 +85,9 @@ def _one_pole(shown: FloatArray, constant: float) -> FloatArray:
     return np.asarray(solve_banded((1, 0), rows, driven))
 
 
-def sheet_lag(dlpf_cfg: int) -> Lag:
-    """By the data sheet, for a setting of the low-pass; e that of two equal poles."""
-    delay_s = SHEET_DELAY_S[dlpf_cfg] + 0.5 * OUTPUT_PERIOD_S[dlpf_cfg]
+def sheet_lag(low_pass: LowPass) -> Lag:
+    """By the data sheet; e that of two equal poles."""
+    delay_s = low_pass.gyro_delay_s + 0.5 * low_pass.output_period_s
     return Lag(delay_s, DELAY_STD_S, 0.25 * delay_s**2, delay_s, measured=False)
 
 

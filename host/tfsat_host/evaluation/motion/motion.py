@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.joints.joint_sensors import sensor_columns
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.motion.body_motion import BodyMotion, Rates, body_motion
 from tfsat_host.evaluation.motion.fusion import Fused
 from tfsat_host.evaluation.motion.integral import turned_from
@@ -74,7 +75,7 @@ class Motion:
 
 
 def motion_of(
-    samples: Samples, calibration: Calibration, model: RobotModel, densities: FloatArray, dlpf_cfg: int
+    samples: Samples, calibration: Calibration, model: RobotModel, densities: FloatArray, low_pass: LowPass
 ) -> Motion:
     """Joint angles, rates and attitudes.
 
@@ -83,7 +84,7 @@ def motion_of(
         calibration: That they were calibrated with.
         model: Joints and bodies.
         densities: (4,) noise of each gyro, rad/s/sqrt(Hz).
-        dlpf_cfg: Setting of the gyros' low-pass.
+        low_pass: Of the gyros.
     """
     sensed = tuple(
         SensedJoint.of(
@@ -94,7 +95,7 @@ def motion_of(
         )
         for sensors, servo in zip(calibration.joints, model.servos, strict=True)
     )
-    fusion = SensorFusion.of(samples, sensed, calibration, model, densities, dlpf_cfg)
+    fusion = SensorFusion.of(samples, sensed, calibration, model, densities, low_pass)
     solved = fusion.solved()
     left = fusion.smoothing_rad(solved.fused)
     joints = tuple(

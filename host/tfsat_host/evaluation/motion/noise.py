@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.evaluation.motion.lag import OUTPUT_PERIOD_S, derivative
+from tfsat_host.calibration.steps.low_pass import LowPass
+from tfsat_host.evaluation.motion.lag import derivative
 
 FloatArray = NDArray[np.float64]
 
@@ -54,7 +55,7 @@ def _density(squares: FloatArray) -> float:
 
 
 def sample_variance(
-    densities: FloatArray, t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float, dlpf_cfg: int
+    densities: FloatArray, t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float, low_pass: LowPass
 ) -> FloatArray:
     """(n, 4) variance of a gyro's sample that white noise of the same effect would have, (rad/s)^2.
 
@@ -66,8 +67,8 @@ def sample_variance(
         t_s: (n,).
         rate_rad_s: (n, 4, 3), no NaN.
         rate_hz: Sampling rate.
-        dlpf_cfg: Setting of the low-pass.
+        low_pass: Of the gyros.
     """
-    age_variance = (AGE_SHARE * OUTPUT_PERIOD_S[dlpf_cfg]) ** 2 / 12.0
+    age_variance = (AGE_SHARE * low_pass.output_period_s) ** 2 / 12.0
     change = (derivative(t_s, rate_rad_s) ** 2).sum(axis=2) / 3.0
     return np.asarray(0.5 * rate_hz * densities**2 + age_variance * change)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.motion.carried import rates_by_angles
 from tfsat_host.evaluation.motion.fusion import Fused, fuse
@@ -103,16 +104,16 @@ class SensorFusion:
         calibration: Calibration,
         model: RobotModel,
         densities: FloatArray,
-        dlpf_cfg: int,
+        low_pass: LowPass,
     ) -> SensorFusion:
         """Of one drop; arguments as of `motion_of`."""
         body, sheet, readings = (
             Multibody.of(model),
-            sheet_lag(dlpf_cfg),
+            sheet_lag(low_pass),
             Readings.of(samples, calibration.gyros),
         )
         t, (shown, _) = samples.t_s, readings.with_errors(np.zeros((len(calibration.gyros), 9)))
-        variance = sample_variance(densities, t, shown, samples.rate_hz, dlpf_cfg)
+        variance = sample_variance(densities, t, shown, samples.rate_hz, low_pass)
         slopes = slopes_of(t, joints, samples.rate_hz)
         held = np.array([servo.start_rad for servo in model.servos])
         answered = np.array([joint.answered for joint in joints])

@@ -14,12 +14,12 @@ from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.preflight.check import Check, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of
+from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]
 
-WHO_AM_I_MPU6050 = 0x68
 MOST_BIAS_DEG_S = 20.0
 """Zero-rate output of an MPU-6050 at 25 deg C (PS-MPU-6000A rev. 3.4, section 6.1)."""
 MOST_APART_DEG_S = 0.5
@@ -32,7 +32,7 @@ _AGAIN = "Let the robot hang without touching it, then run this preflight again.
 
 
 def check_imus(evidence: Evidence) -> Check:
-    """Each IMU is an MPU-6050, answered at every sample, measured, and was at no end of its range."""
+    """Each IMU is a part that the logger knows, answered at every sample, measured, and was at no end of its range."""
     name = "gyros-present"
     if isinstance(evidence.logger, Missing):
         return unreached(name, evidence.logger)
@@ -49,8 +49,10 @@ def check_imus(evidence: Evidence) -> Check:
     }
     said = []
     for body in range(IMU_COUNT):
-        if who[body] not in (0, WHO_AM_I_MPU6050):
-            said.append(f"that of body {body + 1} is no MPU-6050 (WHO_AM_I 0x{who[body]:02x})")
+        if who[body] and who[body] not in IMU_PARTS:
+            said.append(
+                f"that of body {body + 1} is no part that the logger knows (WHO_AM_I 0x{who[body]:02x})"
+            )
         elif not counts.imu_valid[:, body].any():
             said.append(f"that of body {body + 1} does not answer, or repeats one reading")
         elif not counts.imu_valid[:, body].all():

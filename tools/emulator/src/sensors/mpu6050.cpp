@@ -19,14 +19,44 @@ constexpr double kWanderStep_s = static_cast<double>(kWanderTicks) * LowPass::kT
 constexpr double kStop_rad_s = 5000.0 * kRadPerDeg;  // beyond every range, so that it clips behind every filter
 constexpr double kSaturatedGain = 10.0;
 
-// RM register 26 (CONFIG): bandwidth and delay for DLPF_CFG 0..7. For 7 ("reserved", 8 kHz) no
-// figures are given: nothing is filtered.
-struct Dlpf {
-  double accel_hz, accel_delay_ms, gyro_hz, gyro_delay_ms;
+struct Filter {
+  double hz, delay_ms;
 };
-constexpr Dlpf kDlpf[8] = {{260, 0.0, 256, 0.98}, {184, 2.0, 188, 1.9}, {94, 3.0, 98, 2.8},
-                           {44, 4.9, 42, 4.8},    {21, 8.5, 20, 8.3},   {10, 13.8, 10, 13.4},
-                           {5, 19.0, 5, 18.6},    {260, 0.0, 256, 0.0}};
+// What tells parts apart. Filters for DLPF_CFG, and for A_DLPF_CFG where there is one, 0 to 7.
+struct Part {
+  Filter gyro[8], accel[8];
+  double counts_per_c, zero_c;
+  uint8_t power_after_reset;  // PWR_MGMT_1
+  bool has_accel_config_2;
+};
+// RM registers 26, 65, 107. For 7 ("reserved", 8 kHz) no figures are given: nothing is filtered.
+constexpr Part kMpu6050 = {
+    {{256, 0.98}, {188, 1.9}, {98, 2.8}, {42, 4.8}, {20, 8.3}, {10, 13.4}, {5, 18.6}, {256, 0.0}},
+    {{260, 0.0}, {184, 2.0}, {94, 3.0}, {44, 4.9}, {21, 8.5}, {10, 13.8}, {5, 19.0}, {260, 0.0}},
+    340.0, 36.53, kSleep, false};
+// RM-MPU-9250A registers 26, 29, 65, 107: it wakes up measuring.
+constexpr Part kMpu9250 = {
+    {{250, 0.97}, {184, 2.9}, {92, 3.9}, {41, 5.9}, {20, 9.9}, {10, 17.85}, {5, 33.48}, {3600, 0.17}},
+    {{218.1, 1.88}, {218.1, 1.88}, {99, 2.88}, {44.8, 4.88}, {21.2, 8.87}, {10.2, 16.83}, {5.05, 32.48},
+     {420, 1.38}},
+    333.87, 21.0, 0x01, true};
+// DS-000143 gives no delays: as the MPU-9250. Register 107 as for the ICM-20608-G, assumed.
+constexpr Part kIcm20689 = [] {
+  Part part = kMpu9250;
+  part.counts_per_c = 326.8, part.zero_c = 25.0, part.power_after_reset = kSleep;
+  return part;
+}();
+
+const Part& part_of(uint8_t who_am_i) {
+  switch (who_am_i) {
+    case 0x70:
+    case 0x71:
+    case 0x73: return kMpu9250;
+    case 0x98: return kIcm20689;
+    default: return kMpu6050;
+  }
+}
+
 // RM registers 27 and 28: LSB per deg/s for FS_SEL, LSB per g for AFS_SEL.
 constexpr double kGyroLsbPerDegS[4] = {131.0, 65.5, 32.8, 16.4};
 constexpr double kAccelLsbPerG[4] = {16384.0, 8192.0, 4096.0, 2048.0};
@@ -56,16 +86,19 @@ void Mpu6050::reset_registers() {
   std::fill(std::begin(registers_), registers_ + kAccelXoutH, uint8_t{0});
   if (!data_stay) std::fill(registers_ + kAccelXoutH, registers_ + kGyroZoutL + 1, uint8_t{0});
   std::fill(registers_ + kGyroZoutL + 1, std::end(registers_), uint8_t{0});
-  registers_[kPwrMgmt1] = kSleep;
+  registers_[kPwrMgmt1] = part_of(parameters_.who_am_i).power_after_reset;
   registers_[kWhoAmI] = parameters_.who_am_i;
   configure_filters();
+  awake_since_us_ = now_us_;
   fill_filters_ = true;
 }
 
 void Mpu6050::configure_filters() {
-  const Dlpf& dlpf = kDlpf[registers_[kConfig] & 7u];
-  for (int i = 0; i < 3; ++i) filters_[i].configure(dlpf.gyro_hz, 1e-3 * dlpf.gyro_delay_ms);
-  for (int i = 3; i < 6; ++i) filters_[i].configure(dlpf.accel_hz, 1e-3 * dlpf.accel_delay_ms);
+  const Part& part = part_of(parameters_.who_am_i);
+  const Filter& gyro = part.gyro[registers_[kConfig] & 7u];
+  const Filter& accel = part.accel[registers_[part.has_accel_config_2 ? kAccelConfig2 : kConfig] & 7u];
+  for (int i = 0; i < 3; ++i) filters_[i].configure(gyro.hz, 1e-3 * gyro.delay_ms);
+  for (int i = 3; i < 6; ++i) filters_[i].configure(accel.hz, 1e-3 * accel.delay_ms);
 }
 
 bool Mpu6050::write(uint8_t reg, const uint8_t* data, size_t n) {
@@ -84,7 +117,7 @@ void Mpu6050::write_register(uint8_t reg, uint8_t value) {
   }
   const bool woken = reg == kPwrMgmt1 && (registers_[kPwrMgmt1] & kSleep) != 0 && !(value & kSleep);
   registers_[reg] = value;
-  if (reg == kConfig) configure_filters();
+  if (reg == kConfig || reg == kAccelConfig2) configure_filters();
   if (woken) {
     awake_since_us_ = now_us_;
     fill_filters_ = true;
@@ -189,7 +222,8 @@ void Mpu6050::update_data_registers(double temperature_c) {
   }
   const double measured_c =
       temperature_c + parameters_.temperature_noise_c * temperature_noise_.normal();
-  put_word(kTempOutH, (measured_c - 36.53) * 340.0);  // RM registers 65 and 66
+  const Part& part = part_of(parameters_.who_am_i);
+  put_word(kTempOutH, (measured_c - part.zero_c) * part.counts_per_c);
   if ((registers_[kIntEnable] & kDataReady) != 0) registers_[kIntStatus] |= kDataReady;
 }
 

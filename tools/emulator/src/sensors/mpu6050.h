@@ -1,7 +1,8 @@
-// InvenSense MPU-6050 as an I2C slave at register level.
+// InvenSense MPU-6050, or a later part with the same registers, as an I2C slave at register level.
 //
 // Sources: "MPU-6000 and MPU-6050 Register Map and Descriptions", RM-MPU-6000A-00 rev. 4.2 (RM),
-// and "Product Specification", PS-MPU-6000A-00 rev. 3.4 (PS). Not modelled: FIFO, DMP, auxiliary
+// and "Product Specification", PS-MPU-6000A-00 rev. 3.4 (PS); of the later parts
+// RM-MPU-6500A-00 rev. 2.1, RM-MPU-9250A-00 rev. 1.6 and DS-000143. Not modelled: FIFO, DMP, auxiliary
 // master, self-test, motion detection, interrupt pin; their registers keep what is written and do
 // nothing.
 #pragma once
@@ -21,6 +22,7 @@ constexpr uint8_t kSmplrtDiv = 0x19;
 constexpr uint8_t kConfig = 0x1A;
 constexpr uint8_t kGyroConfig = 0x1B;
 constexpr uint8_t kAccelConfig = 0x1C;
+constexpr uint8_t kAccelConfig2 = 0x1D;  // of the later parts
 constexpr uint8_t kIntEnable = 0x38;
 constexpr uint8_t kIntStatus = 0x3A;
 constexpr uint8_t kAccelXoutH = 0x3B;
@@ -30,7 +32,7 @@ constexpr uint8_t kGyroZoutL = 0x48;
 constexpr uint8_t kPwrMgmt1 = 0x6B;
 constexpr uint8_t kWhoAmI = 0x75;
 constexpr uint8_t kDeviceReset = 0x80;  // PWR_MGMT_1 bit 7
-constexpr uint8_t kSleep = 0x40;        // PWR_MGMT_1 bit 6, set after power-up
+constexpr uint8_t kSleep = 0x40;        // PWR_MGMT_1 bit 6
 constexpr uint8_t kDataReady = 0x01;    // INT_ENABLE and INT_STATUS bit 0
 }  // namespace mpu6050
 
@@ -53,7 +55,8 @@ struct Mpu6050Parameters {
   double accel_noise_m_s2_rthz = 0.0;      // white; PS 6.2 typical: 400 ug/sqrt(Hz)
   // Of each value. PS gives none; assumed. An output that never moves would be a frozen chip's.
   double temperature_noise_c = 0.01;
-  uint8_t who_am_i = 0x68;                 // other parts and clones answer otherwise
+  // Which part it is: 0x68, 0x70, 0x71, 0x73 or 0x98. Another answers so and is an MPU-6050.
+  uint8_t who_am_i = 0x68;
   uint64_t gyro_startup_us = 30000;        // PS 6.1: from sleep to valid data
   uint64_t reset_us = 10000;               // DEVICE_RESET to acknowledging again; assumed
   uint64_t seed = 1;

@@ -1,0 +1,81 @@
+"""The low-pass of a robot's IMUs: how late their readings are by the data sheets of the parts that are fitted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.protocol.imus import IMU_PARTS, ImuPart
+from tfsat_host.protocol.limits import IMU_COUNT
+from tfsat_host.protocol.messages import LiveReply, LogHeader
+
+FloatArray = NDArray[np.float64]
+
+MPU_6050 = next(iter(IMU_PARTS))
+"""What an IMU is taken for that did not say what it is."""
+_OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
+
+
+@dataclass(frozen=True, slots=True)
+class LowPass:
+    """A setting, and the parts that have it.
+
+    Delays are those of the part that most IMUs are. Readings of the others are told for the time at which that part
+    would have shown them (`Recording.from_counts`), so that one lag holds for all.
+
+    Attributes:
+        dlpf_cfg: As the logger has set it, 0 to 6.
+        who_am_i: Register 0x75 of each IMU; 0 where none answered.
+    """
+
+    dlpf_cfg: int
+    who_am_i: tuple[int, ...] = (MPU_6050,) * IMU_COUNT
+
+    @classmethod
+    def of(cls, told: LogHeader | LiveReply) -> LowPass:
+        """As the logger tells it."""
+        return cls(told.dlpf_cfg, tuple(told.who_am_i))
+
+    @property
+    def parts(self) -> tuple[ImuPart, ...]:
+        """What each IMU is."""
+        return tuple(IMU_PARTS.get(one, IMU_PARTS[MPU_6050]) for one in self.who_am_i)
+
+    @property
+    def gyro_delay_s(self) -> float:
+        """From the motion to the gyros' output."""
+        return 1e-6 * self._commonest.gyro_delay_us[self.dlpf_cfg]
+
+    @property
+    def accel_delay_s(self) -> float:
+        """The same of the accelerometers."""
+        return 1e-6 * self._commonest.accel_delay_us[self.dlpf_cfg]
+
+    @property
+    def output_period_s(self) -> float:
+        """The chip renews its registers so often: what is read is on average half of it old."""
+        return _OUTPUT_PERIOD_S[self.dlpf_cfg]
+
+    @property
+    def gyros_later_s(self) -> FloatArray:
+        """(4,) by how much more than `gyro_delay_s` each gyro is late."""
+        return np.array([1e-6 * part.gyro_delay_us[self.dlpf_cfg] for part in self.parts]) - self.gyro_delay_s
+
+    @property
+    def accels_later_s(self) -> FloatArray:
+        """(4,) the same of the accelerometers."""
+        return (
+            np.array([1e-6 * part.accel_delay_us[self.dlpf_cfg] for part in self.parts]) - self.accel_delay_s
+        )
+
+    def temperature_c(self, counts: NDArray[np.int16]) -> FloatArray:
+        """(n, 4) of the dies, from counts (n, 4)."""
+        scale = np.array([part.temperature_lsb_per_c for part in self.parts])
+        return np.asarray(counts / scale + [part.temperature_offset_c for part in self.parts])
+
+    @property
+    def _commonest(self) -> ImuPart:
+        return Counter(self.parts).most_common(1)[0][0]
