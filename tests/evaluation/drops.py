@@ -76,6 +76,7 @@ def drop(
     *,
     seed: int,
     dlpf_cfg: int = DLPF_42_HZ,
+    bus_khz: int = FACTORY.bus_khz,
     rate_rad_s: tuple[float, ...] = (0.0, 0.0, 0.0),
     angles_deg: tuple[float, float] = (59.0, 70.0),
     before_drop: Callable[[EmulatedRobot], None] = lambda _: None,
@@ -86,7 +87,7 @@ def drop(
         robot.advance(SETTLE_US)
         sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        logger.write_settings(replace(FACTORY, dlpf_cfg=dlpf_cfg))
+        logger.write_settings(replace(FACTORY, dlpf_cfg=dlpf_cfg, bus_khz=bus_khz))
         sequencer.upload(schedule)
         robot.record_truth(TRUTH_PERIOD_US)
         logger.start_recording()

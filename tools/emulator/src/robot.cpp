@@ -38,7 +38,7 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
   for (size_t i = 0; i < kImus; ++i) bus_of_slot(i).attach(kImuAddresses[i % 2], imus_[i]);
   logger_.attach(buses_, angle_sensors_, card_);
   logger_.set_world([this](uint64_t board_us) {
-    const uint64_t t_us = std::min(logger_clock_.virtual_us(board_us), target_us_);
+    const uint64_t t_us = logger_clock_.virtual_us(board_us);
     while (now_us_ < t_us) step_world_to(next_step_us(t_us));
   });
   seat();
@@ -46,7 +46,6 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
 }
 
 void Robot::advance_to(uint64_t t_us) {
-  target_us_ = t_us;
   while (now_us_ < t_us) {
     const uint64_t next_sample_us = logger_clock_.virtual_us(logger_.next_sample_us());
     step_to(std::min(next_step_us(t_us), std::max(next_sample_us, now_us_ + 1)));

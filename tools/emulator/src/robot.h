@@ -74,7 +74,7 @@ class Robot {
   BlockDevice& card() { return card_; }
   uint64_t now_us() const { return now_us_; }
 
-  // Runs everything to this virtual time. An IMU that the logger would read after it is read as of it.
+  // Runs everything to this virtual time, or to the end of what the logger is reading then.
   void advance_to(uint64_t t_us);
   // Lets so much time pass for what is slow: the dies' warmth and the wandering of the gyros' biases. Virtual time
   // stands, neither board runs, nothing moves; without the logger's supply nothing passes.
@@ -166,7 +166,6 @@ class Robot {
   uint64_t next_truth_us_ = 0;
   uint64_t now_us_ = 0;
   uint64_t released_us_ = 0;
-  uint64_t target_us_ = 0;
   uint64_t imus_powered_us_ = 0;
   double slow_s_ = 0.0;  // that passed with the IMUs powered and is not in virtual time
   bool logger_powered_ = false;

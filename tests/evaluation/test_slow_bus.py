@@ -1,0 +1,43 @@
+"""At 100 kHz IMUs 2 and 4 are read 1.56 ms after IMUs 1 and 3: the log says so, and the evaluation heeds it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.drops import Drop, drop, with_com_offsets
+from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
+from tfsat_host.emulated.imperfections import draw_as_built
+from tfsat_host.robot import load_robot
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory: pytest.TempPathFactory) -> Drop:
+    folder: Path = tmp_path_factory.mktemp("slow_bus")
+    model = load_robot()
+    flown = with_com_offsets(model, np.random.default_rng(1).uniform(-0.010, 0.010, (3, 3)))
+    return drop(folder, model, flown, draw_as_built(1), seed=1, bus_khz=100, rate_rad_s=RATE_RAD_S)
+
+
+def off_deg(one: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
+    """By a log that tells these offsets: rms error of the bodies' attitudes in the fall, and the measured delay, ms."""
+    header = replace(one.log.header, imu_offset_us=offsets_us)
+    found = moved(replace(one.log, header=header), certificate(one, 1), one.model)
+    errors_rad = [
+        (track.attitude[row] * one.true_turn(body, track.t_s[0], track.t_s[row]).inv()).magnitude()
+        for body, track in enumerate(found.bodies, 1)
+        for row in np.flatnonzero(track.t_s > 0.0)[::10]
+    ]
+    return float(np.rad2deg(np.sqrt(np.mean(np.square(errors_rad))))), 1e3 * found.lag.delay_s
+
+
+def test_the_offsets_are_told_and_taken_off(one: Drop) -> None:
+    """The low-pass and half the age of a reading make 5.3 ms, whenever an IMU is read."""
+    told = one.log.header.imu_offset_us
+    assert told == (0, 1560, 0, 1560)
+    (right, delay_ms), (none, without_ms) = off_deg(one, told), off_deg(one, (0, 0, 0, 0))
+    assert right < 0.06 and abs(delay_ms - 5.3) < 0.1
+    assert none > 2.0 * right and abs(without_ms - 5.3) > 0.4
