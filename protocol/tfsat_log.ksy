@@ -338,7 +338,7 @@ enums:
       doc: 'The sequencer''s stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.'
     3:
       id: sensor_fault
-      doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_reset: value = microseconds before the event from which they may be in other scales; sensor_foreign: value = its WHO_AM_I.'
+      doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_foreign: value = its WHO_AM_I; else value = microseconds before the event from which its readings are in doubt, 0: none. They repeat (sensor_frozen), or may be in other scales: a part that wakes up measuring had not shown its settings since, whatever it failed of in the end.'
     4:
       id: sensor_recovered
       doc: 'A sensor answers again: index = IMU.'

@@ -19,14 +19,29 @@ using namespace tfsat;
 constexpr double kG_m_s2 = 9.80665;
 constexpr double kRad = 57.29577951308232;  // deg
 
-// The emulated bus, with its calls counted.
+// The emulated bus, with its calls counted, and with faults that hit a proof of settings alone.
 class CountingPort final : public logger::I2cBus {
  public:
-  CountingPort(emulator::I2cBus& bus, emulator::InterruptClock& clock) : port_(bus, clock) {}
+  enum class ProofFault : uint8_t { kNone, kNack, kTimeout };
+  struct Burst {
+    uint8_t address;
+    uint64_t us;  // of the interrupt's clock, at its start
+  };
+
+  CountingPort(emulator::I2cBus& bus, emulator::InterruptClock& clock)
+      : port_(bus, clock), bus_(bus), clock_(clock) {}
   void set_clock(uint16_t khz) override { port_.set_clock(khz); }
   void start_read(uint8_t address, uint8_t reg, uint8_t* data, uint8_t size) override {
     ++transfers;
+    if (size == protocol::ImuReading::kSize) bursts.push_back({address, clock_.us});
+    const bool proof = size == logger::Mpu6050::kProofBytes && reg < emulator::mpu6050::kIntEnable;
+    const ProofFault fault = proof ? proof_fault : ProofFault::kNone;
+    if (fault == ProofFault::kNack) bus_.glitch(address);
+    if (fault == ProofFault::kTimeout) bus_.set_hanging(address, true);
     port_.start_read(address, reg, data, size);
+    if (fault == ProofFault::kTimeout) bus_.set_hanging(address, false);
+    proofs += proof;
+    if (fault != ProofFault::kNone) proof_fault = ProofFault::kNone;
   }
   void start_write(uint8_t address, uint8_t reg, uint8_t value) override {
     ++transfers;
@@ -37,10 +52,14 @@ class CountingPort final : public logger::I2cBus {
     ++recoveries;
     port_.recover();
   }
-  int transfers = 0, recoveries = 0;
+  int transfers = 0, recoveries = 0, proofs = 0;
+  ProofFault proof_fault = ProofFault::kNone;  // of the next one
+  std::vector<Burst> bursts;  // of the last instant
 
  private:
   emulator::BusPort port_;
+  emulator::I2cBus& bus_;
+  emulator::InterruptClock& clock_;
 };
 
 class Angles final : public logger::Adc {
@@ -102,6 +121,7 @@ struct SensorBench {
     t_us = ++ticks * 1000000u / settings.rate_hz + start_us;
     move_to(t_us);
     before_us = clock.us;
+    for (CountingPort* port : {&port_a, &port_b}) port->bursts.clear();
     sampler.sample(t_us, instant);
     interrupt_us = clock.us - before_us;
     longest_us = std::max(longest_us, interrupt_us);

@@ -165,6 +165,56 @@ TEST_CASE(a_part_that_lost_its_settings_in_silence_is_found) {
   }
 }
 
+// It loses its settings in silence, goes on in other scales, and then fails for another reason before
+// it has shown them again: its event reaches back to when it last did. What sleeps after a reset said
+// zeros instead; and where the settings are what a reset leaves, nothing was lost.
+TEST_CASE(a_fault_after_a_silent_loss_tells_since_when_settings_were_not_seen) {
+  const ErrorCode errors[] = {ErrorCode::kSensorMissing, ErrorCode::kBusStuck, ErrorCode::kSensorFrozen};
+  for (const ErrorCode error : errors) {
+    for (const uint8_t part : {uint8_t{0x70}, uint8_t{0x71}, uint8_t{0x73}, uint8_t{0x98}, uint8_t{0x68}}) {
+      for (const bool as_reset : {false, true}) {
+        protocol::LoggerSettings settings = logger::factory_settings();
+        if (as_reset) settings.dlpf_cfg = 0, settings.gyro_range_deg_s = 250, settings.accel_range_g = 2;
+        SensorBench bench(settings);
+        const int imu = 1;
+        bench.imu(imu).replace(part, 0);
+        bench.run_ms(300);
+        for (const int proofs = bench.port_a.proofs; !as_reset && bench.port_a.proofs < proofs + 2;) bench.tick();
+        bench.events.clear();
+        const uint64_t proven_us = bench.t_us;
+        const bool wakes_measuring = part == 0x70 || part == 0x71 || part == 0x73;
+        const bool frozen = error == ErrorCode::kSensorFrozen;
+        if (wakes_measuring && !frozen) {
+          bench.imu(imu).power_up(bench.t_us);
+          bench.move_to(bench.t_us + 40000);  // its start-up, between two readings
+          bench.ticks += 40u * settings.rate_hz / 1000u;
+        }
+        if (!frozen) bench.run_ms(30);
+        if (error == ErrorCode::kSensorMissing) bench.imu(imu).set_fault(emulator::Mpu6050Fault::kDead);
+        if (error == ErrorCode::kBusStuck) bench.buses[0].set_hanging(SensorBench::address(imu), true);
+        if (frozen) bench.imu(imu).set_fault(emulator::Mpu6050Fault::kFrozen);
+        for (int i = 0; i < 60; ++i) {
+          bench.tick();
+          if (!bench.events.empty() && bench.events.back().code == EventCode::kSensorFault) break;
+        }
+        CHECK(!bench.events.empty());
+        if (bench.events.empty()) continue;
+        const protocol::Event& event = bench.events.back();
+        CHECK(event.code == EventCode::kSensorFault && event.index == imu);
+        CHECK(event.arg == static_cast<uint16_t>(error));
+        const uint64_t reaches_to_us = event.time_us - static_cast<uint64_t>(event.value);
+        if (frozen) {
+          CHECK(event.value >= static_cast<int32_t>(protocol::kFrozenUs));
+        } else if (part == 0x68 || as_reset) {
+          CHECK(event.value == 0);
+        } else {
+          CHECK(reaches_to_us > proven_us - 2 * bench.period_us() && reaches_to_us <= proven_us + 1);
+        }
+      }
+    }
+  }
+}
+
 // Where the settings are what a reset leaves, there is nothing to lose, and nothing to ask for.
 TEST_CASE(a_proof_costs_no_reading_and_none_is_asked_for_in_vain) {
   for (const uint16_t bus_khz : {uint16_t{400}, uint16_t{100}}) {

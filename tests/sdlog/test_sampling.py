@@ -59,7 +59,10 @@ def test_late_samples_are_found_at_any_place_of_a_long_log(tmp_path: Path) -> No
     assert log.late_rows.tolist() == [5460 * 6, 10921 * 6]
 
 
-@pytest.mark.parametrize("cause", [ErrorCode.SENSOR_FROZEN, ErrorCode.SENSOR_RESET])
+@pytest.mark.parametrize(
+    "cause",
+    [ErrorCode.SENSOR_MISSING, ErrorCode.BUS_STUCK, ErrorCode.SENSOR_FROZEN, ErrorCode.SENSOR_RESET],
+)
 def test_what_was_read_before_a_fault_was_noticed_is_invalid(tmp_path: Path, cause: ErrorCode) -> None:
     recorder = Recorder()
     for _ in range(5):
@@ -69,7 +72,7 @@ def test_what_was_read_before_a_fault_was_noticed_is_invalid(tmp_path: Path, cau
     recorder.data(
         events=[
             event(noticed_us, EventCode.SENSOR_FAULT, 2, cause, still_us),
-            event(noticed_us, EventCode.SENSOR_FAULT, 1, ErrorCode.SENSOR_MISSING, still_us),
+            event(noticed_us, EventCode.SENSOR_FAULT, 1, ErrorCode.SENSOR_FOREIGN, still_us),
         ]
     )
     recorder.close()

@@ -135,7 +135,7 @@ class EventCode(IntEnum):
     STROKE = 2
     """The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep."""
     SENSOR_FAULT = 3
-    """A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_frozen: value = microseconds before the event from which the readings repeat; sensor_reset: value = microseconds before the event from which they may be in other scales; sensor_foreign: value = its WHO_AM_I."""
+    """A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_foreign: value = its WHO_AM_I; else value = microseconds before the event from which its readings are in doubt, 0: none. They repeat (sensor_frozen), or may be in other scales: a part that wakes up measuring had not shown its settings since, whatever it failed of in the end."""
     SENSOR_RECOVERED = 4
     """A sensor answers again: index = IMU."""
     CARD_STALL = 5

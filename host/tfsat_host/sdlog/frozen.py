@@ -12,7 +12,12 @@ from tfsat_host.protocol.limits import FROZEN_US
 
 from .events import DropEvent
 
-_REACHING_BACK = (ErrorCode.SENSOR_FROZEN, ErrorCode.SENSOR_RESET)
+_REACHING_BACK = (
+    ErrorCode.SENSOR_MISSING,
+    ErrorCode.BUS_STUCK,
+    ErrorCode.SENSOR_FROZEN,
+    ErrorCode.SENSOR_RESET,
+)
 FROZEN_READINGS = 5
 """Fewer equal readings prove nothing, however slow the sampling (`FreezeWatch::kFrozenReadings`)."""
 _ROWS_AT_A_TIME = 1 << 15
@@ -29,7 +34,8 @@ def invalidate_told(
     """Clear the validity, in place, of the samples during which an output stood still, or may have had other scales.
 
     The logger marks an IMU invalid only from the sample on at which it is certain; the event says for how many µs
-    before it the output had not changed by one bit, or since when the settings had not been seen.
+    before it the output had not changed by one bit, or since when a part that wakes up measuring had not shown its
+    settings. An IMU that sleeps after a reset, and one that failed before it ran, has a value of 0.
 
     Args:
         events: Of the recording, by time.

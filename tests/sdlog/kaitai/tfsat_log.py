@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: 6fa578acb9293ab11c2fe68b556cd7936cd7e7f9636f3f4a39d0be6f9b55c714
+# sha256 of protocol/tfsat_log.ksy: 182a72c03cb870ac31414da372c98cad85b32ffcfa6bc163d276e7ac5d155db1
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors

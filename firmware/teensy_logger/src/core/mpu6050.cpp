@@ -142,10 +142,12 @@ void Mpu6050::finish(I2cResult result, uint64_t t_us) {
   }
 }
 
-// It is identified and configured anew before anything it says is believed again.
+// It is identified and configured anew before anything it says is believed again. What wakes up
+// measuring may have lost its settings before it failed, and gone on in other scales.
 void Mpu6050::fail(ErrorCode error, uint64_t t_us, uint32_t retry_us) {
+  const bool may_have_gone_on = running() && part_->has_accel_filter;
+  suspect_us_ = may_have_gone_on && proof_index() < settings_size() ? unproven_us(t_us) : 0;
   error_ = error;
-  suspect_us_ = 0;
   fresh_ = doubted_ = false;
   phase_ = Phase::kIdentify;
   wait_until_us_ = t_us + retry_us;
@@ -214,9 +216,13 @@ void Mpu6050::accept_check(bool kept, uint64_t t_us) {
   doubted_ = false;
   if (!kept) {
     fail(ErrorCode::kSensorReset, t_us, 0);
-    suspect_us_ = t_us - proven_us_ - 1;
+    suspect_us_ = unproven_us(t_us);
   }
   proven_us_ = t_us;
+}
+
+uint64_t Mpu6050::unproven_us(uint64_t t_us) const {
+  return t_us > proven_us_ ? t_us - proven_us_ - 1 : 0;
 }
 
 void Mpu6050::accept_burst(uint64_t t_us) {

@@ -71,7 +71,9 @@ class Mpu6050 {
   protocol::ErrorCode error() const { return error_; }
   // For kSensorFrozen: how long before the last burst its output first stood still.
   uint64_t still_us() const { return watch_.still_us(); }
-  // For kSensorReset: for how long before it was noticed its readings may be in other scales.
+  // When it failed while it ran: for how long before that its readings may be in other scales. A part
+  // that sleeps after a reset says zeros instead, and this is 0 unless other settings were seen. Which
+  // parts wake up measuring is told by has_accel_filter; of the ICM-20689 that is the safe side.
   uint64_t suspect_us() const { return suspect_us_; }
 
  private:
@@ -82,6 +84,7 @@ class Mpu6050 {
   static constexpr uint8_t kAxes = 6;
 
   uint8_t settings_size() const;
+  uint64_t unproven_us(uint64_t t_us) const;
   uint8_t proof_index() const;
   uint8_t value_of_step() const;
   void fail(protocol::ErrorCode error, uint64_t t_us, uint32_t retry_us = kRetryUs);

@@ -9,6 +9,12 @@ using protocol::kAngleSensorCount;
 using protocol::kImuCount;
 using protocol::kSwitchCount;
 
+namespace {
+
+int32_t clamped(uint64_t us) { return us < INT32_MAX ? static_cast<int32_t>(us) : INT32_MAX; }
+
+}  // namespace
+
 Sampler::Sampler(I2cBus& bus_a, I2cBus& bus_b, Adc& adc, Inputs& inputs)
     : lanes_{Lane(bus_a, recovering_us_), Lane(bus_b, recovering_us_)}, adc_(adc), inputs_(inputs) {}
 
@@ -196,13 +202,14 @@ void Sampler::note_change(uint8_t imu_index, Instant& instant) {
   event.code = told.running ? EventCode::kSensorRecovered : EventCode::kSensorFault;
   event.index = imu_index;
   event.arg = static_cast<uint16_t>(told.error);
-  if (told.error == ErrorCode::kSensorForeign) event.value = sensor.who_am_i();
-  if (was_running && told.error == ErrorCode::kSensorFrozen) {
-    event.value = static_cast<int32_t>(sensor.still_us());
+  if (told.error == ErrorCode::kSensorForeign) {
+    event.value = sensor.who_am_i();
+    return;
   }
-  if (was_running && told.error == ErrorCode::kSensorReset) {
-    event.value = static_cast<int32_t>(sensor.suspect_us());
-  }
+  if (!was_running) return;
+  const bool frozen = told.error == ErrorCode::kSensorFrozen;
+  const uint64_t still_us = frozen ? sensor.still_us() : 0;
+  event.value = clamped(sensor.suspect_us() > still_us ? sensor.suspect_us() : still_us);
 }
 
 uint8_t Sampler::imu_present() const {
