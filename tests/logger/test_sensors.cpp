@@ -308,3 +308,63 @@ TEST_CASE(each_imu_is_read_at_its_offset) {
     }
   }
 }
+
+// The first IMU of a bus is gone: the second is read when the header says all the same, in all
+// instants but those in which the first is looked for.
+TEST_CASE(the_second_imu_keeps_its_offset_without_the_first) {
+  for (const uint16_t bus_khz : {uint16_t{400}, uint16_t{100}}) {
+    for (const bool fastest : {false, true}) {
+      protocol::LoggerSettings settings = logger::factory_settings();
+      settings.bus_khz = bus_khz;
+      if (fastest) settings.rate_hz = logger::max_rate_hz(bus_khz);
+      SensorBench bench(settings);
+      for (const int first : {0, 2}) bench.imu(first).set_fault(emulator::Mpu6050Fault::kDead);
+      bench.run_ms(400);
+      CHECK(bench.sampler.imu_present() == 0x0A);
+      int early = 0, instants = 0;
+      for (const uint64_t end_us = bench.t_us + 2000000; bench.t_us < end_us; ++instants) {
+        bench.tick();
+        CHECK(bench.valid(1) && bench.valid(3) && bench.interrupt_us < bench.period_us());
+        for (const tfsat_test::CountingPort* port : {&bench.port_a, &bench.port_b}) {
+          const auto& last = port->bursts.back();
+          const double after_us = static_cast<double>(last.us - bench.before_us);
+          CHECK(last.address == SensorBench::address(1));
+          early += after_us < logger::imu_offset_us(bus_khz, 1) - 15.0;
+          CHECK(after_us < logger::imu_offset_us(bus_khz, 1) + 15.0);
+        }
+      }
+      CHECK(early <= 2 * 21);
+      CHECK(instants > 2 * bench.settings.rate_hz - 3);
+    }
+  }
+}
+
+// What hits the burst that is only read to pass the time is booked to nobody.
+TEST_CASE(a_fault_of_the_burst_that_passes_the_time_costs_no_reading) {
+  for (const uint16_t bus_khz : {uint16_t{400}, uint16_t{100}}) {
+    protocol::LoggerSettings settings = logger::factory_settings();
+    settings.bus_khz = bus_khz;
+    settings.rate_hz = logger::max_rate_hz(bus_khz);
+    SensorBench bench(settings);
+    bench.imu(2).set_fault(emulator::Mpu6050Fault::kDead);
+    bench.run_ms(400);
+    bench.events.clear();
+    int nacks = 0, held = 0, hung = 0;
+    for (int i = 0; i < 900; ++i) {
+      const int kind = i % 3;
+      if (i % 9 < 3 && kind == 0) bench.buses[1].glitch(SensorBench::address(3));
+      if (i % 9 < 3 && kind == 1) bench.buses[1].set_stuck(true);
+      if (i % 9 < 3 && kind == 2) bench.buses[1].set_hanging(SensorBench::address(3), true);
+      bench.tick();
+      CHECK(bench.interrupt_us < bench.period_us());
+      bench.buses[1].set_hanging(SensorBench::address(3), false);
+      if (i % 9 < 3) (kind == 0 ? nacks : kind == 1 ? held : hung) += !bench.valid(3);
+      CHECK(bench.valid(0) && bench.valid(1));
+    }
+    // A glitch that meets an instant in which the first is looked for hits the reading itself. One that
+    // hangs at each of its transfers hangs at the reading, too.
+    CHECK(nacks <= 25 && held == 0 && hung == 100);
+    CHECK(bench.sampler.imu_present() == 0x0B);
+    for (const protocol::Event& event : bench.events) CHECK(event.code == EventCode::kSensorMissed);
+  }
+}

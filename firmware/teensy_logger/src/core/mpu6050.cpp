@@ -101,6 +101,10 @@ bool Mpu6050::start(I2cBus& bus, uint64_t t_us) {
   return true;
 }
 
+void Mpu6050::start_discarded(I2cBus& bus) {
+  bus.start_read(address_, kRegAccelXoutH, buffer_, sizeof buffer_);
+}
+
 void Mpu6050::start_check(I2cBus& bus) {
   asked_ = Shown::kSettings;
   bus.start_read(address_, kRegSmplrtDiv, buffer_, settings_size());

@@ -42,6 +42,9 @@ class Mpu6050 {
   // Takes the outcome of that transfer (anything but kBusy).
   void finish(I2cResult result, uint64_t t_us);
 
+  // A burst that nobody looks at, whatever comes of it; finish() is not called. Only while it runs.
+  void start_discarded(I2cBus& bus);
+
   // A transfer failed while it ran: it may have lost its supply, and with it its settings. Until it
   // has shown that it kept them, nothing it says is believed.
   bool doubted() const { return doubted_; }

@@ -35,7 +35,7 @@ void Sampler::Lane::apply(const protocol::LoggerSettings& settings) {
 void Sampler::Lane::begin(uint64_t t_us) {
   next_ = next_check_ = 0;
   used_us_ = 0;
-  recovered_ = false;
+  recovered_ = passing_time_ = false;
   for (Mpu6050& imu : imus_) imu.begin();
   start_next(t_us);
 }
@@ -52,12 +52,16 @@ bool Sampler::Lane::advance(uint64_t t_us) {
 bool Sampler::Lane::start_next(uint64_t t_us) {
   while (next_ < kImusPerBus) {
     Mpu6050& imu = imus_[next_];
-    if (check_first_ && imu.doubted()) {
+    if (passing_time_) {
+      imu.start_discarded(bus_);
+      return transferring_ = true;
+    }
+    if (checked_first(imu)) {
       imu.start_check(bus_);
       return transferring_ = true;
     }
     if (imu.start(bus_, t_us)) return transferring_ = true;
-    ++next_;
+    passing_time_ = ++next_ < kImusPerBus && imus_[next_].running() && !checked_first(imus_[next_]);
   }
   return false;
 }
@@ -125,15 +129,19 @@ void Sampler::Lane::finish(I2cResult result, uint64_t t_us) {
   }
   if (broke_down && recovered_) return give_up(result, t_us);
   // On a stuck bus the addressed sensor is not to blame: its transfer is begun again.
-  if (result != I2cResult::kStuck) imus_[next_++].finish(result, t_us);
+  if (result != I2cResult::kStuck) {
+    if (!passing_time_) imus_[next_++].finish(result, t_us);
+    passing_time_ = false;
+  }
   if (!broke_down) return;
   recover();
   recovered_ = true;
-  const uint32_t left = static_cast<uint32_t>(kImusPerBus - next_);
+  const uint32_t left = static_cast<uint32_t>(kImusPerBus - next_) + passing_time_;
   if (!room_for(left * i2c_deadline_us(khz_))) give_up(result, t_us);
 }
 
 void Sampler::Lane::give_up(I2cResult result, uint64_t t_us) {
+  passing_time_ = false;
   while (next_ < kImusPerBus) imus_[next_++].finish(result, t_us);
   next_check_ = kImusPerBus;
 }

@@ -27,7 +27,8 @@ struct Instant {
 
 // Bodies 1 and 2 are on bus A at 0x68 and 0x69, bodies 3 and 4 on bus B. The bursts of bodies 1 and
 // 3 begin at the instant's time, those of 2 and 4 one burst later: 0.39 ms at 400 kHz, 1.56 ms at
-// 100 kHz. The angles are converted while the first bursts are under way.
+// 100 kHz; so also where the first is not read. The angles are converted while the first bursts are
+// under way.
 class Sampler {
  public:
   Sampler(I2cBus& bus_a, I2cBus& bus_b, Adc& adc, Inputs& inputs);
@@ -67,6 +68,7 @@ class Sampler {
     uint32_t longest_us(I2cResult result) const;
     bool room_for(uint32_t us) const { return used_us_ + recovering_us_ + us <= period_us_; }
     bool any_doubted() const;
+    bool checked_first(const Mpu6050& imu) const { return check_first_ && imu.doubted(); }
     bool room_for_read(uint32_t bytes) const;
     void recover();
     void give_up(I2cResult result, uint64_t t_us);
@@ -82,6 +84,9 @@ class Sampler {
     bool check_first_ = false;  // a check finds no room behind two bursts
     bool transferring_ = false;
     bool recovered_ = false;  // at this instant
+    // The one before calls for no transfer. So that the next is read when the header says, a burst of
+    // its own goes first, which is not looked at; what happens to it is booked to no sensor.
+    bool passing_time_ = false;
   };
 
   const Mpu6050& imu(uint8_t i) const { return lanes_[i / kImusPerBus].imu(i % kImusPerBus); }
