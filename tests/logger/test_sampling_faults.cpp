@@ -237,8 +237,46 @@ TEST_CASE(one_timeout_costs_the_sample_that_it_hits) {
   run_glitch(1000, 400, true, 1);
   run_glitch(250, 100, true, 1);
 }
-// A slow bus has no time left for a look at the settings beside two bursts.
-TEST_CASE(one_timeout_on_a_full_slow_bus_costs_another_sample) { run_glitch(280, 100, true, 2); }
+// From 257 Hz on a slow bus has no time left for a look at the settings beside two bursts.
+TEST_CASE(one_timeout_on_a_full_slow_bus_costs_another_sample) {
+  run_glitch(256, 100, true, 1);
+  run_glitch(257, 100, true, 2);
+  run_glitch(280, 100, true, 2);
+}
+
+// A look at the settings that fails says nothing of them: no reading is lost, nothing is told, and it
+// is asked for again at the next instant, or at the one after where the bus is clocked free first.
+TEST_CASE(a_proof_that_fails_is_no_evidence) {
+  using ProofFault = tfsat_test::CountingPort::ProofFault;
+  const uint16_t cases[][2] = {{280, 400}, {1000, 400}, {250, 100}, {283, 100}};
+  for (const auto& c : cases) {
+    for (const ProofFault fault : {ProofFault::kNack, ProofFault::kTimeout}) {
+      SensorBench bench(at(c[0], c[1]));
+      bench.run_ms(300);
+      bench.events.clear();
+      int failed = 0;
+      for (int round = 0; round < 20; ++round) {
+        tfsat_test::CountingPort& port = round % 2 ? bench.port_b : bench.port_a;
+        port.proof_fault = fault;
+        uint64_t failed_us = 0;
+        int shown = 0;
+        for (const uint64_t end_us = bench.t_us + 150000; bench.t_us < end_us;) {
+          const int before = port.proofs;
+          bench.tick();
+          CHECK((bench.instant.sample.flags & 0x0F) == 0x0F);
+          CHECK(bench.interrupt_us < bench.period_us());
+          if (failed_us != 0 && shown == 0 && port.proofs > before) {
+            const uint32_t instants = fault == ProofFault::kTimeout ? 2 : 1;
+            CHECK(bench.t_us - failed_us <= instants * (bench.period_us() + 1));
+            ++shown;
+          }
+          if (failed_us == 0 && port.proof_fault == ProofFault::kNone) failed_us = bench.t_us, ++failed;
+        }
+      }
+      CHECK(failed == 20 && bench.events.empty());
+    }
+  }
+}
 
 // What answers again with other settings is started anew, at once.
 TEST_CASE(a_sensor_that_lost_its_settings_is_not_believed) {

@@ -132,6 +132,7 @@ void Mpu6050::finish(I2cResult result, uint64_t t_us) {
   const Shown asked = asked_;
   asked_ = Shown::kReading;
   if (result != I2cResult::kDone) {
+    if (asked == Shown::kProof) return;  // no evidence of anything: it stays due
     if (phase_ == Phase::kIdentify) who_am_i_ = 0;
     if (phase_ == Phase::kRunning) return miss(error_of(result), t_us);
     return fail(error_of(result), t_us);

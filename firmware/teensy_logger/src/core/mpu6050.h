@@ -54,7 +54,8 @@ class Mpu6050 {
 
   // It has not shown its settings for kProofEveryUs.
   bool proof_due(uint64_t t_us) const;
-  // Asks for the one setting that a reset would change; finish() takes the outcome.
+  // Asks for the one setting that a reset would change; finish() takes the outcome. One that fails
+  // says nothing, and is due again.
   void start_proof(I2cBus& bus);
   static constexpr uint8_t kProofBytes = 1;
 
