@@ -341,7 +341,7 @@ enums:
       doc: 'A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_foreign: value = its WHO_AM_I; else value = microseconds before the event from which its readings are in doubt, 0: none. They repeat (sensor_frozen), or may be in other scales: a part that wakes up measuring had not shown its settings since, whatever it failed of in the end.'
     4:
       id: sensor_recovered
-      doc: 'A sensor answers again: index = IMU.'
+      doc: 'A sensor answers again: index = IMU, value = its WHO_AM_I, 0 in logs of earlier firmware.'
     5:
       id: card_stall
       doc: 'A card write took long: value = milliseconds.'

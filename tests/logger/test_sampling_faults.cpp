@@ -107,6 +107,7 @@ struct Campaign {
   // What a decoder does with a frozen sensor's event.
   void mark_frozen() {
     for (const Event& event : bench.events) {
+      if (event.code != EventCode::kSensorFault) continue;
       const uint64_t since_us = event.time_us - static_cast<uint64_t>(event.value);
       for (Sample& sample : samples) {
         const bool hit = sample.imu == event.index && sample.t_us >= since_us;
@@ -140,7 +141,7 @@ void check_events(const Campaign& campaign, const Case& c, int faulty) {
                            event.value < static_cast<int32_t>(protocol::kFrozenUs + 4000)
                      : event.value == (foreign ? 0x12 : 0));
       } else {
-        CHECK(event.code == EventCode::kSensorRecovered && event.arg == 0 && event.value == 0);
+        CHECK(event.code == EventCode::kSensorRecovered && event.arg == 0 && event.value == 0x68);
         ++recovered;
       }
     }

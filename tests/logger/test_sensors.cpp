@@ -27,7 +27,7 @@ TEST_CASE(all_sensors_come_up_with_the_paper_s_range) {
   for (const uint8_t id : who_am_i) CHECK(id == 0x68);
   CHECK(bench.events.size() == 4);
   for (const protocol::Event& event : bench.events) {
-    CHECK(event.code == EventCode::kSensorRecovered && event.arg == 0 && event.value == 0);
+    CHECK(event.code == EventCode::kSensorRecovered && event.arg == 0 && event.value == 0x68);
   }
 }
 
@@ -234,6 +234,17 @@ TEST_CASE(a_proof_costs_no_reading_and_none_is_asked_for_in_vain) {
       CHECK(as_reset ? proofs == 0 : proofs >= 36 && proofs <= 40);
     }
   }
+}
+
+TEST_CASE(what_comes_in_the_place_of_another_part_tells_who_it_is) {
+  SensorBench bench;
+  bench.run_ms(300);
+  bench.events.clear();
+  bench.imu(2).replace(0x98, bench.t_us);
+  bench.run_ms(300);
+  CHECK(bench.valid(2) && bench.events.size() == 2);
+  const protocol::Event& event = bench.events.back();
+  CHECK(event.code == EventCode::kSensorRecovered && event.index == 2 && event.value == 0x98);
 }
 
 TEST_CASE(another_chip_is_not_believed_and_its_id_is_told) {

@@ -37,7 +37,8 @@ class DropLog:
         recordings: All recordings of the file by a first look, this one too.
         chosen_by: Why this one of them was decoded: `only one`, `asked for`, `time of day` (the newest by
             the headers) or `place` (the first of the file).
-        header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`).
+        header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`); who_am_i of an IMU that
+            did not answer when the recording began is what it said later on.
         header_is_copy: The first block was lost and a repetition of the header was used.
         header_time_us: The logger's clock when that header was written.
         footer: Written at a clean stop; None without one.
@@ -46,7 +47,7 @@ class DropLog:
         release: When the robot was released, and how far that is certain; None if it was not recorded.
         imu_counts: (n, 4, 7) int16, per body accel x y z, temperature, gyro x y z; raw.
         angle_counts: (n, 6) uint16, angle sensors; raw.
-        imu_valid: (n, 4) bool, the IMU answered in time and was not frozen.
+        imu_valid: (n, 4) bool, the IMU answered in time, was not frozen, and is the part that the header names.
         angle_valid: (n, 6) bool.
         switch_open: (n, 2) bool, release switches.
         clipped: (n, 4) bool, a value of the IMU is at its full scale.

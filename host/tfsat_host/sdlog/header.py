@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.messages import LogHeader
 from tfsat_host.protocol.record import ProtocolError
 
 from . import errors
+from .parts import MPU_6050, parts_of
 
 WALL_CLOCK = slice(444, 452)
 """What stands beside it is the same in every copy; the time of day may be set while recording."""
@@ -90,12 +90,9 @@ def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
 def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:
     """Of each IMU: counts a °C, and °C at 0. Its part tells them, and of an MPU-6050 the header."""
     own = (header.temperature_lsb_per_c, header.temperature_offset_c)
-    parts = [IMU_PARTS.get(one) for one in header.who_am_i]
     return [
-        own
-        if part is None or part.name == "MPU-6050"
-        else (part.temperature_lsb_per_c, part.temperature_offset_c)
-        for part in parts
+        own if part.who_am_i == MPU_6050 else (part.temperature_lsb_per_c, part.temperature_offset_c)
+        for part in parts_of(header.who_am_i)
     ]
 
 

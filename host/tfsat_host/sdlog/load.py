@@ -20,6 +20,7 @@ from .events import read_events
 from .frozen import invalidate_repeated, invalidate_told
 from .gaps import find_gaps
 from .misaligned import find_shift
+from .parts import completed, exchange_doubts, find_exchanges, invalidate_exchanged
 from .records import Records, RecordsBuilder
 from .release import find_release
 from .source import CHUNK_BLOCKS, LogSource
@@ -116,12 +117,16 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
     steps = look_at_steps(records.t_us, records.index, found.header.rate_hz)
     events = read_events(records.events)
     believed = [event for event in events if event.t_us < LATEST_TIME_US]
+    header = completed(found.header, believed)
+    exchanges = find_exchanges(header, believed)
+    invalidate_exchanged(exchanges, records.t_us, records.imu_valid)
     invalidate_told(believed, records.t_us, records.imu_valid)
     invalidate_repeated(records.imu, records.index, records.t_us, records.imu_valid)
     release = find_release(believed, records.t_us, records.switch_open, gaps)
     doubts = (
         *find_doubts(found, records.footers, account, steps, assembly.set_aside),
         *event_doubts(len(events) - len(believed)),
+        *exchange_doubts(header, exchanges),
         *release_doubts(release, believed, gaps, records.switch_open),
     )
     dropped = max(account.most_samples_dropped, footer.samples_dropped if footer else 0)
@@ -136,7 +141,7 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
         other_sessions=assembly.other_sessions,
         recordings=assembly.recordings,
         chosen_by=assembly.chosen_by,
-        header=found.header,
+        header=header,
         header_is_copy=found.is_copy,
         header_time_us=found.time_us,
         footer=footer,

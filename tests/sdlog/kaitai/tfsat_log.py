@@ -1,4 +1,4 @@
-# sha256 of protocol/tfsat_log.ksy: 182a72c03cb870ac31414da372c98cad85b32ffcfa6bc163d276e7ac5d155db1
+# sha256 of protocol/tfsat_log.ksy: 8a126cc27ff81a4168043bb8172c5a6fcee194d22fd3f979f092b32b31e902c9
 # ruff: noqa
 # fmt: off
 # mypy: ignore-errors

@@ -210,7 +210,7 @@ void Sampler::note_change(uint8_t imu_index, Instant& instant) {
   event.code = told.running ? EventCode::kSensorRecovered : EventCode::kSensorFault;
   event.index = imu_index;
   event.arg = static_cast<uint16_t>(told.error);
-  if (told.error == ErrorCode::kSensorForeign) {
+  if (told.running || told.error == ErrorCode::kSensorForeign) {
     event.value = sensor.who_am_i();
     return;
   }

@@ -262,7 +262,7 @@ enum class EventCode : uint8_t {
   kSwitchEdge = 1,  // A release switch changed: index = switch, arg = 1 opened, 0 closed, value = edges before it that came too fast to keep.
   kStroke = 2,  // The sequencer's stroke line rose: index = count since the recording began, from 0, value = edges before it that came too fast to keep.
   kSensorFault = 3,  // A sensor gives no readings any more, or for another reason than before: index = IMU, arg = error code; sensor_foreign: value = its WHO_AM_I; else value = microseconds before the event from which its readings are in doubt, 0: none. They repeat (sensor_frozen), or may be in other scales: a part that wakes up measuring had not shown its settings since, whatever it failed of in the end.
-  kSensorRecovered = 4,  // A sensor answers again: index = IMU.
+  kSensorRecovered = 4,  // A sensor answers again: index = IMU, value = its WHO_AM_I, 0 in logs of earlier firmware.
   kCardStall = 5,  // A card write took long: value = milliseconds.
   kSamplesDropped = 6,  // The ring was full: value = samples lost.
   kRelease = 7,  // The logger believes a release, see [release]; time = its t = 0, arg = 1. arg = 0: both switches closed again, it was a false one.

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.protocol.imus import IMU_PARTS, ImuPart
+from tfsat_host.protocol.imus import ImuPart
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LogHeader
+from tfsat_host.sdlog.parts import MPU_6050, parts_of
 
 FloatArray = NDArray[np.float64]
 
-MPU_6050 = next(iter(IMU_PARTS))
-"""What an IMU is taken for that did not say what it is."""
 _OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 
 
@@ -42,7 +41,7 @@ class LowPass:
     @property
     def parts(self) -> tuple[ImuPart, ...]:
         """What each IMU is."""
-        return tuple(IMU_PARTS.get(one, IMU_PARTS[MPU_6050]) for one in self.who_am_i)
+        return parts_of(self.who_am_i)
 
     @property
     def gyro_delay_s(self) -> float:
