@@ -297,6 +297,24 @@ TEST_CASE(a_sensor_that_lost_its_settings_is_not_believed) {
   }
 }
 
+// The accelerometer filter of the later parts is among what is read back.
+TEST_CASE(a_lost_filter_of_the_accelerometer_is_found) {
+  SensorBench bench(at(280));
+  bench.imu(1).replace(0x70, 0);
+  bench.run_ms(300);
+  bench.events.clear();
+  bench.bus_of(1).glitch(SensorBench::address(1));
+  const uint8_t widest = 0x00;
+  CHECK(bench.imu(1).write(emulator::mpu6050::kAccelConfig2, &widest, 1));
+  bench.tick();
+  CHECK(!bench.valid(1) && bench.events.size() == 1);
+  CHECK(bench.events[0].arg == static_cast<uint16_t>(ErrorCode::kSensorReset));
+  while (!bench.valid(1)) bench.tick();
+  uint8_t filter = 0xFF;
+  CHECK(bench.imu(1).read(emulator::mpu6050::kAccelConfig2, &filter, 1));
+  CHECK(filter == bench.settings.dlpf_cfg);
+}
+
 TEST_CASE(sampling_takes_two_bursts_and_the_angles_cost_nothing) {
   SensorBench bench(at(1000));
   bench.run_ms(300);
