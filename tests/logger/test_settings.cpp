@@ -140,17 +140,6 @@ TEST_CASE(a_damaged_store_gives_the_factory_s_whatever_bit_is_hit) {
   }
 }
 
-TEST_CASE(stored_settings_that_the_buses_cannot_carry_are_not_used) {
-  Memory memory;
-  LoggerSettings settings = fast();
-  settings.bus_khz = 100;
-  SettingsStore writer(memory);
-  CHECK(writer.store(settings));
-  SettingsStore store(memory);
-  store.load();
-  CHECK(store.origin() == Origin::kFactory && store.settings().rate_hz == 280);
-}
-
 TEST_CASE(a_memory_that_keeps_nothing_is_noticed_and_changes_nothing) {
   Memory memory;
   memory.worn_out = true;

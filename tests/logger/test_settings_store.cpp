@@ -96,6 +96,23 @@ TEST_CASE(settings_out_of_range_are_not_believed) {
   CHECK(is_factory(store));
 }
 
+// An earlier firmware allowed up to 301 Hz at 100 kHz.
+TEST_CASE(a_rate_that_the_buses_no_longer_carry_is_lowered_and_the_rest_kept) {
+  for (const uint16_t rate_hz : {uint16_t{283}, uint16_t{284}, uint16_t{301}, uint16_t{1000}}) {
+    Memory memory;
+    LoggerSettings settings = fast();
+    settings.bus_khz = 100;
+    settings.rate_hz = rate_hz;
+    settings.gyro_range_deg_s = 1000;
+    CHECK(SettingsStore(memory).store(settings));
+    SettingsStore store(memory);
+    store.load();
+    settings.rate_hz = 283;
+    CHECK(store.origin() == Origin::kUploaded && same(store.settings(), settings));
+    CHECK(memory.saves == 1);
+  }
+}
+
 TEST_CASE(a_memory_that_does_not_keep_them_changes_nothing) {
   for (int cell = 0; cell < static_cast<int>(LoggerSettings::kSize) + 2; ++cell) {
     Memory memory;

@@ -94,7 +94,12 @@ float accel_lsb_per_g(const LoggerSettings& settings) {
 void SettingsStore::load() {
   LoggerSettings stored;
   int32_t detail;
-  const bool usable = read(stored) && check(stored, detail) == ErrorCode::kNone;
+  ErrorCode wrong = read(stored) ? check(stored, detail) : ErrorCode::kLoggerSettingOutOfRange;
+  if (wrong == ErrorCode::kRateTooHigh) {
+    stored.rate_hz = static_cast<uint16_t>(detail);
+    wrong = check(stored, detail);
+  }
+  const bool usable = wrong == ErrorCode::kNone;
   settings_ = usable ? stored : factory_settings();
   origin_ = usable ? protocol::Origin::kUploaded : protocol::Origin::kFactory;
 }

@@ -25,7 +25,8 @@ class SettingsStore {
  public:
   explicit SettingsStore(NonVolatile& memory) : memory_(memory) {}
 
-  // What is stored, or the factory's where that is nothing, damaged or out of range.
+  // What is stored, or the factory's where that is nothing, damaged or out of range. A rate that an
+  // earlier firmware allowed and that the buses do not carry is lowered to what they do.
   void load();
   // Checks nothing. False when the memory did not keep it; then what was in force stays.
   bool store(const protocol::LoggerSettings& settings);
