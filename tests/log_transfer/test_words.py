@@ -60,3 +60,21 @@ def test_a_file_that_was_full_is_no_full_card(bench: Bench) -> None:
     state, rows = logger_state(bench.logger)
     assert (state["file_full"], state["attention"]) == (False, [])
     assert ("  state", "idle") in rows
+
+
+@pytest.mark.parametrize(
+    ("who_am_i", "said"),
+    [
+        (0x68, "2 NOT MEASURING (MPU-6050)"),
+        (0x70, "2 NOT MEASURING (MPU-6500)"),
+        (0x12, "2 FOREIGN (WHO_AM_I 0x12: no part that the logger knows)"),
+        (0, "2 MISSING"),
+    ],
+)
+def test_an_imu_that_answers_and_does_not_measure_is_not_missing(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, who_am_i: int, said: str
+) -> None:
+    status = replace(bench.logger.status(), imu_present=0b1101, who_am_i=bytes([0x68, who_am_i, 0x68, 0x98]))
+    monkeypatch.setattr(bench.logger, "status", lambda: status)
+    _, rows = logger_state(bench.logger)
+    assert ("  IMUs", f"1 MPU-6050, {said}, 3 MPU-6050, 4 ICM-20689") in rows

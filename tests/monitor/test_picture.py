@@ -11,6 +11,7 @@ from rich.console import Console
 
 from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
 from tfsat_host.cli.monitor_picture import Picture
+from tfsat_host.cli.monitor_words import one_line
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
@@ -103,6 +104,20 @@ def test_alarms_stand_at_the_top_with_their_words(picture: Picture, width: int, 
     if height == 40:
         assert "last refusal switch open: A release switch is open." in text
         assert "firmware" in text and "uncalibrated" in text
+
+
+def test_an_imu_that_answers_and_does_not_measure_is_told_by_its_name(picture: Picture) -> None:
+    logger = troubled(picture).logger
+    assert logger is not None
+    logger.status = replace(logger.status, imu_present=0b1101)
+    text = "\n".join(drawn(picture, 80, 40))
+    assert "NOT MEASURING: gyro 2 (MPU-6050)." in text
+    assert "MISSING" not in text and "NO DATA" in text
+    assert "2 NOT MEASURING (MPU-6050); 3" in one_line(0.0, picture.sequencer, logger)
+    logger.status = replace(logger.status, who_am_i=b"\x68\0\x68\x68")
+    text = "\n".join(drawn(picture, 80, 40))
+    assert "MISSING: gyro 2." in text and "NOT MEASURING" not in text
+    assert "2 MISSING; 3" in one_line(0.0, picture.sequencer, logger)
 
 
 def test_a_low_terminal_keeps_alarms_states_and_the_way_out(picture: Picture) -> None:

@@ -96,6 +96,12 @@ def card_words(status: LoggerStatusReply) -> str:
     return f"{name}, {status.card_free_mib} MiB free" if status.card == CardState.FULL else name
 
 
+def idle_part(status: LoggerStatusReply, index: int) -> str | None:
+    """Name of the part at an IMU's place that answers and does not measure; None of any other."""
+    part = IMU_PARTS.get(status.who_am_i[index])
+    return None if part is None or status.imu_present >> index & 1 else part.name
+
+
 def _imu_words(status: LoggerStatusReply) -> str:
     words = []
     for body, who_am_i in enumerate(status.who_am_i, 1):
@@ -103,6 +109,8 @@ def _imu_words(status: LoggerStatusReply) -> str:
             words.append(f"{body} {IMU_PARTS[who_am_i].name}" if who_am_i in IMU_PARTS else f"{body} ok")
         elif who_am_i and who_am_i not in IMU_PARTS:
             words.append(f"{body} FOREIGN (WHO_AM_I 0x{who_am_i:02x}: no part that the logger knows)")
+        elif part := idle_part(status, body - 1):
+            words.append(f"{body} NOT MEASURING ({part})")
         else:
             words.append(f"{body} MISSING")
     return ", ".join(words)

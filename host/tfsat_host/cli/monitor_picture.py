@@ -8,7 +8,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.board_state import switch_words, with_fault
-from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention, card_words
+from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention, card_words, idle_part
 from tfsat_host.cli.monitor_words import UNCALIBRATED, commanded_deg, error_words
 from tfsat_host.devices.card_trouble import card_is_bad, file_was_full, state_words
 from tfsat_host.protocol.enums import ErrorCode
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from tfsat_host.devices.discovery import BoardName
     from tfsat_host.errors import TfsatError
     from tfsat_host.monitoring.reading import BodyRate, JointReading, Reading
+    from tfsat_host.protocol.messages import LoggerStatusReply
 
 ALWAYS = 0
 """The rank of what is shown in the lowest terminal; the higher a rank, the sooner it is left out."""
@@ -75,7 +76,7 @@ class Picture:
             if self.logger.reading is not None:
                 blocks += [
                     Block(_GAP, ("",)),
-                    Block(_READING, _table(self.logger.reading)),
+                    Block(_READING, _table(self.logger.reading, self.logger.status)),
                     Block(_DOUBT, _wrapped(UNCALIBRATED, width)),
                 ]
         return [*blocks, Block(ALWAYS, ("Ctrl-C ends it.",))]
@@ -98,7 +99,7 @@ class Picture:
             if self.logger.status.samples_dropped:
                 texts.append(f"DROPPED: {self.logger.status.samples_dropped} samples of the recording.")
             if self.logger.reading is not None:
-                texts += _sensor_alarms(self.logger.reading)
+                texts += _sensor_alarms(self.logger.reading, self.logger.status)
         return texts
 
 
@@ -188,19 +189,21 @@ def _error(name: str, code: ErrorCode) -> list[str]:
     return [] if code == ErrorCode.NONE else [f"{name}: {' '.join(REMEDIES[code])}"]
 
 
-def _sensor_alarms(reading: Reading) -> list[str]:
-    missing = [f"gyro {number}" for number, body in enumerate(reading.bodies, 1) if not body.valid]
+def _sensor_alarms(reading: Reading, status: LoggerStatusReply) -> list[str]:
+    silent = {i: idle_part(status, i) for i, body in enumerate(reading.bodies) if not body.valid}
+    missing = [f"gyro {i + 1}" for i, part in silent.items() if part is None]
+    idle = [f"gyro {i + 1} ({part})" for i, part in silent.items() if part is not None]
     missing += [f"an angle sensor of joint {sensor.joint}" for sensor in reading.angles if not sensor.valid]
     clipped = [
         f"gyro {number}" for number, body in enumerate(reading.bodies, 1) if body.valid and body.clipped
     ]
-    alarms = (("MISSING", missing), ("CLIPPED", clipped))
+    alarms = (("MISSING", missing), ("NOT MEASURING", idle), ("CLIPPED", clipped))
     return [f"{name}: {', '.join(which)}." for name, which in alarms if which]
 
 
-def _table(reading: Reading) -> tuple[str, ...]:
+def _table(reading: Reading, status: LoggerStatusReply) -> tuple[str, ...]:
     """Bodies on the left, angle sensors on the right: 77 columns."""
-    left = [_body(number, body) for number, body in enumerate(reading.bodies, 1)]
+    left = [_body(i + 1, body, idle_part(status, i)) for i, body in enumerate(reading.bodies)]
     right = [_sensor(sensor) for sensor in reading.angles]
     head = _BODY.format("body", "x / deg/s", "y / deg/s", "z / deg/s", "gyro")
     head += _JOINT.format("joint", "angle/deg", "read/deg", "sensor")
@@ -208,8 +211,9 @@ def _table(reading: Reading) -> tuple[str, ...]:
     return (head, *(body.ljust(len(_NO_BODY)) + sensor for body, sensor in rows))
 
 
-def _body(number: int, body: BodyRate) -> str:
-    said = "MISSING" if not body.valid else "CLIPPED" if body.clipped else "ok"
+def _body(number: int, body: BodyRate, idle: str | None) -> str:
+    silent = "NO DATA" if idle else "MISSING"
+    said = silent if not body.valid else "CLIPPED" if body.clipped else "ok"
     rates = [f"{rate:+.1f}" if body.valid else "–" for rate in body.rate_deg_s]
     return _BODY.format(number, *rates, said)
 

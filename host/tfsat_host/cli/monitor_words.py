@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
-from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention
+from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention, idle_part
 from tfsat_host.cli.sequencer_state import explained
 from tfsat_host.devices.card_trouble import file_was_full, state_words
 from tfsat_host.protocol.enums import ErrorCode
@@ -114,15 +114,18 @@ def one_line(t_s: float, sequencer: SequencerWatch | None, logger: LoggerWatch |
         if logger.status.ram_holds_drop:
             parts.append(f"RAM {RAM_HOLDS_DROP}")
         if reading is not None:
-            rates = "; ".join(f"{body} {_rates(rate)}" for body, rate in enumerate(reading.bodies, 1))
+            rates = "; ".join(
+                f"{index + 1} {_rates(body, idle_part(logger.status, index))}"
+                for index, body in enumerate(reading.bodies)
+            )
             parts.append(f"rates/(deg/s) {rates}")
             parts.append(f"joints/deg (uncalibrated) {_joints(reading.angles)}")
     return " | ".join(parts)
 
 
-def _rates(body: BodyRate) -> str:
+def _rates(body: BodyRate, idle: str | None) -> str:
     if not body.valid:
-        return "MISSING"
+        return f"NOT MEASURING ({idle})" if idle else "MISSING"
     return " ".join(f"{rate:+.1f}" for rate in body.rate_deg_s) + (" CLIPPED" if body.clipped else "")
 
 

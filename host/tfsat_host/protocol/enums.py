@@ -240,7 +240,7 @@ class ErrorCode(IntEnum):
     SENSOR_FROZEN = 46
     """An IMU repeats the same reading."""
     SENSOR_FOREIGN = 47
-    """What answers at an IMU's address is no part that the logger knows (WHO_AM_I)."""
+    """What answers at an IMU's address is no part that the logger knows (WHO_AM_I), or does not keep its settings."""
     CARD_WRITE_PROTECTED = 48
     """The card forbids writing."""
     CARD_UNREADABLE = 49

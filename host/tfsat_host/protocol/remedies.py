@@ -199,7 +199,7 @@ REMEDIES: dict[ErrorCode, tuple[str, str, str]] = {
         "Switch the robot's power off and on; if it recurs, replace that IMU.",
     ),
     ErrorCode.SENSOR_FOREIGN: (
-        "What answers at an IMU's address is no part that the logger knows (WHO_AM_I).",
+        "What answers at an IMU's address is no part that the logger knows (WHO_AM_I), or does not keep its settings.",
         "Its scales are unknown, so that body's rates are not recorded.",
         "tfsat-host status shows what it answers; replace it by an MPU-6050, MPU-6500, MPU-9250, MPU-9255 or ICM-20689.",
     ),

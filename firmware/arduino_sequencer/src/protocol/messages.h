@@ -315,7 +315,7 @@ enum class ErrorCode : uint8_t {
   kBusStuck = 44,  // An I2C bus is held low.
   kNotRecording = 45,  // There is no recording to stop.
   kSensorFrozen = 46,  // An IMU repeats the same reading.
-  kSensorForeign = 47,  // What answers at an IMU's address is no part that the logger knows (WHO_AM_I).
+  kSensorForeign = 47,  // What answers at an IMU's address is no part that the logger knows (WHO_AM_I), or does not keep its settings.
   kCardWriteProtected = 48,  // The card forbids writing.
   kCardUnreadable = 49,  // The card has no file system that the logger knows.
   kRateTooHigh = 50,  // The I2C buses cannot carry this sampling rate.
