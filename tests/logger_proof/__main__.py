@@ -16,6 +16,7 @@ from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SEEDS, run_all
 from tests.logger_proof.glitches import run_glitches
 from tests.logger_proof.instructions import count_instructions
 from tests.logger_proof.m7 import BATCH, FULL_SEEDS, twins
+from tests.logger_proof.offsets import measure_offsets
 from tests.logger_proof.report import Tools, render
 
 REPORT = REPOSITORY / "docs" / "logger-proof.md"
@@ -64,7 +65,9 @@ def prove(folder: Path, seeds: int) -> str:
     spares = shared_processor.measure(shared_processor.build(folder))
     progress("disturbing single transfers")
     glitches = run_glitches(folder / "glitches", RATES_HZ)
-    return render(outcomes, same, counted, spares, glitches, Tools.found())
+    progress("timing the readings")
+    offsets = measure_offsets(folder / "offsets")
+    return render(outcomes, same, counted, spares, glitches, offsets, Tools.found())
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from tests.logger_proof.glitches import Glitches
 from tests.logger_proof.instructions import Instructions
 from tests.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
 from tests.logger_proof.m7 import MACHINE, Twins
+from tests.logger_proof.offsets import FALL_S, Offset
 from tests.logger_proof.shared_processor import Spare
 from tests.logger_proof.truth import Kind
 from tests.sequencer_proof.report_text import table
@@ -90,6 +91,7 @@ def render(
     counted: Sequence[Instructions],
     spares: Sequence[Spare],
     glitches: Sequence[Glitches],
+    offsets: Sequence[Offset],
     tools: Tools,
 ) -> str:
     """The whole report, Markdown."""
@@ -102,6 +104,7 @@ def render(
         _instructions(counted),
         _shared_processor(spares),
         _glitches(glitches),
+        _offsets(offsets),
         f"## What this leaves out\n\n{NOT_MODELLED}",
     ]
     return "\n\n".join(sections) + "\n"
@@ -272,6 +275,19 @@ def _glitches(glitches: Sequence[Glitches]) -> str:
         "next one; if they are as they were, it goes on. The buses run at 400 kHz and take their time, as on the board."
     )
     return f"## 7. One failed transfer\n\n{text}\n\n{table(header, rows)}"
+
+
+def _offsets(offsets: Sequence[Offset]) -> str:
+    rows = [(one.bus_khz, one.imu, one.told, f"{one.measured:.0f}") for one in offsets]
+    header = ("buses, kHz", "IMU", "told by the log, µs", "measured, µs")
+    text = _paragraph(
+        "When each IMU of a sample is read after the sample's time: what the log's header tells, and by how much earlier "
+        "than IMU 1's its readings show the motion. For each body of an emulated robot without imperfections the delay is "
+        "taken at which its gyro's angular speed fits the true one best, in least squares, from "
+        f"{FALL_S[0]:g} to {FALL_S[1]:g} s after the release. A chip renews its registers each 1000 µs, which is what the "
+        "difference comes from."
+    )
+    return f"## 8. When a sensor is read\n\n{text}\n\n{table(header, rows)}"
 
 
 def _paragraph(text: str) -> str:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.emulator_avr.building import REPOSITORY
+from tests.evaluation.drops import Drop, drop
 from tests.logger_proof.__main__ import REPORT
+from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import core_files, core_sha256
 from tests.logger_proof.campaign import RATES_HZ, SEEDS
 from tests.logger_proof.glitches import Glitches, run_glitches
 from tests.logger_proof.instructions import Figure, Instructions
 from tests.logger_proof.judge import Outcome
 from tests.logger_proof.m7 import Twins
+from tests.logger_proof.offsets import Offset, measure_offsets
 from tests.logger_proof.report import Tools, render
 from tests.logger_proof.shared_processor import Spare
 from tests.logger_proof.truth import Kind
@@ -94,7 +99,9 @@ def test_the_report_names_no_machine_and_its_lines_can_be_read() -> None:
 def test_a_report_tells_its_runs_figures() -> None:
     spares = [Spare(1000, 23_000, 0, 816, 821), Spare(1000, 23_000, 100, 479, 544)]
     glitches = [Glitches("nack", 280, 200, 150, 1, 0)]
-    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, glitches, Tools("12.2.1", "7.2.22"))
+    offsets = [Offset(100, 2, 1560, 1538.7)]
+    tools = Tools("12.2.1", "7.2.22")
+    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, glitches, offsets, tools)
     cuts = sum(run.kind is not Kind.CARD_LOST for run in RUNS)
     assert f"{len(RUNS)} recordings, {cuts} of them cut off" in text.replace("\n", " ")
     assert "| takes what comes | 280 | 14 | 123 | 123 |" in text
@@ -103,11 +110,38 @@ def test_a_report_tells_its_runs_figures() -> None:
     assert "| 1000 | 3800 | 11800 | 1800 | 300 | 250 | 0.64% |" in text
     assert f"`{'ab' * 32}`" in text
     assert "| one NACK | 280 | 200 | 0.75 | 1 | 0 |" in text
+    assert "| 100 | 2 | 1560 | 1539 |" in text
 
 
 def test_one_failed_transfer_costs_one_sample(tmp_path: Path) -> None:
     found = run_glitches(tmp_path, RATES_HZ)
     assert [(one.kind, one.lost) for one in found] == 2 * [("nack", 200), ("timeout", 200)]
+
+
+def test_each_imu_is_read_when_the_log_says(tmp_path: Path) -> None:
+    told = [(one.bus_khz, one.imu, one.told) for one in measure_offsets(tmp_path)]
+    assert told == [
+        (400, 1, 0),
+        (400, 2, 390),
+        (400, 3, 0),
+        (400, 4, 390),
+        (100, 1, 0),
+        (100, 2, 1560),
+        (100, 3, 0),
+        (100, 4, 1560),
+    ]
+
+
+def test_a_log_that_tells_other_offsets_makes_no_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def mistold(*args: Any, **options: Any) -> Drop:
+        one = drop(*args, **options)
+        return replace(one, log=replace(one.log, header=replace(one.log.header, imu_offset_us=(0,) * 4)))
+
+    monkeypatch.setattr("tests.logger_proof.offsets.drop", mistold)
+    with pytest.raises(Broken, match="IMU 2 is read 399 us"):
+        measure_offsets(tmp_path, (400,))
 
 
 @pytest.mark.parametrize("rate_hz", RATES_HZ)
