@@ -51,7 +51,7 @@ def test_drops_get_the_next_number_and_are_copied_whole(camp: Path) -> None:
     assert {name for name in before if drop[name] != before[name]} == {CERTIFICATE}
     assert b"[[landing]]" in drop[CERTIFICATE], "it learns of the drop's landing, once"
     assert result("campaign", "next", "camp") == {"number": 2, "folder": "drop-0002", "findings": []}
-    assert said["released"] == "2026-01-05T09:00:07.001Z" and len(said["session"]) == 8
+    assert said["released"] == "2026-01-05T09:00:07.000Z" and len(said["session"]) == 8
     (entry,) = index_of(camp)
     assert entry == json.loads(drop["drop.json"])
     assert [note["text"] for note in entry["notes"]] == ["wind: west, ±3 m/s"]
