@@ -132,9 +132,20 @@ def test_knocks_and_damaged_frames_are_counted(board: Board, tfsat_host: RunCli)
     board.write(b"\0\x05\x01\x02\x03\x04\0")
     board.advance(10_000)
     told = Told(board, tfsat_host)
-    assert (told.json["knocks"], told.rows["knocks"]) == (3, "3, and 0 false releases")
+    assert (told.json["knocks"], told.rows["knocks"]) == (3, "3; false releases: 0")
     assert told.json["frames_rejected"] == connect(board).status().frames_rejected >= 1
     assert told.rows["link"].startswith(f"{told.json['frames_rejected']} damaged frame")
+
+
+def test_a_jolt_that_was_taken_back_is_told_while_it_is_armed(board: Board) -> None:
+    connect(board).arm()
+    for opened in (True, False):
+        for index in (0, 1):
+            board.switch(index, opened=opened)
+        board.advance(250_000 if not opened else 8_000)
+    state, rows = told_directly(board)
+    assert (state["state"], state["false_releases"]) == ("armed", 1)
+    assert "closed again for good 1 time: no release, nothing moved" in rows["ATTENTION"]
 
 
 def told_directly(board: Board) -> tuple[dict[str, Any], dict[str, str]]:

@@ -44,8 +44,8 @@ def test_std_alone_is_that_of_a_fit_with_exact_sensors() -> None:
     one = fitted(1)
     sharp = fit_model(one.fit.offsets, exact(one.flown, EVERYTHING))
     found = trades(one.fit, one.flown)
-    # Sensors said to be exact leave something over, which such a fit adds to its stds.
-    expected = sharp.std / np.sqrt(sharp.excess)
+    # Sensors said to be exact leave something over, which such a fit adds to its stds, and the fit itself its own.
+    expected = sharp.std * np.sqrt(one.fit.excess / sharp.excess)
     np.testing.assert_allclose([trade.std_alone for trade in found], expected, rtol=0.03)
     np.testing.assert_allclose([trade.std for trade in found], one.fit.std)
     assert all(set(trade.growth) == SENSORS for trade in found)
@@ -54,7 +54,8 @@ def test_std_alone_is_that_of_a_fit_with_exact_sensors() -> None:
 def test_growth_is_that_of_a_fit_with_only_that_group_uncertain() -> None:
     one = fitted(1)
     unsure = fit_model(one.fit.offsets, exact(one.flown, GYROS))
-    for trade, std in zip(trades(one.fit, one.flown), unsure.std / np.sqrt(unsure.excess), strict=True):
+    expected = unsure.std * np.sqrt(one.fit.excess / unsure.excess)
+    for trade, std in zip(trades(one.fit, one.flown), expected, strict=True):
         assert trade.growth["joint angles"] * trade.std_alone == pytest.approx(std, rel=0.05)
         assert all(growth >= 1.0 - 1e-6 for growth in trade.growth.values())
         assert max(trade.growth.values()) * trade.std_alone <= trade.std * (1.0 + 1e-6)

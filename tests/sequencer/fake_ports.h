@@ -74,7 +74,10 @@ class FakeServos : public tfsat::sequencer::ServoOutput {
     CHECK(joint < 3 && width_ticks >= 1000 && width_ticks <= 5000);
     changes.push_back(Change{joint, at, width_ticks});
   }
-  void cancel() override { cancelled = true; }
+  bool cancel() override {
+    cancelled = true;
+    return under_way;
+  }
   void stop() override {
     held = false;
     begun = 0;
@@ -89,6 +92,7 @@ class FakeServos : public tfsat::sequencer::ServoOutput {
   uint16_t begun = 0;  // bit i: change i
   bool held = false;
   bool cancelled = false;
+  bool under_way = false;  // a pulse of a new width
 };
 
 class FakeHealth : public tfsat::sequencer::Health {

@@ -247,6 +247,8 @@ class Model:
         jogged = self.jogged
         if (self.state != SAFE or self.storing) if jogged is None else jogged.joint != joint:
             return self.error(request, ErrorCode.WRONG_STATE, joint)
+        if self.settings.defect:
+            return self.error(request, self.settings.defect, joint)
         ends = [request.to_cdeg] if jogged else [request.to_cdeg, request.from_cdeg]
         if not all(self.allowed(joint, angle) for angle in ends):
             return self.error(request, ErrorCode.ANGLE_OUT_OF_RANGE, joint)

@@ -122,6 +122,31 @@ TEST_CASE(a_jog_is_refused_for_a_reason) {
   }
 }
 
+// By the settings before, the first pulse would drive the joint from where it stands at full speed.
+TEST_CASE(a_jog_by_settings_that_are_not_the_last_committed_is_refused) {
+  Settings mounted = Settings::factory();
+  mounted.servo[0].zero_us = 2000;
+  mounted.servo[0].reversed = 1;
+  tfsat_test::FakeMemory memory;
+  memory.bytes = tfsat_test::uploaded_eeprom();
+  CHECK(tfsat_test::put(memory, Sequencer::kSettingsAddress, Settings::factory()));
+  CHECK(tfsat_test::put(memory, Sequencer::kSettingsAddress, mounted));
+  int refused = 0;
+  for (uint16_t at = 0; at < 2 * SlotPair::kSlotBytes; ++at) {
+    std::vector<uint8_t> damaged = memory.bytes;
+    damaged[Sequencer::kSettingsAddress + at] ^= 0x10;
+    Bench bench(0, damaged);
+    const ErrorCode error = bench.core.jog(order(1, 0, 100));
+    if (error == ErrorCode::kNone) {
+      CHECK(bench.servos.widths[0] == 4000);
+    } else {
+      CHECK(error == ErrorCode::kStoreDamaged && safe_and_limp(bench));
+      ++refused;
+    }
+  }
+  CHECK(refused > 0);
+}
+
 TEST_CASE(another_joint_is_refused_and_the_first_goes_on) {
   Bench bench;
   CHECK(bench.core.jog(order(1, 0, 3000)) == ErrorCode::kNone);

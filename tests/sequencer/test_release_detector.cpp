@@ -264,3 +264,23 @@ TEST_CASE(slow_loops_and_fast_ones_judge_the_same_contacts_the_same) {
               doubtful, knocks, false_releases);
   CHECK(releases > 5000 && releases < 15000 && knocks > 5000 && false_releases > 200 && doubtful > 1000);
 }
+
+// A wire that rattles for minutes: the count stops at its end and does not start anew.
+TEST_CASE(knocks_are_counted_up_to_65535) {
+  ReleaseDetector detector;
+  tick_t t = 0;
+  detector.reset(t, 65533);
+  for (int knock = 0; knock < 4; ++knock) {
+    for (const bool open : {true, false}) {
+      t += kTicksPerMs;
+      SwitchEdge edge;
+      edge.at = t;
+      edge.index = 0;
+      edge.open = open;
+      detector.on_edge(edge);
+    }
+    t += ticks_from_us(kReleaseDebounceUs + 1000);
+    detector.poll(t, 0);
+  }
+  CHECK(detector.knocks() == 65535);
+}

@@ -258,6 +258,28 @@ TEST_CASE(marks_of_strokes_that_make_no_sense_move_nothing) {
   }
 }
 
+// With the maneuver gone nobody knows what the marks are of: no stroke is noted by them, and a servo
+// without pulses has no angle.
+TEST_CASE(a_reset_while_running_with_a_damaged_store_invents_no_stroke) {
+  for (const uint16_t flips : {0, 4, 0xFFFF}) {
+    Bench before;
+    fly(before, 1);
+    before.run_ms(1);
+    before.retained.begun.bits = static_cast<uint16_t>(before.retained.begun.bits ^ flips);
+    for (uint16_t at = 0; at < 2 * SlotPair::kSlotBytes; at += SlotPair::kSlotBytes) {
+      before.memory.bytes[Sequencer::kManeuverAddress + at + 10u] ^= 0x10;
+    }
+    Bench bench(before, ResetCause::kBrownOut);
+    bench.run_ms(5);
+    CHECK(bench.core.fault() == ErrorCode::kStoreDamaged);
+    CHECK(bench.core.driven() == 0 && !bench.servos.held);
+    for (const int16_t angle_cdeg : bench.core.held_cdeg()) CHECK(angle_cdeg == 0);
+    const RunReportReply& report = bench.core.run_report();
+    CHECK(report.start_us[0] == Maneuver::factory().strokes[0].start_us);
+    for (uint8_t i = 1; i < kMaxStrokes; ++i) CHECK(report.start_us[i] == kStrokeNotBegunUs);
+  }
+}
+
 TEST_CASE(resets_are_counted_up_to_255) {
   Bench first;
   arm(first);

@@ -146,6 +146,21 @@ TEST_CASE(both_closed_again_after_a_stroke_holds_what_the_servos_were_told) {
   }
 }
 
+// Taken back while the first stroke's first pulse is on its pin: it cannot be called back, so the joint moves.
+TEST_CASE(both_closed_again_as_the_first_stroke_begins_is_a_fault) {
+  Bench bench;
+  CHECK(bench.arm() == ErrorCode::kNone);
+  bench.open_both();
+  bench.run_ms(490);
+  bench.close_both();
+  bench.servos.under_way = true;
+  bench.run_ms(202);
+  CHECK(bench.core.fault() == ErrorCode::kClosedWhileRunning && bench.core.strokes_started() == 0);
+  bench.first_strokes_begin(1);
+  bench.run_ms(2);
+  CHECK(bench.core.strokes_started() == 1 && bench.core.held_cdeg()[0] == 5900);
+}
+
 // The first stroke's time is over and no pulse of it was seen: a joint may have moved all the same.
 TEST_CASE(both_closed_again_after_the_time_of_a_stroke_that_was_not_seen_is_a_fault) {
   Bench bench;

@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import PinHold, ResetCause
@@ -220,6 +221,14 @@ def _settle(rig: AvrRig, edges: list[PinEdge]) -> None:
 
 
 def _is_doubtful(edges: Sequence[PinEdge], plan: Plan) -> bool:
+    """A pulse that is a little longer or shorter than one of a stroke, or that is hardly over when its pin is high."""
+    by_pin = ([edge for edge in edges if edge.pin == pin] for pin in range(JOINT_COUNT))
+    if any(
+        after.high and after.cycle - before.cycle < UNSEEN_US * CYCLES_PER_US
+        for of_pin in by_pin
+        for before, after in pairwise(of_pin)
+    ):
+        return True
     return any(
         0 < abs(pulse.width - width * CYCLES_PER_TICK) < UNSEEN_US * CYCLES_PER_US
         for pin, widths in enumerate(plan.widths())

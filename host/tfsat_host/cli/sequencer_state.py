@@ -62,7 +62,7 @@ class SelfReport:
     @property
     def attention(self) -> list[str]:
         """What must not be overlooked, one sentence each."""
-        return [*self._open_switch(), *self._restarts(), *self._brown_out()]
+        return [*self._open_switch(), *self._false_releases(), *self._restarts(), *self._brown_out()]
 
     def _open_switch(self) -> list[str]:
         status = self.status
@@ -71,6 +71,16 @@ class SelfReport:
         return [
             f"It is ARMED with {open_switches(status.switches_open)} open: the maneuver starts when both are. "
             "Stand clear and close it, or: tfsat-host disarm"
+        ]
+
+    def _false_releases(self) -> list[str]:
+        count = self.status.false_releases
+        if self.status.state != SequencerState.ARMED or not count:
+            return []
+        return [
+            f"Since it was armed both switches opened and closed again for good {count} "
+            f"time{'s' if count > 1 else ''}: no release, nothing moved, and the next one flies all strokes. "
+            "Find out what jolts the robot."
         ]
 
     def _restarts(self) -> list[str]:
@@ -179,7 +189,7 @@ def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
     rows += _servo_rows(report)
     rows += [
         ("  switches", switch_words(status.switches_open)),
-        ("  knocks", f"{status.knocks}, and {status.false_releases} false releases"),
+        ("  knocks", f"{status.knocks}; false releases: {status.false_releases}"),
         ("  last start", f"{_cause(status)}, {status.uptime_ms / 1000:.0f} s ago"),
     ]
     rows += run_rows(report.run, status.state)

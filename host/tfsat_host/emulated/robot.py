@@ -98,7 +98,6 @@ class EmulatedRobot:
             self._library.tfsat_eeprom_set(self._robot, eeprom, len(eeprom))
         if logger_memory is not None:
             self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
-        self._until_us = 0
         self.card_slot = CardSlot(self._library, self._robot)
         self.faults = Faults(self._library, self._robot)
         self.hands = HandsOn(self._library, self._robot)
@@ -126,13 +125,8 @@ class EmulatedRobot:
         return int(self._library.tfsat_now_us(self._robot))
 
     def advance(self, duration_us: int) -> None:
-        """Lets virtual time pass. Raises EmulationError if the emulated processor crashes.
-
-        Where that ends while the logger reads its sensors, the reading is waited for: 2 bursts of an IMU at the most,
-        0.8 ms at 400 kHz. The next call lets as much less pass.
-        """
-        self._until_us += duration_us
-        if self._library.tfsat_advance_to(self._robot, self._until_us) != 0:
+        """Lets virtual time pass. Raises EmulationError if the emulated processor crashes."""
+        if self._library.tfsat_advance_to(self._robot, self.now_us + duration_us) != 0:
             raise EmulationError(
                 what=f"The emulated sequencer crashed: {self._library.tfsat_crash(self._robot).decode()}.",
                 meaning="The real board would have hung or reset here.",

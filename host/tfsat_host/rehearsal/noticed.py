@@ -57,7 +57,7 @@ def said_of(
     said: dict[str, Sequence[str]] = {}
     if drop.refused is not None and not isinstance(drop.refused, NoGo):
         said[REFUSAL] = (str(drop.refused.what),)
-    said[BOARD] = drop.setbacks
+    said[BOARD] = (*drop.setbacks, *_false_releases(drop))
     said[LOG] = () if log is None else tuple(warnings(log))
     if evaluated is not None:
         found, verdict = evaluated
@@ -66,6 +66,13 @@ def said_of(
     if refusal is not None:
         said[REPORT_REFUSES] = (f"{refusal.what} {refusal.meaning}",)
     return said
+
+
+def _false_releases(drop: Drop) -> list[str]:
+    count = 0 if drop.sequencer is None else drop.sequencer.false_releases
+    if not count:
+        return []
+    return [f"The sequencer counted {count} false release{'s' if count > 1 else ''}: tfsat-host status"]
 
 
 def notices_of(fault: Fault, drop: Drop, said: Said, *, alone: bool, good: bool) -> tuple[Notice, ...]:

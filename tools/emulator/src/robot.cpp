@@ -39,13 +39,16 @@ Robot::Robot(const RobotParameters& parameters, std::unique_ptr<SequencerBoard> 
   logger_.attach(buses_, angle_sensors_, card_);
   logger_.set_world([this](uint64_t board_us) {
     const uint64_t t_us = logger_clock_.virtual_us(board_us);
-    while (now_us_ < t_us) step_world_to(next_step_us(t_us));
+    const uint64_t here_us = std::min(t_us, target_us_);
+    while (now_us_ < here_us) step_world_to(next_step_us(here_us));
+    if (t_us > now_us_) feed_imus(t_us);
   });
   seat();
   feed_sensors();
 }
 
 void Robot::advance_to(uint64_t t_us) {
+  target_us_ = t_us;
   while (now_us_ < t_us) {
     const uint64_t next_sample_us = logger_clock_.virtual_us(logger_.next_sample_us());
     step_to(std::min(next_step_us(t_us), std::max(next_sample_us, now_us_ + 1)));
@@ -112,13 +115,20 @@ void Robot::move_bodies(uint64_t t_us) {
 }
 
 void Robot::feed_sensors() {
-  const double temperature_c = die_temperature_c();
   for (int i = 0; i < kAngleSensors; ++i) {
     logger_.set_joint(i, chain_.joints().angle_rad[i / 2], chain_.joints().rate_rad_s[i / 2]);
   }
+  feed_imus(now_us_);
+}
+
+// At this moment or after it: a reading that ends after what the caller asked for is taken while the world stays there.
+// Rates go on as they change, for 1.6 ms at the most; what comes after that is the world's again.
+void Robot::feed_imus(uint64_t t_us) {
+  const double temperature_c = die_temperature_c();
+  const double ahead_s = static_cast<double>(t_us - now_us_) * 1e-6;
   for (int i = 0; i < kImus; ++i) {
     const size_t at = static_cast<size_t>(i);
-    imus_[at].sample(now_us_, chain_.rate_rad_s(i),
+    imus_[at].sample(t_us, chain_.rate_rad_s(i) + ahead_s * chain_.angular_acceleration_rad_s2(i),
                      chain_.specific_force_m_s2(i, parameters_.imu_positions_m[at]), temperature_c);
   }
 }

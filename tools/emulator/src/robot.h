@@ -74,7 +74,7 @@ class Robot {
   BlockDevice& card() { return card_; }
   uint64_t now_us() const { return now_us_; }
 
-  // Runs everything to this virtual time, or to the end of what the logger is reading then.
+  // Runs everything to this virtual time.
   void advance_to(uint64_t t_us);
   // Lets so much time pass for what is slow: the dies' warmth and the wandering of the gyros' biases. Virtual time
   // stands, neither board runs, nothing moves; without the logger's supply nothing passes.
@@ -138,6 +138,7 @@ class Robot {
   void move_bodies(uint64_t t_us);
   void begin_holding(const HoldingHand& hand, int joint);
   void feed_sensors();
+  void feed_imus(uint64_t t_us);
   void keep_truth();
   double die_temperature_c() const;
   void power_imus();
@@ -164,6 +165,7 @@ class Robot {
   std::vector<TruthRow> truth_;
   uint64_t truth_period_us_ = 0;
   uint64_t next_truth_us_ = 0;
+  uint64_t target_us_ = 0;
   uint64_t now_us_ = 0;
   uint64_t released_us_ = 0;
   uint64_t imus_powered_us_ = 0;

@@ -31,7 +31,8 @@ class ServoOutput {
   // of these calls; those of one joint come in order of time.
   virtual void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) = 0;
   // Forgets the scheduled changes that have not begun; the trains go on with the widths they have.
-  virtual void cancel() = 0;
+  // True: a pulse of a new width is on its pin right now, and begins its change once it is whole.
+  virtual bool cancel() = 0;
   // Ends all pulses (a pulse that has begun is completed).
   virtual void stop() = 0;
   // Bit i: change i has begun since the last hold() or stop(), that is a whole pulse of its width

@@ -56,7 +56,9 @@ void Sequencer::resume_after(RetainedState::Condition before, tick_t now) {
     retained_.set(retained_.false_releases, uint16_t{0});
     detector_.reset(now, 0);
   } else if (store_defect() != ErrorCode::kNone || retained_.records != records()) {
+    // What the marks are of is not known: no stroke is noted by them.
     drive_none();
+    retained_.begun.set(0);
     latch(ErrorCode::kStoreDamaged);
   } else if (before.state == SequencerState::kArmed) {
     if (retained_.resets < kMostResets) {
@@ -77,11 +79,13 @@ void Sequencer::forget() {
   drive_none();
   retained_.set(retained_.knocks, uint16_t{0});
   retained_.set(retained_.records, uint16_t{0});
-  for (int16_t& angle_cdeg : retained_.held_cdeg) retained_.set(angle_cdeg, int16_t{0});
   retained_.set(retained_.resets, uint8_t{0});
 }
 
-void Sequencer::drive_none() { retained_.set(retained_.driven, uint8_t{0}); }
+void Sequencer::drive_none() {
+  retained_.set(retained_.driven, uint8_t{0});
+  for (int16_t& angle_cdeg : retained_.held_cdeg) retained_.set(angle_cdeg, int16_t{0});
+}
 
 ErrorCode Sequencer::store_defect() const {
   const ErrorCode of_maneuver = maneuvers_.defect();
@@ -268,11 +272,13 @@ void Sequencer::heed(ReleaseDetector::Verdict verdict, tick_t now) {
 // Before the first stroke nothing has moved: armed as before. After it, only a person knows what the
 // robot hangs on, and where its joints may go.
 void Sequencer::end_false_run(tick_t now) {
-  servos_.cancel();
+  const bool begins = servos_.cancel();
   note_strokes(servos_.changes_begun(), true);
-  retained_.set(retained_.false_releases, static_cast<uint16_t>(retained_.false_releases + 1));
+  if (retained_.false_releases != UINT16_MAX) {
+    retained_.set(retained_.false_releases, static_cast<uint16_t>(retained_.false_releases + 1));
+  }
   const uint32_t first_us = maneuvers_.current().strokes[0].start_us;
-  if (strokes_started_ > 0 || !tick_before(now, released_at_ + ticks_from_us(first_us))) {
+  if (begins || strokes_started_ > 0 || !tick_before(now, released_at_ + ticks_from_us(first_us))) {
     latch(ErrorCode::kClosedWhileRunning);
     return;
   }
@@ -356,6 +362,8 @@ ErrorCode Sequencer::jog(const JogRequest& request) {
   if (request.joint < 1 || request.joint > kJointCount) return ErrorCode::kJointUnknown;
   const bool going_on = state_ == SequencerState::kJogging && request.joint == jog_.joint();
   if (!going_on && (!may_upload() || storing())) return ErrorCode::kWrongState;
+  // Other settings than those last committed would drive the joint from where it stands at full speed.
+  if (settings_.defect() != ErrorCode::kNone) return settings_.defect();
   const Settings& settings = settings_.current();
   if (!settings.allows(request.joint, request.to_cdeg) ||
       (!going_on && !settings.allows(request.joint, request.from_cdeg))) {

@@ -99,13 +99,16 @@ void Timer1Servos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
 }
 
 // A pulse's width is settled by the interrupt after its rise: until then it can be the old one.
-void Timer1Servos::cancel() {
+bool Timer1Servos::cancel() {
+  bool under_way = false;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     changes_.cancel();
     for (Channel& channel : channels_) {
+      if (channel.next == Edge::kFall && channel.pulse.change != nullptr) under_way = true;
       channel.train.cancel(channel.next == Edge::kRise ? &channel.pulse : nullptr);
     }
   }
+  return under_way;
 }
 
 void Timer1Servos::stop() {
@@ -158,13 +161,13 @@ void Timer1Servos::prepare_next_edge(uint8_t channel) {
       prepared = set_edge(channel, c.pulse.rise + c.pulse.width_ticks, false);
       continue;
     }
-    const bool is_low = (PINB & pin) == 0;
-    if (is_low && (whole & pin) != 0) c.train.was_whole(c.pulse);
+    if ((PINB & pin) == 0 && (whole & pin) != 0) c.train.was_whole(c.pulse);
     set_bits(driven_high, pin, false);
-    set_bits(whole, pin, is_low);
     if (c.train.running()) {
       c.pulse = c.train.next();
       set_bits(PCMSK0, pin, c.pulse.change != nullptr);
+      // Only now: a pin that is freed before it is watched raises no interrupt.
+      set_bits(whole, pin, (PINB & pin) == 0);
       c.next = Edge::kRise;
       prepared = set_edge(channel, c.pulse.rise, true);
       if (!prepared)

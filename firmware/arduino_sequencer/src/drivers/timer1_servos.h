@@ -29,7 +29,7 @@ class Timer1Servos : public ServoOutput {
 
   void hold(uint8_t joint, uint16_t width_ticks, uint32_t frame_ticks) override;
   void schedule(uint8_t joint, tick_t at, uint16_t width_ticks) override;
-  void cancel() override;
+  bool cancel() override;
   void stop() override;
   uint16_t changes_begun() override;
   tick_t change_began_at(uint8_t index) override;

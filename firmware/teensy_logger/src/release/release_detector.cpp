@@ -65,7 +65,7 @@ ReleaseDetector::Verdict ReleaseDetector::judge_open(uint32_t stood) {
 ReleaseDetector::Verdict ReleaseDetector::judge_closed(uint32_t stood) {
   if (!released_) {
     opening_ = false;
-    if (touched_) ++knocks_;
+    if (touched_ && knocks_ != UINT16_MAX) ++knocks_;
     touched_ = false;
   } else if (stood >= kSeatedTicks) {
     released_ = false;

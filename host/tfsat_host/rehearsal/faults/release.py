@@ -88,6 +88,7 @@ RELEASE_FAULTS = (
         Moment.LIFTED,
         _jolt,
         {Moment.LIFTED: Outcome.FLIES},
+        noticed="false release",
     ),
     Fault(
         "release-before-arming",

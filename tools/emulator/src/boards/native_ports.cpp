@@ -35,13 +35,16 @@ void NativeServos::schedule(uint8_t joint, tick_t at, uint16_t width_ticks) {
   changes_.add(joint, at, width_ticks);
 }
 
-void NativeServos::cancel() {
+bool NativeServos::cancel() {
+  bool under_way = false;
   changes_.cancel();
   for (Channel& channel : channels_) {
     const bool to_rise = channel.pending && !channel.high;
+    under_way |= channel.pending && channel.high && channel.pulse.change != nullptr;
     channel.train.cancel(to_rise ? &channel.pulse : nullptr);
     if (to_rise) channel.fall_ns = channel.rise_ns + channel.pulse.width_ticks * kNanosecondsPerTick;
   }
+  return under_way;
 }
 
 void NativeServos::stop() {
