@@ -1,4 +1,4 @@
-"""How much later than the sample's time each IMU is really read, in drops of the emulated robot, and what the log says."""
+"""How much later than the sample's time each IMU is really read, in emulated drops, and what the log says."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BUSES_KHZ = (400, 100)
 FALL_S = (0.3, 2.2)
 """After the release: strokes, and nothing of the landing."""
 MOST_DELAY_S = 0.02
-MOST_OFF_US = 60
+MOST_OFF_US = 100
 """A chip renews its registers each 1000 us; over a fall its phase averages out to about so much."""
 
 

@@ -281,11 +281,11 @@ def _offsets(offsets: Sequence[Offset]) -> str:
     rows = [(one.bus_khz, one.imu, one.told, f"{one.measured:.0f}") for one in offsets]
     header = ("buses, kHz", "IMU", "told by the log, µs", "measured, µs")
     text = _paragraph(
-        "When each IMU of a sample is read after the sample's time: what the log's header tells, and by how much earlier "
-        "than IMU 1's its readings show the motion. For each body of an emulated robot without imperfections the delay is "
-        "taken at which its gyro's angular speed fits the true one best, in least squares, from "
-        f"{FALL_S[0]:g} to {FALL_S[1]:g} s after the release. A chip renews its registers each 1000 µs, which is what the "
-        "difference comes from."
+        "When each IMU of a sample is read after the sample's time: what the log's header tells, and by how much "
+        "earlier than IMU 1's its readings show the motion. For each body of an emulated robot without imperfections "
+        "the delay is taken at which its gyro's angular speed fits the true one best, in least squares, from "
+        f"{FALL_S[0]:g} to {FALL_S[1]:g} s after the release. A chip renews its registers each 1000 µs, which is what "
+        "the difference comes from."
     )
     return f"## 8. When a sensor is read\n\n{text}\n\n{table(header, rows)}"
 
