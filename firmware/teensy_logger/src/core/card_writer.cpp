@@ -98,12 +98,13 @@ ErrorCode CardWriter::rewrite_one(uint64_t t_us) {
   return take(result, t_us);
 }
 
-// In turns: blocks are written until none waits and made safe, then the file is prepared for as long
-// as blocks may wait to be safe. A quarter of the ring ends that turn, too: the rest is for a stall.
+// In turns: blocks are written until none waits and made safe, then the file is prepared for three
+// quarters of the time that blocks may wait to be safe: they are still to be written. A quarter of
+// the ring ends that turn, too: the rest is for a stall.
 bool CardWriter::prepares(uint64_t t_us) {
   const uint32_t prepared = sink_.prepared_blocks();
   if (position_ >= prepared && prepared < file_blocks_) return true;
-  const bool enough = t_us - turn_since_us_ >= protocol::kCardSyncMs * 1000 ||
+  const bool enough = t_us - turn_since_us_ >= protocol::kCardSyncMs * 750 ||
                       ring_.waiting() >= ring_.capacity() / 4;
   if (!may_prepare_ || enough) prepare_turn_ = false;
   return prepare_turn_;
