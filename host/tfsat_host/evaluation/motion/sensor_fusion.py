@@ -163,6 +163,7 @@ class SensorFusion:
         covariance = np.eye(len(errors))
         # What the lag does is a derivative of the rates, so of their noise: noise times itself would tell of it.
         no_lag = learnt & ~self.spread.is_lag
+        last_rad = np.inf
         for _ in range(_PASSES):
             here = self._at(errors, angles)
             columns = self._columns(here, covariance)
@@ -170,12 +171,14 @@ class SensorFusion:
             known = information_by_neighbours(
                 self.samples.t_s, here.fused, left, self.variance, errors, no_lag
             )
-            found, covariance = errors_by_sensors(
-                self.joints, here.angles, columns.angles, errors, learnt, known
-            )
-            before, angles = angles, here.angles + columns.angles @ (found - errors)
-            errors = found
-            if np.abs(angles - before).max() < _CLOSE_RAD:
+            found, spread = errors_by_sensors(self.joints, here.angles, columns.angles, errors, learnt, known)
+            proposed = here.angles + columns.angles @ (found - errors)
+            change_rad = float(np.abs(proposed - angles).max())
+            # With sensors that contradict each other, as under another robot's certificate, it may diverge.
+            if change_rad > last_rad:
+                break
+            errors, angles, covariance, last_rad = found, proposed, spread, change_rad
+            if change_rad < _CLOSE_RAD:
                 break
         return self._carried(errors, angles, covariance)
 
