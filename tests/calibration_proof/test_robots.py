@@ -12,7 +12,6 @@ import pytest
 
 from tests.calibration_proof.page import TARGETS
 from tests.calibration_proof.robots import QUANTITIES, calibrated, errors_of, recorded_day
-from tests.proof_pages import is_of_this_firmware
 
 PAGE = Path(__file__).parents[2] / "docs" / "calibration-proof.md"
 MOST_DEVIATIONS = 5.0
@@ -25,8 +24,7 @@ def test_a_robot_of_the_proof(seed: int) -> None:
     for name, target in TARGETS.items():
         assert errors[name].rms <= target, name
         assert (abs(errors[name].error) / errors[name].std).max() < MOST_DEVIATIONS, name
-    if is_of_this_firmware(PAGE):
-        assert [errors[name].rms for name in QUANTITIES] == pytest.approx(_on_the_page(seed), abs=2e-5)
+    assert [errors[name].rms for name in QUANTITIES] == pytest.approx(_on_the_page(seed), abs=2e-5)
 
 
 def _on_the_page(seed: int) -> list[float]:

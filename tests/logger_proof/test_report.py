@@ -23,7 +23,6 @@ from tests.logger_proof.offsets import Offset, measure_offsets
 from tests.logger_proof.report import Tools, render
 from tests.logger_proof.shared_processor import Spare
 from tests.logger_proof.truth import Kind
-from tests.proof_pages import is_of_this_firmware
 
 RUNS = [
     Outcome(
@@ -70,9 +69,7 @@ COUNTED = [
 
 def test_the_report_is_of_the_present_core() -> None:
     named = f"`{core_sha256()}`" in REPORT.read_text()
-    assert named or not is_of_this_firmware(REPORT), (
-        "docs/logger-proof.md is of other sources. Run: make logger-report"
-    )
+    assert named, "docs/logger-proof.md is of other sources. Run: make logger-report"
 
 
 def test_the_hash_is_of_everything_that_knows_no_hardware() -> None:
