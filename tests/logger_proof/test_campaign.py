@@ -114,7 +114,7 @@ DEFECTS = {
         "the jitter is",
     ),
     "what a frozen sensor repeated is not taken back": (
-        Edit("core/sampler.cpp", "event.value = static_cast<int32_t>(sensor.still_us());", "event.value = 0;"),
+        Edit("core/sampler.cpp", "frozen ? sensor.still_us() : 0;", "frozen ? 0 : 0;"),
         (Kind.DEAD_SENSORS, 24),
         "a frozen IMU has stood still for",
     ),

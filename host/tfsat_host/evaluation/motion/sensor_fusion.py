@@ -175,7 +175,7 @@ class SensorFusion:
             proposed = here.angles + columns.angles @ (found - errors)
             change_rad = float(np.abs(proposed - angles).max())
             # With sensors that contradict each other, as under another robot's certificate, it may diverge.
-            if change_rad > last_rad:
+            if change_rad > max(last_rad, np.pi):
                 break
             errors, angles, covariance, last_rad = found, proposed, spread, change_rad
             if change_rad < _CLOSE_RAD:
