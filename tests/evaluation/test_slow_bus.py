@@ -14,12 +14,15 @@ from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.robot import load_robot
 
 
-@pytest.fixture(scope="module")
-def one(tmp_path_factory: pytest.TempPathFactory) -> Drop:
-    folder: Path = tmp_path_factory.mktemp("slow_bus")
+def dropped(folder: Path) -> Drop:
     model = load_robot()
     flown = with_com_offsets(model, np.random.default_rng(1).uniform(-0.010, 0.010, (3, 3)))
     return drop(folder, model, flown, draw_as_built(1), seed=1, bus_khz=100, rate_rad_s=RATE_RAD_S)
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory: pytest.TempPathFactory) -> Drop:
+    return dropped(tmp_path_factory.mktemp("slow_bus"))
 
 
 def off_deg(one: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
@@ -41,3 +44,16 @@ def test_the_offsets_are_told_and_taken_off(one: Drop) -> None:
     (right, delay_ms), (none, without_ms) = off_deg(one, told), off_deg(one, (0, 0, 0, 0))
     assert right < 0.06 and abs(delay_ms - 5.3) < 0.1
     assert none > 2.0 * right and abs(without_ms - 5.3) > 0.4
+
+
+def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(
+    one: Drop, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 1 ms, shorter than a reading of both IMUs of a bus, and of 100 ms."""
+    monkeypatch.setattr("tests.evaluation.drops.TRUTH_PERIOD_US", 100_000)
+    coarse = dropped(tmp_path)
+    rows = min(len(one.log), len(coarse.log))
+    np.testing.assert_array_equal(one.log.t_us[:rows], coarse.log.t_us[:rows])
+    falling = (one.log.t_s[:rows] > 0.0) & (one.log.t_s[:rows] < 2.3)
+    apart = (one.log.rate_rad_s[:rows] - coarse.log.rate_rad_s[:rows])[falling]
+    assert np.rad2deg(np.sqrt((apart**2).mean())) < 0.03 and np.rad2deg(np.abs(apart).max()) < 0.5

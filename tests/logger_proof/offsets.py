@@ -22,7 +22,7 @@ FALL_S = (0.3, 2.2)
 """After the release: strokes, and nothing of the landing."""
 MOST_DELAY_S = 0.02
 MOST_OFF_US = 100
-"""A chip renews its registers each 1000 us; over a fall its phase averages out to about so much."""
+"""A chip renews its registers each 1000 us, and 280 Hz meets seven phases of that, 143 us apart."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ def generate(spec: Spec) -> str:
     values["StopReason"] = ", ".join(f"{v.value} {v.name}" for v in spec.enums["StopReason"].values) + "."
     values["ErrorCode"] = _wrapped(_error_codes(spec), "\n  ")
     values["schema"] = _wrapped(schema_text(spec), "\n> ")
-    values["imus"] = imu_table(spec)
+    values["imus"] = _imu_table(spec)
     values["reader"] = _reader(spec)
 
     def value(match: re.Match[str]) -> str:
@@ -74,7 +74,7 @@ def _values(enum: Enum) -> str:
     return "\n".join(lines)
 
 
-def imu_table(spec: Spec) -> str:
+def _imu_table(spec: Spec) -> str:
     """The parts that may be IMUs."""
     lines = [
         "| part | WHO_AM_I | temperature | delay of the gyros, ms | of the accelerometers, ms | source |",

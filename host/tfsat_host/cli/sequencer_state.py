@@ -102,8 +102,8 @@ class SelfReport:
             return []
         resets = "never resets" if level_v is None else f"resets below {level_v} V only"
         return [
-            f"Its fuse is as sold: it {resets} when the supply dips, and needs 4.5 V at 16 MHz. In between it may do "
-            "anything, in the fall too. Set the fuse, or fit a supervisor: docs/wiring.md, Brown-out."
+            f"By its brown-out fuse it {resets} when the supply dips, and it needs 4.5 V at 16 MHz. In between it "
+            "may do anything, in the fall too. Set the fuse, or fit a supervisor: docs/wiring.md, Brown-out."
         ]
 
 

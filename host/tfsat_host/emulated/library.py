@@ -71,7 +71,6 @@ class RobotConfig(ctypes.Structure):
         ("sequencer_clock_ppm", c_double),
         ("logger_clock_ppm", c_double),
         ("imu_who_am_i", c_uint8 * 4),
-        ("reserved", c_uint8 * 4),
         ("logger_serial", c_uint8 * 8),
     ]
 

@@ -10,7 +10,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ImuPart:
-    """One kind; delays of its low-passes by DLPF_CFG."""
+    """One kind of IMU. The comments below name the data sheets.
+
+    Attributes:
+        name: Type.
+        who_am_i: Register 0x75.
+        temperature_lsb_per_c: Counts a deg C of the die.
+        temperature_offset_c: At zero counts.
+        gyro_delay_us: (7,) of the gyros' low-pass, by DLPF_CFG.
+        accel_delay_us: (7,) the same of the accelerometers.
+    """
 
     name: str
     who_am_i: int

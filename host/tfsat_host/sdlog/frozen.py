@@ -28,7 +28,7 @@ _AXES = np.array([0, 1, 2, 4, 5, 6])
 _ENDS_OF_RANGE = (-(1 << 15), (1 << 15) - 1)
 
 
-def invalidate_told(
+def invalidate_by_events(
     events: Iterable[DropEvent], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
 ) -> None:
     """Clear the validity, in place, of the samples during which an output stood still, or may have had other scales.

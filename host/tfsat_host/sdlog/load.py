@@ -17,7 +17,7 @@ from .blocks import LATEST_TIME_US, look
 from .doubts import event_doubts, find_doubts, release_doubts
 from .droplog import DropLog, Verdict
 from .events import read_events
-from .frozen import invalidate_repeated, invalidate_told
+from .frozen import invalidate_by_events, invalidate_repeated
 from .gaps import find_gaps
 from .misaligned import find_shift
 from .parts import completed, exchange_doubts, find_exchanges, invalidate_exchanged
@@ -120,7 +120,7 @@ def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
     header = completed(found.header, believed)
     exchanges = find_exchanges(header, believed)
     invalidate_exchanged(exchanges, records.t_us, records.imu_valid)
-    invalidate_told(believed, records.t_us, records.imu_valid)
+    invalidate_by_events(believed, records.t_us, records.imu_valid)
     invalidate_repeated(records.imu, records.index, records.t_us, records.imu_valid)
     release = find_release(believed, records.t_us, records.switch_open, gaps)
     doubts = (

@@ -56,7 +56,6 @@ typedef struct {
   double sequencer_clock_ppm;  // BoardClock of boards/board_clock.h; positive: fast
   double logger_clock_ppm;
   uint8_t imu_who_am_i[4];   // which parts they are: sensors/mpu6050.h
-  uint8_t reserved[4];
   uint8_t logger_serial[8];  // what tells this robot's logger from another's
 } TfsatRobotConfig;
 

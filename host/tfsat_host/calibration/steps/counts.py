@@ -12,7 +12,7 @@ from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
-from tfsat_host.sdlog.parts import MPU_6050
+from tfsat_host.sdlog.parts import MPU_6050, parts_of
 
 _ANGLE_VALID_BIT = 4
 _CLIPPED_BIT = 12
@@ -28,7 +28,8 @@ class Scales:
         accel_lsb_per_g: Of all accelerometers.
         angle_counts_per_turn: Of all angle sensors.
         imu_offset_us, angle_offset_us: From a sample's time to the reading of each sensor; 0 where nobody said it.
-        dlpf_cfg, who_am_i: Of the IMUs' low-pass.
+        dlpf_cfg: Setting of the IMUs' low-pass.
+        who_am_i: Register 0x75 of each IMU: which part it is; 0 where none answered.
     """
 
     rate_hz: float
@@ -58,6 +59,12 @@ class Scales:
     def low_pass(self) -> LowPass:
         """Of the IMUs."""
         return LowPass(self.dlpf_cfg, self.who_am_i)
+
+    def temperature_c(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+        """(n, 4) of the dies, °C, from counts (n, 4)."""
+        parts = parts_of(self.who_am_i)
+        scale = np.array([part.temperature_lsb_per_c for part in parts])
+        return np.asarray(counts / scale + [part.temperature_offset_c for part in parts])
 
 
 @dataclass(frozen=True, eq=False)

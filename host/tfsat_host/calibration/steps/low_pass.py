@@ -20,7 +20,7 @@ _OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 
 @dataclass(frozen=True, slots=True)
 class LowPass:
-    """A setting, and the parts that have it.
+    """A setting, and the parts that have it; delays are the data sheets' (`protocol.imus` names them).
 
     Delays are those of the part that most IMUs are. Readings of the others are told for the time at which that part
     would have shown them (`Recording.from_counts`), so that one lag holds for all.
@@ -69,11 +69,6 @@ class LowPass:
         return (
             np.array([1e-6 * part.accel_delay_us[self.dlpf_cfg] for part in self.parts]) - self.accel_delay_s
         )
-
-    def temperature_c(self, counts: NDArray[np.int16]) -> FloatArray:
-        """(n, 4) of the dies, from counts (n, 4)."""
-        scale = np.array([part.temperature_lsb_per_c for part in self.parts])
-        return np.asarray(counts / scale + [part.temperature_offset_c for part in self.parts])
 
     @property
     def _commonest(self) -> ImuPart:

@@ -58,7 +58,7 @@ class Recording:
             t_s=t_s,
             rate_rad_s=at_sample_times(t_s, rates, imu_s - low_pass.gyros_later_s, answered),
             accel_m_s2=at_sample_times(t_s, forces, imu_s - low_pass.accels_later_s, answered),
-            temperature_c=low_pass.temperature_c(counts.imu_counts[:, :, _TEMPERATURE]),
+            temperature_c=scales.temperature_c(counts.imu_counts[:, :, _TEMPERATURE]),
             sensor_angle_rad=at_sample_times(t_s, shown, angle_s, counts.angle_valid, angles=True),
             imu_valid=answered,
             clipped=counts.clipped,
