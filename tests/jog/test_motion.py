@@ -15,6 +15,7 @@ from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
+from tfsat_host.protocol.messages import SequencerStatusReply
 
 SPEED_DEG_S = JOG_SPEED_CDEG_S / 100
 TRUTH_US = 5_000
@@ -211,4 +212,26 @@ def test_a_host_that_falls_silent_lets_the_joint_go(robot: EmulatedRobot, sequen
     with pytest.raises(JogError, match="This computer was away for"):
         sequencer.run(Jog(1, 0, 9000), 0.0, go_on, freeze)
     assert 20 < frozen[0] < 20 + 1.2 * SPEED_DEG_S * JOG_IDLE_MS / 1000 + 3
+    assert is_limp(robot, 1)
+
+
+def test_an_answer_from_before_a_freeze_orders_nothing(
+    robot: EmulatedRobot, sequencer: JogClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The board would take an order for a joint that it has let go as a new jog."""
+    frozen_deg: list[float] = []
+    ask = JogClient.status
+
+    def status_and_freeze(self: JogClient) -> SequencerStatusReply:
+        answer = ask(self)
+        if answer.joint_angle_cdeg[0] > 2000 and not frozen_deg:
+            robot.advance(JOG_IDLE_MS * 1000 + 100_000)
+            assert is_limp(robot, 1)
+            frozen_deg.append(angles_deg(robot, 1)[-1, 1])
+        return answer
+
+    monkeypatch.setattr(JogClient, "status", status_and_freeze)
+    with pytest.raises(JogError, match="This computer was away for"):
+        sequencer.run(Jog(1, 0, 9000), 0.0, go_on, ignore)
+    assert angles_deg(robot, 1)[-1, 1] == pytest.approx(frozen_deg[0], abs=1.0)
     assert is_limp(robot, 1)

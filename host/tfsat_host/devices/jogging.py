@@ -38,6 +38,8 @@ __all__ = ["Jog", "JogClient", "JogEnd", "JogError", "JogRefused", "JogTour", "T
 POLL_S = 0.1
 ORDER_S = IDLE_S / 4
 """The board lets go after IDLE_S without an order: two may get lost."""
+FRESH_S = IDLE_S / 4
+"""An answer older than this allows no order: the board would take it as a new jog of a joint it has let go."""
 GRACE_S = 2.0
 """Beyond the time that the way takes at the board's speed."""
 
@@ -211,6 +213,7 @@ class _Motion:
         self._pause = pause
         self._again = again
         self._uptime_ms = 0
+        self._asked_s = 0.0
         self._ordered_s = 0.0
 
     def begin(self) -> None:
@@ -248,6 +251,7 @@ class _Motion:
 
     def _look(self) -> None:
         """Asks for the angle before each order: only a joint that is still held is moved on."""
+        self._asked_s = self._board.now_s()
         status = self._board.status()
         if status.state != SequencerState.JOGGING:
             raise ended_by_board(self.jog.joint, self.angle_cdeg, status, self._uptime_ms, self._again)
@@ -255,6 +259,8 @@ class _Motion:
         self.angle_cdeg = status.joint_angle_cdeg[self.jog.joint - 1]
 
     def _order_again(self) -> None:
+        while self._board.now_s() - self._asked_s > FRESH_S:  # frozen since: the joint may be limp by now
+            self._look()
         try:
             self.angle_cdeg = self._board.order(self.jog, self.angle_cdeg)
         except NoAnswer:  # one may get lost; whether the joint is still held is asked before the next
