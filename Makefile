@@ -113,6 +113,13 @@ evaluation-report: compiler venv  ## evaluate a hundred emulated drops (a quarte
 	$(call say,how far evaluations are from the truth)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation_proof
 
+.PHONY: prove
+prove: toolchain compiler venv firmware  ## plant defects that the suite must see, compute pages once more (an hour)
+	$(call say,planted defects and pages)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m prove
+	$(call say,a defect in each package of the host)
+	@$(BIN)/python -m tests.planted
+
 .PHONY: screenshots
 screenshots: compiler venv  ## draw the pictures of docs/report.md anew (needs Chromium)
 	$(call say,pictures of the report)

@@ -1,10 +1,18 @@
-"""Values of a JSON file that somebody may have edited or damaged: each as what it should be, or refused by name."""
+"""Values as JSON has them; and those of a JSON file that may have been edited or damaged, refused by name."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Container, Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from datetime import UTC, datetime
+from enum import IntEnum
+from types import UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from tfsat_host.errors import TfsatError
+
+T = TypeVar("T")
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 _SESSION = re.compile(r"[0-9a-f]{8}")
 
@@ -43,3 +51,90 @@ def moment(value: object) -> datetime:
     if at.tzinfo is None:
         raise ValueError(f"{value!r} has no time zone")
     return at.astimezone(UTC)
+
+
+def flag(value: object) -> bool:
+    """Whether it is true."""
+    return value is True
+
+
+def parsed(kind: type[T], values: Any, optional: Container[str] = ()) -> T:
+    """A dataclass from its JSON object, each field by its type.
+
+    A field is text, a time, a flag, a number of bytes, another such dataclass, one of these or null (`X | None`), a
+    list (`tuple[X, ...]`) or a table (`Mapping[str, X]`) of one, or `Any`; or `Annotated` names what reads it.
+
+    Args:
+        kind: The dataclass.
+        values: As `json.loads` gives them.
+        optional: Fields that may be left out: older files have none.
+
+    Raises:
+        KeyError: a field is not there.
+        ValueError, TypeError: one is not what it should be.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    names = [one.name for one in fields(kind) if one.name not in optional or one.name in values]  # type: ignore[arg-type]
+    return kind(**{name: _field(hints[name], values[name], name) for name in names})
+
+
+def _field(kind: Any, value: Any, name: str) -> Any:
+    origin, args = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return args[1](value)
+    if origin in (Union, UnionType):
+        return None if value is None else _field(args[0], value, name)
+    if origin is tuple:
+        if not isinstance(value, list):
+            raise ValueError(f"its {name} is no list")
+        return tuple(_field(args[0], one, name) for one in value)
+    if origin is Mapping:
+        if not isinstance(value, dict):
+            raise ValueError(f"its {name} is no table")
+        return {key: _field(args[1], one, key) for key, one in value.items()}
+    if isinstance(kind, type) and is_dataclass(kind):
+        return parsed(kind, value)
+    return _READERS[kind](value)
+
+
+_READERS: dict[Any, Callable[[Any], Any]] = {
+    str: text,
+    int: byte_count,
+    bool: flag,
+    datetime: moment,
+    Any: lambda value: value,
+}
+
+
+def jsonable(value: Any) -> Any:
+    """Plain JSON: paths, enums and numpy values become text, numbers and lists; NaN becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): jsonable(item) for key, item in value.items()}
+    if isinstance(value, str) or value is None or isinstance(value, bool):
+        return str(value) if isinstance(value, str) else value
+    if isinstance(value, int):
+        return int(value)
+    if isinstance(value, float):
+        return float(value) if value - value == 0 else None
+    if hasattr(value, "tolist"):
+        return jsonable(value.tolist())
+    if isinstance(value, Iterable):
+        return [jsonable(item) for item in value]
+    return str(value)
+
+
+def error_as_dict(error: TfsatError) -> dict[str, Any]:
+    """For `--json`; `code` is a stable name where the error has one, `number` that of a board's refusal.
+
+    An error's `details`, where it has some, stand beside them.
+    """
+    shown: dict[str, Any] = {
+        "what": error.what,
+        "meaning": error.meaning,
+        "next_step": error.next_step,
+        **getattr(error, "details", {}),
+    }
+    code = getattr(error, "code", None)
+    if isinstance(code, IntEnum):
+        return {**shown, "code": code.name.lower(), "number": int(code)}
+    return shown if code is None else {**shown, "code": str(code)}

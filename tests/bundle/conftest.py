@@ -11,7 +11,7 @@ import pytest
 
 from tests.bundle.commands import command
 from tests.evaluation.run_folder import run_folder
-from tfsat_host.record.run_record import sign
+from tfsat_host.run.record import sign
 
 PREFLIGHT = '{"go": true, "boards": {"sequencer": {"firmware": "0.1.0", "image_crc": "1a2b3c4d"}}}\n'
 

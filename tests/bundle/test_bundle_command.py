@@ -15,7 +15,7 @@ import pytest
 from tests.bundle.commands import command, result
 from tests.evaluation.run_folder import CERTIFICATE, run_folder
 from tfsat_host import __version__
-from tfsat_host.record.run_record import sign
+from tfsat_host.run.record import sign
 
 
 def manifest_in(archive: Path) -> Any:

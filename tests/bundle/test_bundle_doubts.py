@@ -10,10 +10,9 @@ import pytest
 from tests.bundle.commands import command, result
 from tests.bundle.rewritten import rewrite
 from tests.evaluation.run_folder import change_headers, remove_blocks
-from tfsat_host.bundle.errors import BundleError
-from tfsat_host.bundle.manifest import parse_manifest
-from tfsat_host.cli.recomputing import Recomputed
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.run.bundle.manifest import BundleError, parse_manifest
+from tfsat_host.run.bundle.recomputing import Recomputed
 
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 PAGE = '<script type="application/json" id="document">{"a": 1.0}</script>'
@@ -23,7 +22,7 @@ PAGE = '<script type="application/json" id="document">{"a": 1.0}</script>'
 def quick(run: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A run whose evaluation takes no time."""
     recomputed = Recomputed({"a": [1.0]}, PAGE, None)
-    monkeypatch.setattr("tfsat_host.cli.recomputing.recompute", lambda *_: recomputed)
+    monkeypatch.setattr("tfsat_host.run.bundle.recomputing.recompute", lambda *_: recomputed)
     return run
 
 

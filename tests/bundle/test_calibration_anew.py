@@ -15,8 +15,7 @@ from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, done
 from tests.evaluation.run_folder import CERTIFICATE, run_folder
 from tfsat_host.calibration.certificate.campaign import Campaign, note_landing
 from tfsat_host.calibration.certificate.certificate import Landing, Subject
-from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.calibration.steps.evidence import to_bytes
 
 STEPS = (REST, ZERO, SWINGS[0])

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.bundle.comparing import EVALUATION_TOLERANCE, Tolerance, differences, same_text
+from tfsat_host.run.bundle.comparing import EVALUATION_TOLERANCE, Tolerance, differences, same_text
 
 STRICT = Tolerance(1e-6, 1e-9)
 _JSON = st.recursive(

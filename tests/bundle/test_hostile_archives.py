@@ -17,10 +17,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.bundle.commands import command
-from tfsat_host.bundle.errors import BundleError
-from tfsat_host.bundle.manifest import BundledFile, Evaluated, Manifest, format_manifest, parse_manifest
-from tfsat_host.bundle.names import collision_among, trouble_with_name
-from tfsat_host.bundle.unpacking import LIMITS, Limits, unpack
+from tfsat_host.run.bundle.archive import LIMITS, Limits, unpack
+from tfsat_host.run.bundle.manifest import (
+    BundledFile,
+    BundleError,
+    Evaluated,
+    Manifest,
+    format_manifest,
+    parse_manifest,
+)
+from tfsat_host.run.bundle.names import collision_among, trouble_with_name
 
 RAW = b"raw" * 200
 GOOD = {"run/SD.bin": RAW, "robot/drop_tower.toml": b"robot", "run/maneuver.toml": b"maneuver"}

@@ -9,7 +9,7 @@ import pytest
 
 from tests.bundle.commands import command
 from tests.bundle.test_hostile_archives import GOOD, manifest_of, packed
-from tfsat_host.bundle.manifest import parse_manifest
+from tfsat_host.run.bundle.manifest import parse_manifest
 
 
 @pytest.mark.parametrize("sign", ["\u202e", "\u200b", "\ufeff", "\u00ad", "\u2066", "\u0085", "\u2028"])

@@ -13,8 +13,8 @@ import pytest
 
 from tests.bundle.commands import command, result
 from tests.bundle.rewritten import rewrite
-from tfsat_host.cli.recomputing import Recomputed, document_in
 from tfsat_host.report import render
+from tfsat_host.run.bundle.recomputing import Recomputed, document_in
 
 
 def test_a_bundle_gives_the_same_again(bundle: Path) -> None:
@@ -151,7 +151,7 @@ def test_parts_that_nobody_would_write_are_differences_and_no_crash(
     bundle: Path, monkeypatch: pytest.MonkeyPatch, name: str, data: bytes
 ) -> None:
     monkeypatch.setattr(
-        "tfsat_host.cli.recomputing.recompute", lambda *_: Recomputed({"a": [1.0]}, None, None)
+        "tfsat_host.run.bundle.recomputing.recompute", lambda *_: Recomputed({"a": [1.0]}, None, None)
     )
     if name == "report.html":
         data = b'<script type="application/json" id="document">' + data + b"</script>"

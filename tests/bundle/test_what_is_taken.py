@@ -10,7 +10,7 @@ import pytest
 
 from tests.bundle.commands import command, result
 from tests.evaluation.run_folder import CERTIFICATE
-from tfsat_host.record.run_record import sign
+from tfsat_host.run.record import sign
 
 
 @pytest.fixture

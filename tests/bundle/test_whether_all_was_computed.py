@@ -15,8 +15,8 @@ from tests.calibration.bench_day import MODEL, REST, SWINGS, ZERO, done
 from tests.evaluation.run_folder import CERTIFICATE, change_headers
 from tfsat_host.calibration.certificate.campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Subject
-from tfsat_host.cli.recomputing import Recomputed
 from tfsat_host.errors import TfsatError
+from tfsat_host.run.bundle.recomputing import Recomputed
 
 PAGE = '<script type="application/json" id="document">{"a": 1.0}</script>'
 RECORDINGS = CERTIFICATE.replace(".toml", "-recordings")
@@ -26,7 +26,7 @@ RECORDINGS = CERTIFICATE.replace(".toml", "-recordings")
 def calibrated(run: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A run with a certificate that rests on recordings, and an evaluation that takes no time."""
     recomputed = Recomputed({"a": [1.0]}, PAGE, None)
-    monkeypatch.setattr("tfsat_host.cli.recomputing.recompute", lambda *_: recomputed)
+    monkeypatch.setattr("tfsat_host.run.bundle.recomputing.recompute", lambda *_: recomputed)
     (run / CERTIFICATE).unlink()
     origin = done(REST).origin
     change_headers(run / "SD.bin", board_serial=list(bytes.fromhex(origin.logger_serial)))
@@ -98,7 +98,7 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
     def refuse(*_: Any, **__: Any) -> None:
         raise TfsatError(what="It ends at the release.", meaning="Nothing.", next_step="Another one.")
 
-    monkeypatch.setattr("tfsat_host.cli.evaluate.one_run.evaluate_run", refuse)
+    monkeypatch.setattr("tfsat_host.run.evaluated.evaluate_run", refuse)
     command("bundle", "run", expect=3)
     said = result("reproduce", "run.tfsat.zip", expect=3)
     assert (said["same"], said["complete"]) == (True, False)
@@ -112,7 +112,7 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
 def not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     """An evaluation that takes no time."""
     monkeypatch.setattr(
-        "tfsat_host.cli.recomputing.recompute", lambda *_: Recomputed({"a": [1.0]}, None, None)
+        "tfsat_host.run.bundle.recomputing.recompute", lambda *_: Recomputed({"a": [1.0]}, None, None)
     )
 
 

@@ -18,7 +18,6 @@ from tfsat_host.calibration.steps.step import Step, servo, zero
 from tfsat_host.cli.calibrate.bench import origin_of
 from tfsat_host.cli.calibrate.jog_bench import EmulatedBeside, JogBench
 from tfsat_host.cli.calibrate.servo import measure
-from tfsat_host.cli.output import Output
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
@@ -26,6 +25,7 @@ from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections, ideal
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.messages import LiveSampleStream
 from tfsat_host.robot import load_robot

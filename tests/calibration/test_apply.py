@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from tests.calibration.some_calibration import drawn_calibration, whole_calibration
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
-from tfsat_host.calibration.joints.joint_sensors import sensor_columns, sensors_by_design
+from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts, Scales
 from tfsat_host.calibration.steps.patterns import PATTERNS
 from tfsat_host.calibration.steps.recording import Recording

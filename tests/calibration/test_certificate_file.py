@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 
 from tests.calibration.some_calibration import MEASURED, drawn_calibration, whole_calibration
 from tfsat_host.calibration.certificate.file import (
-    MARK,
     format_calibration,
     parse_calibration,
     read_calibration,
@@ -54,7 +53,7 @@ def test_a_file_that_is_written_again_does_not_change(seed: int) -> None:
 
 
 def test_people_can_read_it() -> None:
-    assert WHOLE.startswith(MARK)
+    assert WHOLE.startswith("# tfsat calibration: ")
     table = tomllib.loads(WHOLE)
     bias = table["gyro"][1]["bias"]
     wanted = whole_calibration().gyros[1]
@@ -106,53 +105,46 @@ def line_number(text: str, header: str, number: int, key: str) -> int:
 
 
 @pytest.mark.parametrize(
-    ("header", "number", "key", "theirs", "words"),
+    ("header", "number", "key", "theirs", "ours"),
     [
-        (
-            "[gyro.bias]",
-            2,
-            "unit",
-            "rad/s",
-            "the bias of body 2 is in rad/s; this program writes and reads deg/s",
-        ),
-        (
-            "[gyro.bias]",
-            3,
-            "frame",
-            "body",
-            "the bias of body 3 counts in body; this program writes and reads sensor",
-        ),
-        ("[gyro.noise]", 1, "unit", "counts", "the noise of body 1 is in counts"),
-        ("[gyro.mounting]", 4, "frame", "body to sensor", "the mounting of body 4 counts in body to sensor"),
-        ("[gyro.mounting]", 1, "std_unit", "rad", "the mounting of body 1 has the std_unit rad"),
-        ("[gyro.scale]", 2, "unit", "%", "the scale of body 2 is in %"),
-        ("[gyro.scale]", 3, "measured_frame", "sensor", "the scale of body 3 has the measured_frame sensor"),
-        ("[joint.zero]", 3, "unit", "rad", "the zero point of joint 3 is in rad"),
-        ("[joint.bend]", 1, "unit", "mrad", "the bend of joint 1 is in mrad"),
-        ("[servo.slope]", 2, "unit", "us/deg", "the slope of the servo of joint 2 is in us/deg"),
-        ("[servo.backlash]", 1, "frame", "pulse", "the backlash of the servo of joint 1 counts in pulse"),
+        ("[gyro.bias]", 2, "unit", "rad/s", "deg/s"),
+        ("[gyro.bias]", 3, "frame", "body", "sensor"),
+        ("[gyro.noise]", 1, "unit", "counts", "deg/s"),
+        ("[gyro.mounting]", 4, "frame", "body to sensor", "sensor to body"),
+        ("[gyro.mounting]", 1, "std_unit", "rad", "deg"),
+        ("[gyro.scale]", 2, "unit", "%", "1"),
+        ("[gyro.scale]", 3, "measured_frame", "sensor", "body"),
+        ("[joint.zero]", 3, "unit", "rad", "deg"),
+        ("[joint.bend]", 1, "unit", "mrad", "deg"),
+        ("[servo.slope]", 2, "unit", "us/deg", "deg/us"),
+        ("[servo.backlash]", 1, "frame", "pulse", "joint"),
     ],
 )
 def test_other_units_and_frames_are_refused_by_name(
-    header: str, number: int, key: str, theirs: str, words: str
+    header: str, number: int, key: str, theirs: str, ours: str
 ) -> None:
     text = in_table(header, number, rf'(?m)^{key} = "[^"]*"', f'{key} = "{theirs}"')
     with pytest.raises(CalibrationError) as raised:
         parse_calibration(text, source="calibration.toml")
     line = line_number(text, header, number, key)
-    assert raised.value.what.startswith(f"calibration.toml, line {line}: {words}")
+    table, _, inside = header.strip("[]").partition(".")
+    of = {"gyro": "gyro of body", "joint": "joint", "servo": "servo of joint"}[table]
+    place = f"calibration.toml:{line}: {of} {number}, {inside}.{key}"
+    assert raised.value.what.startswith(
+        f"{place}: {theirs!r} is not {ours!r}, which this program writes and reads"
+    )
+    assert f"Convert the values to {ours!r}" in raised.value.next_step
     assert "tfsat-host calibrate" in raised.value.next_step
 
 
 def test_units_of_a_covariance_are_refused_by_name() -> None:
     text = in_table("[gyro.covariance]", 2, r'unit = \["deg/s"', 'unit = ["rad/s"')
     with pytest.raises(
-        CalibrationError,
-        match="the covariance of body 2 is in rad/s, deg, 1; this program writes and reads deg/s, deg",
+        CalibrationError, match=r"gyro of body 2, covariance.unit: \['rad/s', .* is not \['deg/s', "
     ):
         parse_calibration(text)
     text = in_table("[joint.bend]", 2, r'order = \["sin", "cos"', 'order = ["cos", "sin"')
-    with pytest.raises(CalibrationError, match="the bend of joint 2 has the order cos, sin"):
+    with pytest.raises(CalibrationError, match=r"joint 2, bend.order: \['cos', 'sin'"):
         parse_calibration(text)
 
 
@@ -161,67 +153,37 @@ ROTATION = r"rotation = \[\n(    .*\n){3}\]"
 FIRST_OF_COVARIANCE = r"value = \[\n    \[([^,]*), "
 
 
+NO_TIME = "is not a time with its zone"
+
+
 @pytest.mark.parametrize(
     ("header", "old", "new", "words"),
     [
-        ("[[gyro]]", "body = 1", "body = 2", "body 2 is described twice"),
-        ("[[gyro]]", "body = 1", "body = 5", "body of gyro 1 is 5, not a whole number from 1 to 4"),
-        ("[[gyro]]", "body = 1", "body = true", "body of gyro 1 is true, not a whole number"),
+        ("[[gyro]]", "body = 1", "body = 2", "gyro 2, body: body 2 is described twice"),
+        ("[[gyro]]", "body = 1", "body = 5", "gyro 1, body: 5 is not a whole number from 1 to 4"),
         ("[[joint]]", "joint = 1", "joint = 3", "joint 3 is described twice"),
-        ("[[servo]]", "joint = 1", "joint = 3", "the servo of joint 3 is described twice"),
+        ("[[servo]]", "joint = 1", "joint = 3", "servo 3, joint: joint 3 is described twice"),
         ("[[joint]]", r"direction = .*", "direction = [1.0, 2.0]", "must be 1 or -1"),
-        (
-            "[gyro.bias]",
-            r"value = \[.*",
-            "value = [1.0, 2.0]",
-            r"value of the bias of body 1 is \[1.0, 2.0\], not 3",
-        ),
-        ("[gyro.bias]", r"value = \[.*", "value = [1.0, 2.0, nan]", "not 3 finite numbers"),
-        ("[gyro.bias]", r"value = \[.*", "value = [1.0, 2.0, 1e999]", "not 3 finite numbers"),
-        ("[gyro.bias]", r"value = \[.*\n", "", "value of the bias of body 1 is missing"),
-        ("[gyro.bias]", "value", "velue", "'velue' of the bias of body 1 is not known; known are value, std"),
-        (
-            "[gyro.bias]",
-            r"std = \[.*",
-            "std = [0.005, 0.005, 0.006]",
-            "std of the bias of body 1 is not what its",
-        ),
-        ("[gyro.bias]", "taken = .*", "taken = 2026-07-01", "not a time such as"),
-        ("[gyro.bias]", "taken = .*", "taken = 2026-07-01T09:30:00", "a time without a time zone"),
-        ("[gyro.bias]", "temperature_c = .*", 'temperature_c = "warm"', "'warm', not a finite number"),
-        ("[gyro.mounting]", ROTATION, MIRROR, "the mounting of body 1 is no rotation but a mirror"),
+        ("[gyro.bias]", r"value = \[.*", "value = [1.0, 2.0]", r"bias.value: \[1.0, 2.0\] is not 3 finite"),
+        ("[gyro.bias]", r"std = \[.*", "std = [0.005, 0.005, 0.006]", "bias.std: is not what its covariance"),
+        ("[gyro.bias]", "taken = .*", "taken = 2026-07-01", f"2026-07-01 {NO_TIME}"),
+        ("[gyro.mounting]", ROTATION, MIRROR, "mounting.rotation: is no rotation but a mirror"),
         ("[gyro.mounting]", ROTATION, MIRROR.replace("-1.0", "1.1"), "no rotation: its rows are not"),
-        ("[gyro.mounting]", "measured = { x", "measured = { w", "names 'w', which is none of x, y, z"),
-        ("[gyro.mounting]", "measured = .*", 'measured = "xy"', "of the mounting of body 1 is no table"),
-        (
-            "[gyro.mounting]",
-            'measured_frame = "body"\n',
-            "",
-            "measured_frame of the mounting of body 1 is mis",
-        ),
-        (
-            "[gyro.scale]",
-            "measured = .*",
-            "measured = { x = true }",
-            "x of measured of .* is true, not a time",
-        ),
-        ("[gyro.scale]", r"value = \[[^,]*", "value = [0.0", "a factor that is not above zero"),
+        ("[gyro.mounting]", "measured = { x", "measured = { w", "mounting.measured.w: is not known"),
+        ("[gyro.mounting]", 'measured_frame = "body"\n', "", "mounting.measured_frame: is missing"),
+        ("[gyro.scale]", "measured = .*", "measured = { x = true }", f"measured.x: true {NO_TIME}"),
+        ("[gyro.scale]", r"value = \[[^,]*", "value = [0.0", "a factor is not above zero"),
         ("[gyro.covariance]", FIRST_OF_COVARIANCE, r"value = [\n    [-\1, ", "has a negative variance"),
-        (
-            "[gyro.covariance]",
-            r"value = \[\n    \[([^,]*), [^,]*,",
-            r"value = [\n    [\1, 1.0,",
-            "not symmetric",
-        ),
+        ("[gyro.covariance]", FIRST_OF_COVARIANCE + "[^,]*,", r"value = [\n    [\1, 1.0,", "not symmetric"),
         ("[servo.slope]", "value = .*", "value = 0.0", "is zero: such a servo would not move"),
-        ("[servo.repeatability]", "value = .*", "value = -0.1", "is -0.1: none is negative"),
-        ("[servo.setting]", "reversed = .*", "reversed = 1", "is 1, not true or false"),
+        ("[servo.repeatability]", "value = .*", "value = -0.1", "-0.1 is not a number of at least 0"),
+        ("[servo.setting]", "reversed = .*", "reversed = 1", "1 is not true or false"),
     ],
 )
 def test_what_cannot_be_is_refused(header: str, old: str, new: str, words: str) -> None:
     with pytest.raises(CalibrationError, match=words) as raised:
         parse_calibration(in_table(header, 1, old, new))
-    assert re.match(r"calibration\.toml, line \d+: ", raised.value.what)
+    assert re.match(r"calibration\.toml:\d+: ", raised.value.what)
 
 
 def test_errors_that_cannot_vary_like_that() -> None:
@@ -231,25 +193,24 @@ def test_errors_that_cannot_vary_like_that() -> None:
     correlation[:3, :3] = [[1, 0.9, 0.9], [0.9, 1, -0.9], [0.9, -0.9, 1]]
     deviations = np.sqrt(np.diag(calibration.gyros[0].covariance))
     calibration.gyros[0].covariance[:] = correlation * np.outer(deviations, deviations)
-    with pytest.raises(CalibrationError, match="the covariance of body 1 is not positive"):
+    with pytest.raises(
+        CalibrationError, match=r"gyro of body 1, covariance\.value: the covariance is not positive"
+    ):
         parse_calibration(format_calibration(calibration))
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (r"\A", "[[", "this is no TOML"),
-        ("format = 1", "format = 2", "the format is 2; this program writes and reads 1"),
-        ("format = 1\n", "", "format is missing"),
-        ("emulated = false", 'emulated = "no"', "emulated is 'no', not true or false"),
-        ("robot = .*", "robot = 3", "robot is 3, not a text"),
-        ("format = 1", "format = 1\nformatt = 2", "'formatt' is not known"),
+        (r"\A", "[[", "is not valid TOML"),
+        ("format = 1", "format = 2", ":4: format: 2 is not 1"),
+        ("format = 1\n", "", "format: is missing"),
         (r"(?s)\[\[gyro\]\].*\[\[joint\]\]", "[[joint]]", "there is no \\[\\[gyro\\]\\] of body 1 and 2"),
         (r"(?s)\[\[joint\]\].*", "", "there is no \\[\\[joint\\]\\] of joint 1 and 2 and 3"),
-        (r"\Z", "[[landing]]\nat = 5\n", "at of landing 1 is 5, not a time"),
+        (r"\Z", "[[landing]]\nat = 5\n", f"landing 1, at: 5 {NO_TIME}"),
         (
             r"\Z",
-            '[[recording]]\nstep = "a"\ntaken = 2026-07-01T00:00:00Z\nfile = "../a"\n',
+            '[[recording]]\nstep = "a"\ntaken = 2026-07-01T00:00:00Z\nfile = "../a"\nsha256 = ""\n',
             "no name of a file",
         ),
     ],
@@ -297,21 +258,11 @@ def test_what_was_changed_by_hand_is_refused(before: str, after: str) -> None:
     assert_same(parse_calibration(WHOLE.replace("\n", "\r\n")), whole_calibration())
 
 
-def test_a_byte_order_mark_is_no_part_of_it(tmp_path: Path) -> None:
-    path = tmp_path / "calibration.toml"
-    path.write_text(WHOLE, encoding="utf-8-sig")
-    assert_same(read_calibration(path), whole_calibration())
-
-
 @pytest.mark.parametrize(
     ("data", "words"),
     [
         (None, "cannot be read: No such file"),
-        (b"\xff\xfe\x00", "it is not UTF-8 text"),
         (b"#" * 5_000_000, "too large"),
-        (b"", "format is missing"),
-        (b"x = " + b"[" * 5000, "this is no TOML"),
-        (b"format = 0x" + b"f" * 5000, "the format is what stands there"),
     ],
 )
 def test_files_that_are_no_certificate(tmp_path: Path, data: bytes | None, words: str) -> None:

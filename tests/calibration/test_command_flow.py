@@ -24,20 +24,20 @@ from tests.calibration.scripted_person import (
 )
 from tests.devices.scripted import client, hello, live_sample, reply
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.progress import DURATION_S, Known
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
-from tfsat_host.calibration.steps.progress import DURATION_S, Known
 from tfsat_host.calibration.steps.step import Step, StepKind, zero
 from tfsat_host.cli.calibrate.bench import Bench
 from tfsat_host.cli.calibrate.prompts import LEAD_S
 from tfsat_host.cli.calibrate.recording import record
 from tfsat_host.cli.main import main
-from tfsat_host.cli.output import Output
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import RefusedError
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import Board
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.messages import HelloRequest, LiveReply, LiveRequest

@@ -15,8 +15,9 @@ from tests.calibration.synthetic_gyro import (
     sweeps,
     swings,
 )
-from tfsat_host.calibration.gyros.mounting import SCALE_STD, Mounting, described, solve_mounting
+from tfsat_host.calibration.gyros.mounting import Mounting, described, solve_mounting
 from tfsat_host.calibration.gyros.response import Response, direction, length_between_rests, with_length
+from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.statistics import few, mean_and_covariance
 
 X, Y, Z = np.eye(3)

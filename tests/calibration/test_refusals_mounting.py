@@ -26,9 +26,9 @@ from tests.calibration.bench_day import (
     slip_sensor,
     turn_sensor,
 )
+from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve
-from tfsat_host.calibration.steps.acceptance import check_step
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.robot import RobotModel
 

@@ -12,7 +12,7 @@ from tests.calibration.bench_day import MODEL, TRUTH, changed, day, true_rotatio
 from tests.calibration.some_calibration import whole_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
 from tfsat_host.calibration.findings import scales_found
-from tfsat_host.calibration.gyros.mounting import SCALE_STD
+from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.cli.calibrate.show_rows import rows_of

@@ -33,8 +33,8 @@ from tests.calibration.bench_day import (
     true_rotation,
 )
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.gyros.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.gyros.seen import LANDING_TILT_STD_RAD
+from tfsat_host.calibration.sensors.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps import view
 from tfsat_host.calibration.steps.evidence import Evidence

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tfsat_host.calibration.progress import LONGEST_S, Known, joined, progress_of, stops_deg
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.progress import LONGEST_S, Known, joined, progress_of, stops_deg
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.rests import find_rests
 from tfsat_host.calibration.steps.step import Step, rest, sweeps, swings, turn, zero

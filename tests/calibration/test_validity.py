@@ -18,7 +18,7 @@ from tfsat_host.calibration.certificate.certificate import (
     summarized,
     with_landing,
 )
-from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.solution import solve
 
 HOUR = timedelta(hours=1)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.angles import wrapped
-from tfsat_host.calibration.joints.joint_sensors import harmonics
+from tfsat_host.calibration.acceptance import check_step
+from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
-from tfsat_host.calibration.steps.acceptance import check_step
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.emulated.calibration_day import CalibrationDay, calibration_day
 from tfsat_host.emulated.hands import Hands

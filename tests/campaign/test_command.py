@@ -251,7 +251,11 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     page = (camp / "report.html").read_text()
     assert '"name":"drop-0001 (emulated)"' in page and '"name":"drop-0002 (emulated)"' in page
     words = command("campaign", "report", "camp").words
-    assert "the second" in words and "Corrections of the model" in words and "camp/report.html" in words
+    assert (
+        "the second" in words
+        and "Correction of the model, by all drops together" in words
+        and "camp/report.html" in words
+    )
     assert result("campaign", "list", "camp")["findings"] == []
     assert all(drop["changes"] == [] for drop in result("campaign", "list", "camp")["drops"])
     (camp / "report.html").write_text("somebody's own")

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.campaign.entries import (
-    ROBOTS,
+from tfsat_host.run.campaign.drops import (
     DropEntry,
     Note,
     folder_name,
@@ -20,6 +19,7 @@ from tfsat_host.campaign.entries import (
     parse_drop,
     parse_index,
 )
+from tfsat_host.run.files import ROBOTS
 
 AT = datetime(2026, 7, 1, 9, 30, tzinfo=UTC)
 _TEXT = st.text(st.characters(codec="utf-8"))

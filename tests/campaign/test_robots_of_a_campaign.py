@@ -11,8 +11,8 @@ import pytest
 from tests.bundle.commands import command, result
 from tests.evaluation.run_folder import on_other_logger
 from tfsat_host.evaluation.model_fit import cross_validation
-from tfsat_host.record.run_record import sign
 from tfsat_host.robot import find_robot
+from tfsat_host.run.record import sign
 
 OTHER = bytes.fromhex("00c0ffee00c0ffee")
 

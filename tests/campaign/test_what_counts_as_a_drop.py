@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from argparse import Namespace
 from datetime import UTC, datetime
 from pathlib import Path
 from shutil import copyfile
@@ -14,11 +13,12 @@ import pytest
 from tests.bundle.commands import command, result
 from tests.campaign.test_command import contents, index_of
 from tests.evaluation.run_folder import CERTIFICATE
-from tfsat_host.cli.evaluate import one_run
-from tfsat_host.cli.evaluate.one_run import EvaluatedRun
-from tfsat_host.cli.output import Output
-from tfsat_host.record.run_record import sign, verify
+from tfsat_host.present.output import Output
 from tfsat_host.robot import RobotModel
+from tfsat_host.run import evaluated as one_run
+from tfsat_host.run.evaluated import EvaluatedRun
+from tfsat_host.run.options import EvaluationOptions
+from tfsat_host.run.record import sign, verify
 
 
 def words(text: str) -> str:
@@ -170,7 +170,7 @@ def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
     command("campaign", "add", "camp", "run2")
     evaluate_run = one_run.evaluate_run
 
-    def breaks(place: Path, options: Namespace, robot: RobotModel, out: Output) -> EvaluatedRun:
+    def breaks(place: Path, options: EvaluationOptions, robot: RobotModel, out: Output) -> EvaluatedRun:
         if "drop-0001" in str(place):
             raise IndexError("index 3 is out of bounds")
         return evaluate_run(place, options, robot, out)

@@ -1,23 +1,21 @@
-"""The command line as a user has it: a process with arguments, two streams and an exit code."""
+"""The command line as a user has it: arguments in, two streams and an exit code out."""
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-# Runs the command with no serial port on the computer, whatever is plugged in.
-_WITHOUT_PORTS = """
-import sys
-import serial.tools.list_ports
-serial.tools.list_ports.comports = lambda *args, **kwargs: []
+import pytest
+
 from tfsat_host.cli.main import main
-sys.exit(main())
-"""
 
 
 def clean_environment(home: Path) -> dict[str, str]:
@@ -31,7 +29,7 @@ def clean_environment(home: Path) -> dict[str, str]:
 
 
 class RunCli:
-    """Runs `tfsat-host`; an exit code that was not expected shows what the command said."""
+    """Runs `tfsat-host`; an exit code that was not expected shows what the command printed."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -42,11 +40,33 @@ class RunCli:
         expect: int | None = 0,
         without_ports: bool = False,
         environ: Mapping[str, str] | None = None,
+        process: bool = False,
         timeout_s: float = 120.0,
     ) -> subprocess.CompletedProcess[str]:
-        start = ["-c", _WITHOUT_PORTS] if without_ports else ["-m", "tfsat_host"]
-        done = subprocess.run(
-            [sys.executable, *start, *map(str, args)],
+        """One command, with no terminal and nothing to read.
+
+        Args:
+            args: Its arguments.
+            expect: The exit code; None for any.
+            without_ports: As on a computer with no serial port, whatever is plugged in.
+            environ: Variables besides those of this process.
+            process: In a process of its own: for what Python does before and after the command.
+            timeout_s: Of a process.
+        """
+        argv = list(map(str, args))
+        done = (
+            self._process(argv, environ, timeout_s) if process else self._here(argv, environ, without_ports)
+        )
+        assert "Traceback" not in done.stderr, done.stderr
+        if expect is not None:
+            assert done.returncode == expect, (done.args, done.returncode, done.stdout, done.stderr)
+        return done
+
+    def _process(
+        self, argv: list[str], environ: Mapping[str, str] | None, timeout_s: float
+    ) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "tfsat_host", *argv],
             cwd=self.folder,
             env={**os.environ, **(environ or {})},
             stdin=subprocess.DEVNULL,
@@ -55,10 +75,27 @@ class RunCli:
             timeout=timeout_s,
             check=False,
         )
-        assert "Traceback" not in done.stderr, done.stderr
-        if expect is not None:
-            assert done.returncode == expect, (done.args, done.returncode, done.stdout, done.stderr)
-        return done
+
+    def _here(
+        self, argv: list[str], environ: Mapping[str, str] | None, without_ports: bool
+    ) -> subprocess.CompletedProcess[str]:
+        out, err = io.StringIO(), io.StringIO()
+        with ExitStack() as stack:
+            patch = stack.enter_context(pytest.MonkeyPatch.context())
+            for name, value in (environ or {}).items():
+                patch.setenv(name, value)
+            if without_ports:
+                patch.setattr("serial.tools.list_ports.comports", lambda *_args, **_options: [])
+            patch.setattr("sys.stdin", stack.enter_context(Path(os.devnull).open(encoding="utf-8")))
+            patch.setattr("sys.argv", ["tfsat-host", *argv])
+            stack.enter_context(contextlib.chdir(self.folder))
+            stack.enter_context(contextlib.redirect_stdout(out))
+            stack.enter_context(contextlib.redirect_stderr(err))
+            try:
+                code = main()
+            except SystemExit as ended:  # argparse's --help and --version
+                code = int(ended.code or 0)
+        return subprocess.CompletedProcess(argv, code, out.getvalue(), err.getvalue())
 
     def json(self, *args: object, expect: int = 0, **options: Any) -> Any:
         """The one JSON object that the command prints."""

@@ -13,9 +13,9 @@ from tests.calibration.some_calibration import MEASURED, whole_calibration
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, with_landing
 from tfsat_host.calibration.certificate.file import format_calibration
-from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.steps.evidence import sha256
-from tfsat_host.cli.calibrate.show_rows import age_words
+from tfsat_host.cli.calibrate.show import age_words
 
 HOUR = timedelta(hours=1)
 
@@ -71,8 +71,8 @@ def test_show_tells_every_quantity_in_peoples_units(tfsat_host: RunCli) -> None:
     text = tfsat_host("calibrate", "show", environ={"COLUMNS": "150"}).stdout
     for words in (
         "3 h ago",
-        "± 0.005 deg/s",
-        "1.50 ± 0.020 deg",
+        "± 0.0050 deg/s",
+        "1.500 ± 0.020 deg",
         "scale factors, about the bodies' axes.",
         "Nothing is missing for the next drop.",
     ):

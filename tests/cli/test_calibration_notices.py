@@ -20,7 +20,7 @@ from tests.cli.process import RunCli
 from tests.emulate.served import Served
 from tfsat_host.calibration.certificate.certificate import Landing, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.sensors.gyro import by_design
 
 
 def test_without_a_certificate_decode_is_silent(tfsat_host: RunCli) -> None:
@@ -219,4 +219,4 @@ def test_arming_says_what_stands_against_the_calibration(robot: Served, tfsat_ho
     real.write_text("nonsense")
     armed = tfsat_host("arm", "--yes", "--json", "--calibration", real, environ=ports)
     assert json.loads(armed.stdout)["state"] == "armed"
-    assert f"Warning: {real}: this is no TOML" in armed.stderr
+    assert f"Warning: {real}: is not valid TOML" in armed.stderr

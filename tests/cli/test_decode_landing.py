@@ -17,7 +17,7 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.certificate.of_drop import certificate_for, measured_after
-from tfsat_host.cli.calibration_notice import notices
+from tfsat_host.run.certificate_notices import notices
 
 FILE = Path("calibration.toml")
 COPIED = DROPPED + 2 * HOUR
@@ -115,7 +115,7 @@ def test_a_kept_certificate_that_is_damaged_is_passed_over_with_a_warning(tfsat_
     newer.write_text("nonsense")
     certificate(here, whole_calibration(taken=DROPPED + HOUR))
     done = tfsat_host("decode", recorded(here))
-    assert f"Warning: {newer}: this is no TOML" in done.stderr
+    assert f"Warning: {newer}: is not valid TOML" in done.stderr
     assert f"{mine} holds for this recording." in done.stderr
 
 

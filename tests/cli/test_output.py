@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
+from tfsat_host.present.output import Output
 
 ERROR = TfsatError(what="A.", meaning="B.", next_step="C.")
 

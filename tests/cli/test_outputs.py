@@ -8,8 +8,8 @@ from typing import NoReturn
 
 import pytest
 
-from tfsat_host.cli.outputs import check_may_write
 from tfsat_host.errors import TfsatError
+from tfsat_host.output_files import check_may_write
 
 
 def _no_file_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,7 +70,7 @@ def test_what_is_on_the_board_goes_into_a_file_and_back(tfsat_host: RunCli, narr
 
 def test_rounding_and_a_maneuver_that_does_not_fit_are_said(tfsat_host: RunCli, narrow: Path) -> None:
     done = tfsat_host("upload-servos", narrow, "--emulated", "--yes")
-    assert "Warning: servo 1: limits_deg was rounded from 58.994 to 58.99 deg: " in done.stderr
+    assert "Warning: joint 1: limits_deg was rounded from 58.994 to 58.99 deg: " in done.stderr
     assert "stroke 1 takes joint 1 to 59 deg, but its servo settings allow 0 to 58.99 deg" in done.stderr
     told = tfsat_host.json("upload-servos", narrow, "--emulated")
     assert told["maneuver_fits"] is False
@@ -105,7 +105,7 @@ def test_a_bad_file_is_refused_before_a_port_is_opened(tfsat_host: RunCli) -> No
     (tfsat_host.folder / "bad.toml").write_text(FILE.replace("[0.0, 90.0]", "[0.0, 91.0]", 1))
     error = tfsat_host.json("upload-servos", "bad.toml", "--port", "/nonexistent", expect=1)["error"]
     assert error["code"] == "joint-limits"
-    assert error["what"].startswith("bad.toml:10: servo 1, limits_deg: 0 to 91 deg")
+    assert error["what"].startswith("bad.toml:10: servo of joint 1, limits_deg: 0 to 91 deg")
 
 
 @pytest.mark.parametrize(

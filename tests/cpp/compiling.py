@@ -1,28 +1,91 @@
-"""Compiles test programs with every warning an error and the sanitizers on."""
+"""Compiles C++ for tests: every warning an error, sanitizers on, each source once.
+
+An object is kept under `build/test-objects` by the SHA-256 of its preprocessed source and its command, so that the
+tests that share a source, their processes and the next run compile it once. The address sanitizer must be in a process
+from its start: it watches programs, not the libraries that Python loads.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 EMULATOR_SOURCES = REPOSITORY / "tools" / "emulator" / "src"
-FLAGS = [
-    *("-std=c++17", "-O1", "-g"),
-    *("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"),
-    *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
-]
+SKETCHES = ("arduino_sequencer", "teensy_logger")
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror")
+UNDEFINED_BEHAVIOUR = ("-fsanitize=undefined", "-fno-sanitize-recover=all", "-D_GLIBCXX_ASSERTIONS")
+ALL_SANITIZERS = (*UNDEFINED_BEHAVIOUR, "-fsanitize=address")
+INCLUDES = (EMULATOR_SOURCES, REPOSITORY / "tests" / "cpp")
+_KEPT = REPOSITORY / "build" / "test-objects"
 
 
-def compile_cpp(sources: Sequence[Path], program: Path) -> Path:
-    """Compile and link `sources` into `program`; a compiler's complaint fails the test with its text."""
-    compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("c++")
-    assert compiler is not None, "no C++ compiler: install g++ or set CXX"
-    includes = [f"-I{EMULATOR_SOURCES}", f"-I{REPOSITORY / 'tests' / 'cpp'}"]
-    command = [compiler, *FLAGS, *includes, *map(str, sources), "-o", str(program)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+def compiler() -> str:
+    """The PC's C++ compiler."""
+    found = os.environ.get("CXX") or shutil.which("g++") or shutil.which("c++")
+    assert found is not None, "no C++ compiler: install g++ or set CXX"
+    return found
+
+
+def run(command: Sequence[str | Path]) -> str:
+    """What a command prints; its complaint fails the test."""
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def build_program(
+    sources: Sequence[Path], program: Path, includes: Sequence[Path] = (), standard: str = "c++17"
+) -> Path:
+    """A program with the address and undefined-behaviour sanitizers."""
+    objects = compile_objects(sources, includes, [f"-std={standard}", "-O1", "-g1", *ALL_SANITIZERS])
+    program.parent.mkdir(exist_ok=True)
+    run([compiler(), *ALL_SANITIZERS, *objects, "-o", program])
     return program
+
+
+def build_shared(
+    sources: Sequence[Path], library: Path, includes: Sequence[Path] = (), standard: str = "c++17"
+) -> Path:
+    """A shared library with the undefined-behaviour sanitizer."""
+    flags = [f"-std={standard}", "-O1", "-fPIC", *UNDEFINED_BEHAVIOUR]
+    run(
+        [
+            compiler(),
+            "-shared",
+            *UNDEFINED_BEHAVIOUR,
+            *compile_objects(sources, includes, flags),
+            "-o",
+            library,
+        ]
+    )
+    return library
+
+
+def compile_objects(
+    sources: Sequence[Path], includes: Sequence[Path], flags: Sequence[str], command: str | None = None
+) -> list[Path]:
+    """An object of each source, in the same order; `command` is the compiler's, by default the PC's."""
+    start = [command or compiler(), *flags, *WARNINGS]
+    found = [f"-I{path}" for path in (*INCLUDES, *includes)]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda source: _object(start, found, source), sources))
+
+
+def _object(start: Sequence[str], found: Sequence[str], source: Path) -> Path:
+    preprocessed = run([*start, *found, "-E", source])
+    key = hashlib.sha256("\0".join([*start, preprocessed]).encode()).hexdigest()
+    kept = _KEPT / f"{key}.o"
+    if not kept.exists():
+        _KEPT.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=_KEPT) as folder:
+            made = Path(folder) / "made.o"
+            run([*start, *found, "-c", source, "-o", made])
+            made.replace(kept)  # whole, whoever else makes it at the same time
+    return kept

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tfsat_host.design import Coefficient, SwarmSettings
 from tfsat_host.design.swarm import minimize
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.robot.model import FloatArray
 
 LOW, HIGH = np.array([0.0, -2.0]), np.array([1.0, 3.0])
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cpp.compiling import EMULATOR_SOURCES, compile_cpp
+from tests.cpp.compiling import EMULATOR_SOURCES, build_program
 from tests.dynamics.chain_driver import Robot
 from tfsat_host.robot import load_robot
 
@@ -13,7 +13,7 @@ from tfsat_host.robot import load_robot
 def probe(tmp_path_factory: pytest.TempPathFactory) -> Path:
     physics = EMULATOR_SOURCES / "physics"
     sources = [Path(__file__).with_name("chain_probe.cpp"), physics / "chain.cpp", physics / "body_tree.cpp"]
-    return compile_cpp(sources, tmp_path_factory.mktemp("probe") / "chain_probe")
+    return build_program(sources, tmp_path_factory.mktemp("probe") / "chain_probe")
 
 
 @pytest.fixture(scope="session")

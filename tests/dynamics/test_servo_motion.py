@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.dynamics.chain_driver import FloatArray
 from tfsat_host.dynamics import JointHistory, TimedMove, moved, sampled, servo_moves
-from tfsat_host.dynamics.overshoot import overshoots
+from tfsat_host.dynamics.history import overshoots
 from tfsat_host.robot import load_robot
 
 ROBOT = load_robot()
@@ -40,8 +40,8 @@ def test_rate_and_acceleration_stay_within_the_servos(
     assert ends[0] == pytest.approx(np.full(3, 0.2))
     assert ends[1] == pytest.approx([0.2 + delta, 0.2, 0.2], abs=1e-8)
     # No jumps between the pieces.
-    before, _ = history.in_piece(np.arange(len(pieces[0])), np.diff(history.breaks_s))
-    assert before[:-1] == pytest.approx(history.coefficients[-1, 1:], abs=1e-7)
+    before, _ = history.in_piece(np.arange(len(pieces[0])), np.diff(history.breaks_s)[:, None])
+    assert pytest.approx(history.coefficients[-1, 1:], abs=1e-7) == before[:, :-1, 0].T
 
 
 @pytest.mark.parametrize(

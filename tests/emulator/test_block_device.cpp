@@ -135,6 +135,7 @@ TEST_CASE(the_file_survives_saving_and_loading) {
   CHECK(!other.load(path, error));
   CHECK(error.find("512") != std::string::npos);
   CHECK(other.bytes() == card.bytes());
+  std::remove(path.c_str());
   CHECK(!other.load("no/such/file", error));
   CHECK(!card.save("no/such/file", error));
   CHECK(error.find("no/such/file") != std::string::npos);

@@ -20,6 +20,8 @@ from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.framing import Frame, encode_frame
+from tfsat_host.protocol.messages import HelloRequest
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 
@@ -175,3 +177,15 @@ def test_what_else_a_seed_draws_is_what_it_drew_before_there_were_clocks() -> No
     # The last of them: one more draw in between would change it.
     repeat_deg = np.rad2deg(draw_as_built(1).servo_repeat_rad)
     assert repeat_deg == pytest.approx([0.277104, 0.232071, 0.149110], abs=1e-6)
+
+
+def test_reading_ends_with_the_first_byte_or_at_its_deadline() -> None:
+    with EmulatedRobot() as robot:
+        robot.advance(SETTLE_US)
+        port = EmulatedTransport(robot, BoardIndex.LOGGER)
+        before_us = robot.now_us
+        assert port.read(0.00075) == b""  # nobody has asked the board anything
+        assert robot.now_us == before_us + 750
+        port.write(encode_frame(Frame(HelloRequest.TYPE, 1, HelloRequest().encode())))
+        assert port.read(10.0) != b""
+        assert robot.now_us < before_us + 100_000

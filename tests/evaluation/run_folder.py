@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from tests.evaluation.drops import MORNING, Drop, calibrated_from_truth, drop, with_com_offsets
 from tests.evaluation.fitted_drops import PAPER_RATE_RAD_S
-from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.maneuver import format_maneuver, four_stroke
 from tfsat_host.protocol.enums import BlockKind

@@ -22,8 +22,8 @@ from tests.evaluation.corrupted import (
     with_imu,
     without_samples,
 )
-from tfsat_host.calibration.gyros.gyro import by_design
-from tfsat_host.calibration.joints.joint_sensors import sensors_by_design
+from tfsat_host.calibration.sensors.gyro import by_design
+from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks import checks_of

@@ -19,7 +19,7 @@ from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.evaluation.clocks.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.clocks.clocks import Clocks, align_clocks
 from tfsat_host.evaluation.clocks.stroke_matching import match_strokes
-from tfsat_host.evaluation.witnesses.video import Mark, VideoFileError, read_video_marks
+from tfsat_host.evaluation.clocks.video import Mark, VideoFileError, read_video_marks
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.release import Release

@@ -21,8 +21,7 @@ from tests.evaluation.run_folder import (
     tell_time,
 )
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
-from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE
 from tfsat_host.sdlog import load
@@ -125,7 +124,7 @@ def test_a_calibration_that_cannot_be_read_is_refused(run: Path) -> None:
     (run / CERTIFICATE).write_text("nonsense")
     said = evaluate("run")
     assert said.code == 1 and said.out == ""
-    assert f"{Path('run') / CERTIFICATE}: this is no TOML" in said.err
+    assert f"{Path('run') / CERTIFICATE}: is not valid TOML" in said.err
 
 
 def test_a_gyro_that_dies_in_the_fall_is_bridged(run: Path, good: Said) -> None:

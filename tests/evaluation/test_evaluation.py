@@ -12,9 +12,9 @@ import pytest
 from tests.evaluation.drops import MORNING, Drop
 from tests.evaluation.some_drops import certificate, flown
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
+from tfsat_host.evaluation.laser.tracks import LaserTracks
+from tfsat_host.evaluation.laser.velocity import windows_of
 from tfsat_host.evaluation.verdict import verdict_of
-from tfsat_host.evaluation.witnesses.laser import windows_of
-from tfsat_host.evaluation.witnesses.laser_file import LaserTracks
 from tfsat_host.facility.tower import load_tower
 from tfsat_host.sdlog import DropLog
 

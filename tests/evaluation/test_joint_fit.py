@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.evaluation.motion.joint_fit import SensedJoint, errors_by_sensors
 
 SAMPLES = 800

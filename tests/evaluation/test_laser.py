@@ -15,7 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.clocks.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
-from tfsat_host.evaluation.witnesses.laser import (
+from tfsat_host.evaluation.laser.geometry import BodyTurning
+from tfsat_host.evaluation.laser.tracks import LaserFileError, LaserTracks, read_tracks
+from tfsat_host.evaluation.laser.velocity import (
     LaserError,
     ReleaseVelocity,
     Velocity,
@@ -23,8 +25,6 @@ from tfsat_host.evaluation.witnesses.laser import (
     release_velocity,
     windows_of,
 )
-from tfsat_host.evaluation.witnesses.laser_file import LaserFileError, LaserTracks, read_tracks
-from tfsat_host.evaluation.witnesses.laser_geometry import BodyTurning
 from tfsat_host.facility.tower import load_tower
 from tfsat_host.robot import load_robot
 

@@ -13,9 +13,9 @@ from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedR
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.evaluation.attitude import integrate_rates
 from tfsat_host.evaluation.fall.arms import com_in_bodies_m
-from tfsat_host.evaluation.witnesses.laser import release_velocity, windows_of
-from tfsat_host.evaluation.witnesses.laser_file import LaserTracks, read_tracks
-from tfsat_host.evaluation.witnesses.laser_geometry import UP, BodyTurning, LaserGeometry
+from tfsat_host.evaluation.laser.geometry import UP, BodyTurning, LaserGeometry
+from tfsat_host.evaluation.laser.tracks import LaserTracks, read_tracks
+from tfsat_host.evaluation.laser.velocity import release_velocity, windows_of
 from tfsat_host.facility.tower import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load

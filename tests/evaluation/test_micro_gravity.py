@@ -18,7 +18,7 @@ from tests.evaluation.clock_log import log_with
 from tests.rehearsal.as_filed import WholeDrop, dropped
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.gyros.gyro import by_design
+from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.fall.arms import sensor_arms_m

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from tests.calibration_proof.robots import calibrated, design
 from tests.evaluation.drops import with_com_offsets
 from tfsat_host.calibration.certificate.certificate import Calibration, Subject
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.gyros.mounting import SCALE_STD
+from tfsat_host.calibration.sensors.gyro import SCALE_STD, GyroCalibration
 from tfsat_host.calibration.solution import Solution
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.emulated.calibration_day import MORNING, CalibrationDay, calibration_day

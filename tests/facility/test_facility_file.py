@@ -52,28 +52,25 @@ def test_a_robot_is_not_taken_for_a_facility() -> None:
 @pytest.mark.parametrize("key", tomllib.loads(TEXT))
 def test_every_entry_is_needed(tmp_path: Path, key: str) -> None:
     with pytest.raises(FacilityFileError, match=rf"tower.toml(:\d+)?: {key}: is missing"):
-        load(tmp_path, TEXT.replace(f"\n{key} = ", f"\nmis_{key} = "))
+        load(tmp_path, TEXT.replace(f"\n{key} = ", "\n# "))
 
 
 @pytest.mark.parametrize(
     ("entry", "wrong", "problem"),
     [
-        ('kind = "drop tower"', 'kind = "parabolic flight"', "kind: is no kind"),
-        ("fall_s = 2.5", "fall_s = 0", "fall_s: 0 is not positive"),
+        ('kind = "drop tower"', 'kind = "parabolic flight"', "kind: 'parabolic flight' is not 'drop tower'"),
+        ("fall_s = 2.5", "fall_s = 0", "fall_s: 0 is not a number above 0"),
         ("fall_s = 2.5", "fall_s = 4.0", "fall_s: is more than 3.03 s"),
-        ("fall_s = 2.5", 'fall_s = "2.5"', "fall_s: '2.5' is not a finite number"),
         ("margin_s = 1.0", "margin_s = 2.5", "margin_s: leaves nothing"),
-        ("margin_s = 1.0", "margin_s = -1", "margin_s: -1 is negative"),
+        ("margin_s = 1.0", "margin_s = -1", "margin_s: -1 is not a number of at least 0"),
         ("[20.0, 100.0]", "[100.0, 20.0]", "release_velocity_window_mm_s: .* no range"),
         ("[20.0, 100.0]", "[0, 100.0]", "release_velocity_window_mm_s: .* no range"),
-        ("[20.0, 100.0]", "20.0", "release_velocity_window_mm_s: 20.0 is not a list"),
         ("space_diameter_mm = 500.0", "space_diameter_mm = 501", "space_diameter_mm: .* inner capsule"),
         ("space_height_mm = 830.0", "space_height_mm = 1051", "space_height_mm: .* inner capsule"),
         ("envelope_radius_mm = 165.0", "envelope_radius_mm = 251", "envelope_radius_mm: .* half"),
         ("travel_mm = 250.0", "travel_mm = 831", "usable_vertical_travel_mm: is more than"),
         ("differential_mm = 0.8", "differential_mm = 4.0", "switch_operating_position_mm: leaves"),
-        ("switch_count = 2", "switch_count = 0", "switch_count: 0 is not allowed"),
-        ('name = "COSMOTORRE"', 'name = "COSMOTORRE"\nnick = "C"', "nick: is not known here"),
+        ("switch_count = 2", "switch_count = 0", "switch_count: 0 is not a whole number from 1 to 8"),
     ],
 )
 def test_a_mistake_is_named_with_its_line_and_cure(
@@ -83,8 +80,6 @@ def test_a_mistake_is_named_with_its_line_and_cure(
     with pytest.raises(FacilityFileError, match=problem) as caught:
         load(tmp_path, TEXT.replace(entry, wrong))
     wanted = next(n for n, line in enumerate(TEXT.splitlines(), 1) if entry in line)
-    if "\n" in wrong:
-        wanted += 1
     if "pre-travel" in caught.value.what:  # a matter of two lines: the other one is named
         wanted = next(n for n, line in enumerate(TEXT.splitlines(), 1) if "operating_position" in line)
     assert f"tower.toml:{wanted}: " in caught.value.what
@@ -92,17 +87,6 @@ def test_a_mistake_is_named_with_its_line_and_cure(
     assert caught.value.next_step
 
 
-def test_what_is_no_toml_is_named_with_its_place(tmp_path: Path) -> None:
-    with pytest.raises(FacilityFileError, match=r"is not valid TOML: .*line 1"):
-        load(tmp_path, "fall_s = = 2\n")
-
-
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FacilityFileError, match="cannot be read: No such file"):
         load_tower(tmp_path / "none.toml")
-
-
-def test_bytes_that_are_no_text(tmp_path: Path) -> None:
-    (tmp_path / "SD.bin").write_bytes(bytes(range(256)))
-    with pytest.raises(FacilityFileError, match="not UTF-8"):
-        load_tower(tmp_path / "SD.bin")

@@ -62,11 +62,13 @@ def test_nothing_is_found(target: Target, tmp_path: Path) -> None:
     assert outcome.corpus_size > len(target.seeds) / 2  # it was given what it should know
 
 
+@pytest.mark.prove
 @pytest.mark.parametrize("defect", FRAME_DEFECTS.values(), ids=FRAME_DEFECTS)
 def test_a_defect_of_the_receiver_is_found(defect: tuple[str, str], tmp_path: Path) -> None:
     assert_found(FRAME, tmp_path / "build", planted(tmp_path / "tree", FRAME_HEADER, defect), "")
 
 
+@pytest.mark.prove
 @pytest.mark.parametrize(
     ("defect", "broken"),
     [

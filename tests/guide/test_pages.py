@@ -16,8 +16,8 @@ from tests.cli.process import RunCli
 from tests.evaluation.run_folder import run_folder
 from tests.guide.documents import GUIDE, ROOT
 from tfsat_host.calibration.certificate.certificate import Landing
-from tfsat_host.calibration.gyros.gyro import by_design
-from tfsat_host.calibration.joints.joint_sensors import sensors_by_design
+from tfsat_host.calibration.sensors.gyro import by_design
+from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.robot import load_robot
 
 

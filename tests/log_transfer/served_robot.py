@@ -1,4 +1,4 @@
-"""Commands as processes, at the port of an emulated robot's logger."""
+"""Commands at the port of an emulated robot's logger."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from tests.cli.process import RunCli
 from tests.emulate.served import Served
+from tfsat_host.emulated.robot import SETTLE_US
 
 
 class LoggerAtPort:
@@ -32,7 +33,8 @@ class LoggerAtPort:
         assert all(reply.startswith("ok") for reply in replies), replies
 
     def record(self, seconds: float = 0.5) -> dict[str, Any]:
-        """A recording on the card."""
+        """A recording on the card, of IMUs that have started."""
+        self.hand(f"wait {SETTLE_US / 1e6}")
         self("record", "start")
         self.hand(f"wait {seconds}")
         stopped: dict[str, Any] = self("record", "stop")

@@ -74,9 +74,10 @@ def test_a_full_disk_keeps_what_came(
         room -= 1
         put(partial, index, block)
 
-    monkeypatch.setattr(PartialLog, "put", put_until_full)
     monkeypatch.chdir(logger.folder)
-    assert main(["log", "fetch", "1", "--json", "--port", str(logger.served.logger)]) == 1
+    with monkeypatch.context() as full:
+        full.setattr(PartialLog, "put", put_until_full)
+        assert main(["log", "fetch", "1", "--json", "--port", str(logger.served.logger)]) == 1
     error = json.loads(capsys.readouterr().out)["error"]
     assert error["what"] == "DROP0001.BIN.part: No space left on device."
     assert error["meaning"].startswith("7 of ") and "are kept in DROP0001.BIN.part" in error["meaning"]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.cpp.compiling import EMULATOR_SOURCES, compile_cpp
+from tests.cpp.compiling import EMULATOR_SOURCES, build_program
 from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import BOARD, SOURCES
 
@@ -54,4 +54,4 @@ def _built(folder: Path) -> Path:
     sources += [SOURCES / "core" / f"{name}.cpp" for name in ("settings", "mpu6050", "sampler")]
     sources += [EMULATOR_SOURCES / "sensors" / f"{name}.cpp" for name in ("mpu6050", "low_pass")]
     folder.mkdir(parents=True, exist_ok=True)
-    return compile_cpp(sources, folder / "glitches")
+    return build_program(sources, folder / "glitches")

@@ -154,6 +154,7 @@ def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> No
     assert {outcome.verdict for outcome in outcomes} >= {"complete", "truncated", "damaged"}
 
 
+@pytest.mark.prove
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_planted_defect_is_found(plant: Plant, defect: str) -> None:
     edit, (kind, count), found_by = DEFECTS[defect]
@@ -161,6 +162,7 @@ def test_a_planted_defect_is_found(plant: Plant, defect: str) -> None:
         run_each(plant([edit]), seeds_of(kind, count))
 
 
+@pytest.mark.prove
 def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def believed(data: memoryview) -> NDArray[np.bool_]:
         return np.ones(len(data) // 512, np.bool_)

@@ -19,6 +19,7 @@ def test_the_card_holds_the_same_bytes_as_after_the_pcs_run(pc: Path, m7: Path) 
     assert same.bytes_compared > len(SHORT_SEEDS) * 1_000_000
 
 
+@pytest.mark.prove
 def test_a_core_that_depends_on_the_size_of_a_pointer_is_found(pc: Path, tmp_path: Path) -> None:
     edit = Edit(
         "core/request_server.cpp", "header.dlpf_cfg = settings.dlpf_cfg;", "header.dlpf_cfg = sizeof(void*);"

@@ -7,9 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.orbit import Flight, Planner, PrimitiveTable, Sensing, fly, quaternion_of_euler_zyx
-from tfsat_host.orbit.flight import flown, open_loop_error_rad
-from tfsat_host.orbit.plant import drawn_robot
+from tfsat_host.orbit import Flight, Planner, PrimitiveTable, Sensing, fly
+from tfsat_host.orbit.flight import drawn_robot, flown, open_loop_error_rad
 from tfsat_host.robot import RobotModel
 
 DEG = float(np.radians(1.0))
@@ -47,14 +46,14 @@ def test_a_nimble_robot_reaches_any_target_in_few_primitives(nimble_table: Primi
 def test_the_cubesat_reaches_what_only_detours_lead_to(
     table: PrimitiveTable, target_deg: tuple[float, ...]
 ) -> None:
-    target = quaternion_of_euler_zyx(np.radians(target_deg))
+    target = Rotation.from_euler("ZYX", target_deg, degrees=True).as_quat()
     flight = fly(Planner.of(table, "search", DEG), target)
     assert flight.reached and len(flight.steps) <= 30
 
 
 def test_the_steps_are_what_was_flown(cubesat: RobotModel, table: PrimitiveTable) -> None:
     plant = drawn_robot(cubesat, 1.0, 4)
-    target = quaternion_of_euler_zyx(np.radians([60.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [60.0, 0.0, 0.0], degrees=True).as_quat()
     flight = fly(Planner.of(table, "search", DEG), target, plant=plant)
     attitude = np.array([0.0, 0.0, 0.0, 1.0])
     for step in flight.steps:
@@ -71,7 +70,7 @@ def test_feedback_beats_open_loop_when_the_model_is_wrong(
     cubesat: RobotModel, table: PrimitiveTable, seed: int
 ) -> None:
     plant = drawn_robot(cubesat, 3.0, seed)
-    target = quaternion_of_euler_zyx(np.radians([90.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [90.0, 0.0, 0.0], degrees=True).as_quat()
     planner = Planner.of(table, "search", 0.5 * DEG)
     flight = fly(planner, target, plant=plant)
     blind = open_loop_error_rad(planner, target, plant=plant)
@@ -80,13 +79,13 @@ def test_feedback_beats_open_loop_when_the_model_is_wrong(
 
 
 def test_without_an_error_open_loop_is_as_good(table: PrimitiveTable) -> None:
-    target = quaternion_of_euler_zyx(np.radians([90.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [90.0, 0.0, 0.0], degrees=True).as_quat()
     planner = Planner.of(table, "search", 0.5 * DEG)
     assert open_loop_error_rad(planner, target, plant=table.body) <= 0.5 * DEG
 
 
 def test_when_nothing_helps_any_more_it_says_what_is_possible(table: PrimitiveTable) -> None:
-    target = quaternion_of_euler_zyx(np.radians([90.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [90.0, 0.0, 0.0], degrees=True).as_quat()
     flight = fly(Planner.of(table, "greedy", 1e-4 * DEG, trim=False), target)
     assert flight.outcome == "no progress" and not flight.reached
     assert flight.error_rad == flight.least_error_rad > 1e-4 * DEG
@@ -97,13 +96,13 @@ def test_when_nothing_helps_any_more_it_says_what_is_possible(table: PrimitiveTa
 
 
 def test_the_most_primitives_are_kept_to(table: PrimitiveTable) -> None:
-    target = quaternion_of_euler_zyx(np.radians([180.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [180.0, 0.0, 0.0], degrees=True).as_quat()
     flight = fly(Planner.of(table, "greedy", DEG, trim=False, most=2), target)
     assert flight.outcome == "primitives used up" and len(flight.steps) == 2 and not flight.reached
 
 
 def test_noise_above_the_tolerance_does_not_pass_for_success(table: PrimitiveTable) -> None:
-    target = quaternion_of_euler_zyx(np.radians([30.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [30.0, 0.0, 0.0], degrees=True).as_quat()
     believed = 0
     for seed in range(6):
         planner = Planner.of(table, "greedy", 0.5 * DEG, trim=False, most=25)
@@ -115,7 +114,7 @@ def test_noise_above_the_tolerance_does_not_pass_for_success(table: PrimitiveTab
 
 
 def test_the_same_seed_is_the_same_flight(table: PrimitiveTable) -> None:
-    target = quaternion_of_euler_zyx(np.radians([30.0, 0.0, 0.0]))
+    target = Rotation.from_euler("ZYX", [30.0, 0.0, 0.0], degrees=True).as_quat()
 
     def ends(seed: int) -> float:
         planner = Planner.of(table, "greedy", DEG, trim=False)

@@ -25,6 +25,22 @@ def test_every_primitive_turns_as_its_strokes_do(table: PrimitiveTable, nimble_t
             assert np.bincount(joints, deltas).tolist() == pytest.approx([0.0] * (max(joints) + 1))
 
 
+@pytest.mark.parametrize(("seed", "limit_deg"), [(0, 90.0), (0, 180.0), (2, 90.0), (2, 180.0)])
+def test_a_primitive_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
+    tmp_path: Path, seed: int, limit_deg: float
+) -> None:
+    tree = random_tree(np.random.default_rng(seed), 3)
+    robot = load_robot(write_robot_file(tree, tmp_path / "heavy_arms.toml"))
+    limits_rad = np.radians([[-limit_deg, limit_deg]] * 2)
+    one = primitive_table(replace(robot, joint_limits_rad=limits_rad), limit_deg / 3.0)
+    for index in range(0, len(one), 4):
+        primitive = one.primitive(index)
+        joints, deltas = zip(*primitive.strokes, strict=True)
+        exact = path_rotation(one.body, joints, np.array(deltas), start_rad=one.start_rad, steps=40)
+        error = quaternion.product(quaternion.inverse(exact), primitive.quaternion_xyzw)
+        assert np.degrees(quaternion.angle(error)) < 1.5e-4
+
+
 def test_durations_are_the_strokes_at_the_joints_rates(cubesat: RobotModel, table: PrimitiveTable) -> None:
     for index in (0, len(table) // 2, len(table) - 1):
         primitive = table.primitive(index)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.orbit import PrimitiveTable, quaternion_of_euler_zyx
+from tfsat_host.orbit import PrimitiveTable
 from tfsat_host.orbit.search import Route, lookup, search
 from tfsat_host.orbit.time_to_go import TimeToGo
 from tfsat_host.orbit.trim import trimmed
+from tfsat_host.robot.model import FloatArray
 
 GOAL_RAD = float(np.radians(1.0))
 TARGETS_DEG = [(90.0, 0.0, 0.0), (-45.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, -10.0), (150.0, -8.0, 12.0)]
@@ -26,7 +27,7 @@ def after(table: PrimitiveTable, route: Route, needed: FloatArray) -> float:
 def test_search_reaches_the_same_error_in_less_time(
     table: PrimitiveTable, target_deg: tuple[float, ...]
 ) -> None:
-    needed = quaternion_of_euler_zyx(np.radians(target_deg))
+    needed = Rotation.from_euler("ZYX", target_deg, degrees=True).as_quat()
     greedy = lookup(table, needed, GOAL_RAD, 100)
     found = search(table, TimeToGo.of(table), needed, GOAL_RAD, most=100)
     for route in (greedy, found):
@@ -37,7 +38,7 @@ def test_search_reaches_the_same_error_in_less_time(
 
 
 def test_no_chain_beats_the_robot_s_best_rate(table: PrimitiveTable) -> None:
-    needed = quaternion_of_euler_zyx(np.radians([90.0, 0.0, 0.0]))
+    needed = Rotation.from_euler("ZYX", [90.0, 0.0, 0.0], degrees=True).as_quat()
     estimate = TimeToGo.of(table)
     route = search(table, estimate, needed, GOAL_RAD, most=100)
     least_s = (np.radians(90.0) - GOAL_RAD) / estimate.rate_rad_s[0]

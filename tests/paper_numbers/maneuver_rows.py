@@ -11,9 +11,9 @@ from tfsat_host.design import DesignSettings, Problem
 from tfsat_host.design.maneuver_design import candidate, search
 from tfsat_host.design.optimum import find_optimum
 from tfsat_host.design.sequences import sequences
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
 
 ALPHA_DEG = (58.75, 70.29, 0.0)
 SPEED_DEG_S = 170.0

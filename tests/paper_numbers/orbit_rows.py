@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tests.paper_numbers.page import Row, row
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
@@ -15,7 +16,6 @@ from tfsat_host.orbit import (
     expected_error,
     fly,
     primitive_table,
-    quaternion_of_euler_zyx,
     slew_time_s,
 )
 from tfsat_host.orbit.slew import DROP_TEST_CORRECTED_ERROR_DEG, DROP_TEST_ERROR_DEG
@@ -82,7 +82,7 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
 def _all_axes(robot: RobotModel) -> str:
     """What the time for the angle leaves out."""
     planner = Planner.of(primitive_table(robot, 5.0), "search", math.radians(1.0))
-    flight = fly(planner, quaternion_of_euler_zyx(np.array([math.pi / 2, 0.0, 0.0])))
+    flight = fly(planner, Rotation.from_euler("z", 90.0, degrees=True).as_quat())
     return (
         "For the angle alone, with the best loop again and again. The loops tilt the axis a little, too: "
         "to reach z:90 within "

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.bundle.commands import command
-from tfsat_host.cli.flown import require_not_flown
 from tfsat_host.protocol.limits import BLOCK_MAGIC
-from tfsat_host.record.run_record import sign
+from tfsat_host.run.preflight import require_not_flown
+from tfsat_host.run.record import sign
 
 
 @pytest.mark.parametrize("left", ["drop.json", "SD.bin", "DROP0003.BIN", "record.json"])

@@ -15,7 +15,7 @@ from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.protocol.enums import LoggerState, SequencerState
-from tfsat_host.record.run_record import entries_of, verify
+from tfsat_host.run.record import entries_of, verify
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "preflight.md"
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.protocol.native import REPOSITORY, SKETCHES, build_program, run
+from tests.cpp.compiling import REPOSITORY, SKETCHES, build_program, run
 from tfsat_host.protocol import messages
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.framing import Frame, FrameReceiver, crc16, encode_frame

@@ -12,8 +12,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.record.entries import Entry, SignedFile, format_record, parse_record, sha256_of_entry
-from tfsat_host.record.run_record import RECORD, RecordError, entries_of, sign, verify
+from tfsat_host.run.record import (
+    RECORD,
+    Entry,
+    RecordError,
+    SignedFile,
+    entries_of,
+    format_record,
+    parse_record,
+    sha256_of_entry,
+    sign,
+    verify,
+)
 
 AT = datetime(2026, 7, 1, 9, 30, tzinfo=UTC)
 _WORDS = st.text(st.characters(codec="utf-8"), min_size=1)

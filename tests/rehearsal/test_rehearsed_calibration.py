@@ -10,8 +10,7 @@ import numpy as np
 
 from tests.bundle.commands import command, result
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import from_bytes
 from tfsat_host.calibration.steps.step import rest

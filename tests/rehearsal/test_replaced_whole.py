@@ -10,17 +10,18 @@ import pytest
 
 from tests.bundle.commands import command
 from tests.rehearsal.test_result_folder import everything
-from tfsat_host.cli import report
-from tfsat_host.cli.rehearse.before import WAITING, Before
-from tfsat_host.cli.rehearse.result_folder import MARK_FILE, ResultFolder
-from tfsat_host.cli.rehearse.run_folder import RunFolder
 from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal import rehearse as rehearsal
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.preflight import Preflight
+from tfsat_host.rehearsal.replaced import WAITING, Before
+from tfsat_host.rehearsal.result_folder import ResultFolder
+from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
+from tfsat_host.run import reporting
+from tfsat_host.run.files import REHEARSED
 
 ANOTHER = ("rehearse", "59", "70", "--seed", "2", "--out", "run")
 FIGURE = b"made by tfsat-host report"
@@ -71,7 +72,7 @@ def interrupted_at(patch: pytest.MonkeyPatch, owner: Any, name: str, call: int, 
         (RunFolder, "_write_preflight", 1),
         (RunFolder, "_write_card", 1),
         (RunFolder, "_note_landing", 1),
-        (report, "report_on", 1),
+        (reporting, "report", 1),
     ],
 )
 def test_ctrl_c_leaves_every_byte_of_the_rehearsal_before(
@@ -130,7 +131,7 @@ def test_runs_in_subfolders_keep_their_reports(run: Path) -> None:
     """Of figures that `report` put into a subfolder nothing is left: they are of the recording that went."""
     files = {
         "sub/report.html": PAGE,
-        f"sub/{MARK_FILE}": b"made by tfsat-host rehearse",
+        f"sub/{REHEARSED}": b"made by tfsat-host rehearse",
         "real/SD.BIN": b"a card",
         "real/motion.png": FIGURE,
         "kept/report.html": PAGE,

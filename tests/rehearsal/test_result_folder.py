@@ -13,15 +13,15 @@ from tests.bundle.commands import command, result
 from tests.campaign.test_command import contents
 from tests.evaluation.run_folder import tell_time
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.cli.recomputing import document_in
-from tfsat_host.cli.rehearse.result_folder import MARK_FILE
-from tfsat_host.cli.rehearse.run_folder import RunFolder
 from tfsat_host.emulated.robot import EmulatedRobot
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.rehearsal import morning
 from tfsat_host.rehearsal.rehearse import rehearse
+from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.truth import Truth, drawn_truth
 from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.run.bundle.recomputing import document_in
+from tfsat_host.run.files import REHEARSED
 
 RECORDINGS = "calibration-emulated-recordings"
 AGAIN = ("rehearse", "59", "70", "--out", "run")
@@ -114,9 +114,9 @@ def test_a_drop_of_a_campaign_is_never_rehearsed_over(run: Path) -> None:
     said = command("campaign", "add", "camp", "run")
     assert "EMULATED: no robot fell" in said.words
     drop = Path("camp/drop-0001")
-    assert not (drop / MARK_FILE).exists() and (run / MARK_FILE).exists()
+    assert not (drop / REHEARSED).exists() and (run / REHEARSED).exists()
     assert result("campaign", "list", "camp")["drops"][0]["robot"] == "emulated"
-    shutil.copy(run / MARK_FILE, drop)
+    shutil.copy(run / REHEARSED, drop)
     before = contents(drop)
     for force in ((), ("--force",)):
         refused = command("rehearse", "59", "70", "--out", drop, *force, expect=2)
@@ -132,7 +132,7 @@ def test_the_robot_and_the_maneuver_in_the_folder_itself_can_be_flown_again(run:
     assert "GOOD" in again.words
     after = everything(run)
     assert {name for name in before if before[name] != after.get(name)} <= {
-        MARK_FILE,
+        REHEARSED,
         "summary.json",
         "report.html",
     }

@@ -15,10 +15,10 @@ from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers
 from tfsat_host.evaluation.checks.check import judged
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
+from tfsat_host.evaluation.result.correction import significance, worth_of
+from tfsat_host.quantity import plus_minus
 from tfsat_host.report import render
 from tfsat_host.report.contents.building import document_of
-from tfsat_host.report.contents.correction import significance, worth_of
-from tfsat_host.report.contents.tables.cells import with_std
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog.events import DropEvent
 from tfsat_host.sdlog.gaps import Gap
@@ -150,8 +150,12 @@ def test_correction_says_what_the_data_cannot_tell(drop: Any) -> None:
     correction, fit = table(drop, "Correction of the model"), evaluated().explained.fit
     assert [row[0] for row in correction["rows"]] == list(fit.offsets.names)
     assert correction["rows"][5][0] == "body 2 CoM z"
-    assert correction["rows"][5][2] == with_std(fit.values[5], fit.std[5], signed=True)
+    assert correction["rows"][5][2] == _as_on_the_page(fit.values[5], fit.std[5])
     assert all(sentence in correction["caption"] for sentence in evaluated().identifiability.sentences())
+
+
+def _as_on_the_page(value: float, std: float) -> str:
+    return plus_minus(value, std, sign=True).replace("-", "−")
 
 
 def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(drop: Any) -> None:
@@ -160,7 +164,7 @@ def test_swarm_of_the_paper_stands_beside_the_correction_if_it_was_asked_for(dro
     beside = table(drop_of(replace(found, swarm=swarm)), "Correction of the model")
     assert len(beside["columns"]) == len(table(drop, "Correction of the model")["columns"]) + 1
     assert [row[-1] for row in beside["rows"]] == [
-        with_std(value, spread, signed=True) for value, spread in zip(swarm.values, swarm.spread, strict=True)
+        _as_on_the_page(value, spread) for value, spread in zip(swarm.values, swarm.spread, strict=True)
     ]
 
 

@@ -22,7 +22,7 @@ def test_a_real_drop_draws(open_document: OpenDocument) -> None:
 
 def test_the_documented_python_call_makes_a_page() -> None:
     text = (Path(__file__).resolve().parents[2] / "docs" / "report.md").read_text(encoding="utf-8")
-    example = textwrap.dedent(text.split("## From Python", 1)[1])
+    example = textwrap.dedent(text.split("made otherwise:\n", 1)[1])
     names: dict[str, object] = {"found": reported().evaluation}
     exec(example, names)
     assert str(names["page"]).startswith("<!doctype html>")

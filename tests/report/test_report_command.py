@@ -16,8 +16,9 @@ from tests.evaluation.commanded import Said
 from tests.evaluation.run_folder import CERTIFICATE, run_folder
 from tests.report.opened import Opened
 from tfsat_host.cli.main import main
-from tfsat_host.cli.report_files import PAGE_MARKER, names_of
 from tfsat_host.report.figures import files as figure_files
+from tfsat_host.run.files import names_of
+from tfsat_host.run.reporting import PAGE_MARKER
 from tfsat_host.sdlog import extras
 
 FIGURES = {

@@ -14,7 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
 from tests.report.reported_drop import evaluated, reported
-from tfsat_host.cli.outputs import was_made_with
+from tfsat_host.output_files import was_made_with
 from tfsat_host.report.contents.poses import body_poses
 from tfsat_host.report.recording.file import MARKER, write_evaluated_mcap
 

@@ -59,11 +59,11 @@ def test_uncertainty_is_in_si_units_and_what_is_left_out_is_exact() -> None:
         ("xx = 34.0", "xx = -34.0", "inertia_g_m2", "not positive definite"),
         # A loop of three joints, found at the joint that closes it.
         ('inner = "boom"\nouter = "camera"', 'inner = "boom"\nouter = "left wing"', "outer", "closes a loop"),
-        ("mass_kg = 0.5", "mass_kg = -0.5", "mass_kg", "not positive"),
-        ("     [100, 100, 227]],", "     [100, 100]],", "boxes_mm", "not a list of 3 numbers"),
+        ("mass_kg = 0.5", "mass_kg = -0.5", "mass_kg", "is not a number above 0"),
+        ("     [100, 100, 227]],", "     [100, 100]],", "boxes_mm", "is not boxes, each as"),
         ("zz = 0.02 }", "zz = 9.0 }", "inertia_g_m2", "exceeds the sum"),
         ("limits_deg = [-170.0, 170.0]", "limits_deg = [170.0, -170.0]", "limits_deg", "not below"),
-        ("com_mm = 2.0", "com_mm = -2.0", "com_mm", "negative"),
+        ("com_mm = 2.0", "com_mm = -2.0", "com_mm", "is not a number of at least 0"),
     ],
 )
 def test_a_mistake_in_it_is_named_with_its_line(

@@ -74,34 +74,41 @@ def test_a_single_body_is_a_robot(tmp_path: Path) -> None:
 
 
 MISTAKES = [
-    ("mass_kg = 0.735", "mass_kg = 0  # lost", "mass_kg = 0  # lost", "not positive"),
-    ("mass_kg = 0.735", "mass_kg = nan", "mass_kg = nan", "not a finite number"),
+    ("mass_kg = 0.735", "mass_kg = 0  # lost", "mass_kg = 0  # lost", "0 is not a number above 0"),
     ("mass_kg = 0.735\n", "", "168]]]\n\n[[body]]", "is missing"),
-    ("mass_kg = 0.735", "mass_kg = 0.735\nmas = 1", "mas = 1", "not known here"),
     ("xx = 1.72", "xx = -1.72", "inertia_g_m2 = { xx = -1.72", "not positive definite"),
     ("xx = 1.72", "xx = 17.2", "inertia_g_m2 = { xx = 17.2", "exceeds the sum"),
     ("xx = 1.72, ", "", "inertia_g_m2 = { xy = 0.00, xz = -0.07", "inertia_g_m2.xx: is missing"),
-    ('inner = "body 3"', 'inner = "body 7"', 'inner = "body 7"', "no body 'body 7'"),
+    ('inner = "body 3"', 'inner = "body 7"', 'inner = "body 7"', "'body 7' is not 'body 1' or 'body 2'"),
     ('inner = "body 3"', 'inner = "body 2"', 'outer = "body 2"', "joins a body to itself"),
     ('inner = "body 3"', 'inner = "body 1"', 'outer = "body 2"', "closes a loop"),
     ("axis = [0, 1, 0]", "axis = [0, 0, 0]", "axis = [0, 0, 0]", "has no direction"),
-    ("axis = [0, 1, 0]", "axis = [0, 1]", "axis = [0, 1]", "not a list of 3 numbers"),
     ('name = "joint 2"', 'name = "joint 1"', '111\n\n[[joint]]\nname = "joint 1"', "used twice"),
-    ('base = "body 3"', 'base = "chest"', 'base = "chest"', "no body 'chest'"),
-    ("format = 1", "format = 2", "format = 2", "not allowed"),
-    ('"products"\n', '"either"\n', 'inertia_off_diagonals = "either"', "is neither"),
-    ("direction = 1\n", "direction = 2\n", "direction = 2", "not allowed"),
+    ('base = "body 3"', 'base = "chest"', 'base = "chest"', "'chest' is not 'body 1' or 'body 2'"),
+    (
+        '"products"\n',
+        '"either"\n',
+        'inertia_off_diagonals = "either"',
+        "'either' is not 'products' or 'tensor'",
+    ),
+    ("direction = 1\n", "direction = 2\n", "direction = 2", "2 is not -1 or 1"),
     ("address = 0x69", "address = 0x68", '"body 2"\nbus = 0\naddress = 0x68', "two sensors"),
-    ("[[[0, 0, -11], [101", "[[[0, 0, -11]], [[101", "boxes_mm = [[[0, 0, -11]]", "not a pair of corners"),
-    ("[[[0, 0, -11], [101", "[[[0, 0, 11, 1], [101", "boxes_mm = [[[0, 0, 11, 1]", "not a list of 3 numbers"),
+    (
+        "[[[0, 0, -11], [101",
+        "[[[0, 0, -11]], [[101",
+        "boxes_mm = [[[0, 0, -11]]",
+        "is not boxes, each as",
+    ),
     ("[[[0, 0, -11], [101", "[[[0, 13, -11], [101", "boxes_mm = [[[0, 13, -11]", "has no volume"),
     ("[[[0, 0, -11], [101", "[[[60, 0, -11], [101", "boxes_mm = [[[60, 0, -11]", "lies outside of the boxes"),
-    ("com_mm = 3.0", "com_mm = -3.0", "com_mm = -3.0", "-3 is negative"),
-    ("stroke_deg = 1.0", "stroke_deg = true", "stroke_deg = true", "not a finite number"),
-    ("stroke_relative = 0.07", "stroke_relative = 7", "stroke_relative = 7", "7 is above 0.2"),
-    ("stroke_relative = 0.07", "stroke = 0.07", "\nstroke = 0.07", "uncertainty, stroke: is not known here"),
-    ("[uncertainty]", "[uncertain]", "\n[uncertain]", "not known here"),
-    ('source = "', 'source = ""  # "', 'source = ""', "is not a text"),
+    ("com_mm = 3.0", "com_mm = -3.0", "com_mm = -3.0", "-3.0 is not a number of at least 0"),
+    (
+        "stroke_relative = 0.07",
+        "stroke_relative = 7",
+        "stroke_relative = 7",
+        "7 is not a number of at least 0 and",
+    ),
+    ("stroke_relative = 0.07", "stroke = 0.07", "\nstroke = 0.07", "uncertainty.stroke: is not known here"),
 ]
 
 
@@ -133,7 +140,7 @@ def test_pulses_are_there_as_a_whole_or_not_at_all(tmp_path: Path, key: str) -> 
     file = tmp_path / "robot.toml"
     line = next(line for line in TEXT.splitlines() if line.startswith(key))
     file.write_text(TEXT.replace(line + "\n", "", 1), encoding="utf-8")
-    with pytest.raises(RobotFileError, match=f"joint.servo 1, {key}: is missing") as caught:
+    with pytest.raises(RobotFileError, match=f"joint 1, servo.{key}: is missing") as caught:
         load_robot(file)
     assert "leave out all three" in caught.value.next_step
 
@@ -145,28 +152,9 @@ def test_a_servo_mistake_is_found_in_its_own_joint(tmp_path: Path) -> None:
         head + 'name = "joint 3"' + tail.replace("max_rate_deg_s = 200.0", "max_rate_deg_s = 20.0"), "utf-8"
     )
     with pytest.raises(
-        RobotFileError, match=r"joint.servo 3, average_rate_deg_s: is above max_rate"
+        RobotFileError, match=r"joint 3, servo.average_rate_deg_s: is above max_rate"
     ) as caught:
         load_robot(file)
     line = int(caught.value.what.removeprefix(f"{file}:").split(":")[0])
     assert line > line_with(TEXT, 'name = "joint 3"')
     assert TEXT.splitlines()[line - 1].startswith("average_rate_deg_s")
-
-
-@pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (b"format = = 1", "not valid TOML"),
-        (b"\xff\xfe", "not UTF-8"),
-        (None, "cannot be read"),
-        (b"", "missing"),
-    ],
-)
-def test_a_file_that_is_no_robot_file_is_refused(tmp_path: Path, content: bytes | None, problem: str) -> None:
-    file = tmp_path / "robot.toml"
-    if content is not None:
-        file.write_bytes(content)
-    with pytest.raises(RobotFileError, match=problem):
-        load_robot(file)
-    with pytest.raises(RobotFileError, match="cannot be read"):
-        load_robot(tmp_path)

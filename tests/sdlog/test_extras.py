@@ -8,7 +8,7 @@ import pytest
 
 from tests.sdlog.encoder import recording
 from tests.sdlog.test_values import write
-from tfsat_host.cli.decoded_files import FORMATS, write_decoded
+from tfsat_host.run.decoded import FORMATS, write_decoded
 from tfsat_host.sdlog import extras, load
 from tfsat_host.sdlog.extras import MissingExtraError
 

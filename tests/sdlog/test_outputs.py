@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tfsat_host.cli.outputs import OutputFile, write_all
 from tfsat_host.errors import TfsatError
+from tfsat_host.output_files import OutputFile, write_all
 
 MARKER = b"<!-- made by a test -->"
 

@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.robot import RobotModel, Uncertainty
+from tfsat_host.robot.model import FloatArray
 from tfsat_host.sensitivity import Parameters, Plan, PlannedStroke, Study, error_sources
 
 RATE_RAD_S = np.radians(170.0)

@@ -103,4 +103,5 @@ def test_the_command_loads_dask_only_when_asked(tfsat_host: RunCli) -> None:
     assert importlib.util.find_spec("distributed") is not None
     blocked = tfsat_host.folder / "distributed.py"
     blocked.write_text("raise SystemExit('distributed was imported')\n", encoding="utf-8")
-    tfsat_host("sensitivity", 59, 70, "--samples", 2, environ={"PYTHONPATH": str(tfsat_host.folder)})
+    path = {"PYTHONPATH": str(tfsat_host.folder)}
+    tfsat_host("sensitivity", 59, 70, "--samples", 2, environ=path, process=True)

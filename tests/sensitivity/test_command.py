@@ -9,6 +9,9 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.robot import default_robot_path
+from tfsat_host.sensitivity.sources import KEYS
+
+_EXACT = tuple(word for key in KEYS for word in ("--sigma", f"{key}=0"))
 
 
 def test_json_has_derivatives_sources_and_samples(tfsat_host: RunCli) -> None:
@@ -33,31 +36,42 @@ def test_people_read_what_to_measure_first(tfsat_host: RunCli) -> None:
         assert words in text
 
 
-def test_it_agrees_with_simulate_on_a_spinning_robot(tfsat_host: RunCli) -> None:
-    release = ("59", "70", "--initial-rate", "1", "-2", "3")
-    simulated = tfsat_host.json("simulate", *release)
-    found = tfsat_host.json("sensitivity", *release, "--samples", 2)
-    assert found["rotation_vector_deg"] == pytest.approx(simulated["rotation_vector_deg"], abs=1e-3)
+@pytest.mark.parametrize(
+    "release",
+    [
+        "59 70",
+        "59 70 --initial-rate 1 -2 3",
+        "59 70 --speed 5 --initial-rate 0.5 -1 2",
+        "59 70 --speed 20 --initial-rate 40 20 -30",
+        "59 70 --speed 300 --initial-rate 1 -2 3",
+        "20 90 --speed 400 --initial-rate 1 -2 3",
+        "90 90 --robot cubesat_3u",
+        "90 90 --robot cubesat_3u --speed 1 --initial-rate 3 -3 3",
+    ],
+)
+def test_it_agrees_with_simulate_to_the_figures_printed(tfsat_host: RunCli, release: str) -> None:
+    simulated = tfsat_host.json("simulate", *release.split())
+    found = tfsat_host.json("sensitivity", *release.split(), "--samples", 2, *_EXACT)
+    turned = found["monte_carlo"]["outputs"]["reorientation_deg"]["mean"]["value"]
+    for key in ("reorientation_deg", "rotation_vector_deg", "quaternion_xyzw"):
+        assert found[key] == pytest.approx(simulated[key], abs=2e-4)
+    assert turned == pytest.approx(simulated["reorientation_deg"], abs=2e-4)
 
 
-@pytest.mark.parametrize("speed", [170, 300, 400])
-@pytest.mark.parametrize("angles", [(59, 70), (20, 90)])
-def test_it_agrees_with_simulate_where_servos_are_too_slow(
-    tfsat_host: RunCli, angles: tuple[int, int], speed: int
+def test_it_warns_where_the_integration_is_not_good_enough(
+    tfsat_host: RunCli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    command = (*angles, "--speed", speed, "--initial-rate", "1", "-2", "3")
-    simulated = tfsat_host.json("simulate", *command, "--until", 2.5)
-    found = tfsat_host.json("sensitivity", *command, "--samples", 2)
-    assert found["rotation_vector_deg"] == pytest.approx(simulated["rotation_vector_deg"], abs=2e-3)
+    good = tfsat_host.json("sensitivity", 59, 70, "--samples", 2)
+    assert 0.0 < good["integration_error_deg"] < 1e-4 and good["notices"] == []
+    monkeypatch.setattr("tfsat_host.cli.simulate_notices.ERROR_DEG", 0.5 * good["integration_error_deg"])
+    (notice,) = tfsat_host.json("sensitivity", 59, 70, "--samples", 2)["notices"]
+    assert "by the error of the integration" in notice
 
 
 def test_sigma_overrides_what_the_file_states(tfsat_host: RunCli) -> None:
-    keys = ("mass_relative", "com_mm", "inertia_relative", "joint_point_mm", "joint_axis_deg", "stroke_deg")
-    exact = [word for key in keys for word in ("--sigma", f"{key}=0")]
     result = tfsat_host.json(
-        "sensitivity", 59, 70, "--samples", 100, *exact, "--sigma", "servo_speed_relative=0",
-        "--sigma", "stroke_relative=0.01",
-    )  # fmt: skip
+        "sensitivity", 59, 70, "--samples", 100, *_EXACT, "--sigma", "stroke_relative=0.01"
+    )
     assert {row["kind"] for row in result["sources"] if row["linear_deg"]} == {"servo_scale"}
     assert result["uncertainty"]["stroke_relative"] == 0.01
 

@@ -18,16 +18,19 @@ from tfsat_host.dynamics import (
     quaternion,
     rotation_angle_rad,
 )
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.accuracy import final_attitudes
 from tfsat_host.robot import RobotModel
-from tfsat_host.sensitivity import Plan, PlannedStroke
-from tfsat_host.sensitivity.flight import final_attitude
-
-_MILLIDEGREE = 1e-3
+from tfsat_host.robot.model import FloatArray
+from tfsat_host.sensitivity import Parameters, Plan, PlannedStroke
 
 
 def _apart_deg(one: FloatArray, other: FloatArray) -> float:
     return float(np.degrees(quaternion.angle(quaternion.product(quaternion.inverse(one), other))))
+
+
+def _final(parameters: Parameters, vectors: FloatArray) -> FloatArray:
+    history = parameters.history(parameters.motion(vectors))
+    return final_attitudes(parameters.robots(vectors), history).quaternion[:, 0]
 
 
 @pytest.mark.parametrize("rate_deg_s", [None, (0.5, -2.0, 3.0), (40.0, 20.0, -30.0)])
@@ -37,8 +40,9 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
     study = study_of(robot, replace(stated_by(robot), servo_speed_relative=0.15), samples=6, seed=3)
     rate = None if rate_deg_s is None else np.radians(rate_deg_s)
     vectors = study.vectors(study.deviates(0))
-    bodies, moves = study.parameters.robots(vectors), study.parameters.moves(vectors)
-    together = final_attitude(bodies, moves, rate)
+    bodies, moves = study.parameters.robots(vectors), study.parameters.motion(vectors)
+    together, error_rad = final_attitudes(bodies, study.parameters.history(moves), initial_rate_rad_s=rate)
+    assert np.degrees(error_rad) < 1e-4
     # A drawn servo may be faster than the file's greatest rate, which binds `moved`.
     servos = tuple(replace(servo, max_rate_rad_s=math.inf) for servo in robot.servos)
     unbound, late = replace(robot, servos=servos), 0
@@ -57,16 +61,16 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
             timed.append(TimedMove(stroke.joint, size, moves.start_s[k, i], moves.end_s[k, i]))
             angle[stroke.joint] = reached
         late += bool((moves.end_s[:-1, i] > moves.start_s[1:, i]).any())
-        history = moved(unbound, timed, end_s=max(2.5, float(moves.last_end_s[i])))
+        history = moved(unbound, timed, end_s=max(2.5, float(moves.end_s[:, i].max())))
         flight = propagate(alone, history, initial_rate_rad_s=rate, step_s=2e-3, order=6)
-        assert _apart_deg(flight.quaternion_xyzw[-1], together[:, i]) < _MILLIDEGREE
+        assert _apart_deg(flight.quaternion_xyzw[-1], together[:, i]) < 1e-4
     assert late, "no sample has two joints in motion at once"
 
 
 def test_a_robot_without_errors_ends_where_the_path_of_its_strokes_leads(robot: RobotModel) -> None:
     parameters = parameters_of(robot)
     nominal = parameters.nominal[None]
-    flown = final_attitude(parameters.robots(nominal), parameters.moves(nominal))[:, 0]
+    flown = _final(parameters, nominal)
     path = path_rotation(
         Multibody.of(robot), [s.joint for s in STROKES], np.array([s.delta_rad for s in STROKES])
     )
@@ -77,7 +81,7 @@ def test_a_robot_without_errors_ends_where_the_path_of_its_strokes_leads(robot: 
 def test_a_joint_still_on_its_way_begins_its_next_stroke_when_it_has_arrived(robot: RobotModel) -> None:
     strokes = [PlannedStroke(0, 1.0, 0.7), PlannedStroke(0, -1.0, 0.8)]
     parameters = type(parameters_of(robot)).of(robot, Plan.of(robot, strokes, RATE_RAD_S))
-    moves = parameters.moves(parameters.nominal[None])
+    moves = parameters.motion(parameters.nominal[None])
     assert moves.start_s[1, 0] == moves.end_s[0, 0] == pytest.approx(0.7 + 1.0 / RATE_RAD_S)
 
 
@@ -85,9 +89,18 @@ def test_a_stroke_of_no_angle_takes_no_time_and_moves_nothing(robot: RobotModel)
     parameters = parameters_of(robot)
     vector = parameters.nominal.copy()
     vector[parameters.layout.slices()["stroke_end"]] = 0.0
-    moves = parameters.moves(vector[None])
-    assert moves.moving_time_s[0] == pytest.approx(0.0, abs=1e-8)
-    assert np.array_equal(final_attitude(parameters.robots(vector[None]), moves)[:, 0], [0.0, 0.0, 0.0, 1.0])
+    moves = parameters.motion(vector[None])
+    assert (moves.end_s - moves.start_s).sum() == pytest.approx(0.0, abs=1e-8)
+    assert np.array_equal(_final(parameters, vector[None]), [0.0, 0.0, 0.0, 1.0])
+
+
+def test_where_the_bound_of_steps_is_hit_the_error_says_so(robot: RobotModel) -> None:
+    parameters, fast = parameters_of(robot), np.radians([80.0, 60.0, 100.0])
+    nominal = parameters.nominal[None]
+    bodies, history = parameters.robots(nominal), parameters.history(parameters.motion(nominal))
+    exact = final_attitudes(bodies, history, initial_rate_rad_s=fast, tolerance_rad=1e-9).quaternion[:, 0]
+    rough, error_rad = final_attitudes(bodies, history, initial_rate_rad_s=fast, steps_max=1)
+    assert 1e-5 < _apart_deg(rough[:, 0], exact) < np.degrees(error_rad)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from tfsat_host.sensitivity import (
     run_locally,
     summary,
 )
-from tfsat_host.sensitivity.stated import LARGEST_SHARE
+from tfsat_host.sensitivity.sources import LARGEST_SHARE
 from tfsat_host.sensitivity.study import CHUNK, run_chunk
 
 
@@ -77,7 +77,7 @@ def test_the_largest_errors_leave_every_body_physical(robot: RobotModel) -> None
     study = study_of(robot, largest, samples=20 * CHUNK)
     for chunk in range(study.chunks):
         vectors = study.vectors(study.deviates(chunk))
-        bodies, moves = study.parameters.robots(vectors), study.parameters.moves(vectors)
+        bodies, moves = study.parameters.robots(vectors), study.parameters.motion(vectors)
         moments = np.linalg.eigvalsh(bodies.inertia_kg_m2)
         assert (bodies.mass_kg > 0.0).all()
         assert (moments > 0.0).all()
@@ -153,6 +153,8 @@ def test_a_longer_study_begins_with_the_shorter_one(robot: RobotModel) -> None:
     short = study_of(robot, stated_by(robot), samples=CHUNK)
     long = study_of(robot, stated_by(robot), samples=3 * CHUNK)
     assert _same(run_chunk(short, 0), run_chunk(long, 0))
+    few, whole = run_chunk(study_of(robot, stated_by(robot), samples=3), 0), run_chunk(short, 0)
+    assert len(few) == 3 and np.array_equal(few.quaternion_xyzw, whole.quaternion_xyzw[:3])
     assert not np.array_equal(long.deviates(0), long.deviates(1))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tests.sensitivity.studies import RATE_RAD_S, parameters_of
-from tfsat_host.dynamics import Multibody
+from tfsat_host.dynamics import JointHistory, Multibody
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.sensitivity import Parameters, Plan, PlannedStroke
 
@@ -92,10 +92,13 @@ def test_ends_of_strokes_and_speeds_are_in_degrees(robot: RobotModel) -> None:
     vector = parameters.nominal.copy()
     vector[parameters.names.index("stroke 1 end (joint 1)")] = 54.8
     vector[parameters.names.index("joint 1 speed")] = 137.0
-    moves = parameters.moves(vector[None])
-    angles, _ = moves.at(np.array([[1.3], [2.5]]))
+    moves = parameters.motion(vector[None])
+    batch = parameters.history(moves)
+    history = JointHistory(batch.breaks_s[:, 0] + 1e-12 * np.arange(18), batch.coefficients[..., 0])
     np.testing.assert_allclose(
-        np.degrees(angles[:, :, 0]), [[54.8, 0.0], [70.0 * _done(1.3), 0.0], [0.0, 0.0]], atol=1e-9
+        np.degrees(history.angles_rad(np.array([1.3, 2.5]))),
+        [[54.8, 70.0 * _done(1.3), 0.0], [0.0, 0.0, 0.0]],
+        atol=1e-8,
     )
     assert moves.end_s[0, 0] - moves.start_s[0, 0] == pytest.approx(54.8 / 137.0)
 

@@ -10,7 +10,7 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
-from tests.protocol.native import REPOSITORY, build_shared
+from tests.cpp.compiling import REPOSITORY, build_shared
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient

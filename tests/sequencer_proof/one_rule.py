@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tests.protocol.native import REPOSITORY, build_shared
+from tests.cpp.compiling import REPOSITORY, build_shared
 from tests.sequencer_proof.signals import Broken
 from tfsat_host.protocol.limits import (
     LANDING_LATEST_US,

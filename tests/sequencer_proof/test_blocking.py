@@ -48,6 +48,7 @@ def test_what_is_computed_bounds_what_is_measured(bench: Bench) -> None:
     assert min(measured[address] for address in SERVO_EDGES) > computed[SERVO_EDGES[0]] // 4
 
 
+@pytest.mark.prove
 def test_a_path_that_grew_is_found(plant: Plant) -> None:
     slow = plant(
         Edit(

@@ -36,6 +36,7 @@ def test_the_image_says_the_same(bench: Bench, library: Path) -> None:
     assert damage_image(bench, library, Case.TWO, seed=1, count=8).tried == 8
 
 
+@pytest.mark.prove
 def test_a_slot_that_counts_as_never_written_without_its_marker_is_found(plant: Plant, library: Path) -> None:
     """As it was with a marker of one byte."""
     trusting = plant(

@@ -19,6 +19,7 @@ def test_a_servo_is_told_after_a_reset_what_its_pin_had(bench: Bench, level: Pin
     assert sum(one.on_time for one in found) > 0
 
 
+@pytest.mark.prove
 def test_a_board_that_books_without_looking_is_found(plant: Plant) -> None:
     looks = "if ((PINB & pin) == 0 && (whole & pin) != 0) c.train.was_whole(c.pulse);"
     bold = plant(Edit("src/drivers/timer1_servos.cpp", looks, "c.train.was_whole(c.pulse);"))

@@ -23,12 +23,14 @@ def test_closed_again_starts_nothing_or_ends_the_run(bench: Bench) -> None:
     judge(closed_again(bench, seed=59, count=4).releases)
 
 
+@pytest.mark.prove
 def test_a_board_that_says_nothing_of_two_releases_is_found(plant: Plant) -> None:
     silent = plant(Edit("src/core/release_detector.h", "return hung_ || last_", "return false && last_"))
     with pytest.raises(Broken, match="nothing is said of it"):
         jolted_releases(silent, seed=59, count=150)
 
 
+@pytest.mark.prove
 def test_a_board_that_flies_on_the_crane_is_found(plant: Plant) -> None:
     eager = plant(
         Edit("src/core/release_detector.cpp", "stood >= kSeatedTicks", "stood >= 100 * kSeatedTicks")

@@ -36,6 +36,7 @@ def test_noise_moves_nothing_and_stores_nothing(bench: Bench, noise: Noise, amou
         assert found.arms_refused[ErrorCode.STALE_TOKEN] > 10
 
 
+@pytest.mark.prove
 @pytest.mark.parametrize("abuse", [Abuse.GARBAGE, Abuse.SILENT])
 def test_a_link_that_holds_off_interrupts_is_found(plant: Plant, abuse: Abuse) -> None:
     slow = plant(
@@ -50,6 +51,7 @@ def test_a_link_that_holds_off_interrupts_is_found(plant: Plant, abuse: Abuse) -
         abuse_link(slow, abuse, [300_000, 307_000, 313_000], seed=1)
 
 
+@pytest.mark.prove
 def test_an_arm_with_any_token_is_found(plant: Plant) -> None:
     trusting = plant(
         Edit("src/core/sequencer.cpp", "if (token != retained_.token) return", "if (token == 0xFFFF) return")
@@ -58,12 +60,14 @@ def test_an_arm_with_any_token_is_found(plant: Plant) -> None:
         make_noise(trusting, Noise.FRAMES, 600, drops=1, seed=3)
 
 
+@pytest.mark.prove
 def test_noise_at_a_board_that_cannot_be_armed_proves_nothing(bench: Bench) -> None:
     new = replace(bench, eeprom=b"\xff" * EEPROM_BYTES)
     with pytest.raises(BoardRefusal, match="maneuver"):
         make_noise(new, Noise.FRAMES, 600, drops=1, seed=3)
 
 
+@pytest.mark.prove
 def test_settings_that_are_stored_unchecked_are_found(plant: Plant) -> None:
     header = "int8_t Settings::find_defect() const {\n"
     trusting = plant(Edit("src/core/settings.cpp", header, header + "  if (frame_us > 0) return -1;\n"))

@@ -47,6 +47,7 @@ def test_releases_with_fast_chatter_are_dated_wrong_but_rarely(bench: Bench, cha
     judge_dates(dated_releases(bench, chatter, seed=DATED_SEED, count=DATED), chatter)
 
 
+@pytest.mark.prove
 def test_a_switch_that_fast_chatter_blinds_is_found(plant: Plant) -> None:
     capture = "src/drivers/release_capture.cpp"
     blind = plant(Edit(capture, "seen = open_now();", "seen = levels;"))
@@ -54,6 +55,7 @@ def test_a_switch_that_fast_chatter_blinds_is_found(plant: Plant) -> None:
         judge(avr_releases(blind, Chatter.FAST, seed=1, count=20).releases)
 
 
+@pytest.mark.prove
 def test_own_onsets_that_are_not_the_pins_are_found(plant: Plant) -> None:
     hopeful = plant(
         Edit(
@@ -66,12 +68,14 @@ def test_own_onsets_that_are_not_the_pins_are_found(plant: Plant) -> None:
         avr_releases(hopeful, Chatter.SLOW, seed=1, count=1)
 
 
+@pytest.mark.prove
 def test_the_same_seed_gives_the_same_figures(bench: Bench) -> None:
     assert avr_releases(bench, Chatter.SLOW, seed=2, count=2) == avr_releases(
         bench, Chatter.SLOW, seed=2, count=2
     )
 
 
+@pytest.mark.prove
 def test_a_schedule_60_us_late_is_found(plant: Plant) -> None:
     late = plant(
         Edit("src/core/sequencer.cpp", SCHEDULED, "released_at + ticks_from_us(stroke.start_us + 60)")
@@ -80,6 +84,7 @@ def test_a_schedule_60_us_late_is_found(plant: Plant) -> None:
         judge(avr_releases(late, Chatter.SLOW, seed=1, count=1).releases)
 
 
+@pytest.mark.prove
 def test_a_pulse_cut_short_is_found(plant: Plant) -> None:
     short = plant(
         Edit(
@@ -104,6 +109,7 @@ def test_knocks_start_nothing(bench: Bench) -> None:
     judge([found.release])
 
 
+@pytest.mark.prove
 def test_a_release_by_one_switch_is_found(plant: Plant) -> None:
     eager = plant(
         Edit(
@@ -123,6 +129,7 @@ def test_releases_are_dated_by_the_first_edge_at_which_both_were_open(bench: Ben
     assert all(abs(one.error_us) <= 50.0 for one in dated)
 
 
+@pytest.mark.prove
 def test_edges_in_the_order_of_their_interrupts_are_found(plant: Plant) -> None:
     unsorted = plant(
         Edit(

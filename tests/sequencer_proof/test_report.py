@@ -102,6 +102,7 @@ def test_the_stack_leaves_its_spare(bench: Bench) -> None:
         judge_stack(511, bench.image)
 
 
+@pytest.mark.prove
 def test_a_variable_too_many_fails_the_build(plant: Plant) -> None:
     setup = "void setup() {\n"
     hog = Edit("arduino_sequencer.ino", setup, f"volatile uint8_t hog[700];\n{setup}  hog[TCNT0] = 1;\n")

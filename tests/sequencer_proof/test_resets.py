@@ -44,6 +44,7 @@ def test_the_watchdog_ends_a_hang(hanging: Bench, state: SequencerState) -> None
     assert 900_000 < found.reset_after.least <= found.reset_after.greatest < 1_200_000
 
 
+@pytest.mark.prove
 def test_a_board_that_arms_with_an_open_switch_is_found(plant: Plant) -> None:
     bold = plant(
         Edit("src/core/sequencer.cpp", "bool opened = switches_.levels() != 0;", "bool opened = false;"),
@@ -53,6 +54,7 @@ def test_a_board_that_arms_with_an_open_switch_is_found(plant: Plant) -> None:
         reset_board(bold, Moment.ARMED_SECOND_OPEN, ResetCause.WATCHDOG, count=1, seed=4)
 
 
+@pytest.mark.prove
 def test_a_board_that_forgets_its_widths_is_found(plant: Plant) -> None:
     lost = "if (!powered || !retained_.intact())"
     limp = plant(Edit("src/core/sequencer.cpp", lost, "if (true)"))
@@ -60,6 +62,7 @@ def test_a_board_that_forgets_its_widths_is_found(plant: Plant) -> None:
         reset_board(limp, Moment.RUNNING, ResetCause.BROWN_OUT, count=1, seed=4)
 
 
+@pytest.mark.prove
 def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
     restart = "  detector_.reset(now, retained_.knocks);\n  resume_after"
     forgetful = plant(Edit("src/core/sequencer.cpp", restart, restart.replace("retained_.knocks", "0")))
@@ -67,6 +70,7 @@ def test_a_board_that_forgets_its_knocks_is_found(plant: Plant) -> None:
         reset_board(forgetful, Moment.ARMED_FIRST_OPEN, ResetCause.BROWN_OUT, count=4, seed=4)
 
 
+@pytest.mark.prove
 def test_a_board_that_forgets_its_run_is_found(plant: Plant) -> None:
     lost = "if (!powered || !retained_.run.intact())"
     forgetful = plant(Edit("src/core/sequencer.cpp", lost, "if (true)"))
@@ -74,6 +78,7 @@ def test_a_board_that_forgets_its_run_is_found(plant: Plant) -> None:
         reset_board(forgetful, Moment.RUNNING, ResetCause.WATCHDOG, count=1, seed=4)
 
 
+@pytest.mark.prove
 def test_a_board_without_its_watchdog_is_found(bench: Bench, tmp_path: Path) -> None:
     off = Edit("src/drivers/reset_cause.cpp", "wdt_enable(WDTO_1S)", "wdt_disable()")
     unfed = Edit("arduino_sequencer.ino", "  Watchdog::feed(sequencer.may_upload());\n", "")

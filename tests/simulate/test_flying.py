@@ -20,7 +20,7 @@ from tfsat_host.dynamics import (
     propagate,
     sampled,
 )
-from tfsat_host.dynamics.body_motion import body_attitudes, body_rates_rad_s
+from tfsat_host.dynamics.flight_file import body_attitudes, body_rates_rad_s
 from tfsat_host.dynamics.flying import Simulation, fly_history, fly_schedule, held, robot_limits
 from tfsat_host.maneuver import Defect, ManeuverError, four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel, load_robot

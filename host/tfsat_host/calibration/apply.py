@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import sensor_columns
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.robot import RobotModel

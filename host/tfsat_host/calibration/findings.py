@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.step import AXES, Step

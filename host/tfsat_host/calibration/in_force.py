@@ -11,9 +11,9 @@ from datetime import datetime
 from typing import TypeVar
 
 from tfsat_host.calibration.gyros.bias import BiasEstimate, estimate_biases
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.joints.zero import ZeroEstimate, estimate_zero, with_zero
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.step import StepKind

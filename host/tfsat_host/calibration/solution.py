@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.gyros.axis_response import axis_response
-from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.gyros.mounting_checks import check_mounting, check_sense
 from tfsat_host.calibration.gyros.response import Response, with_length
 from tfsat_host.calibration.gyros.seen import Seen, fresh, mounted
 from tfsat_host.calibration.gyros.turn_response import check_turn_axis, turn_response
 from tfsat_host.calibration.in_force import InForce
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.joints.sweep_fit import Rests, fit_sweeps, rests_of_sweep
+from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.steps.evidence import Evidence, newest
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.step import StepKind

@@ -10,8 +10,8 @@ from tfsat_host.cli.arming_calibration import tell_calibration
 from tfsat_host.cli.arming_logger import look_at_logger
 from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
 from tfsat_host.cli.options import add_device_options, file_name, joint_angle_cdeg
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import JOINT_COUNT, START_POSE_TOLERANCE_CDEG
 
 if TYPE_CHECKING:

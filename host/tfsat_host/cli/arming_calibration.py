@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.calibration_notice import as_json, find_certificate, notices, unreadable_as_json
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
+from tfsat_host.run.files import find_certificate
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Origin
@@ -25,11 +25,12 @@ def tell_calibration(args: argparse.Namespace, origin: Origin | None, out: Outpu
         origin: Whose sensors hang on the logger; None: it was not asked.
         out: Its voice.
     """
-    from tfsat_host.calibration.certificate.file import read_calibration
-
     file = find_certificate(args.calibration, Path(), emulated=origin is not None and origin.emulated)
     if file is None:
         return None
+    from tfsat_host.calibration.certificate.file import read_calibration
+    from tfsat_host.run.certificate_notices import as_json, notices, unreadable_as_json
+
     try:
         calibration = read_calibration(file)
     except TfsatError as error:

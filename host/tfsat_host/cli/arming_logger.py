@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Origin

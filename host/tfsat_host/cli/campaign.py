@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
 
 from tfsat_host.cli.options import add_output_options, file_name, output_file_name
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import DataLossError
-
-if TYPE_CHECKING:
-    from tfsat_host.campaign.entries import DropEntry
+from tfsat_host.present.output import Output
 
 _ACTIONS = {
     "init": "make a folder a campaign, without drops",
@@ -64,15 +60,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Does what was typed."""
-    if args.action == "add":
-        from tfsat_host.cli.campaign_add import add
-
-        return add(args, out)
-    if args.action == "report":
-        from tfsat_host.cli.campaign_report import report
-
-        return report(args, out)
-    return {"init": _init, "list": _list, "note": _note, "void": _void, "next": _next}[args.action](args, out)
+    do = {"init": _init, "add": _add, "list": _list, "note": _note, "void": _void, "next": _next}
+    return {**do, "report": _report}[args.action](args, out)
 
 
 def _number(text: str) -> int:
@@ -84,7 +73,7 @@ def _number(text: str) -> int:
 
 
 def _init(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.campaign.folder import INDEX, init
+    from tfsat_host.run.campaign.campaign import INDEX, init
 
     init(args.dir)
     add = f"tfsat-host campaign add {shlex.quote(str(args.dir))} RUN"
@@ -93,87 +82,81 @@ def _init(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def _note(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.campaign.folder import note
-    from tfsat_host.cli.campaign_add import check_note
+def _add(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.notices import printable
+    from tfsat_host.run.campaign.adding import add
+    from tfsat_host.run.files import EMULATED
 
-    folder = shlex.quote(str(args.dir))
-    check_note(args.text, f'tfsat-host campaign note {folder} {args.number} "wind from the west"')
-    drop = note(args.dir, args.number, args.text, datetime.now(UTC))
+    done = add(args.dir, args.run, note=args.note, move=args.move, notices=out)
+    entry = done.entry
+    copy = "" if done.moved else f", a copy of {args.run}"
+    fell = " (EMULATED: no robot fell)" if entry.robot == EMULATED else ""
+    facts = {"path": str(done.place), "moved": done.moved, "left_out": done.left_out, "changed": done.changed}
+    out.result({**entry.as_dict(), **facts}, f"Drop {entry.number}  {done.place}{copy}{fell}")
+    for name, why in done.left_out.items():
+        out.warn(f"{printable(name)} {printable(why)}: it was left out.")
+    if done.left_out and args.move:
+        out.warn(f"{args.run} was not removed: not all of it is in the campaign.")
+    return _warned(done.doubts, out)
+
+
+def _note(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.run.campaign.campaign import note
+
+    drop = note(args.dir, args.number, args.text)
     out.result(drop.as_dict(), f"Drop {drop.number}  {len(drop.notes)} notes.")
     return 0
 
 
 def _void(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.campaign.folder import void
-    from tfsat_host.cli.campaign_add import check_note
+    from tfsat_host.run.campaign.campaign import void
 
-    folder = shlex.quote(str(args.dir))
-    check_note(args.text, f'tfsat-host campaign void {folder} {args.number} "the hook was caught"')
-    drop = void(args.dir, args.number, args.text, datetime.now(UTC))
+    drop = void(args.dir, args.number, args.text)
     kept = f"{args.dir / drop.folder} stays, and no report counts it"
     out.result(drop.as_dict(), f"Drop {drop.number}  void: {kept}.")
     return 0
 
 
 def _next(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.campaign.entries import folder_name
-    from tfsat_host.campaign.folder import read
+    from tfsat_host.run.campaign.campaign import read
+    from tfsat_host.run.campaign.drops import folder_name
 
     contents = read(args.dir)
     number = contents.next_number
     result = {"number": number, "folder": folder_name(number), "findings": list(contents.findings)}
     out.result(result, str(number))
-    for sentence in contents.findings:
-        out.warn(sentence)
-    return DataLossError.exit_code if contents.findings else 0
+    return _warned(contents.findings, out)
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.campaign.changes import changes_in
-    from tfsat_host.campaign.folder import read
+    from tfsat_host.cli.campaign_words import show_list
+    from tfsat_host.run.campaign.campaign import changes_in, read
 
     contents = read(args.dir)
-    rows = [(drop, changes_in(args.dir / drop.folder, drop)) for drop in contents.drops]
+    rows = [(drop, changes_in(args.dir, drop)) for drop in contents.drops]
     result = {
         "campaign": str(args.dir),
         "drops": [{**drop.as_dict(), "changes": changes} for drop, changes in rows],
         "next": contents.next_number,
         "findings": list(contents.findings),
     }
-    out.result(result, lambda: _show(rows, out))
-    for sentence in contents.findings:
+    out.result(result, lambda: show_list(rows, out))
+    code = _warned(contents.findings, out)
+    return DataLossError.exit_code if any(changes for _, changes in rows) else code
+
+
+def _report(args: argparse.Namespace, out: Output) -> int:
+    from tfsat_host.cli.campaign_words import report_as_dict, show_report
+    from tfsat_host.run.campaign.reporting import report
+
+    made = report(args.dir, args.robot, args.out, force=args.force, notices=out)
+    out.result(report_as_dict(args.dir, made), lambda: show_report(made, out))
+    _warned(made.findings, out)
+    return 0 if made.good else DataLossError.exit_code
+
+
+def _warned(sentences: Sequence[str], out: Output) -> int:
+    """The exit code of a command that has these to say."""
+    for sentence in sentences:
         out.warn(sentence)
-    return DataLossError.exit_code if contents.findings or any(changes for _, changes in rows) else 0
-
-
-def _show(rows: list[tuple[DropEntry, list[str]]], out: Output) -> None:
-    from tfsat_host.cli.evaluate.phrases import printable
-
-    if not rows:
-        out.line("No drops yet.")
-        return
-    out.table(
-        ("drop", "robot", "released / UTC", "recording", "id", "as it came", "notes"),
-        [_row(drop, changes, printable) for drop, changes in rows],
-    )
-    for drop, changes in rows:
-        for sentence in changes:
-            out.line(f"CHANGED   drop {drop.number}: {printable(sentence)}")
-
-
-def _row(drop: DropEntry, changes: list[str], printable: Any) -> tuple[object, ...]:
-    return (
-        str(drop.number),
-        drop.robot,
-        "unknown" if drop.released is None else f"{drop.released:%Y-%m-%d %H:%M:%S}",
-        printable(drop.recording),
-        drop.session or "unknown",
-        "NO" if changes else "yes",
-        "; ".join(printable(text) for text in _remarks(drop)) or "–",
-    )
-
-
-def _remarks(drop: DropEntry) -> list[str]:
-    void = [] if drop.void is None else [f"VOID: {drop.void.text}"]
-    return [*void, *(note.text for note in drop.notes)]
+    return DataLossError.exit_code if sentences else 0

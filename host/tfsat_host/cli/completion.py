@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator, Mapping
 
 from tfsat_host.cli.options import add_output_options
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 SHELLS = ("bash", "zsh", "fish")
 

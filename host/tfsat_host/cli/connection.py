@@ -14,12 +14,12 @@ from tfsat_host.cli.advice import explained, interruptible
 from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.output import Output
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
     from tfsat_host.devices.transport import SerialTransport, Transport
     from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.present.output import Output
     from tfsat_host.robot import RobotModel
 
 AnySequencer = TypeVar("AnySequencer", bound="SequencerClient")

@@ -6,16 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.decode_calibration import tell_calibration
-from tfsat_host.cli.decode_words import aside_words, footer_rows, recordings_lines, utc, verdict_words
-from tfsat_host.cli.decoded_files import FORMATS
-from tfsat_host.cli.event_words import event_words
+from tfsat_host.cli.decode_words import show
 from tfsat_host.cli.options import add_output_options, file_name, session_id
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.present.output import Output
+from tfsat_host.run.decoded import FORMATS
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.decoded_files import Written
+    from tfsat_host.run.decoded import Written
     from tfsat_host.sdlog import DropLog
 
 
@@ -69,6 +67,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
+    from tfsat_host.cli.decode_calibration import tell_calibration
+    from tfsat_host.notices import recordings_lines
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.summary import summary
 
@@ -83,19 +83,19 @@ def run(args: argparse.Namespace, out: Output) -> int:
     try:
         written = _write(log, args, out)
     except TfsatError as error:
-        _show(facts, out)
+        show(facts, out)
         raise NotWrittenError(error, facts) from None
     for path in written.removed:
         out.note(f"{path} was removed: it is older than the recording of this name.")
     facts["files"] = {name: str(path) for name, path in written.files.items()}
-    out.result(facts, lambda: _show(facts, out))
+    out.result(facts, lambda: show(facts, out))
     return DataLossError.exit_code if facts["warnings"] else 0
 
 
 def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
     """Raises TfsatError also where the system refuses: the recording itself was decoded."""
-    from tfsat_host.cli.decoded_files import write_decoded
-    from tfsat_host.cli.outputs import UnwritableError
+    from tfsat_host.output_files import UnwritableError
+    from tfsat_host.run.decoded import write_decoded
 
     folder = args.out or args.file.parent
     try:
@@ -111,57 +111,6 @@ def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
             "not all of its files are there.",
             next_step="Make room, or name a folder that can be written with --out.",
         ) from None
-
-
-def _show(facts: dict[str, Any], out: Output) -> None:
-    out.line(f"Recording  {facts['session']}")
-    out.line(f"Verdict    {verdict_words(facts)}")
-    if facts["unix_offset_us"] is not None:
-        out.line(f"Started    {utc(facts['header']['wall_clock_us'])}")
-    rate = "unknown" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
-    commanded = f"{facts['header']['rate_hz']:g} Hz commanded"
-    out.line(f"Samples    {facts['samples']} in {facts['duration_s']:.3f} s, {rate} ({commanded})")
-    for label, text in footer_rows(facts["footer"]):
-        out.line(f"{label:<11}{text}")
-    if aside := aside_words(facts):
-        out.line(f"Set aside  {aside} (blocks)")
-    out.line()
-    columns = ("sensor", "valid", "invalid", "clipped")
-    out.table(columns, [[row[name] for name in columns] for row in facts["sensors"]])
-    _show_clipping(facts, out)
-    _show_events(facts, out)
-    for path in facts.get("files", {}).values():
-        out.line(f"Written    {path}")
-
-
-def _show_clipping(facts: dict[str, Any], out: Output) -> None:
-    clipping = facts["clipping"]
-    if clipping is None:
-        return
-    when = f"{clipping['first_s']:.3f} to {clipping['last_s']:.3f} s"
-    if clipping["in_fall"]:
-        out.line(
-            f"Clipped     {when}: {clipping['in_fall']} samples of them IN THE FALL; they are lower bounds."
-        )
-    else:
-        out.line(f"Clipped     {when}: none within {clipping['fall_s']:g} s after the release.")
-    out.line()
-
-
-def _show_events(facts: dict[str, Any], out: Output) -> None:
-    if facts["release_us"] is None:
-        out.line("No release was recorded: times count from the first sample.")
-    else:
-        doubtful = "" if facts["t_s_origin"] == "release" else ", which is doubtful"
-        out.line(f"Times count from the release{doubtful}.")
-    rows = [(f"{event['t_s']:.6f}", event_words(event)) for event in facts["events"][:_EVENTS_SHOWN]]
-    if rows:
-        out.table(("t / s", "event"), rows)
-    if len(facts["events"]) > _EVENTS_SHOWN:
-        out.line(f"… and {len(facts['events']) - _EVENTS_SHOWN} more events (all of them with --json).")
-
-
-_EVENTS_SHOWN = 40
 
 
 def _formats(text: str) -> tuple[str, ...]:

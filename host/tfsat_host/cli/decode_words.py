@@ -1,30 +1,76 @@
-"""What `decode` says about a recording besides its numbers: sentences from the decoded facts."""
+"""What `decode` shows of a recording, from the decoded facts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
 from typing import Any
 
+from tfsat_host.cli.event_words import event_words
+from tfsat_host.notices import utc
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import StopReason
 
 Facts = Mapping[str, Any]
-_LISTED = 20
 _STOPPED = {
     StopReason.HOST: "by a stop over the cable",
     StopReason.LANDING: "by itself, after the landing",
     StopReason.FILE_FULL: "because its file was full",
     StopReason.CARD_GONE: "because the card was gone",
 }
-_CHOSEN = {
-    "asked for": "which was asked for",
-    "time of day": "the newest by the time of day in the headers",
-    "place": "the first in the file, because not every one of them tells its time of day",
-}
+_EVENTS_SHOWN = 40
 _ASIDE = {"stale": "of other recordings"}
 
 
-def verdict_words(facts: Facts) -> str:
+def show(facts: Facts, out: Output) -> None:
+    """The recording in numbers: verdict, timing, sensors, events, files."""
+    out.line(f"Recording  {facts['session']}")
+    out.line(f"Verdict    {_verdict_words(facts)}")
+    if facts["unix_offset_us"] is not None:
+        out.line(f"Started    {utc(facts['header']['wall_clock_us'])}")
+    rate = "unknown" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
+    commanded = f"{facts['header']['rate_hz']:g} Hz commanded"
+    out.line(f"Samples    {facts['samples']} in {facts['duration_s']:.3f} s, {rate} ({commanded})")
+    for label, text in _footer_rows(facts["footer"]):
+        out.line(f"{label:<11}{text}")
+    if aside := _aside_words(facts):
+        out.line(f"Set aside  {aside} (blocks)")
+    out.line()
+    columns = ("sensor", "valid", "invalid", "clipped")
+    out.table(columns, [[row[name] for name in columns] for row in facts["sensors"]])
+    _show_clipping(facts, out)
+    _show_events(facts, out)
+    for path in facts.get("files", {}).values():
+        out.line(f"Written    {path}")
+
+
+def _show_clipping(facts: Facts, out: Output) -> None:
+    clipping = facts["clipping"]
+    if clipping is None:
+        return
+    when = f"{clipping['first_s']:.3f} to {clipping['last_s']:.3f} s"
+    if clipping["in_fall"]:
+        out.line(
+            f"Clipped     {when}: {clipping['in_fall']} samples of them IN THE FALL; they are lower bounds."
+        )
+    else:
+        out.line(f"Clipped     {when}: none within {clipping['fall_s']:g} s after the release.")
+    out.line()
+
+
+def _show_events(facts: Facts, out: Output) -> None:
+    if facts["release_us"] is None:
+        out.line("No release was recorded: times count from the first sample.")
+    else:
+        doubtful = "" if facts["t_s_origin"] == "release" else ", which is doubtful"
+        out.line(f"Times count from the release{doubtful}.")
+    rows = [(f"{event['t_s']:.6f}", event_words(event)) for event in facts["events"][:_EVENTS_SHOWN]]
+    if rows:
+        out.table(("t / s", "event"), rows)
+    if len(facts["events"]) > _EVENTS_SHOWN:
+        out.line(f"… and {len(facts['events']) - _EVENTS_SHOWN} more events (all of them with --json).")
+
+
+def _verdict_words(facts: Facts) -> str:
     """The verdict, and what there is of the recording."""
     if facts["verdict"] == "complete":
         return "complete: nothing is missing"
@@ -38,13 +84,13 @@ def verdict_words(facts: Facts) -> str:
     )
 
 
-def aside_words(facts: Facts) -> str:
+def _aside_words(facts: Facts) -> str:
     """The blocks that were left out, by reason; empty if none were."""
     aside = {name: count for name, count in facts["set_aside"].items() if count}
     return ", ".join(f"{count} {_ASIDE.get(name, name.replace('_', ' '))}" for name, count in aside.items())
 
 
-def footer_rows(footer: Facts | None) -> Iterator[tuple[str, str]]:
+def _footer_rows(footer: Facts | None) -> Iterator[tuple[str, str]]:
     """What the logger itself says of how it went: a label and a text each; nothing without a footer."""
     if footer is None:
         return
@@ -59,38 +105,3 @@ def footer_rows(footer: Facts | None) -> Iterator[tuple[str, str]]:
         f"{footer['ring_blocks']} blocks waited, {footer['blocks_rewritten']} written a second time",
     )
     yield "Ended", _STOPPED[StopReason(footer["stop_reason"])]
-
-
-def recordings_lines(
-    facts: Facts, file: object, command: str = "decode", done: str = "Decoded"
-) -> Iterator[str]:
-    """That a file holds several recordings, which one the command took and how to get another."""
-    recordings = facts["recordings"]
-    others = len(facts["other_sessions"])
-    if not others:
-        return
-    yield f"{file} holds {others + 1} recordings. {done}: {facts['session']}, {_CHOSEN[facts['chosen_by']]}."
-    for one in recordings[:_LISTED]:
-        started = "-" if one["started_unix_us"] is None else utc(one["started_unix_us"])
-        yield (
-            f"  {one['session']}  {started:<23}  about {one['samples']} samples in {one['blocks']} blocks, "
-            f"{_state(one)}"
-        )
-    if others + 1 > min(len(recordings), _LISTED):
-        yield f"  … and {others + 1 - min(len(recordings), _LISTED)} more (--json names them)."
-    yield f"Another one: tfsat-host {command} {file} --session ID"
-
-
-def utc(unix_us: int) -> str:
-    """A time of day to the second, or that it is none."""
-    try:
-        moment = datetime.fromtimestamp(unix_us / 1e6, UTC)
-    except (OverflowError, ValueError, OSError):
-        return f"at an impossible time of day ({unix_us} µs since 1970)"
-    return moment.isoformat(sep=" ", timespec="seconds").replace("+00:00", " UTC")
-
-
-def _state(recording: Facts) -> str:
-    if not recording["is_unbroken"]:
-        return "parts of it"
-    return "whole" if recording["has_end"] else "without an end"

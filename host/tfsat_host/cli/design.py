@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.design_words import Made, result_of, show
 from tfsat_host.cli.options import add_output_options, file_name, number, seed
-from tfsat_host.cli.output import Output
-from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
 from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.output_files import OutputFile, check_may_write, write_all
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.design import Candidate, Coefficient, DesignSettings

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.design import Candidate, Design

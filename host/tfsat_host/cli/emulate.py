@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import add_output_options, duration_s, seed
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.robot import EmulatedRobot

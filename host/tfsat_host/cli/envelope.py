@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.initial_rate import add_initial_rate_option, initial_rate_rad_s
 from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, robots_maneuver, schedule_from
 from tfsat_host.cli.options import add_output_options, file_name
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import DataLossError
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
     from tfsat_host.facility import Check, DropTower, Envelope
@@ -100,17 +102,7 @@ def _result(
 
 
 def _show(tower: DropTower, envelope: Envelope, checks: tuple[Check, ...], out: Output) -> None:
-    rows = [
-        (
-            check.name,
-            _shown(check.value, check.unit),
-            f"{check.needed} {_shown(check.limit, check.unit)}",
-            "ok" if check.passed else "NO",
-            check.sentence,
-        )
-        for check in checks
-    ]
-    out.table(("check", "found", "needed", "", "which means"), rows)
+    show_rows(_CHECKS, checks, out)
     out.line(
         f"The robot reaches {envelope.max_radius_mm:.0f} mm from its line of fall and {envelope.height_mm:.0f} mm "
         "in height, by the boxes of its robot file."
@@ -120,6 +112,15 @@ def _show(tower: DropTower, envelope: Envelope, checks: tuple[Check, ...], out: 
         out.line(f"Doubtful at {tower.name}: {', '.join(failed)}.")
     else:
         out.line(f"The maneuver fits {tower.name}: all {len(checks)} checks passed.")
+
+
+_CHECKS: Columns = (
+    Column("name", "check"),
+    Column("value", "found", words=lambda check: _shown(check.value, check.unit)),
+    Column("limit", "needed", words=lambda check: f"{check.needed} {_shown(check.limit, check.unit)}"),
+    Column("passed", "passed", words=lambda check: "ok" if check.passed else "NO"),
+    Column("sentence", "which means"),
+)
 
 
 def _shown(value: float, unit: str) -> str:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli import flash_logger
 from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.flashing.image import Image

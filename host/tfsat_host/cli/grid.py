@@ -9,9 +9,11 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.output import Output
-from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.output_files import OutputFile, check_may_write, write_all
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
     from tfsat_host.orbit import Distribution, GridManeuver
@@ -54,7 +56,7 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
 
     from tfsat_host.dynamics import Multibody
     from tfsat_host.orbit import distribution
-    from tfsat_host.orbit.room import room_rad
+    from tfsat_host.orbit.grid import room_rad
 
     _check_options(args)
     file_format = _figure_format(args.figure)
@@ -70,7 +72,7 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
         with out.progress(f"Writing {file.path}") if slow or file.path == args.figure else nullcontext():
             write_all([file], force=args.force)
     result |= {"files": [str(file.path) for file in files]}
-    out.result(result, lambda: _show(found, robot, result, out))
+    out.result(result, lambda: _show(robot, result, out))
     return 0
 
 
@@ -109,7 +111,7 @@ def _check_options(args: argparse.Namespace) -> None:
 
 def _check_files(args: argparse.Namespace, file_format: str) -> None:
     """Raises TfsatError if a file of somebody else is in the way: before anything is computed."""
-    from tfsat_host.orbit.grid_table import COLUMNS
+    from tfsat_host.orbit.distribution_files import COLUMNS
 
     if args.out is not None:
         check_may_write(args.out, marker=COLUMNS.encode(), force=args.force)
@@ -142,8 +144,7 @@ def _figure_format(path: Path | None) -> str:
 def _files(
     args: argparse.Namespace, found: Distribution, robot: RobotModel, file_format: str
 ) -> list[OutputFile]:
-    from tfsat_host.orbit.figure import draw_distribution
-    from tfsat_host.orbit.grid_table import COLUMNS, write_csv
+    from tfsat_host.orbit.distribution_files import COLUMNS, draw_distribution, write_csv
 
     def write_table(path: Path) -> None:
         with path.open("w", encoding="utf-8", newline="\n") as file:
@@ -190,20 +191,19 @@ def _as_json(maneuver: GridManeuver) -> dict[str, Any]:
     return maneuver._asdict() | {"joints": [joint + 1 for joint in maneuver.joints]}
 
 
-def _show(found: Distribution, robot: RobotModel, result: dict[str, Any], out: Output) -> None:
-    rows = [
-        (
-            f"{maneuver.joints[0] + 1} {maneuver.joints[1] + 1}",
-            f"{maneuver.alpha_deg:g}",
-            f"{maneuver.beta_deg:g}",
-            f"{maneuver.reorientation_deg:.2f}",
-            f"{maneuver.efficiency:.4f}",
-            " ".join(f"{angle:+.2f}" for angle in maneuver.euler_zyx_deg),
-        )
-        for maneuver in map(found.maneuver, found.best_of_pairs())
-    ]
-    columns = ("joints", "first / deg", "second / deg", "reorientation / deg", "efficiency", "z y x / deg")
-    out.table(columns, rows, title=f"{robot.name}: the most efficient of each pair's loops of four strokes")
+_LOOPS: Columns = (
+    Column("joints", "joints", form=".0f"),
+    Column("alpha_deg", "first", form="g"),
+    Column("beta_deg", "second", form="g"),
+    Column("reorientation_deg", "reorientation", form=".2f"),
+    Column("efficiency", "efficiency", form=".4f"),
+    Column("euler_zyx_deg", "z y x", form="+.2f"),
+)
+
+
+def _show(robot: RobotModel, result: dict[str, Any], out: Output) -> None:
+    title = f"{robot.name}: the most efficient of each pair's loops of four strokes"
+    show_rows(_LOOPS, result["pairs"], out, title=title)
     out.line(f"{result['maneuvers']} loops on a grid of {result['grid_deg']:g} deg.")
     farthest = result["farthest"]
     out.line(

@@ -10,7 +10,7 @@ from tfsat_host.cli.options import number
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
-    from tfsat_host.dynamics.components import FloatArray
+    from tfsat_host.robot.model import FloatArray
 
 FASTEST_DEG_S = 100_000.0
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.advice import Interrupted, device_option
 from tfsat_host.cli.connection import open_jog_client
 from tfsat_host.cli.options import add_device_options, joint_angle_cdeg, number
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.stopping import stop_wish, suspend_now
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S, JOINT_COUNT
 
 if TYPE_CHECKING:

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.output import Output, error_as_dict
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import RefusedError
+from tfsat_host.json_values import error_as_dict
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import UNKNOWN, Column, record, records
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
     from tfsat_host.cli.fetched import FetchedLogs
-    from tfsat_host.cli.log_words import ENTRY_COLUMNS, entry_as_dict, entry_row
+    from tfsat_host.cli.log_words import ENTRIES
     from tfsat_host.cli.logger_state import card_words
 
     fetched = FetchedLogs()
@@ -73,23 +76,25 @@ def _list(args: argparse.Namespace, out: Output) -> int:
         listing = logger.listing()
         entries = listing.entries
         status = logger.status()
-        copies = [fetched.copy_of(logger.identity.serial, entry) for entry in entries]
+        copies = {entry.number: fetched.copy_of(logger.identity.serial, entry) for entry in entries}
+        fetched_to = Column(
+            "fetched_to",
+            "fetched to",
+            of=lambda entry: copies[entry.number],
+            words=lambda entry: str(copies[entry.number] or UNKNOWN),
+        )
         result: dict[str, Any] = {
-            "logs": [
-                {**entry_as_dict(entry), "fetched_to": copy}
-                for entry, copy in zip(entries, copies, strict=True)
-            ],
+            "logs": records((*ENTRIES, fetched_to), entries),
             "ram_holds_drop": bool(status.ram_holds_drop),
             "card": status.card.name.lower(),
             "card_free_mib": status.card_free_mib,
             "card_error": None if listing.card_error is None else error_as_dict(listing.card_error),
             "device": {"port": logger.port, **logger.identity.as_dict()},
         }
-    rows = [entry_row(entry, str(copy) if copy else "–") for entry, copy in zip(entries, copies, strict=True)]
 
     def show() -> None:
-        if rows:
-            out.table(ENTRY_COLUMNS, rows)
+        if entries:
+            show_rows((*ENTRIES, fetched_to), entries, out)
         else:
             out.line("No recordings." if listing.card_error is None else "No recordings can be read.")
         out.line(f"Card: {card_words(status)}.")
@@ -117,7 +122,7 @@ def ram_warning(option: str) -> str:
 def _erase(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
     from tfsat_host.cli.fetched import FetchedLogs
-    from tfsat_host.cli.log_words import entry_as_dict
+    from tfsat_host.cli.log_words import ENTRIES
     from tfsat_host.devices.log_names import entry_words
 
     with open_logger(args, out) as logger:
@@ -137,7 +142,7 @@ def _erase(args: argparse.Namespace, out: Output) -> int:
         logger.erase_log(entry)
         out.result(
             {
-                **entry_as_dict(entry),
+                **record(ENTRIES, entry),
                 "erased": True,
                 "copy": copy,
                 "device": {"port": logger.port, **logger.identity.as_dict()},

@@ -6,14 +6,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.log_words import entry_as_dict, size_words
+from tfsat_host.cli.log_words import ENTRIES, size_words
 from tfsat_host.devices.log_names import RAM, entry_words
 from tfsat_host.devices.log_transfer import Listing, Outcome
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
+from tfsat_host.quantity import fields, record
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.output import Output
+    from tfsat_host.present.output import Output
 
 _DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "rate_hz")
 
@@ -77,18 +78,18 @@ def _is_in_ram(listed: LogEntry, on_card: LogEntry) -> bool:
     return listed.number == RAM != on_card.number and listed.session == on_card.session
 
 
+_COPY = fields(
+    "fetched sha256 resumed_blocks torn_blocks=outcome.torn unreadable_blocks=outcome.unreadable warnings"
+)
+
+
 def copy_as_dict(copy: Copy) -> dict[str, Any]:
     """For `--json`."""
     return {
-        **entry_as_dict(copy.entry),
+        **record(ENTRIES, copy.entry),
         "file": copy.path,
-        "fetched": copy.fetched,
-        "sha256": copy.sha256,
-        "resumed_blocks": copy.resumed_blocks,
-        "torn_blocks": copy.outcome.torn,
-        "unreadable_blocks": copy.outcome.unreadable,
+        **record(_COPY, copy),
         **{name: copy.facts.get(name) for name in _DECODED},
-        "warnings": copy.warnings,
     }
 
 

@@ -14,7 +14,6 @@ from tfsat_host.cli.fetched import FetchedLogs
 from tfsat_host.cli.log import pick, ram_warning
 from tfsat_host.cli.log_copy import Copy, copy_as_dict, judge, show_copy
 from tfsat_host.cli.log_words import size_words
-from tfsat_host.cli.output import Output
 from tfsat_host.devices.board_errors import BoardError
 from tfsat_host.devices.log_compare import sha256_if_same
 from tfsat_host.devices.log_names import RAM, copy_name, entry_words
@@ -22,6 +21,7 @@ from tfsat_host.devices.log_transfer import Listing
 from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
 from tfsat_host.devices.partial_log import PartialLog
 from tfsat_host.errors import DataLossError, TfsatError
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Any
 
 from tfsat_host.devices.log_names import RAM, copy_name
 from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.messages import LogEntry
+from tfsat_host.quantity import Column, Columns
 from tfsat_host.units import US_PER_S
 
 
@@ -30,31 +29,23 @@ def size_words(n_bytes: int) -> str:
     return f"{n_bytes / 2**20:.1f} MiB" if n_bytes >= 2**20 else f"{n_bytes / 2**10:.1f} KiB"
 
 
-def entry_as_dict(entry: LogEntry) -> dict[str, Any]:
-    """For `--json`."""
-    return {
-        "number": entry.number,
-        "in_ram": entry.number == RAM,
-        "name": copy_name(entry),
-        "start": clock_iso(entry.wall_clock_us),
-        "bytes": entry.blocks * BLOCK_BYTES,
-        "closed": bool(entry.closed),
-        "session": f"{entry.session:08x}",
-    }
-
-
-def entry_row(entry: LogEntry, copy: str) -> tuple[object, ...]:
-    """A line of `log list`."""
-    in_ram = entry.number == RAM
-    return (
-        "ram" if in_ram else str(entry.number),
-        "(in RAM)" if in_ram else copy_name(entry),
-        clock_words(entry.wall_clock_us),
-        size_words(entry.blocks * BLOCK_BYTES),
-        bool(entry.closed),
-        f"{entry.session:08x}",
-        copy,
-    )
-
-
-ENTRY_COLUMNS = ("number", "file", "start", "size", "closed", "session", "fetched to")
+ENTRIES: Columns = (
+    Column("number", "number", words=lambda entry: "ram" if entry.number == RAM else str(entry.number)),
+    Column("in_ram", of=lambda entry: entry.number == RAM),
+    Column("name", "file", of=copy_name, words=lambda e: "(in RAM)" if e.number == RAM else copy_name(e)),
+    Column(
+        "start",
+        "start",
+        of=lambda entry: clock_iso(entry.wall_clock_us),
+        words=lambda entry: clock_words(entry.wall_clock_us),
+    ),
+    Column(
+        "bytes",
+        "size",
+        of=lambda entry: entry.blocks * BLOCK_BYTES,
+        words=lambda entry: size_words(entry.blocks * BLOCK_BYTES),
+    ),
+    Column("closed", "closed", of=lambda entry: bool(entry.closed)),
+    Column("session", "session", of=lambda entry: f"{entry.session:08x}"),
+)
+"""Recordings on a card."""

@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.options import add_device_options
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.devices.logger import LoggerClient

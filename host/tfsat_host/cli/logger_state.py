@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import Rows, switch_words, switches_closed
 from tfsat_host.cli.log_words import clock_words
-from tfsat_host.cli.output import error_as_dict
 from tfsat_host.devices.card_trouble import drop_in_danger, file_was_full, recording_in_danger, state_words
+from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.protocol.imus import IMU_PARTS
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
@@ -26,36 +27,20 @@ _PHASES = {
 RAM_HOLDS_DROP = "HOLDS A DROP THAT NO CARD HAS: keep the power on, and: tfsat-host log fetch ram"
 
 
+def _present(status: LoggerStatusReply) -> list[bool]:
+    return [bool(status.imu_present >> bit & 1) for bit in range(len(status.who_am_i))]
+
+
 def logger_state(board: LoggerClient) -> tuple[dict[str, Any], Rows]:
     """State, card, sensors, switches, the recording, the clock. Raises what its requests raise."""
     status = board.status()
     clock_error_s = status.unix_us / US_PER_S - time.time() if status.unix_us else None
     refusal = recording_in_danger(status)
-    state: dict[str, Any] = {
-        "state": status.state.name.lower(),
-        "error": status.error.name.lower(),
-        "file_full": file_was_full(status),
-        "attention": attention(status),
+    state = {
+        **record(_STATE, status),
         "arm_refusal": None if refusal is None else error_as_dict(refusal),
-        "card": status.card.name.lower(),
-        "card_free_mib": status.card_free_mib,
-        "phase": status.phase.name.lower(),
-        "ram_holds_drop": bool(status.ram_holds_drop),
-        "imu_present": [bool(status.imu_present >> bit & 1) for bit in range(len(status.who_am_i))],
-        "who_am_i": list(status.who_am_i),
-        "switches_closed": switches_closed(status.switches_open),
-        "session": f"{status.session:08x}",
-        "samples": status.samples,
-        "samples_dropped": status.samples_dropped,
-        "blocks_written": status.blocks_written,
-        "ring_blocks": status.ring_blocks,
-        "ring_peak_blocks": status.ring_peak_blocks,
-        "rate_hz": status.rate_hz,
-        "late_ticks": status.late_ticks,
-        "settings_origin": status.settings_origin.name.lower(),
         "unix_s": status.unix_us / US_PER_S if status.unix_us else None,
         "clock_error_s": clock_error_s,
-        "uptime_s": status.uptime_ms / 1000,
     }
     return state, _rows(status, clock_error_s)
 
@@ -130,3 +115,20 @@ def _clock_words(unix_us: int, error_s: float | None) -> str:
     if error_s is None:
         return "not set; record start sets it"
     return f"{clock_words(unix_us)} ({error_s:+.1f} s from this computer's)"
+
+
+LOGGER: Columns = (
+    *fields("state error card phase samples samples_dropped rate_hz"),
+    Column("file_full", of=file_was_full),
+    Column("attention", of=attention),
+    Column("ram_holds_drop", of=lambda status: bool(status.ram_holds_drop)),
+    Column("switches_closed", of=lambda status: switches_closed(status.switches_open)),
+    Column("session", of=lambda status: f"{status.session:08x}"),
+)
+"""Of a status, for JSON."""
+_STATE: Columns = (
+    *LOGGER,
+    *fields("card_free_mib who_am_i blocks_written ring_blocks ring_peak_blocks late_ticks settings_origin"),
+    Column("imu_present", of=_present),
+    Column("uptime_s", of="uptime_ms"),
+)

@@ -14,8 +14,8 @@ from io import TextIOWrapper
 from typing import NamedTuple, NoReturn, Protocol, cast
 
 from tfsat_host import __version__
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.present.output import Output
 
 EXIT_INTERRUPTED = 130
 
@@ -182,7 +182,7 @@ def _dispatch(argv: Sequence[str], out: Output) -> int:
     except OSError as error:
         return out.error(_system_error(error))
     except Exception as error:  # noqa: BLE001  the last line of defence: a bug never shows a traceback
-        from tfsat_host.cli.crash import bug_error
+        from tfsat_host.crash import bug_error
 
         return out.error(bug_error(error, argv))
 

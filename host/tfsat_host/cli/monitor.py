@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.options import duration_s, file_name
-from tfsat_host.cli.output import Output, error_as_dict
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.errors import TfsatError
+from tfsat_host.json_values import error_as_dict
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 
 if TYPE_CHECKING:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.board_state import switch_words, switches_closed, with_fault
-from tfsat_host.cli.logger_state import RAM_HOLDS_DROP, attention, idle_part
-from tfsat_host.cli.sequencer_state import explained
+from tfsat_host.cli.board_state import switch_words, with_fault
+from tfsat_host.cli.logger_state import LOGGER, RAM_HOLDS_DROP, attention, idle_part
+from tfsat_host.cli.sequencer_state import SEQUENCER, explained
 from tfsat_host.devices.card_trouble import file_was_full, state_words
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
+from tfsat_host.quantity import Columns, fields, record, records
 
 if TYPE_CHECKING:
     from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
@@ -21,24 +22,13 @@ UNCALIBRATED = (
     "Joint angles by the robot file's zeros: uncalibrated."
 )
 
+_SEQUENCER: Columns = (*SEQUENCER, *fields("strokes_started"))
+_ANGLE_SENSOR = fields("joint sensor_deg joint_deg_uncalibrated=joint_deg valid")
+
 
 def sequencer_as_dict(watch: SequencerWatch) -> dict[str, Any]:
     """For `--json`."""
-    status = watch.status
-    return {
-        "state": status.state.name.lower(),
-        "fault": status.fault.name.lower(),
-        "fault_explained": explained(status.fault),
-        "last_refusal": status.last_refusal.name.lower(),
-        "last_refusal_explained": explained(status.last_refusal),
-        "switches_closed": switches_closed(status.switches_open),
-        "knocks": status.knocks,
-        "false_releases": status.false_releases,
-        "strokes_started": status.strokes_started,
-        "resets_while_armed": status.resets_while_armed,
-        "commanded_deg": commanded_deg(status),
-        "uptime_s": status.uptime_ms / 1000,
-    }
+    return {**record(_SEQUENCER, watch.status), "commanded_deg": commanded_deg(watch.status)}
 
 
 def commanded_deg(status: SequencerStatusReply) -> list[float] | None:
@@ -52,35 +42,13 @@ def logger_as_dict(watch: LoggerWatch) -> dict[str, Any]:
     """For `--json`."""
     status, reading = watch.status, watch.reading
     return {
-        "state": status.state.name.lower(),
-        "error": status.error.name.lower(),
+        **record(LOGGER, status),
         "error_explained": None if file_was_full(status) else explained(status.error),
-        "file_full": file_was_full(status),
-        "attention": attention(status),
-        "switches_closed": switches_closed(status.switches_open),
-        "card": status.card.name.lower(),
-        "phase": status.phase.name.lower(),
-        "ram_holds_drop": bool(status.ram_holds_drop),
-        "session": f"{status.session:08x}",
-        "samples": status.samples,
-        "samples_dropped": status.samples_dropped,
-        "rate_hz": status.rate_hz,
         "measured_rate_hz": watch.meter.rate_hz,
         "live_missed": watch.meter.missed,
         "live_gaps": watch.meter.gaps,
-        "bodies": [
-            {"rate_deg_s": body.rate_deg_s, "valid": body.valid, "clipped": body.clipped}
-            for body in (reading.bodies if reading else ())
-        ],
-        "angle_sensors": [
-            {
-                "joint": sensor.joint,
-                "sensor_deg": sensor.sensor_deg,
-                "joint_deg_uncalibrated": sensor.joint_deg,
-                "valid": sensor.valid,
-            }
-            for sensor in (reading.angles if reading else ())
-        ],
+        "bodies": records(fields("rate_deg_s valid clipped"), reading.bodies if reading else ()),
+        "angle_sensors": records(_ANGLE_SENSOR, reading.angles if reading else ()),
     }
 
 

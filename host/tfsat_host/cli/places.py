@@ -11,9 +11,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import add_output_options, port_name
-from tfsat_host.cli.output import Output
 from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port, port_variable
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.devices.transport import Transport

@@ -11,15 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.options import add_output_options, file_name, number, seed
-from tfsat_host.cli.output import Output
-from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
 from tfsat_host.errors import DataLossError, UsageError
+from tfsat_host.output_files import OutputFile, check_may_write, write_all
+from tfsat_host.present.output import Output
+from tfsat_host.quantity import Column, Columns, fields, records
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics import Multibody
-    from tfsat_host.dynamics.components import FloatArray
     from tfsat_host.orbit import Flight, Planner, Step
     from tfsat_host.robot import RobotModel
+    from tfsat_host.robot.model import FloatArray
 
 _MARKER = '"made_by": "tfsat-host plan"'
 _HISTORY_MARKER = "_deg,primitive"  # the end of its line of column names
@@ -112,8 +113,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Plans, flies with feedback, writes and shows."""
     from tfsat_host.cli.plan_words import show
     from tfsat_host.orbit import Planner, Sensing, fly, primitive_table
-    from tfsat_host.orbit.flight import open_loop_error_rad
-    from tfsat_host.orbit.plant import drawn_robot
+    from tfsat_host.orbit.flight import drawn_robot, open_loop_error_rad
     from tfsat_host.robot import load_robot
     from tfsat_host.robot.path import find_robot
 
@@ -132,7 +132,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             result["open_loop_error_deg"] = math.degrees(open_loop_error_rad(planner, target, plant=plant))
         if not flight.reached and args.noise == 0.0:
             result["possible_tolerance_deg"] = _possible_tolerance_deg(planner, flight, plant)
-    _write(args, result, planner, flight)
+    _write(args, result, robot, flight)
     result |= {name: None if path is None else str(path) for name, path in _files(args).items()}
     out.result(result, lambda: show(result, flight, out))
     return 0 if flight.reached else DataLossError.exit_code
@@ -158,11 +158,10 @@ def _check_files(args: argparse.Namespace) -> None:
 
 def _target_quaternion(args: argparse.Namespace) -> FloatArray:
     import numpy as np
-
-    from tfsat_host.orbit import quaternion_of_euler_zyx
+    from scipy.spatial.transform import Rotation
 
     if args.target is not None:
-        return quaternion_of_euler_zyx(np.radians(args.target))
+        return np.asarray(Rotation.from_euler("ZYX", args.target, degrees=True).as_quat())
     target = np.array(args.target_quaternion)
     norm = float(np.linalg.norm(target))
     if not (math.isfinite(norm) and norm > 0.0):
@@ -176,8 +175,10 @@ def _target_quaternion(args: argparse.Namespace) -> FloatArray:
 
 def _result(args: argparse.Namespace, robot: RobotModel, planner: Planner, flight: Flight) -> dict[str, Any]:
     import numpy as np
+    from scipy.spatial.transform import Rotation
 
-    from tfsat_host.orbit import euler_zyx_rad, slew_time_s
+    from tfsat_host.dynamics.euler import euler_zyx_rad
+    from tfsat_host.orbit import slew_time_s
 
     start_deg = math.degrees(flight.start_error_rad)
     rate = math.degrees(planner.table.best_rate_about(flight.target_xyzw))
@@ -201,8 +202,10 @@ def _result(args: argparse.Namespace, robot: RobotModel, planner: Planner, fligh
         "axis_time_s": slew_time_s(start_deg, rate) if rate > 0.0 else None,
         "open_loop_error_deg": None,
         "target_quaternion_xyzw": flight.target_xyzw.tolist(),
-        "target_euler_zyx_deg": np.degrees(euler_zyx_rad(flight.target_xyzw)).tolist(),
-        "steps": [_as_json(step) for step in flight.steps],
+        "target_euler_zyx_deg": np.degrees(
+            euler_zyx_rad(Rotation.from_quat(flight.target_xyzw).as_matrix())
+        ).tolist(),
+        "steps": records(_STEP, flight.steps),
     }
 
 
@@ -215,26 +218,23 @@ def _possible_tolerance_deg(planner: Planner, flight: Flight, plant: Multibody |
     return possible if fly(easier, flight.target_xyzw, plant=plant).reached else None
 
 
-def _as_json(step: Step) -> dict[str, Any]:
-    return {
-        "strokes": [
-            {"joint": joint + 1, "angle_deg": math.degrees(angle)} for joint, angle in step.primitive.strokes
-        ],
-        "duration_s": step.primitive.duration_s,
-        "predicted_xyzw": step.predicted_xyzw.tolist(),
-        "attitude_xyzw": step.attitude_xyzw.tolist(),
-        "measured_xyzw": step.measured_xyzw.tolist(),
-        "error_deg": math.degrees(step.error_rad),
-        "measured_error_deg": math.degrees(step.measured_error_rad),
-    }
+def _strokes(step: Step) -> list[dict[str, Any]]:
+    return [{"joint": joint + 1, "angle_deg": math.degrees(angle)} for joint, angle in step.primitive.strokes]
 
 
-def _write(args: argparse.Namespace, result: dict[str, Any], planner: Planner, flight: Flight) -> None:
+_STEP: Columns = (
+    Column("strokes", of=_strokes),
+    *fields("duration_s=primitive.duration_s predicted_xyzw attitude_xyzw measured_xyzw"),
+    *fields("error_deg measured_error_deg"),
+)
+
+
+def _write(args: argparse.Namespace, result: dict[str, Any], robot: RobotModel, flight: Flight) -> None:
     from tfsat_host.orbit.joint_motion import write_joint_motion
 
     def write_motion(path: Path) -> None:
         with path.open("w", encoding="utf-8", newline="\n") as file:
-            write_joint_motion(planner.table, [step.primitive for step in flight.steps], file)
+            write_joint_motion(robot, [step.primitive for step in flight.steps], file)
 
     text = json.dumps(result, indent=2) + "\n"
     files = []

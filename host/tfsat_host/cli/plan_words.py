@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
     from tfsat_host.orbit import Flight
@@ -21,7 +24,7 @@ _WHY = {
 
 def show(result: dict[str, Any], flight: Flight, out: Output) -> None:
     """The primitives one by one, where they lead, and what would be possible."""
-    _show_steps(flight, out)
+    _show_steps(result["steps"], out)
     if not flight.steps and flight.reached:
         out.line(
             f"Reached: it is there at the start, within {result['tolerance_deg']:g} deg. Nothing is flown."
@@ -55,16 +58,27 @@ def show(result: dict[str, Any], flight: Flight, out: Output) -> None:
         )
 
 
-def _show_steps(flight: Flight, out: Output) -> None:
-    rows = []
-    elapsed_s = 0.0
-    for count, step in enumerate(flight.steps, start=1):
-        elapsed_s += step.primitive.duration_s
-        strokes = [f"{joint + 1}:{math.degrees(angle):+.1f}" for joint, angle in step.primitive.strokes]
-        errors = (f"{math.degrees(error):.3f}" for error in (step.measured_error_rad, step.error_rad))
-        rows.append((count, " ".join(strokes), f"{elapsed_s:.1f}", *errors))
+_STEPS: Columns = (
+    Column("number", "number"),
+    Column("strokes", "joint:angle / deg"),
+    Column("t_s", "t", form=".1f"),
+    Column("measured_error_deg", "measured"),
+    Column("error_deg", "error"),
+)
+
+
+def _show_steps(steps: Sequence[Mapping[str, Any]], out: Output) -> None:
+    ends_s = accumulate(step["duration_s"] for step in steps)
+    rows = [
+        {**step, "number": count, "strokes": _strokes(step), "t_s": end_s}
+        for count, (step, end_s) in enumerate(zip(steps, ends_s, strict=True), 1)
+    ]
     if rows:
-        out.table(("", "joint:angle / deg", "t / s", "measured / deg", "error / deg"), rows)
+        show_rows(_STEPS, rows, out)
+
+
+def _strokes(step: Mapping[str, Any]) -> str:
+    return " ".join(f"{stroke['joint']}:{stroke['angle_deg']:+.1f}" for stroke in step["strokes"])
 
 
 def _advice(result: dict[str, Any]) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 
 from tfsat_host.cli.options import add_output_options
-from tfsat_host.cli.output import Output
 from tfsat_host.devices.discovery import PortInfo, identify, system_ports
+from tfsat_host.present.output import Output
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

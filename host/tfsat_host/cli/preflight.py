@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.options import add_device_options, file_name, port_name
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import RefusedError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.preflight_files import RunFiles
     from tfsat_host.preflight.evidence import Evidence
+    from tfsat_host.run.preflight import PreparedRun
 
 DROPS = 10
 """A day's, with rehearsals in the releaser."""
@@ -80,16 +80,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
     from tfsat_host.cli.preflight_commands import typed_here
-    from tfsat_host.cli.preflight_files import Written, result_of, run_files, runs_natively, write_result
     from tfsat_host.cli.preflight_words import show
     from tfsat_host.preflight import judge, may_drop
+    from tfsat_host.run.preflight import PreparedRun, result_of, runs_natively, write_result
 
-    files = run_files(args)
+    files = PreparedRun.open(
+        args.run,
+        maneuver=args.maneuver,
+        certificate=args.calibration,
+        robot=args.robot,
+        facility=args.facility,
+        sequencer_image=args.sequencer_image,
+        logger_image=args.logger_image,
+    )
     evidence, left = _evidence(args, files, out)
     emulated = runs_natively(evidence)
     checks = typed_here(judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated)
     result = result_of(evidence, checks, files.hashes(evidence.calibration_file), left)
-    written: Written = write_result(files.folder, result, evidence.now)
+    written = write_result(files.folder, result, evidence.now)
     shown = {**result, "file": str(written.file), "signed": written.sha256}
     out.result(shown, lambda: show(checks, evidence, written, args, out, emulated=emulated))
     if left:
@@ -99,7 +107,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return 0 if may_drop(checks) else RefusedError.exit_code
 
 
-def _evidence(args: argparse.Namespace, files: RunFiles, out: Output) -> tuple[Evidence, str]:
+def _evidence(args: argparse.Namespace, files: PreparedRun, out: Output) -> tuple[Evidence, str]:
     """Everything that is known, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
     from tfsat_host.cli.preflight_boards import evidence_of, interruptible_by_signals
     from tfsat_host.preflight.trial import Trace

@@ -11,17 +11,17 @@ from contextlib import ExitStack, closing, contextmanager
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.output import Output
 from tfsat_host.devices.discovery import BoardName, port_variable
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from types import FrameType
 
-    from tfsat_host.cli.preflight_files import RunFiles
     from tfsat_host.devices.transport import Transport
     from tfsat_host.preflight.evidence import Evidence
     from tfsat_host.preflight.trial import Trace
+    from tfsat_host.run.preflight import PreparedRun
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
@@ -42,7 +42,7 @@ def interruptible_by_signals() -> Iterator[None]:
 
 
 def transports(
-    args: argparse.Namespace, files: RunFiles, stack: ExitStack, out: Output
+    args: argparse.Namespace, files: PreparedRun, stack: ExitStack, out: Output
 ) -> dict[BoardName, Transport | TfsatError]:
     """Both boards' links, closed with `stack`; why not, for one that is not to be had. Raises BuildError."""
     from tfsat_host.cli.connection import emulated_robot, open_port
@@ -83,7 +83,7 @@ def _require_named_logger() -> None:
 
 
 def evidence_of(
-    args: argparse.Namespace, files: RunFiles, trace: Trace, stack: ExitStack, out: Output, now: datetime
+    args: argparse.Namespace, files: PreparedRun, trace: Trace, stack: ExitStack, out: Output, now: datetime
 ) -> Evidence:
     """All that both boards and the files say.
 

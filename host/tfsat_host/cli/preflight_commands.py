@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
-from tfsat_host.cli.calibration_notice import command_options
+from tfsat_host.run.certificate_notices import command_options
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
 if TYPE_CHECKING:
     from tfsat_host.preflight import Check

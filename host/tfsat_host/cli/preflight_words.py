@@ -6,7 +6,7 @@ import argparse
 import shlex
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.preflight_commands import logger_port
@@ -17,25 +17,12 @@ from tfsat_host.preflight.evidence import Missing, Running
 if TYPE_CHECKING:
     from rich.text import Text
 
-    from tfsat_host.cli.output import Output
-    from tfsat_host.cli.preflight_files import Written
     from tfsat_host.preflight.evidence import Evidence
+    from tfsat_host.present.output import Output
+    from tfsat_host.run.preflight import Written
 
 _WORDS = {Verdict.GO: "GO", Verdict.NO_GO: "NO-GO", Verdict.NOT_MADE: "NOT MADE"}
 _WIDTH = 110
-
-
-def as_json(check: Check) -> dict[str, Any]:
-    """For `--json`, and for the file."""
-    return {
-        "name": check.name,
-        "verdict": check.verdict.value,
-        "optional": check.optional,
-        "blocks": check.blocks,
-        "sentence": check.sentence,
-        "evidence": dict(check.evidence),
-        "next_step": check.next_step,
-    }
 
 
 def show(

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.advice import device_option, refuse_emulated
 from tfsat_host.cli.connection import open_logger
 from tfsat_host.cli.options import add_device_options
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import DataLossError, RefusedError
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode, LoggerState
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.units import US_PER_S

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.evaluate.phrases import printable
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import printable, show_rows
+from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
-    from tfsat_host.bundle.comparing import Compared, Difference
+    from tfsat_host.run.bundle.comparing import Compared
 
 _SHOWN = 20
 
@@ -24,8 +25,7 @@ def show(result: dict[str, Any], compared: Sequence[Compared], out: Output) -> N
         word = f"{len(one.differs)} DIFFER" if one.differs else word
         out.line(f"{one.what.capitalize()}: {word}. {printable(one.sentence)}")
         if one.differs:
-            rows = [_row(difference) for difference in one.differs[:_SHOWN]]
-            out.table(("what", "bundled", "recomputed", "relative"), rows)
+            show_rows(DIFFERENCES, one.differs[:_SHOWN], out)
             if len(one.differs) > _SHOWN:
                 out.line(f"… and {len(one.differs) - _SHOWN} more: --json has all.")
     for missing in result["missing"]:
@@ -61,15 +61,13 @@ def _briefly(result: dict[str, Any]) -> str:
     return ", ".join(f"{count} {word}" for word, count in counts.items() if count) + " (above)"
 
 
-def _row(difference: Difference) -> tuple[object, ...]:
-    relative = "–" if difference.relative is None else f"{difference.relative:.1e}"
-    return (
-        printable(difference.key),
-        _value(difference.bundled),
-        _value(difference.recomputed),
-        relative,
-    )
-
-
 def _value(value: object) -> str:
-    return f"{value:.9g}" if isinstance(value, float) else printable(str(value)[:80])
+    return f"{value:.9g}" if isinstance(value, float) else str(value)[:80]
+
+
+DIFFERENCES: Columns = (
+    Column("key", "what"),
+    Column("bundled", "bundled", words=lambda one: _value(one.bundled)),
+    Column("recomputed", "recomputed", words=lambda one: _value(one.recomputed)),
+    Column("relative", "relative", form=".1e"),
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from tfsat_host.cli.options import add_output_options, file_name
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tfsat_host.cli.board_state import Rows
 from tfsat_host.devices.last_run import Booking, LastRun, Onset
 from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.quantity import Column, Columns, fields
 from tfsat_host.units import US_PER_S
 
-
-def run_as_dict(run: LastRun) -> dict[str, Any]:
-    """The release and each stroke beside its schedule; null where that is not known."""
-    return {
-        "released_uptime_s": run.released_us / US_PER_S,
-        "since_release_s": run.since_release_s,
-        "bounces": run.bounces,
-        "release_interval_us": [-run.earlier_us, run.later_us],
-        "strokes_planned": len(run.onsets),
-        "strokes_missed": run.missed,
-        "strokes": [
-            {
-                "state": onset.booking.value,
-                "start_us": onset.start_us,
-                "scheduled_us": onset.scheduled_us,
-                "error_us": onset.error_us,
-            }
-            for onset in run.onsets
-        ],
-    }
+RUN: Columns = (
+    *fields("released_uptime_s=released_us since_release_s bounces strokes_missed=missed"),
+    Column("release_interval_us", of=lambda run: [-run.earlier_us, run.later_us]),
+    Column("strokes_planned", of=lambda run: len(run.onsets)),
+    Column("strokes", of="onsets", columns=fields("state=booking.value start_us scheduled_us error_us")),
+)
+"""For JSON: the release, and each stroke with its schedule; null where that is not known."""
 
 
 def run_rows(run: LastRun | None, state: SequencerState) -> Rows:

@@ -16,8 +16,8 @@ from tfsat_host.cli.maneuver_argument import (
     schedule_from,
 )
 from tfsat_host.cli.options import add_output_options, file_name, number, seed
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
@@ -87,6 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     from tfsat_host.cli.sensitivity_files import check_samples_file, write_samples
     from tfsat_host.cli.sensitivity_words import result_of, show
+    from tfsat_host.cli.simulate_notices import ERROR_DEG
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
     from tfsat_host.robot import load_robot
     from tfsat_host.sensitivity import Parameters, Study, derivatives, error_sources, linear_spread, summary
@@ -114,7 +115,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
         linear_spread(found, sources),
         summary(study, outcomes, found.quaternion_xyzw, limits),
     )
+    error_deg = math.degrees(max(found.error_rad, outcomes.error_rad))
+    if error_deg > ERROR_DEG:
+        notices.append(
+            f"An attitude may be wrong by {error_deg:.2g} deg by the error of the integration: give a lower "
+            "--initial-rate, or a maneuver that ends earlier."
+        )
+        out.warn(notices[-1])
     result |= _circumstances(args, robot, schedule, stated) | {"notices": notices, "seconds": seconds}
+    result["integration_error_deg"] = error_deg
     if args.out is not None:
         write_samples(study, outcomes, found.quaternion_xyzw, args.out, force=args.force)
     result["files"] = {} if args.out is None else {"csv": str(args.out)}
@@ -165,7 +174,7 @@ def _plan(robot: RobotModel, schedule: Schedule) -> Plan:
 
 
 def _stated(args: argparse.Namespace, robot: RobotModel) -> Uncertainty:
-    from tfsat_host.sensitivity.stated import overridden
+    from tfsat_host.sensitivity.sources import overridden
 
     if robot.uncertainty is None and not args.sigma:
         raise UsageError(
@@ -197,7 +206,7 @@ def _time_limits(args: argparse.Namespace, robot: RobotModel) -> tuple[TimeLimit
 def _circumstances(
     args: argparse.Namespace, robot: RobotModel, schedule: Schedule, stated: Uncertainty
 ) -> dict[str, Any]:
-    from tfsat_host.sensitivity.stated import as_stated
+    from tfsat_host.sensitivity.sources import as_stated
 
     return {
         "robot": robot.name,

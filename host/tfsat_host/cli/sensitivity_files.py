@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
+from tfsat_host.output_files import OutputFile, check_may_write, write_all
 
 if TYPE_CHECKING:
     from tfsat_host.robot.model import FloatArray

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns, fields
 
 if TYPE_CHECKING:
     from tfsat_host.sensitivity import Derivatives, LinearSpread, Study, Summary
@@ -33,6 +35,24 @@ _OUTPUTS = {
     "moving_time_s": "time for the strokes / s",
     "end_s": "end of the last stroke / s",
 }
+_PARAMETERS: Columns = (
+    Column("parameter", "parameter"),
+    Column("value", "value", form=".4g"),
+    Column("std", "±", form=".2g"),
+    Column("unit", "unit"),
+    Column("reorientation_deg_per_unit", "derivative of the reorientation / (deg / unit)", form="+.4f"),
+    Column("contribution_deg", "gives"),
+    Column("rotation_vector_deg_per_unit"),
+)
+_SOURCES = fields("source kind std linear_deg linear_share share rank_correlation end_rank_correlation")
+_KIND_COLUMNS: Columns = (
+    Column("kind", "errors of"),
+    Column("linear_deg", "give"),
+    Column("linear_share", "of the variance", form=".1f", shown_in="percent"),
+    Column("share", "by samples", form=".1f", shown_in="percent"),
+    Column("most", "most of all"),
+    Column("rank_correlation", "rank correlation", form="+.2f"),
+)
 
 
 def result_of(study: Study, found: Derivatives, linear: LinearSpread, summed: Summary) -> dict[str, Any]:
@@ -82,55 +102,38 @@ def result_of(study: Study, found: Derivatives, linear: LinearSpread, summed: Su
 
 def _parameters(study: Study, found: Derivatives, linear: LinearSpread) -> list[dict[str, Any]]:
     """All parameters, the one that contributes most first; in equal ones the steeper derivative."""
-    rows = [
-        {
-            "parameter": name,
-            "unit": unit,
-            "value": float(value),
-            "std": float(std),
-            "reorientation_deg_per_unit": float(slope),
-            "rotation_vector_deg_per_unit": slopes.tolist(),
-            "contribution_deg": float(contribution),
-        }
-        for name, unit, value, std, slope, slopes, contribution in zip(
-            study.parameters.names,
-            study.parameters.units,
-            study.parameters.nominal,
-            study.sources.parameter_sigma,
-            found.of_reorientation,
-            found.of_rotation_vector,
-            linear.of_parameters_deg,
-            strict=True,
-        )
-    ]
+    rows = _rows(
+        _PARAMETERS,
+        study.parameters.names,
+        study.parameters.nominal.tolist(),
+        study.sources.parameter_sigma.tolist(),
+        study.parameters.units,
+        found.of_reorientation.tolist(),
+        linear.of_parameters_deg.tolist(),
+        found.of_rotation_vector.tolist(),
+    )
     return sorted(rows, key=lambda row: (-row["contribution_deg"], -abs(row["reorientation_deg_per_unit"])))
 
 
 def _sources(study: Study, linear: LinearSpread, summed: Summary) -> list[dict[str, Any]]:
-    rows = [
-        {
-            "source": name,
-            "kind": kind,
-            "std": sigma,
-            "linear_deg": float(of_source),
-            "linear_share": float(linear_share),
-            "share": float(variance_share),
-            "rank_correlation": float(rank),
-            "end_rank_correlation": float(end_rank),
-        }
-        for name, kind, sigma, of_source, linear_share, variance_share, rank, end_rank in zip(
-            study.sources.names,
-            study.sources.kinds,
-            study.sources.sigmas,
-            linear.of_sources_deg,
-            linear.shares,
-            summed.variance_shares,
-            summed.rank_correlation,
-            summed.end_rank_correlation,
-            strict=True,
-        )
-    ]
+    rows = _rows(
+        _SOURCES,
+        study.sources.names,
+        study.sources.kinds,
+        study.sources.sigmas,
+        linear.of_sources_deg.tolist(),
+        linear.shares.tolist(),
+        summed.variance_shares.tolist(),
+        summed.rank_correlation.tolist(),
+        summed.end_rank_correlation.tolist(),
+    )
     return sorted(rows, key=lambda row: -row["linear_share"])
+
+
+def _rows(columns: Columns, *values: Iterable[Any]) -> list[dict[str, Any]]:
+    """JSON of parallel sequences, one for each column."""
+    keys = [column.key for column in columns]
+    return [dict(zip(keys, row, strict=True)) for row in zip(*values, strict=True)]
 
 
 def show(result: Mapping[str, Any], out: Output) -> None:
@@ -144,7 +147,7 @@ def show(result: Mapping[str, Any], out: Output) -> None:
         f"({result['linear']['reorientation_std_deg']:.3f} to first order)"
     )
     out.line()
-    _show_parameters(result, out)
+    _show_parameters(result["parameters"], out)
     _show_kinds(result, out)
     _show_outputs(outputs, out)
     _show_histogram(result["monte_carlo"]["histogram"], out)
@@ -163,30 +166,9 @@ def show(result: Mapping[str, Any], out: Output) -> None:
         out.line(f"Written    {path}")
 
 
-def _show_parameters(result: Mapping[str, Any], out: Output) -> None:
-    shown = result["parameters"][:_SHOWN]
-    rows = [
-        (
-            row["parameter"],
-            f"{row['value']:.4g}",
-            f"{row['std']:.2g}",
-            row["unit"],
-            f"{row['reorientation_deg_per_unit']:+.4f}",
-            f"{row['contribution_deg']:.3f}",
-        )
-        for row in shown
-    ]
-    columns = (
-        "parameter",
-        "value",
-        "±",
-        "unit",
-        "derivative of the reorientation / (deg / unit)",
-        "gives / deg",
-    )
-    out.table(columns, rows)
-    left = len(result["parameters"]) - len(shown)
-    if left:
+def _show_parameters(parameters: Sequence[Mapping[str, Any]], out: Output) -> None:
+    show_rows(_PARAMETERS, parameters[:_SHOWN], out)
+    if left := len(parameters[_SHOWN:]):
         out.line(f"{left} more parameters give less; --json has them all.")
         out.line()
 
@@ -198,23 +180,18 @@ def _show_kinds(result: Mapping[str, Any], out: Output) -> None:
         sources = [row for row in result["sources"] if row["kind"] == kind]
         if not any(row["linear_deg"] or row["share"] for row in sources):
             continue
-        together = math.hypot(*(row["linear_deg"] for row in sources))
         most = sources[0]
         rows.append(
-            (
-                together,
-                (
-                    words,
-                    f"{together:.3f}",
-                    _percent(sum(row["linear_share"] for row in sources)),
-                    _percent(sum(row["share"] for row in sources)),
-                    f"{most['source']} ± {most['std']}",
-                    f"{most['rank_correlation']:+.2f}",
-                ),
-            )
+            {
+                "kind": words,
+                "linear_deg": math.hypot(*(row["linear_deg"] for row in sources)),
+                "linear_share": sum(row["linear_share"] for row in sources),
+                "share": sum(row["share"] for row in sources),
+                "most": f"{most['source']} ± {most['std']}",
+                "rank_correlation": most["rank_correlation"],
+            }
         )
-    columns = ("errors of", "give / deg", "of the variance", "by samples", "most of all", "rank correlation")
-    out.table(columns, [row for _, row in sorted(rows, key=lambda row: -row[0])])
+    show_rows(_KIND_COLUMNS, sorted(rows, key=lambda row: -float(row["linear_deg"])), out)
 
 
 def _show_outputs(outputs: Mapping[str, Any], out: Output) -> None:
@@ -222,8 +199,7 @@ def _show_outputs(outputs: Mapping[str, Any], out: Output) -> None:
     rows = [
         (
             _OUTPUTS[name],
-            _estimate(spread["mean"]),
-            _estimate(spread["std"]),
+            *(_estimate(spread[of]) for of in ("mean", "std")),
             *(f"{row['value']:.3f}" for row in spread["percentiles"]),
         )
         for name, spread in outputs.items()
@@ -241,7 +217,3 @@ def _show_histogram(histogram: Mapping[str, Any], out: Output) -> None:
 
 def _estimate(estimate: Mapping[str, float]) -> str:
     return f"{estimate['value']:.3f} ± {estimate['standard_error']:.3f}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"

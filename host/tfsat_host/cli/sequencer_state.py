@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import Rows, open_switches, switch_words, switches_closed, with_fault
 from tfsat_host.cli.maneuver_words import maneuver_as_dict, maneuver_words
-from tfsat_host.cli.output import error_as_dict, refusal_name
-from tfsat_host.cli.run_words import run_as_dict, run_rows
+from tfsat_host.cli.run_words import RUN, run_rows
 from tfsat_host.cli.servo_words import origin_words, servo_words, settings_as_dict
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.last_run import LastRun, last_run
 from tfsat_host.devices.store_defects import store_defects
+from tfsat_host.json_values import error_as_dict
+from tfsat_host.present.output import refusal_name
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.remedies import REMEDIES
+from tfsat_host.quantity import Column, Columns, fields, nested, record
 
 if TYPE_CHECKING:
     from tfsat_host.devices.board_errors import BoardError
@@ -116,38 +118,20 @@ def sequencer_state(board: SequencerClient) -> tuple[dict[str, Any], Rows]:
 
 def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
     status = report.status
+    stores = store_defects(status.stores_damaged)
     return {
-        "state": status.state.name.lower(),
+        **record(_STATE, status),
         "attention": report.attention,
-        "fault": status.fault.name.lower(),
-        "fault_explained": explained(status.fault),
-        "last_refusal": status.last_refusal.name.lower(),
-        "last_refusal_explained": explained(status.last_refusal),
         "arm_refusal": None if report.refusal is None else error_as_dict(report.refusal),
-        "switches_closed": switches_closed(status.switches_open),
-        "reset_cause": status.reset_cause.name.lower(),
-        "resets_while_armed": status.resets_while_armed,
-        "strokes_started": status.strokes_started,
-        "knocks": status.knocks,
-        "false_releases": status.false_releases,
-        "joint_angle_deg": _joint_angles_deg(status),
-        "uptime_s": status.uptime_ms / 1000,
         "image_crc": None if natively else f"{status.image_crc:08x}",
         "ram_never_used_bytes": None if natively else status.ram_never_used_bytes,
         "brown_out_v": None if natively else BROWN_OUT_V[status.brown_out_level],
-        "frames_rejected": status.frames_rejected,
-        "stores_damaged": {
-            store: code == ErrorCode.STORE_DAMAGED
-            for store, code in store_defects(status.stores_damaged).items()
-        },
-        "stores_refused": {
-            store: code.name.lower() for store, code in store_defects(status.stores_damaged).items()
-        },
+        "stores_damaged": {store: code == ErrorCode.STORE_DAMAGED for store, code in stores.items()},
+        "stores_refused": {store: code.name.lower() for store, code in stores.items()},
         "maneuver": maneuver_as_dict(report.maneuver),
-        "run": None if report.run is None else run_as_dict(report.run),
+        "run": nested(RUN, report.run),
         "settings": {
-            "origin": report.settings.origin.name.lower(),
-            "generation": report.settings.generation,
+            **record(fields("origin generation"), report.settings),
             **settings_as_dict(report.settings.settings),
         },
     }
@@ -240,3 +224,18 @@ def _told(status: SequencerStatusReply) -> str:
 
 def _cause(status: SequencerStatusReply) -> str:
     return status.reset_cause.name.lower().replace("_", " ")
+
+
+SEQUENCER: Columns = (
+    *fields("state fault last_refusal knocks false_releases resets_while_armed"),
+    Column("fault_explained", of=lambda status: explained(status.fault)),
+    Column("last_refusal_explained", of=lambda status: explained(status.last_refusal)),
+    Column("switches_closed", of=lambda status: switches_closed(status.switches_open)),
+    Column("uptime_s", of="uptime_ms"),
+)
+"""Of a status, for JSON."""
+_STATE: Columns = (
+    *SEQUENCER,
+    *fields("reset_cause strokes_started frames_rejected"),
+    Column("joint_angle_deg", of=_joint_angles_deg),
+)

@@ -15,8 +15,8 @@ from tfsat_host.cli.maneuver_argument import (
     schedule_from,
 )
 from tfsat_host.cli.options import add_output_options, file_name, number
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics.flying import Simulation

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.outputs import OutputFile, check_may_write, write_all
 from tfsat_host.errors import UsageError
+from tfsat_host.output_files import OutputFile, check_may_write, write_all
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics import Flight

@@ -9,13 +9,13 @@ import numpy as np
 
 from tfsat_host.dynamics import JointHistory
 from tfsat_host.dynamics.flying import Simulation
-from tfsat_host.dynamics.overshoot import overshoots
+from tfsat_host.dynamics.history import overshoots
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import s_from_us
 
 _BEYOND_DEG = 0.5  # less is how far sensors and servos are off
-_ERROR_DEG = 1e-3  # a millidegree is what simulate promises
+ERROR_DEG = 1e-3  # a millidegree is what simulate and sensitivity promise
 _LATE_S = 1e-6  # the schedule's own resolution
 
 
@@ -67,7 +67,7 @@ def late_notices(robot: RobotModel, schedule: Schedule, simulation: Simulation) 
 def error_notices(args: argparse.Namespace, simulation: Simulation) -> list[str]:
     """That the result is not to be trusted, and what helps."""
     error_deg = math.degrees(simulation.estimated.error_rad)
-    if error_deg <= _ERROR_DEG:
+    if error_deg <= ERROR_DEG:
         return []
     helps = (
         "follow the robot for a shorter time (--until), or give a --step shorter than "

@@ -6,13 +6,28 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns, vector
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics.flying import Simulation
     from tfsat_host.maneuver import Schedule
     from tfsat_host.robot import RobotModel
     from tfsat_host.robot.model import FloatArray
+
+_STROKES: Columns = (
+    Column("t_s", "start", form=".2f"),
+    Column("joint", "joint"),
+    Column("angle_deg", "turns by", form="+.2f"),
+    Column("reorientation_deg", "then turned"),
+    Column("euler_zyx_deg", "Euler angles z, y, x", form="+.3f"),
+)
+_BODIES: Columns = (
+    Column("body", "body"),
+    Column("reorientation_deg", "has turned by"),
+    Column("rotation_vector_deg", "rotation vector x, y, z", form="+.3f"),
+)
 
 
 def result_of(
@@ -83,41 +98,19 @@ def show(result: Mapping[str, Any], out: Output) -> None:
     joints = f"joints at rest after {result['end_s']:.2f} s" if result["end_s"] else "joints never move"
     out.line(f"Time       {joints}, followed to {result['duration_s']:.2f} s")
     out.line()
-    out.table(
-        ("final rotation", ""),
-        [
-            ("reorientation / deg", f"{result['reorientation_deg']:.3f}"),
-            ("rotation vector x, y, z / deg", _numbers(result["rotation_vector_deg"], 3)),
-            ("Euler angles z, y, x / deg", _numbers(result["euler_zyx_deg"], 3)),
-            ("quaternion x, y, z, w", _numbers(result["quaternion_xyzw"], 6)),
-        ],
-    )
+    rotation = {
+        "reorientation / deg": f"{result['reorientation_deg']:.3f}",
+        "rotation vector x, y, z / deg": vector(result["rotation_vector_deg"], form="+.3f"),
+        "Euler angles z, y, x / deg": vector(result["euler_zyx_deg"], form="+.3f"),
+        "quaternion x, y, z, w": vector(result["quaternion_xyzw"], form="+.6f"),
+    }
+    out.table(("final rotation", ""), rotation.items())
     if result["strokes"]:
-        _show_strokes(result, out)
+        show_rows(_STROKES, [{**stroke, **stroke["after"]} for stroke in result["strokes"]], out)
     if not result["closed"]:
-        columns = ("body", "has turned by / deg", "rotation vector x, y, z / deg")
-        rows = [
-            (b["body"], f"{b['reorientation_deg']:.3f}", _numbers(b["rotation_vector_deg"], 3))
-            for b in result["bodies"]
-        ]
-        out.table(columns, rows)
+        show_rows(_BODIES, result["bodies"], out)
     for path in result["files"].values():
         out.line(f"Written    {path}")
-
-
-def _show_strokes(result: Mapping[str, Any], out: Output) -> None:
-    columns = ("start / s", "joint", "turns by / deg", "then turned / deg", "Euler angles z, y, x / deg")
-    rows = [
-        (
-            f"{s['t_s']:.2f}",
-            s["joint"],
-            f"{s['angle_deg']:+.2f}",
-            f"{s['after']['reorientation_deg']:.3f}",
-            _numbers(s["after"]["euler_zyx_deg"], 3),
-        )
-        for s in result["strokes"]
-    ]
-    out.table(columns, rows)
 
 
 def _release_words(result: Mapping[str, Any]) -> str:
@@ -125,7 +118,3 @@ def _release_words(result: Mapping[str, Any]) -> str:
         return "without angular momentum"
     rate = ", ".join(f"{value:g}" for value in result["initial_rate_deg_s"])
     return f"{result['base']} turning at {rate} deg/s about its x, y, z"
-
-
-def _numbers(values: Sequence[float], decimals: int) -> str:
-    return "  ".join(f"{round(value, decimals) + 0.0:+.{decimals}f}" for value in values)

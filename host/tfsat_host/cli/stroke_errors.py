@@ -9,9 +9,9 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.calibrate.options import CERTIFICATE, EMULATED_CERTIFICATE
 from tfsat_host.cli.options import file_name
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.servos.servo_map import ServoMap

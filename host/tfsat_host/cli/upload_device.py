@@ -6,9 +6,9 @@ import argparse
 
 from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.connection import open_sequencer
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import RefusedError
 from tfsat_host.maneuver import Schedule
+from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.servo_settings import ServoSettings, find_misfit
 

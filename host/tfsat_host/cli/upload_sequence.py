@@ -14,7 +14,6 @@ from tfsat_host.cli.maneuver_argument import (
     schedule_from,
 )
 from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.stroke_errors import (
     COLUMNS,
     Expectation,
@@ -23,6 +22,7 @@ from tfsat_host.cli.stroke_errors import (
     find_servo_maps,
 )
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Maneuver, Schedule

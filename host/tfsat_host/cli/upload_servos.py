@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
 from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:

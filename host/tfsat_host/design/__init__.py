@@ -4,9 +4,8 @@ found = design(load_robot(), DesignSettings(time_limit_s=1.5))
 found.optimum.alpha_deg, found.optimum.sequence, found.gap_deg
 """
 
-from tfsat_host.design.errors import DesignError
 from tfsat_host.design.maneuver_design import Candidate, Design, design
-from tfsat_host.design.problem import DesignSettings, Problem
+from tfsat_host.design.problem import DesignError, DesignSettings, Problem
 from tfsat_host.design.swarm import Coefficient, SwarmSettings
 
 __all__ = [

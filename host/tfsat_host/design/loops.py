@@ -10,12 +10,13 @@ from collections.abc import Sequence as SequenceOf
 
 import numpy as np
 
-from tfsat_host.design.sequences import Sequence
+from tfsat_host.design.sequences import Sequence, classes
 from tfsat_host.dynamics import Multibody, quaternion
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.hinge import Hinge
 from tfsat_host.dynamics.stroke import STEPS, turned
-from tfsat_host.robot.model import IntArray
+from tfsat_host.robot.model import FloatArray, IntArray
+
+_STEPS = (2, 3, 4, 6, 9, 14, 21, 32)
 
 
 class Loops:
@@ -101,3 +102,32 @@ def best_sequence(angles_rad: FloatArray) -> tuple[FloatArray, IntArray]:
     """The greatest angle (b,) of angles (s, b), and the index (b,) of its sequence."""
     best = np.argmax(angles_rad, axis=0)
     return np.take_along_axis(angles_rad, best[None], axis=0)[0], best
+
+
+def enough_steps(
+    body: Multibody,
+    joints: SequenceOf[int],
+    start_rad: FloatArray,
+    displacements_rad: FloatArray,
+    tolerance_rad: float,
+) -> int:
+    """The fewest steps of an edge with which every loop of the joints is right to a tolerance.
+
+    Args:
+        body: One robot (no batch).
+        joints: (d,) indices of the joints that move.
+        start_rad: (n - 1,) joint angles at the start.
+        displacements_rad: (d, b) the greatest displacements, whose loops are compared with those of four times the
+            steps.
+        tolerance_rad: Greatest error of a rotation.
+    """
+    for steps in _STEPS[:-1]:
+        rough, fine = (
+            Loops(body, joints, classes(len(joints)), start_rad=start_rad, steps=n).rotations(
+                displacements_rad
+            )
+            for n in (steps, 4 * steps)
+        )
+        if 2.0 * np.abs(rough - fine).max() < tolerance_rad:
+            return steps
+    return _STEPS[-1]

@@ -9,16 +9,15 @@ from functools import partial
 
 import numpy as np
 
-from tfsat_host.design.errors import DesignError
 from tfsat_host.design.loops import best_sequence
 from tfsat_host.design.optimum import Start, Summit, find_optimum
-from tfsat_host.design.problem import DesignSettings, Problem
+from tfsat_host.design.problem import DesignError, DesignSettings, Problem
 from tfsat_host.design.sequences import Sequence, backwards
 from tfsat_host.design.swarm import Found, minimize
 from tfsat_host.dynamics import path_rotation, rotation_vector_rad
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.maneuver import Maneuver, Stroke
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
 
 # Alternating stops when the sequence stays; ever new ones were not seen beyond three rounds.
 _ROUNDS = 10

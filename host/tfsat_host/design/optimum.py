@@ -19,8 +19,7 @@ from scipy.optimize import Bounds, LinearConstraint, minimize
 from tfsat_host.design.loops import Loops
 from tfsat_host.design.problem import Problem
 from tfsat_host.design.sequences import Sequence, classes
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.robot.model import IntArray
+from tfsat_host.robot.model import FloatArray, IntArray
 
 GRID_POINTS = 2500
 """About how many displacements are looked at before the climb: 7 deg apart for three joints of 90 deg."""

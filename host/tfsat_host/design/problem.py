@@ -7,22 +7,37 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tfsat_host.design.errors import DesignError
-from tfsat_host.design.loops import Loops, best_sequence
+from tfsat_host.design.loops import Loops, best_sequence, enough_steps
 from tfsat_host.design.sequences import Sequence, classes
 from tfsat_host.design.swarm import SwarmSettings
 from tfsat_host.dynamics import Multibody
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.errors import UsageError
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import CDEG_PER_DEG
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")
 MOST_JOINTS = 4  # 864 sequences; five joints have 39480
-_STEPS = (2, 3, 4, 6, 9, 14)
 _LEAST_RAD = math.radians(0.01)  # the sequencer's resolution
 _EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
 _ENOUGH_RAD = math.radians(5e-4)
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
+
+
+class DesignError(UsageError):
+    """No maneuver can be designed with these settings.
+
+    Attributes:
+        setting: Which one is at fault.
+    """
+
+    def __init__(self, setting: str, what: str) -> None:
+        super().__init__(
+            what=what,
+            meaning="Nothing was designed.",
+            next_step=f"Correct the {setting}: tfsat-host design --help",
+        )
+        self.setting = setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +120,7 @@ class Problem:
             if not (math.isfinite(value) and value > 0.0):
                 raise DesignError(name, f"The {name} is {value:g}; it must be above zero.")
         body = Multibody.of(robot)
+        reach = np.multiply.outer(directions * limit, [1.0, 0.5])
         return cls(
             body,
             joints,
@@ -114,7 +130,7 @@ class Problem:
             math.radians(speed),
             settings.time_limit_s,
             math.radians(settings.penalty),
-            settings.steps or _enough_steps(body, joints, start, directions * limit),
+            settings.steps or enough_steps(body, joints, start, reach, _ENOUGH_RAD),
         )
 
     def __post_init__(self) -> None:
@@ -167,19 +183,6 @@ class Problem:
         reorientation, _ = best_sequence(loops.angles_rad(displacements_rad))
         overtime = np.maximum(self.duration_s(displacements_rad) - self.time_limit_s, 0.0)
         return np.asarray(-reorientation + self.penalty * overtime * overtime)
-
-
-def _enough_steps(body: Multibody, joints: tuple[int, ...], start: FloatArray, reach: FloatArray) -> int:
-    """The fewest steps with which every loop of the greatest displacements is right to half a millidegree."""
-    corner = reach[:, None] * np.array([1.0, 0.5])
-    for steps in _STEPS[:-1]:
-        rough, fine = (
-            Loops(body, joints, classes(len(joints)), start_rad=start, steps=n).rotations(corner)
-            for n in (steps, 4 * steps)
-        )
-        if 2.0 * np.abs(rough - fine).max() < _ENOUGH_RAD:
-            return steps
-    return _STEPS[-1]
 
 
 def _check_joints(robot: RobotModel, joints: tuple[int, ...]) -> None:

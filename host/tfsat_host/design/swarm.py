@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.robot.model import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

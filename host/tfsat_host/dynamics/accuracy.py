@@ -1,4 +1,4 @@
-"""A flight of known accuracy: the steps are halved until the attitude no longer changes.
+"""Flights of known accuracy: the steps are halved until the attitude no longer changes.
 
 Conservation of momentum cannot tell how good an integration is that computes its rates from it. Two step sizes
 can: at order p half the step leaves a 2^p-th of the error, so what still changes bounds what is still wrong.
@@ -8,21 +8,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from itertools import islice
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.history import JointHistory
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.dynamics.propagate import DEFAULT_STEP_S, Flight, Release, propagate_divided, step_count
+from tfsat_host.dynamics.propagate import DEFAULT_STEP_S, Flight, Propagation, Release
+from tfsat_host.dynamics.stroke import GAIN, TOLERANCE_RAD
+from tfsat_host.robot.model import FloatArray
 
-TOLERANCE_RAD = math.radians(1e-4)
 STEPS_MAX = 50_000
 """Steps of one flight: tens of seconds of computing."""
 # A slow flight needs no more to begin with, however long it is.
 _FIRST_STEPS = 1000
+# A batch begins with as few steps as may do: in none of them the base turns farther by its rate at the release.
+_FIRST_TURN_RAD = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +42,13 @@ class EstimatedFlight:
     flight: Flight
     error_rad: float
     within_tolerance: bool
+
+
+class FinalAttitudes(NamedTuple):
+    """Where a batch of robots ends, quaternions (4, ...), and how wrong the worst of them may be."""
+
+    quaternion: FloatArray
+    error_rad: float
 
 
 def propagate_within(
@@ -69,14 +79,9 @@ def propagate_within(
     release = Release.of(initial_attitude_xyzw, initial_rate_rad_s)
     duration_s = float(history.breaks_s[-1] - history.breaks_s[0])
     step_s = max(2.0 * DEFAULT_STEP_S, duration_s / _FIRST_STEPS)
-    first = step_count(history.breaks_s, step_s)
-    parts, error = 1, math.inf
-    flight = propagate_divided(body, history, release, step_s=step_s, order=order, parts=parts)
-    while error > tolerance_rad and (parts == 1 or 2 * parts * first <= steps_max):
-        parts, coarse = 2 * parts, flight
-        flight = propagate_divided(body, history, release, step_s=step_s, order=order, parts=parts)
-        error = _apart_rad(coarse, flight)
-    return EstimatedFlight(flight, error, error <= tolerance_rad)
+    course = Propagation(body, history, release, step_s=step_s, order=order)
+    parts, attitudes, error = _halved(course, tolerance_rad, steps_max)
+    return EstimatedFlight(course.flight(parts, attitudes), error, error <= tolerance_rad)
 
 
 def propagate_estimated(
@@ -94,14 +99,57 @@ def propagate_estimated(
         ValueError: as `propagate`.
     """
     release = Release.of(None, initial_rate_rad_s)
-    flight, fine = (
-        propagate_divided(body, history, release, step_s=step_s, order=order, parts=parts) for parts in (1, 2)
-    )
-    error = _apart_rad(flight, fine)
-    return EstimatedFlight(flight, error, error <= tolerance_rad)
+    course = Propagation(body, history, release, step_s=step_s, order=order)
+    attitudes, fine = (np.array(list(course.attitudes(parts))) for parts in (1, 2))
+    error = _apart_rad(attitudes, fine[::2])
+    return EstimatedFlight(course.flight(1, attitudes), error, error <= tolerance_rad)
 
 
-def _apart_rad(coarse: Flight, fine: Flight) -> float:
-    """Greatest angle between the attitudes of two flights, the second of which has twice the steps."""
-    turn = quaternion.product(quaternion.inverse(coarse.quaternion_xyzw.T), fine.quaternion_xyzw[::2].T)
+def final_attitudes(
+    body: Multibody,
+    history: JointHistory,
+    *,
+    initial_rate_rad_s: FloatArray | None = None,
+    tolerance_rad: float = TOLERANCE_RAD,
+    steps_max: int = STEPS_MAX,
+) -> FinalAttitudes:
+    """Where a batch of robots ends, each of which has a history of its own.
+
+    All take the same steps, as short as the tolerance needs for the worst of them: differences between two robots
+    are then right to more digits than their attitudes.
+
+    Args:
+        body: A batch of robots, of one axis.
+        history: Of the same batch.
+        initial_rate_rad_s: (3,) rate of every base at the start, base axes; None: no angular momentum.
+        tolerance_rad: Greatest error of an attitude after any of the first, longest steps.
+        steps_max: Most steps of a flight. Where they are not enough, the error is above the tolerance.
+    """
+    release = Release.of(None, initial_rate_rad_s)
+    turning = 0.0 if release.rate is None else float(np.linalg.norm(release.rate))
+    step_s = _FIRST_TURN_RAD / turning if turning > 0.0 else math.inf
+    course = Propagation(body, history, release, step_s=step_s, order=6)
+    _, attitudes, change = _halved(course, GAIN * tolerance_rad, steps_max, every_instant=False)
+    return FinalAttitudes(attitudes[-1], change / GAIN)
+
+
+def _halved(
+    course: Propagation, tolerance_rad: float, steps_max: int, *, every_instant: bool = True
+) -> tuple[int, FloatArray, float]:
+    """Into how many parts steps are divided, the attitudes (m, 4, ...), and how much the last halving changed.
+
+    Attitudes of every instant, or of those alone that the undivided steps have.
+    """
+    parts, error = 1, math.inf
+    fine = np.array(list(course.attitudes()))
+    while error > tolerance_rad and (parts == 1 or 2 * parts * course.steps <= steps_max):
+        parts, coarse = 2 * parts, fine
+        fine = np.array(list(islice(course.attitudes(parts), 0, None, 1 if every_instant else parts)))
+        error = _apart_rad(coarse, fine[:: 2 if every_instant else 1])
+    return parts, fine, error
+
+
+def _apart_rad(a: FloatArray, b: FloatArray) -> float:
+    """Greatest angle between attitudes (m, 4, ...)."""
+    turn = quaternion.product(quaternion.inverse(a.swapaxes(0, 1)), b.swapaxes(0, 1))
     return float(np.max(quaternion.angle(turn)))

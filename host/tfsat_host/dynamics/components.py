@@ -9,9 +9,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tfsat_host.robot.model import FloatArray
+
+
+def batch_last(values: FloatArray, core_ndim: int = 1) -> FloatArray:
+    """Moves the last `core_ndim` axes, in their order, to the front; the batch axes follow."""
+    batch = values.ndim - core_ndim
+    return values.transpose(*range(batch, values.ndim), *range(batch))
+
+
+def batch_first(values: FloatArray, core_ndim: int = 1) -> FloatArray:
+    """The inverse of `batch_last`, in memory of its own."""
+    return np.ascontiguousarray(values.transpose(*range(core_ndim, values.ndim), *range(core_ndim)))
+
+
+def pad(values: FloatArray, core_ndim: int, batch_ndim: int) -> FloatArray:
+    """Adds batch axes of length 1 behind the core axes, up to `batch_ndim`."""
+    missing = batch_ndim - (values.ndim - core_ndim)
+    return values.reshape(values.shape[:core_ndim] + (1,) * missing + values.shape[core_ndim:])
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -73,23 +89,22 @@ def point_tensor(offset: FloatArray) -> FloatArray:
     return out
 
 
-SymmetricTensor = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
-
-
-def solve_symmetric(tensor: SymmetricTensor, vector: Sequence[FloatArray] | FloatArray) -> FloatArray:
+def solve_symmetric(
+    tensor: Sequence[FloatArray] | FloatArray, vector: Sequence[FloatArray] | FloatArray
+) -> FloatArray:
     """x (3, ...) of A x = v for a regular A, given as xx, xy, xz, yy, yz, zz: an inertia is never near singular."""
     xx, xy, xz, yy, yz, zz = tensor
     x, y, z = vector
     cxx, cxy, cxz = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
     scale = 1.0 / (xx * cxx + xy * cxy + xz * cxz)
     cyy, cyz, czz = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
-    out = np.empty((3, *scale.shape))
+    out = np.empty((3, *np.broadcast_shapes(scale.shape, np.shape(x))))
     out[0] = (cxx * x + cxy * y + cxz * z) * scale
     out[1] = (cxy * x + cyy * y + cyz * z) * scale
     out[2] = (cxz * x + cyz * y + czz * z) * scale
     return out
 
 
-def upper(tensor: FloatArray) -> SymmetricTensor:
+def upper(tensor: FloatArray) -> tuple[FloatArray, ...]:
     """xx, xy, xz, yy, yz, zz of a symmetric (3, 3, ...)."""
     return tensor[0, 0], tensor[0, 1], tensor[0, 2], tensor[1, 1], tensor[1, 2], tensor[2, 2]

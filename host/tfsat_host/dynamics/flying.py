@@ -1,8 +1,6 @@
 """A maneuver or a measured joint history, flown from the release on.
 
-Inertial axes are those of the base body at the release. Without initial rate the robot has no angular momentum;
-then the attitude after each stroke comes from the path of the joints alone (`stroke_rotation`, order 6), as long
-as one stroke has ended when the next starts. Otherwise it comes from the propagation in time.
+Inertial axes are those of the base body at the release.
 """
 
 from __future__ import annotations
@@ -15,19 +13,16 @@ import numpy as np
 
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.accuracy import EstimatedFlight, propagate_estimated, propagate_within
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.history import JointHistory, moved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import Flight
 from tfsat_host.dynamics.servo_motion import TimedMove, overlap, servo_moves
-from tfsat_host.dynamics.stroke import stroke_rotation
 from tfsat_host.maneuver import Limits, Schedule
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import cdeg_from_deg, s_from_us
 
-# One maneuver can afford what a search cannot.
-_PATH_TOLERANCE_RAD = math.radians(1e-8)
 # Joints within 0.01 deg of where they started have closed the loop.
 _CLOSED_RAD = math.radians(0.01)
 _SPEED_RANGE_CDEG_S = (1, 1_000_000)
@@ -38,8 +33,7 @@ class Simulation:
     """What a robot did from the release to the last instant of the flight.
 
     Attributes:
-        estimated: The whole motion, with an estimate of its error; its attitudes are those of the propagation in
-            time.
+        estimated: The whole motion, with an estimate of its error.
         arrivals_s: (k,) when the joint of each stroke has arrived.
         stroke_quaternions_xyzw: (k, 4) attitude of the base then; (0, 4) for a sampled history.
         quaternion_xyzw: (4,) attitude of the base at the end: from its axes there to those at the release.
@@ -118,14 +112,10 @@ def fly_schedule(
     carried = servo_moves(robot, moves)
     history = moved(robot, moves, start_rad=start, end_s=until_s)
     estimated = _propagated(body, history, initial_rate_rad_s, step_s, order)
-    flight, overlapping = estimated.flight, overlap(carried)
-    if initial_rate_rad_s is None and not overlapping:
-        attitudes = _after_strokes(body, start, moves)
-        final = attitudes[-1] if moves else quaternion.identity()
-    else:
-        ends = [int(np.abs(flight.t_s - move.end_s).argmin()) for move in carried]
-        attitudes, final = flight.quaternion_xyzw[ends], flight.quaternion_xyzw[-1]
-    return Simulation(estimated, tuple(move.end_s for move in carried), attitudes, final, overlapping)
+    ends = [int(np.abs(estimated.flight.t_s - move.end_s).argmin()) for move in carried]
+    attitudes = estimated.flight.quaternion_xyzw
+    arrivals = tuple(move.end_s for move in carried)
+    return Simulation(estimated, arrivals, attitudes[ends], attitudes[-1], overlap(carried))
 
 
 def fly_history(
@@ -202,17 +192,3 @@ def _at_rest(like: FloatArray, angles_rad: FloatArray) -> FloatArray:
     piece = np.zeros((len(like), 1, len(angles_rad)))
     piece[-1, 0] = angles_rad
     return piece
-
-
-def _after_strokes(body: Multibody, start_rad: FloatArray, moves: list[TimedMove]) -> FloatArray:
-    """(k, 4) attitude of the base after each of the moves, at zero momentum."""
-    angles, attitude = start_rad.copy(), quaternion.identity()
-    attitudes = np.empty((len(moves), 4))
-    for i, move in enumerate(moves):
-        turned = stroke_rotation(
-            body, move.joint, angles, np.array(move.delta_rad), tolerance_rad=_PATH_TOLERANCE_RAD
-        )
-        attitude = quaternion.product(attitude, turned)
-        angles[move.joint] += move.delta_rad
-        attitudes[i] = attitude
-    return attitudes

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.dynamics.components import (
-    FloatArray,
     cross,
     dot,
     matmul,
@@ -20,8 +19,9 @@ from tfsat_host.dynamics.components import (
     solve_symmetric,
     transpose,
 )
-from tfsat_host.dynamics.momentum import Composite, join
+from tfsat_host.dynamics.momentum import Composite, gathered
 from tfsat_host.dynamics.multibody import Columns, Multibody, Step
+from tfsat_host.robot.model import FloatArray
 
 _SIDEWAYS = np.eye(3)
 
@@ -89,8 +89,8 @@ class Halves(NamedTuple):
 def divide(hinge: Hinge, angles: FloatArray) -> Halves:
     """Both sides at joint angles (n - 1, ...); the hinge's own angle has no part in it."""
     return Halves(
-        fixed=_composite(hinge.columns, hinge.step.parent, hinge.fixed, angles),
-        moving=_composite(hinge.columns, hinge.step.child, hinge.moving, angles),
+        fixed=gathered(hinge.columns, hinge.step.parent, hinge.fixed, angles),
+        moving=gathered(hinge.columns, hinge.step.child, hinge.moving, angles),
         point=hinge.columns.point[hinge.step.joint],
     )
 
@@ -136,24 +136,6 @@ def base_rate(halves: Halves, angle: FloatArray) -> FloatArray:
         ),
         (-own[0, 0] - my * lever_y - mz * lever_z, mx * lever_y - xy, mx * lever_z - xz),
     )
-
-
-def _composite(columns: Columns, root: int, steps: tuple[Step, ...], angles: FloatArray) -> Composite:
-    """The bodies that `steps` lead to from `root`, and it, as one body in the frame of `root`."""
-    attached = [
-        [Composite(m, c, i)] for m, c, i in zip(columns.mass, columns.com, columns.inertia, strict=True)
-    ]
-    for step in reversed(steps):
-        branch, point = join(attached[step.child]), columns.point[step.joint]
-        turn = rotation_about(columns.axis[step.joint], step.sign * angles[step.joint])
-        attached[step.parent].append(
-            Composite(
-                branch.mass,
-                point + matvec(turn, branch.com - point),
-                rotated_tensor(turn, branch.inertia),
-            )
-        )
-    return join(attached[root])
 
 
 def _outwards(body: Multibody, root: int, without: int) -> tuple[Step, ...]:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.dynamics.servo_motion import SAME_INSTANT_S, ServoMove, TimedMove, servo_moves
+from tfsat_host.dynamics.servo_motion import SAME_INSTANT_S, ServoMotion, TimedMove, servo_motion
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import IntArray
+from tfsat_host.robot.model import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +22,8 @@ class JointHistory:
         breaks_s: (k + 1,) increasing.
         coefficients: (d, k, n - 1): the angle of a joint in piece i is the polynomial with
             `coefficients[:, i]`, highest power first, of the time since `breaks_s[i]`.
+
+    A batch of robots has one more axis at the end of both, and may have pieces of no length.
     """
 
     breaks_s: FloatArray
@@ -31,32 +31,61 @@ class JointHistory:
 
     def angles_rad(self, t_s: FloatArray) -> FloatArray:
         """Angles (..., n - 1) at times (...); before the first break and after the last the joints are held."""
-        return self._evaluated(t_s, self.coefficients)
+        return np.asarray(self.polynomial()(np.clip(t_s, self.breaks_s[0], self.breaks_s[-1])))
 
     def rates_rad_s(self, t_s: FloatArray) -> FloatArray:
         """Rates (..., n - 1) at times (...), at a break those of the piece that begins; zero outside."""
         t = np.asarray(t_s, dtype=np.float64)
         inside = (t >= self.breaks_s[0]) & (t <= self.breaks_s[-1])
-        return np.where(inside[..., None], self._evaluated(t, derivative(self.coefficients)), 0.0)
+        return np.where(inside[..., None], self.polynomial().derivative()(t), 0.0)
+
+    def polynomial(self) -> PPoly:
+        """As scipy has it; not of a batch."""
+        return PPoly(self.coefficients, self.breaks_s)
 
     def in_piece(self, piece: IntArray, since_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Angles and rates (..., n - 1), `since_s` (...) after the start of pieces (...)."""
-        chosen = self.coefficients[:, piece]
-        return _horner(chosen, since_s), _horner(derivative(chosen), since_s)
+        """Angles and rates (n - 1, m, q, ...), times (m, q, ...) after the start of pieces (m,)."""
+        chosen = np.moveaxis(self.coefficients[:, piece], 2, 1)[:, :, :, None]
+        angles, rates = chosen[0], np.zeros_like(chosen[0])
+        for coefficient in chosen[1:]:
+            rates = rates * since_s + angles
+            angles = angles * since_s + coefficient
+        shape = (chosen.shape[1], *np.shape(since_s))
+        return np.broadcast_to(angles, shape), np.broadcast_to(rates, shape)
 
-    def _evaluated(self, t_s: FloatArray, coefficients: FloatArray) -> FloatArray:
-        t = np.clip(np.asarray(t_s, dtype=np.float64), self.breaks_s[0], self.breaks_s[-1])
-        piece = np.clip(np.searchsorted(self.breaks_s, t, side="right") - 1, 0, len(self.breaks_s) - 2)
-        return _horner(coefficients[:, piece], t - self.breaks_s[piece])
+
+class Overshoot(NamedTuple):
+    """How far a joint leaves the samples on both sides at most, and when.
+
+    Attributes:
+        joint: Index of the joint.
+        excess_rad: Beyond the nearer of the two samples; 0 where it stays between them.
+        t_s: When.
+    """
+
+    joint: int
+    excess_rad: float
+    t_s: float
 
 
-def derivative(coefficients: FloatArray) -> FloatArray:
-    """Coefficients (d - 1, ...) of the derivative; a constant has (1, ...) zeros."""
-    degree = len(coefficients) - 1
-    if degree == 0:
-        return np.zeros_like(coefficients)
-    powers = np.arange(degree, 0, -1).reshape(-1, *(1,) * (coefficients.ndim - 1))
-    return np.asarray(coefficients[:-1] * powers)
+def overshoots(history: JointHistory) -> list[Overshoot]:
+    """The greatest excursion of each joint between two breaks: what lies between samples should not lie far beyond.
+
+    Args:
+        history: Through samples.
+    """
+    breaks, turning = history.breaks_s, history.polynomial().derivative().roots(extrapolate=False)
+    found = []
+    for joint, roots in enumerate(turning):
+        # An interval without motion has no single root: scipy says NaN.
+        t_s = np.append(breaks[0], roots[np.isfinite(roots)])
+        piece = np.clip(np.searchsorted(breaks, t_s, side="right") - 1, 0, len(breaks) - 2)
+        values, ends = history.angles_rad(t_s)[:, joint], history.angles_rad(breaks)[:, joint]
+        low, high = np.sort([ends[piece], ends[piece + 1]], axis=0)
+        excess = np.maximum(values - high, low - values)
+        most = int(np.argmax(excess))
+        found.append(Overshoot(joint, max(0.0, float(excess[most])), float(t_s[most])))
+    return found
 
 
 def sampled(
@@ -109,30 +138,18 @@ def moved(
     start = np.zeros(robot.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
     if start.shape != (robot.n_joints,):
         raise ValueError(f"start angles of shape {start.shape} do not fit {robot.n_joints} joints")
-    carried = servo_moves(robot, moves)
-    edges = _edges(carried, end_s)
-    pieces = np.zeros((3, len(edges) - 1, robot.n_joints))
-    pieces[2] = start
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    for move in carried:
-        pieces[2, middle >= move.end_s, move.joint] += move.delta_rad
-        for i in np.flatnonzero((middle > move.start_s) & (middle < move.end_s)):
-            pieces[:, i, move.joint] += move.polynomial(edges[i], middle[i])
-    return JointHistory(edges, pieces)
+    motion = servo_motion(robot, moves)
+    instants = np.sort(np.append(motion.changes_s, [0.0, end_s or 0.0]))
+    if instants[0] == instants[-1]:
+        instants[-1] += 1.0
+    apart = np.append(np.diff(instants) > SAME_INSTANT_S, True)
+    return history_of(motion, instants[apart], start)
 
 
-def _edges(moves: Sequence[ServoMove], end_s: float | None) -> FloatArray:
-    """The instants at which an acceleration changes, and the ends of the history."""
-    changes = [(m.start_s, m.start_s + m.ramp_s, m.end_s - m.ramp_s, m.end_s) for m in moves]
-    instants = sorted({0.0, end_s or 0.0, *(t for times in changes for t in times)})
-    if len(instants) == 1:
-        instants.append(instants[0] + 1.0)
-    apart = [t for t, later in pairwise(instants) if later - t > SAME_INSTANT_S]
-    return np.array([*apart, instants[-1]])
-
-
-def _horner(coefficients: FloatArray, since: FloatArray) -> FloatArray:
-    value = coefficients[0]
-    for coefficient in coefficients[1:]:
-        value = value * np.asarray(since)[..., None] + coefficient
-    return np.asarray(np.broadcast_to(value, np.shape(since) + np.shape(value)[-1:]))
+def history_of(motion: ServoMotion, breaks_s: FloatArray, start_rad: FloatArray) -> JointHistory:
+    """The history of moves from angles `start_rad` (n - 1,); no acceleration changes between breaks (m + 1, ...)."""
+    pieces = np.zeros((3, len(breaks_s) - 1, len(start_rad), *breaks_s.shape[1:]))
+    pieces[2] = start_rad.reshape(-1, *(1,) * (breaks_s.ndim - 1))
+    for number, joint in enumerate(motion.joints):
+        pieces[:, :, joint] += motion.polynomials(number, breaks_s)
+    return JointHistory(breaks_s, pieces)

@@ -18,9 +18,9 @@ from typing import Literal, NoReturn
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.dynamics.history import JointHistory, sampled
 from tfsat_host.errors import TfsatError
+from tfsat_host.robot.model import FloatArray
 
 _OF_TRUTH = re.compile(r"^joint_(\d+)_deg$", re.ASCII)
 _ANGLE = re.compile(r"theta\d+_deg", re.ASCII)

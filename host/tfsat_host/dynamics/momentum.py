@@ -7,37 +7,46 @@ falling cat (paper, section "Nonholonomic attitude reorientation").
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 
 from tfsat_host.dynamics.components import (
-    FloatArray,
+    batch_first,
+    batch_last,
     cross,
     dot,
     matvec,
+    pad,
     point_tensor,
     rotated_tensor,
+    rotation_about,
     solve_symmetric,
     upper,
 )
-from tfsat_host.dynamics.multibody import Columns, Multibody, batch_first, batch_last
-from tfsat_host.dynamics.poses import Placed, pad, place
+from tfsat_host.dynamics.multibody import Columns, Multibody, Step
+from tfsat_host.dynamics.poses import Placed, place
+from tfsat_host.robot.model import FloatArray
 
 
 class Composite(NamedTuple):
-    """Bodies that move as one: mass (...), center of mass (3, ...) and inertia about it (3, 3, ...), base axes."""
+    """Bodies as one, in the axes of one of them.
+
+    Attributes:
+        mass: (...).
+        com: (3, ...) center of mass.
+        inertia: (3, 3, ...) about the center of mass.
+        velocity: (3, ...) of the center of mass, by the joints between the bodies; None while they rest.
+        momentum: (3, ...) angular momentum about the center of mass, likewise.
+    """
 
     mass: FloatArray
     com: FloatArray
     inertia: FloatArray
-
-
-class Coefficients(NamedTuple):
-    """I (3, 3, ...) and A (3, n - 1, ...) of h = I w + A q', base axes."""
-
-    inertia: FloatArray
-    joints: FloatArray
+    velocity: FloatArray | None = None
+    momentum: FloatArray | None = None
 
 
 def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
@@ -47,7 +56,9 @@ def locked_inertia(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    return batch_first(_coefficients(body, angles_rad).inertia, 2)
+    shape, posed = _posed(body, angles_rad)
+    whole = gathered(body.columns(len(shape)), body.base, body.steps, posed)
+    return batch_first(np.broadcast_to(whole.inertia, (3, 3, *shape)), 2)
 
 
 def joint_momentum(body: Multibody, angles_rad: FloatArray) -> FloatArray:
@@ -57,7 +68,7 @@ def joint_momentum(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    return batch_first(_coefficients(body, angles_rad).joints, 2)
+    return batch_first(_unit_rates(body, angles_rad)[1], 2)
 
 
 def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
@@ -67,11 +78,8 @@ def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
         body: The robot, or a batch of robots.
         angles_rad: (..., n - 1) joint angles.
     """
-    found = _coefficients(body, angles_rad)
-    rates = np.empty_like(found.joints)
-    for j in range(body.n_joints):
-        rates[:, j] = solve_symmetric(upper(found.inertia), -found.joints[:, j])
-    return batch_first(rates, 2)
+    inertia, momentum = _unit_rates(body, angles_rad)
+    return batch_first(solve_symmetric(upper(inertia), -momentum), 2)
 
 
 def kinetic_energy_j(
@@ -95,7 +103,7 @@ def kinetic_energy_j(
     com = [p.at(columns.com[i]) for i, p in enumerate(placed)]
     rate, velocity = [base_rate] * body.n_bodies, [cross(base_rate, c) for c in com]
     for step in body.steps:
-        turn, point = _hinge(step.joint, step.sign, columns, placed[step.parent])
+        turn, point = _hinge(step, columns, placed)
         turn = turn * joint_rates[step.joint]
         for i in body.moved_by(step.joint):
             rate[i] = rate[i] + turn
@@ -110,44 +118,78 @@ def kinetic_energy_j(
     return np.array(np.broadcast_to(0.5 * energy, shape))
 
 
-def coefficients(body: Multibody, columns: Columns, angles: FloatArray) -> Coefficients:
-    """I and A at joint angles (n - 1, ...), components first."""
-    placed = place(body, columns, angles)
-    bodies = [
-        Composite(columns.mass[i], p.at(columns.com[i]), rotated_tensor(p.rotation, columns.inertia[i]))
-        for i, p in enumerate(placed)
+def gathered(
+    columns: Columns,
+    root: int,
+    steps: Sequence[Step],
+    angles: Sequence[FloatArray] | FloatArray,
+    rates: Sequence[FloatArray | None] | None = None,
+) -> Composite:
+    """The bodies that `steps` lead to from body `root`, and it, as one body in its axes.
+
+    Args:
+        columns: The robot's arrays.
+        root: Index of the body.
+        steps: Joints, in order from it outwards.
+        angles: n - 1 angles (...) of the joints, each of its own shape.
+        rates: n - 1 rates (...), None for a joint that rests; None if all do.
+    """
+    attached = [
+        [Composite(m, c, i)] for m, c, i in zip(columns.mass, columns.com, columns.inertia, strict=True)
     ]
-    whole = join(bodies)
-    per_joint: list[FloatArray] = [np.empty(0)] * body.n_joints
-    for step in body.steps:
-        moved = join([bodies[i] for i in body.moved_by(step.joint)])
-        axis, point = _hinge(step.joint, step.sign, columns, placed[step.parent])
-        swing = moved.mass * cross(moved.com - whole.com, cross(axis, moved.com - point))
-        per_joint[step.joint] = matvec(moved.inertia, axis) + swing
-    if not per_joint:
-        return Coefficients(
-            whole.inertia, np.zeros((3, 0, *np.broadcast_shapes(whole.mass.shape, angles.shape[1:])))
-        )
-    return Coefficients(whole.inertia, np.stack(np.broadcast_arrays(*per_joint), axis=1))
+    for step in reversed(steps):
+        branch, axis, point = join(attached[step.child]), columns.axis[step.joint], columns.point[step.joint]
+        turn = rotation_about(axis, step.sign * angles[step.joint])
+        lever = matvec(turn, branch.com - point)
+        inertia = rotated_tensor(turn, branch.inertia)
+        velocity, momentum = (v if v is None else matvec(turn, v) for v in (branch.velocity, branch.momentum))
+        if rates is not None and (rate := rates[step.joint]) is not None:
+            spin = step.sign * axis * rate
+            velocity = _or_zero(velocity) + cross(spin, lever)
+            momentum = _or_zero(momentum) + matvec(inertia, spin)
+        attached[step.parent].append(Composite(branch.mass, point + lever, inertia, velocity, momentum))
+    return join(attached[root])
 
 
-def join(bodies: list[Composite]) -> Composite:
-    """The bodies as one rigid body."""
-    mass = np.asarray(sum(b.mass for b in bodies))
-    com = np.asarray(sum(b.mass * b.com for b in bodies) / mass)
-    return Composite(
-        mass, com, np.asarray(sum(b.inertia + b.mass * point_tensor(b.com - com) for b in bodies))
+def join(bodies: Sequence[Composite]) -> Composite:
+    """The bodies as one."""
+    return reduce(_joined, bodies)
+
+
+def _joined(a: Composite, b: Composite) -> Composite:
+    mass, gap = a.mass + b.mass, b.com - a.com
+    share = b.mass / mass
+    reduced = a.mass * share
+    whole = Composite(
+        mass, a.com + share * gap, a.inertia + b.inertia + reduced * point_tensor(gap), a.velocity, a.momentum
     )
+    if a.velocity is None and b.velocity is None:
+        return whole
+    velocity, momentum = _or_zero(a.velocity), _or_zero(a.momentum) + _or_zero(b.momentum)
+    apart = _or_zero(b.velocity) - velocity
+    return whole._replace(velocity=velocity + share * apart, momentum=momentum + reduced * cross(gap, apart))
 
 
-def _hinge(joint: int, sign: float, columns: Columns, parent: Placed) -> tuple[FloatArray, FloatArray]:
+def _or_zero(motion: FloatArray | None) -> FloatArray:
+    return np.zeros(()) if motion is None else motion
+
+
+def _hinge(step: Step, columns: Columns, placed: list[Placed]) -> tuple[FloatArray, FloatArray]:
     """Direction about which the joint turns its far side, and a point on its axis, base frame."""
-    return matvec(parent.rotation, sign * columns.axis[joint]), parent.at(columns.point[joint])
+    parent = placed[step.parent]
+    return matvec(parent.rotation, step.sign * columns.axis[step.joint]), parent.at(columns.point[step.joint])
 
 
-def _coefficients(body: Multibody, angles_rad: FloatArray) -> Coefficients:
-    """I and A in the whole batch shape of robots and angles."""
+def _posed(body: Multibody, angles_rad: FloatArray) -> tuple[tuple[int, ...], FloatArray]:
+    """The batch shape of robots and angles, and the angles components first."""
     angles = np.asarray(angles_rad, dtype=np.float64)
     shape = np.broadcast_shapes(body.batch_shape, angles.shape[:-1])
-    found = coefficients(body, body.columns(len(shape)), pad(batch_last(angles), 1, len(shape)))
-    return Coefficients(*(np.broadcast_to(v, v.shape[:2] + shape) for v in found))
+    return shape, pad(batch_last(angles), 1, len(shape))
+
+
+def _unit_rates(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """I (3, 3, 1, ...) and A (3, n - 1, ...): the joints turn one after another, on one axis more than the batch's."""
+    shape, posed = _posed(body, angles_rad)
+    rates = np.expand_dims(np.eye(body.n_joints), tuple(range(2, 2 + len(shape))))
+    whole = gathered(body.columns(len(shape) + 1), body.base, body.steps, posed[:, None], list(rates))
+    return whole.inertia, np.zeros((3, body.n_joints, *shape)) + _or_zero(whole.momentum)

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.components import batch_last, pad
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
 
 
 class Step(NamedTuple):
@@ -93,11 +94,11 @@ class Multibody:
     def columns(self, batch_ndim: int) -> Columns:
         """The arrays components first, ready to be combined with batches of `batch_ndim` axes."""
         return Columns(
-            mass=_batch_last(self.mass_kg, 1, batch_ndim),
-            com=_batch_last(self.com_m, 2, batch_ndim),
-            inertia=_batch_last(self.inertia_kg_m2, 3, batch_ndim),
-            axis=_batch_last(self.joint_axis, 2, batch_ndim),
-            point=_batch_last(self.joint_point_m, 2, batch_ndim),
+            mass=np.ascontiguousarray(pad(batch_last(self.mass_kg, 1), 1, batch_ndim)),
+            com=np.ascontiguousarray(pad(batch_last(self.com_m, 2), 2, batch_ndim)),
+            inertia=np.ascontiguousarray(pad(batch_last(self.inertia_kg_m2, 3), 3, batch_ndim)),
+            axis=np.ascontiguousarray(pad(batch_last(self.joint_axis, 2), 2, batch_ndim)),
+            point=np.ascontiguousarray(pad(batch_last(self.joint_point_m, 2), 2, batch_ndim)),
         )
 
 
@@ -109,23 +110,6 @@ class Columns(NamedTuple):
     inertia: FloatArray
     axis: FloatArray
     point: FloatArray
-
-
-def batch_last(values: FloatArray, core_ndim: int = 1) -> FloatArray:
-    """Moves the last `core_ndim` axes, in their order, to the front; the batch axes follow."""
-    batch = values.ndim - core_ndim
-    return values.transpose(*range(batch, values.ndim), *range(batch))
-
-
-def batch_first(values: FloatArray, core_ndim: int = 1) -> FloatArray:
-    """The inverse of `batch_last`, in memory of its own."""
-    return np.ascontiguousarray(values.transpose(*range(core_ndim, values.ndim), *range(core_ndim)))
-
-
-def _batch_last(values: FloatArray, core_ndim: int, batch_ndim: int) -> FloatArray:
-    moved = batch_last(values, core_ndim)
-    missing = batch_ndim - (values.ndim - core_ndim)
-    return moved.reshape(moved.shape[:core_ndim] + (1,) * missing + moved.shape[core_ndim:])
 
 
 def _steps(robot: RobotModel, base: int) -> tuple[Step, ...]:

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray, matmul, matvec, rotation_about
-from tfsat_host.dynamics.multibody import Columns, Multibody, batch_first, batch_last
+from tfsat_host.dynamics.components import batch_first, batch_last, matmul, matvec, pad, rotation_about
+from tfsat_host.dynamics.multibody import Columns, Multibody
+from tfsat_host.robot.model import FloatArray
 
 
 class Placed(NamedTuple):
@@ -50,9 +51,3 @@ def place(body: Multibody, columns: Columns, angles: FloatArray) -> list[Placed]
         turn = rotation_about(axis, step.sign * angles[step.joint])
         placed[step.child] = Placed(matmul(parent.rotation, turn), parent.at(point - matvec(turn, point)))
     return placed
-
-
-def pad(values: FloatArray, core_ndim: int, batch_ndim: int) -> FloatArray:
-    """Adds batch axes of length 1 behind the core axes, up to `batch_ndim`."""
-    missing = batch_ndim - (values.ndim - core_ndim)
-    return values.reshape(values.shape[:core_ndim] + (1,) * missing + values.shape[core_ndim:])

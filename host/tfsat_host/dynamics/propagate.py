@@ -4,12 +4,14 @@ The base turns at w = I^-1 (R^T H - A q') with the constant momentum H: dR/dt = 
 solved on the rotation group by Runge-Kutta-Munthe-Kaas methods: an ordinary tableau of order p in the rotation
 vector of each step, with the exact inverse of the exponential's differential, keeps the order p and
 the quaternion's length (Munthe-Kaas, "High order Runge-Kutta methods on manifolds", Applied Numerical
-Mathematics 29, 1999). Steps never cross a break of the history, so that jumping rates cost no order.
+Mathematics 29, 1999). Without momentum w does not depend on the attitude: then order 6 takes Magnus' series, which
+needs w at three instants of a step, not at six. Steps never cross a break of the history, so that jumping rates cost
+no order.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -17,19 +19,30 @@ import numpy as np
 
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.components import matvec, solve_symmetric, transpose, upper
 from tfsat_host.dynamics.history import JointHistory
-from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.multibody import Columns, Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.robot.model import IntArray
+from tfsat_host.dynamics.stroke import GAUSS, magnus6
+from tfsat_host.robot.model import FloatArray, IntArray
 
 DEFAULT_STEP_S = 0.01
+# Robots times instants that are evaluated at once: few enough for a processor's cache, many enough for numpy.
+_BLOCK = 3000
 
 
 class Tableau(NamedTuple):
-    """An explicit Runge-Kutta method: nodes (s,), weights (s,), and the stages' lower triangle (s, s)."""
+    """An explicit Runge-Kutta method of s stages.
+
+    Attributes:
+        nodes: The different instants of the stages, as shares of a step.
+        node_of_stage: (s,) indices into `nodes`.
+        weights: (s,).
+        stages: (s, s) lower triangle.
+    """
 
     nodes: FloatArray
+    node_of_stage: IntArray
     weights: FloatArray
     stages: FloatArray
 
@@ -38,7 +51,8 @@ def _tableau(stages: list[list[float]], weights: list[float]) -> Tableau:
     square = np.zeros((len(weights), len(weights)))
     for i, row in enumerate(stages, start=1):
         square[i, : len(row)] = row
-    return Tableau(square.sum(axis=1), np.array(weights), square)
+    nodes, node_of_stage = np.unique(square.sum(axis=1).round(15), return_inverse=True)
+    return Tableau(nodes, node_of_stage, np.array(weights), square)
 
 
 # Order 4: Kutta 1901. Order 6: Butcher, "On Runge-Kutta processes of high order", 1964, seven stages.
@@ -127,14 +141,9 @@ def propagate(
     Raises:
         ValueError: `step_s` is not positive, there is no such order, or the start is no attitude and rate.
     """
-    return propagate_divided(
-        body,
-        history,
-        Release.of(initial_attitude_xyzw, initial_rate_rad_s),
-        step_s=step_s,
-        order=order,
-        parts=1,
-    )
+    release = Release.of(initial_attitude_xyzw, initial_rate_rad_s)
+    course = Propagation(body, history, release, step_s=step_s, order=order)
+    return course.flight(1, np.array(list(course.attitudes())))
 
 
 class Release(NamedTuple):
@@ -162,112 +171,154 @@ class Release(NamedTuple):
         return cls(attitude / length, rate)
 
 
-def propagate_divided(
-    body: Multibody,
-    history: JointHistory,
-    release: Release,
-    *,
-    step_s: float,
-    order: Literal[4, 6],
-    parts: int,
-) -> Flight:
-    """As `propagate`, with each of its steps divided into `parts`: every `parts`-th instant is one of its own."""
-    if not step_s > 0.0:
-        raise ValueError(f"a step of {step_s} s leads nowhere")
-    if order not in TABLEAUS:
-        raise ValueError(f"there is no order {order}: choose from {', '.join(map(str, TABLEAUS))}")
-    tableau = TABLEAUS[order]
-    piece, since, length = _steps(history.breaks_s, step_s, parts)
-    angles, rates = history.in_piece(
-        piece[:, None], since[:, None] + length[:, None] * np.append(tableau.nodes, 1.0)
-    )
-    spin = _Spin.of(body, angles, rates)
-    attitude = release.attitude
-    momentum = spin.momentum(attitude, release.rate)
-    attitudes = np.empty((len(length) + 1, 4))
-    attitudes[0] = attitude
-    # Without angular momentum no step asks for the attitude that it begins at: all of them at once.
-    turns = _turn_of(length, tableau, lambda stage, _: -spin.driven[:, stage].T) if momentum is None else None
-    for i, h in enumerate(length):
-        turn = _step(spin, i, h, attitude, momentum, tableau) if turns is None else turns[:, i]
-        attitude = quaternion.product(attitude, quaternion.exponential(turn))
-        attitude /= np.sqrt(attitude @ attitude)
-        attitudes[i + 1] = attitude
-    t_s = np.append(history.breaks_s[piece] + since, history.breaks_s[-1])
-    # Each instant is the end of a step, and shows the rates there; the first is the start of the first step.
-    instants = [np.concatenate([values[:1, 0], values[:, -1]]) for values in (angles, rates)]
-    turning = np.array(
-        [spin.rate(i - 1 if i else 0, -1 if i else 0, q, momentum) for i, q in enumerate(attitudes)]
-    )
-    return Flight(body, t_s, attitudes, turning, *instants)
+class Propagation:
+    """The integration for one robot, or for a batch of robots that each have a history of their own.
+
+    Args:
+        body: One robot, or a batch of one axis.
+        history: What the joints do; of the same batch.
+        release: How every base starts.
+        step_s: Longest step. Every robot of a batch takes as many steps as the slowest needs.
+        order: 4 or 6.
+
+    Raises:
+        ValueError: `step_s` is not positive, or there is no such order.
+    """
+
+    def __init__(
+        self, body: Multibody, history: JointHistory, release: Release, *, step_s: float, order: Literal[4, 6]
+    ) -> None:
+        if not step_s > 0.0:
+            raise ValueError(f"a step of {step_s} s leads nowhere")
+        if order not in TABLEAUS:
+            raise ValueError(f"there is no order {order}: choose from {', '.join(map(str, TABLEAUS))}")
+        self._body, self._history, self._tableau = body, history, TABLEAUS[order]
+        batch = history.breaks_s.shape[1:]
+        self._columns = body.columns(2 + len(batch))
+        self._start = np.multiply.outer(release.attitude, np.ones(batch))
+        self._momentum = self._of_release(release)
+        self._by_magnus = self._momentum is None and order == 6
+        self._nodes = GAUSS if self._by_magnus else self._tableau.nodes
+        self._spans_s = np.diff(history.breaks_s, axis=0)
+        longest_s = self._spans_s.reshape(len(self._spans_s), -1).max(axis=1)
+        self._counts = np.maximum(1, np.ceil(longest_s / step_s - 1e-9).astype(np.int64))
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        return int(self._counts.sum())
+
+    def attitudes(self, parts: int = 1) -> Iterator[FloatArray]:
+        """(4, ...) at the start and after each step, with every step divided into `parts`."""
+        piece, since, length = self._divided(parts)
+        latest = self._start
+        yield latest
+        size = max(1, _BLOCK // (latest[0].size * len(self._nodes)))
+        for first in range(0, len(piece), size):
+            block = slice(first, first + size)
+            for attitude in self._after(latest, piece[block], since[block], length[block]):
+                yield (latest := attitude)
+
+    def flight(self, parts: int, attitudes: FloatArray) -> Flight:
+        """The whole motion of one robot with attitudes (m, 4) as `attitudes(parts)` has them."""
+        piece, since, length = self._divided(parts)
+        # Each instant is the end of a step, and shows the rates there; the first is the start of the first step.
+        ends = np.append(piece[:1], piece), np.append(0.0, since + length)[:, None]
+        angles, rates = self._history.in_piece(*ends)
+        spin = _Spin.of(self._body, self._columns, angles, rates)
+        momentum = None if self._momentum is None else self._momentum[:, None, None]
+        turning = spin.rate(attitudes.T[:, :, None], momentum)
+        t_s = np.append(self._history.breaks_s[piece] + since, self._history.breaks_s[-1])
+        return Flight(self._body, t_s, attitudes, *(v[..., 0].T for v in (turning, angles, rates)))
+
+    def _of_release(self, release: Release) -> FloatArray | None:
+        """H (3, ...), inertial axes."""
+        if release.rate is None:
+            return None
+        start = np.zeros((1, 1, *self._start.shape[1:]))
+        angles, rates = self._history.in_piece(np.zeros(1, dtype=np.int64), start)
+        whole = _whole(self._body, self._columns, angles, rates)
+        own = matvec(whole.inertia, release.rate.reshape(3, *(1,) * start.ndim))
+        if whole.momentum is not None:
+            own = own + whole.momentum
+        return matvec(quaternion.to_matrix(self._start), own[:, 0, 0])
+
+    def _divided(self, parts: int) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Piece (m,), start within the piece (m, ...) and length (m, ...) of each step."""
+        counts = self._counts * parts
+        piece: IntArray = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+        number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+        length = (self._spans_s.T / counts).T[piece]
+        return piece, (number * length.T).T, length
+
+    def _after(
+        self, attitude: FloatArray, piece: IntArray, since: FloatArray, length: FloatArray
+    ) -> Iterator[FloatArray]:
+        """(4, ...) after each of m steps, from `since` (m, ...) after the start of pieces (m,) on."""
+        at = since[:, None] + self._nodes.reshape(-1, *(1,) * (attitude.ndim - 1)) * length[:, None]
+        angles, rates = self._history.in_piece(piece, at)
+        if self._momentum is None and not rates.any():
+            yield from [attitude] * len(piece)
+            return
+        spin = _Spin.of(self._body, self._columns, angles, rates)
+        turns = self._turns_at_once(spin.rate(), length) if self._momentum is None else None
+        for i, h in enumerate(length):
+            turn = self._turn(spin, i, h, attitude) if turns is None else turns[:, i]
+            attitude = quaternion.product(attitude, quaternion.exponential(turn))
+            attitude /= np.sqrt((attitude * attitude).sum(axis=0))
+            yield attitude
+
+    def _turns_at_once(self, rates: FloatArray, length: FloatArray) -> FloatArray:
+        """Rotation vectors (3, m, ...) of steps at base rates (3, m, nodes, ...) that no attitude changes."""
+        if self._by_magnus:
+            return magnus6(rates, length)
+        return _turn_of(length, self._tableau, lambda node, _: rates[:, :, node])
+
+    def _turn(self, spin: _Spin, step: int, h: FloatArray, attitude: FloatArray) -> FloatArray:
+        """Rotation vector (3, ...) of one step from an attitude (4, ...) with angular momentum."""
+
+        def rate(node: int, turn: FloatArray) -> FloatArray:
+            here = quaternion.product(attitude, quaternion.exponential(turn))
+            return _Spin(spin.inertia[:, step, node], spin.drive[:, step, node]).rate(here, self._momentum)
+
+        return _turn_of(h, self._tableau, rate)
 
 
 class _Spin(NamedTuple):
-    """w = `inverse` R^T H - `driven` at every stage: (m, s + 1, 3, 3) and (m, s + 1, 3)."""
+    """I as xx, xy, xz, yy, yz, zz, (6, ...), and A q', (3, ...)."""
 
-    inverse: FloatArray
-    driven: FloatArray
+    inertia: FloatArray
+    drive: FloatArray
 
     @classmethod
-    def of(cls, body: Multibody, angles: FloatArray, rates: FloatArray) -> _Spin:
-        inverse = np.asarray(np.linalg.inv(conserved.locked_inertia(body, angles)), dtype=np.float64)
-        joints = np.einsum("...ij,...j->...i", conserved.joint_momentum(body, angles), rates)
-        return cls(inverse, np.einsum("...ij,...j->...i", inverse, joints))
+    def of(cls, body: Multibody, columns: Columns, angles: FloatArray, rates: FloatArray) -> _Spin:
+        whole = _whole(body, columns, angles, rates)
+        entries = [np.broadcast_to(entry, rates.shape[1:]) for entry in upper(whole.inertia)]
+        drive = np.zeros((3, *rates.shape[1:]))
+        return cls(np.stack(entries), drive if whole.momentum is None else drive + whole.momentum)
 
-    def momentum(self, attitude: FloatArray, rate: FloatArray | None) -> FloatArray | None:
-        """H (3,), inertial axes, of base rate `rate` (3,) at the start."""
-        if rate is None:
-            return None
-        local = np.linalg.solve(self.inverse[0, 0], rate + self.driven[0, 0])
-        return np.asarray(quaternion.to_matrix(attitude) @ local)
-
-    def rate(self, step: int, stage: int, attitude: FloatArray, momentum: FloatArray | None) -> FloatArray:
-        """Base rate (3,), base axes."""
-        if momentum is None:
-            return np.asarray(-self.driven[step, stage])
-        return np.asarray(
-            self.inverse[step, stage] @ (quaternion.to_matrix(attitude).T @ momentum)
-            - self.driven[step, stage]
-        )
+    def rate(self, attitude: FloatArray | None = None, momentum: FloatArray | None = None) -> FloatArray:
+        """Base rate (3, ...), base axes, at attitude (4, ...) and momentum (3, ...), or without momentum."""
+        own = -self.drive
+        if attitude is not None and momentum is not None:
+            own = matvec(transpose(quaternion.to_matrix(attitude)), momentum) + own
+        return solve_symmetric(self.inertia, own)
 
 
-def step_count(breaks_s: FloatArray, step_s: float) -> int:
-    """Number of steps of at most `step_s`, none of them across a break."""
-    return int(_counts(breaks_s, step_s).sum())
+def _whole(body: Multibody, columns: Columns, angles: FloatArray, rates: FloatArray) -> conserved.Composite:
+    """The robot as one body at joint angles and rates (n - 1, m, q, ...); a joint that rests is turned only once."""
+    moving = [rate if rate.any() else None for rate in rates]
+    posed = [
+        angle[:1, :1] if rate is None and (angle == angle[:1, :1]).all() else angle
+        for angle, rate in zip(angles, moving, strict=True)
+    ]
+    return conserved.gathered(columns, body.base, body.steps, posed, moving)
 
 
-def _counts(breaks_s: FloatArray, step_s: float) -> IntArray:
-    return np.maximum(1, np.ceil(np.diff(breaks_s) / step_s - 1e-9).astype(np.int64))
-
-
-def _steps(breaks_s: FloatArray, step_s: float, parts: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Piece (m,), start within the piece (m,) and length (m,) of each step."""
-    spans = np.diff(breaks_s)
-    counts = _counts(breaks_s, step_s) * parts
-    piece: IntArray = np.repeat(np.arange(len(spans), dtype=np.int64), counts)
-    length = (spans / counts)[piece]
-    number = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return piece, np.asarray(number * length), length
-
-
-def _step(
-    spin: _Spin, i: int, h: float, attitude: FloatArray, momentum: FloatArray | None, tableau: Tableau
-) -> FloatArray:
-    """Rotation vector (3,) of step i."""
-
-    def rate(stage: int, turn: FloatArray) -> FloatArray:
-        here = quaternion.product(attitude, quaternion.exponential(turn))
-        return spin.rate(i, stage, here, momentum)
-
-    return _turn_of(h, tableau, rate)
-
-
-def _turn_of(
-    h: float | FloatArray, tableau: Tableau, rate: Callable[[int, FloatArray], FloatArray]
-) -> FloatArray:
-    """Rotation vector (3, ...) of a step of length h (...); `rate` is of a stage and the turn (3, ...) until then."""
+def _turn_of(h: FloatArray, tableau: Tableau, rate: Callable[[int, FloatArray], FloatArray]) -> FloatArray:
+    """Rotation vector (3, ...) of a step of length h (...); `rate` is of a node and the turn (3, ...) until then."""
     slopes = np.empty((len(tableau.weights), 3, *np.shape(h)))
-    for stage, row in enumerate(tableau.stages):
+    for stage, (row, node) in enumerate(zip(tableau.stages, tableau.node_of_stage, strict=True)):
         turn = h * np.tensordot(row[:stage], slopes[:stage], axes=1)
-        slopes[stage] = quaternion.inverse_differential(turn, rate(stage, turn))
+        slopes[stage] = quaternion.inverse_differential(turn, rate(int(node), turn))
     return np.asarray(h * np.tensordot(tableau.weights, slopes, axes=1))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray, cross, dot
+from tfsat_host.dynamics.components import batch_first, batch_last, cross, dot
+from tfsat_host.robot.model import FloatArray
 
 # Below this angle the series of sin(x)/x is exact to the last bit with three terms.
 _SMALL_RAD = 1e-2
@@ -91,3 +92,13 @@ def to_matrix(q: FloatArray) -> FloatArray:
     out[0, 2], out[2, 0] = 2 * (x * z + y * w), 2 * (x * z - y * w)
     out[1, 2], out[2, 1] = 2 * (y * z - x * w), 2 * (y * z + x * w)
     return out
+
+
+def rotation_vector_rad(quaternion_xyzw: FloatArray) -> FloatArray:
+    """Rotation vectors (..., 3), rad, of quaternions (..., 4), the shorter way round."""
+    return batch_first(logarithm(batch_last(np.asarray(quaternion_xyzw, dtype=np.float64))))
+
+
+def rotation_angle_rad(quaternion_xyzw: FloatArray) -> FloatArray:
+    """Rotation angles (...), 0 to pi, of quaternions (..., 4)."""
+    return angle(batch_last(np.asarray(quaternion_xyzw, dtype=np.float64)))

@@ -1,8 +1,7 @@
 """How a servo carries out a move: it speeds up, goes on and slows down, within its greatest rate and acceleration.
 
 A move says when the schedule has the joint arrive. A servo that needs longer arrives later, as fast as it can; the
-next move of its joint then waits until the joint is at rest, as in `tfsat_host.sensitivity`. Other joints
-do not wait: the sequencer runs open loop.
+next move of its joint then waits until the joint is at rest. Other joints do not wait: the sequencer runs open loop.
 """
 
 from __future__ import annotations
@@ -12,8 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import Servo
+from tfsat_host.robot.model import FloatArray
 
 # Instants closer together are one; no clock of the robot tells them apart.
 SAME_INSTANT_S = 1e-9
@@ -53,16 +54,103 @@ class ServoMove(NamedTuple):
     ramp_s: float
     push_rad_s2: float
 
-    def polynomial(self, from_s: float, middle_s: float) -> tuple[float, float, float]:
-        """Way since the start around `middle_s`, as a polynomial of the time since `from_s`, highest power first."""
-        half, since = 0.5 * self.push_rad_s2, from_s - self.start_s
-        if middle_s < self.start_s + self.ramp_s:
-            return half, self.push_rad_s2 * since, half * since * since
-        if middle_s > self.end_s - self.ramp_s:
-            left = self.end_s - from_s
-            return -half, self.push_rad_s2 * left, self.delta_rad - half * left * left
-        rate = self.push_rad_s2 * self.ramp_s
-        return 0.0, rate, rate * (since - 0.5 * self.ramp_s)
+
+class ServoMotion(NamedTuple):
+    """What servos make of k moves; trailing axes are a batch of robots.
+
+    Attributes:
+        joints: k indices of joints.
+        delta_rad, start_s, end_s, ramp_s, push_rad_s2: (k, ...) as in `ServoMove`.
+    """
+
+    joints: tuple[int, ...]
+    delta_rad: FloatArray
+    start_s: FloatArray
+    end_s: FloatArray
+    ramp_s: FloatArray
+    push_rad_s2: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        joints: Sequence[int],
+        delta_rad: FloatArray,
+        start_s: FloatArray,
+        duration_s: FloatArray,
+        max_rate_rad_s: FloatArray,
+        acceleration_rad_s2: FloatArray,
+    ) -> ServoMotion:
+        """Moves in the order of their starts, each (k, ...) by its own servo's greatest rate and acceleration.
+
+        A move that starts while its own joint is still on the way starts when the joint has arrived, and none is
+        shorter than its servo can.
+        """
+        size, rate, acceleration = np.abs(delta_rad), max_rate_rad_s, acceleration_rad_s2
+        cruising = size * acceleration > rate * rate
+        shortest = np.where(cruising, size / rate + rate / acceleration, 2.0 * np.sqrt(size / acceleration))
+        duration = np.maximum(np.maximum(duration_s, shortest), SAME_INSTANT_S)
+        fullness = np.minimum(1.0, 4.0 * size / (acceleration * duration * duration))
+        start, end = np.broadcast_to(start_s, duration.shape).copy(), np.empty_like(duration)
+        at_rest: dict[int, FloatArray] = {}
+        for k, joint in enumerate(joints):
+            start[k] = np.maximum(start[k], at_rest.get(joint, start[k]))
+            at_rest[joint] = end[k] = start[k] + duration[k]
+        ramp = 0.5 * duration * fullness / (1.0 + np.sqrt(1.0 - fullness))
+        return cls(tuple(joints), delta_rad, start, end, ramp, np.sign(delta_rad) * acceleration)
+
+    @property
+    def changes_s(self) -> FloatArray:
+        """(4 k, ...) the instants at which an acceleration changes, move by move unordered."""
+        edges = (self.start_s, self.start_s + self.ramp_s, self.end_s - self.ramp_s, self.end_s)
+        return np.concatenate(edges)
+
+    def polynomials(self, move: int, edges_s: FloatArray) -> FloatArray:
+        """(3, m, ...) way of a move since its start in the pieces between edges (m + 1, ...).
+
+        Polynomials of the time since a piece begins, highest power first. No acceleration changes within a piece.
+        """
+        start, end, ramp = self.start_s[move], self.end_s[move], self.ramp_s[move]
+        delta, half = self.delta_rad[move], 0.5 * self.push_rad_s2[move]
+        since, left = edges_s[:-1] - start, end - edges_s[:-1]
+        middle = 0.5 * (edges_s[1:] + edges_s[:-1])
+        phase = [middle < start, middle < start + ramp, middle <= end - ramp, middle < end]
+        rate = 2.0 * half * ramp
+        return np.stack(
+            [
+                np.select(phase, [0.0, half, 0.0, -half], 0.0),
+                np.select(phase, [0.0, 2.0 * half * since, rate, 2.0 * half * left], 0.0),
+                np.select(
+                    phase,
+                    [0.0, half * since * since, rate * (since - 0.5 * ramp), delta - half * left * left],
+                    delta,
+                ),
+            ]
+        )
+
+
+def servo_motion(robot: RobotModel, moves: Sequence[TimedMove]) -> ServoMotion:
+    """What the robot's servos make of `moves`, in the order of their starts.
+
+    Raises:
+        ValueError: a joint is not the robot's, a number is not finite, a move is to take no time, or the
+            scheduled times of two moves of a joint overlap.
+    """
+    ordered = sorted(moves, key=lambda move: move.start_s)
+    latest: dict[int, TimedMove] = {}
+    for move in ordered:
+        _check(move, robot.n_joints)
+        if move.joint in latest and move.start_s < latest[move.joint].end_s - SAME_INSTANT_S:
+            raise ValueError(f"two moves of joint {move.joint + 1} overlap")
+        latest[move.joint] = move
+    servos = [robot.servos[move.joint] for move in ordered]
+    return ServoMotion.of(
+        [move.joint for move in ordered],
+        np.array([move.delta_rad for move in ordered]),
+        np.array([move.start_s for move in ordered]),
+        np.array([move.end_s - move.start_s for move in ordered]),
+        np.array([servo.max_rate_rad_s for servo in servos]),
+        np.array([servo.acceleration_rad_s2 for servo in servos]),
+    )
 
 
 def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[ServoMove]:
@@ -74,28 +162,11 @@ def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[ServoMove
         ValueError: a joint is not the robot's, a number is not finite, a move is to take no time, or the
             scheduled times of two moves of a joint overlap.
     """
-    done: list[ServoMove | None] = [None] * len(moves)
-    latest: dict[int, tuple[TimedMove, ServoMove]] = {}
-    for number in sorted(range(len(moves)), key=lambda k: moves[k].start_s):
-        move = moves[number]
-        _check(move, robot.n_joints)
-        start_s = move.start_s
-        if move.joint in latest:
-            planned, made = latest[move.joint]
-            if move.start_s < planned.end_s - SAME_INSTANT_S:
-                raise ValueError(f"two moves of joint {move.joint + 1} overlap")
-            start_s = max(start_s, made.end_s)
-        one = _carried_out(robot.servos[move.joint], move, start_s)
-        latest[move.joint], done[number] = (move, one), one
-    return [one for one in done if one is not None]
-
-
-def shortest_s(servo: Servo, delta_rad: float) -> float:
-    """Least time in which the servo moves its joint by `delta_rad`, from rest to rest."""
-    size, acceleration, rate = abs(delta_rad), servo.acceleration_rad_s2, servo.max_rate_rad_s
-    if size * acceleration <= rate * rate:
-        return 2.0 * math.sqrt(size / acceleration)
-    return size / rate + rate / acceleration
+    motion = servo_motion(robot, moves)
+    columns = zip(*(values.tolist() for values in motion[1:]), strict=True)
+    in_order = [ServoMove(joint, *row) for joint, row in zip(motion.joints, columns, strict=True)]
+    numbers = sorted(range(len(moves)), key=lambda number: moves[number].start_s)
+    return [one for _, one in sorted(zip(numbers, in_order, strict=True))]
 
 
 def overlap(moves: Sequence[ServoMove]) -> bool:
@@ -103,15 +174,6 @@ def overlap(moves: Sequence[ServoMove]) -> bool:
     ordered = sorted(moves, key=lambda move: move.start_s)
     ends = [move.end_s for move in ordered]
     return any(ordered[k].start_s < max(ends[:k]) - SAME_INSTANT_S for k in range(1, len(ordered)))
-
-
-def _carried_out(servo: Servo, move: TimedMove, start_s: float) -> ServoMove:
-    duration = max(move.end_s - move.start_s, shortest_s(servo, move.delta_rad))
-    acceleration = servo.acceleration_rad_s2
-    fullness = min(1.0, 4.0 * abs(move.delta_rad) / (acceleration * duration * duration))
-    ramp = 0.5 * duration * fullness / (1.0 + math.sqrt(1.0 - fullness))
-    push = math.copysign(acceleration, move.delta_rad) if move.delta_rad else 0.0
-    return ServoMove(move.joint, move.delta_rad, start_s, start_s + duration, ramp, push)
 
 
 def _check(move: TimedMove, n_joints: int) -> None:

@@ -10,25 +10,26 @@ expansion and some of its applications", Physics Reports 470, 2009, section 5).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray, cross, matvec
+from tfsat_host.dynamics.components import batch_first, batch_last, cross, matvec, pad
 from tfsat_host.dynamics.hinge import Halves, Hinge, base_rate, divide, to_base
 from tfsat_host.dynamics.momentum import Composite
-from tfsat_host.dynamics.multibody import Multibody, batch_first, batch_last
-from tfsat_host.dynamics.poses import pad
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.robot.model import FloatArray
 
 # Two steps of order 6 leave 5e-5 deg on the loop 90/90 of the drop tower robot; 0.05 deg with other robots.
 STEPS = 2
 TOLERANCE_RAD = math.radians(1e-4)
 # Half as long a step leaves a 64th of the error, once steps are short; until then it may be a 16th.
-_GAIN = 16.0
+GAIN = 16.0
 _LONGEST_RAD = math.pi / 4.0
 _STEPS_MAX = 4096
 _ROOT15 = 15.0**0.5
-_GAUSS = np.array([0.5 - _ROOT15 / 10.0, 0.5, 0.5 + _ROOT15 / 10.0])
+GAUSS = np.array([0.5 - _ROOT15 / 10.0, 0.5, 0.5 + _ROOT15 / 10.0])
 
 
 def stroke_rotation(
@@ -67,6 +68,55 @@ def stroke_rotation(
     return batch_first(turned(hinge, padded, delta, steps))
 
 
+def path_rotation(
+    body: Multibody,
+    joints: Sequence[int],
+    deltas_rad: FloatArray,
+    *,
+    start_rad: FloatArray | None = None,
+    steps: int | None = None,
+    tolerance_rad: float = TOLERANCE_RAD,
+) -> FloatArray:
+    """Rotation of the base by strokes one after another, at zero angular momentum.
+
+    Args:
+        body: The robot, or a batch of robots.
+        joints: (k,) index of the joint of each stroke.
+        deltas_rad: (..., k) by how much each moves.
+        start_rad: (..., n - 1) joint angles at the start; zero if None.
+        steps: Steps of order 6 into which each stroke is divided. None: as many as `tolerance_rad` needs for
+            every sample; a stated number is several times faster.
+        tolerance_rad: Greatest error of the whole rotation, estimated by halving the steps.
+
+    Returns:
+        Quaternions (..., 4), scalar last: from base axes at the end to base axes at the start. The batch axes of
+        all arguments are broadcast against each other. After a closed loop, which leads every joint back, the
+        rotation is the same for every body.
+
+    Raises:
+        ValueError: `deltas_rad` does not fit `joints`, or as `stroke_rotation`.
+    """
+    deltas = np.asarray(deltas_rad, dtype=np.float64)
+    if deltas.shape[-1:] != (len(joints),):
+        raise ValueError(f"angles of shape {deltas.shape} do not fit {len(joints)} strokes")
+    start = np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
+    shape = np.broadcast_shapes(body.batch_shape, start.shape[:-1], deltas.shape[:-1])
+    angles = np.array(np.broadcast_to(start, (*shape, body.n_joints)))
+    rotation = quaternion.identity(shape)
+    for stroke, joint in enumerate(joints):
+        turned = stroke_rotation(
+            body,
+            joint,
+            angles,
+            deltas[..., stroke],
+            steps=steps,
+            tolerance_rad=tolerance_rad / len(joints),
+        )
+        rotation = quaternion.product(rotation, batch_last(turned))
+        angles[..., joint] += deltas[..., stroke]
+    return batch_first(rotation)
+
+
 def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance_rad: float) -> FloatArray:
     """As `turned`, with as many steps as the tolerance needs for the whole batch.
 
@@ -84,7 +134,7 @@ def turned_within(hinge: Hinge, angles: FloatArray, delta: FloatArray, tolerance
         steps *= 2
         coarse, rotation = rotation, turned(hinge, angles, delta, steps)
         change = quaternion.angle(quaternion.product(quaternion.inverse(coarse), rotation))
-        if float(change.max()) <= _GAIN * tolerance_rad:
+        if float(change.max()) <= GAIN * tolerance_rad:
             return rotation
     raise ValueError(
         f"a stroke of {longest:g} rad needs more than {_STEPS_MAX} steps for {tolerance_rad:g} rad"
@@ -99,7 +149,7 @@ def turned(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int = STE
     halves = divide(hinge, angles)
     start = angles[hinge.step.joint]
     # A step's nodes are one more axis before the batch: (steps, 3 nodes, ...).
-    nodes = ((np.arange(steps)[:, None] + _GAUSS) / steps).reshape(steps, 3, *(1,) * np.ndim(delta))
+    nodes = ((np.arange(steps)[:, None] + GAUSS) / steps).reshape(steps, 3, *(1,) * np.ndim(delta))
     rates = base_rate(_with_axes(halves, 2), start + nodes * delta)
     increments = magnus6(rates, delta / steps)
     rotation = quaternion.exponential(increments[:, 0])

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, harmonics
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics
 from tfsat_host.emulated.careful_servos import careful_servo_maps
 from tfsat_host.emulated.imperfections import Imperfections
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.config import ConfigKind, read_config
 from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.imperfections import Imperfections, draw
-from tfsat_host.toml_lines import line_of
-from tfsat_host.toml_reading import TomlError, read_toml
-from tfsat_host.toml_values import finite, shown
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
-_FOLDER = Path(__file__).with_name("imus")
+_SHIPPED = {file.stem: file for file in sorted(Path(__file__).with_name("imus").glob("*.toml"))}
+_KIND = ConfigKind(
+    name="IMU file",
+    error=EmulationError,
+    meaning="No robot with that IMU was made.",
+    cure=f"Name a file, or an IMU that tfsat knows: {', '.join(_SHIPPED)}.",
+    format=None,
+)
 _TABLES = ("gyro", "accel", "die")
 _GREATEST_DEVIATION = 0.618
 """Of the Allan deviation of a first-order Gauss-Markov process, over its standard deviation: at 1.89 correlation times
@@ -75,7 +80,7 @@ class ImuPart:
 
 def shipped_imus() -> tuple[str, ...]:
     """Names of the IMUs that tfsat brings along, in alphabetical order."""
-    return tuple(sorted(file.stem for file in _FOLDER.glob("*.toml")))
+    return tuple(_SHIPPED)
 
 
 def load_imu(name_or_path: str | Path) -> ImuPart:
@@ -84,19 +89,21 @@ def load_imu(name_or_path: str | Path) -> ImuPart:
     Raises:
         EmulationError: there is no such IMU or file, or the file says too little, too much or nonsense.
     """
-    file = Path(name_or_path)
-    if str(name_or_path) in shipped_imus():
-        file = _FOLDER / f"{name_or_path}.toml"
-    try:
-        text, values = read_toml(file)
-    except OSError as error:
-        raise _refusal(
-            f"The IMU {name_or_path} cannot be read: {error.strerror or error}",
-            f"Name a file, or an IMU that tfsat knows: {', '.join(shipped_imus())}.",
-        ) from None
-    except TomlError as error:
-        raise _refusal(f"{file} {error}", "Mend the file.") from None
-    return _ImuFile(file, text, values).part()
+    top = read_config(_SHIPPED.get(str(name_or_path), Path(name_or_path)), _KIND)
+    top.only(" ".join(("name", *_TABLES)))
+    figures: dict[str, float] = {}
+    sources: dict[str, str] = {}
+    for name in _TABLES:
+        keys = [
+            field.name.removeprefix(f"{name}_") for field in fields(ImuPart) if field.name.startswith(name)
+        ]
+        table = top.table(name, " ".join(keys))
+        for key in keys:
+            figure = table.table(key, "value source", '{ value = ..., source = "..." }')
+            least, above = (0.0, -math.inf) if _may_be_zero(key) else (-math.inf, 0.0)
+            figures[f"{name}_{key}"] = figure.number("value", least=least, above=above)
+            sources[f"{name}_{key}"] = figure.text("source")
+    return ImuPart(name=top.text("name"), **figures, sources=sources)
 
 
 def imperfections_with(part: ImuPart, seed: int, robot: Imperfections | None = None) -> Imperfections:
@@ -136,68 +143,6 @@ def wander_std_deg_s(part: ImuPart) -> float:
     return part.gyro_bias_stability_deg_h / 3600.0 / _GREATEST_DEVIATION
 
 
-class _ImuFile:
-    """Takes a file's values apart; what is wrong is told with its line."""
-
-    def __init__(self, file: Path, text: str, values: Mapping[str, object]) -> None:
-        self._file = file
-        self._text = text
-        self._values = values
-
-    def part(self) -> ImuPart:
-        """All that it must say, and nothing else."""
-        name = self._values.get("name")
-        if not isinstance(name, str) or not name:
-            self._fail("", "name", "the IMU's name is missing", 'Add `name = "..."`.')
-        figures: dict[str, float] = {}
-        sources: dict[str, str] = {}
-        for field in fields(ImuPart):
-            table, _, key = field.name.partition("_")
-            if table in _TABLES:
-                figures[field.name], sources[field.name] = self._figure(table, key)
-        self._refuse_others({"name", *_TABLES}, self._values, "")
-        for table in _TABLES:
-            known = {name.removeprefix(f"{table}_") for name in figures if name.startswith(f"{table}_")}
-            self._refuse_others(known, self._table(table), table)
-        return ImuPart(name=name, **figures, sources=sources)
-
-    def _figure(self, table: str, key: str) -> tuple[float, str]:
-        found = self._table(table).get(key)
-        cure = f'Write `{key} = {{ value = ..., source = "..." }}` below [{table}].'
-        if found is None:
-            self._fail(table, key, "is missing", cure)
-        if not isinstance(found, dict) or set(found) != {"value", "source"}:
-            self._fail(table, key, f"{shown(found)} is not a value with its source", cure)
-        number, source = finite(found["value"]), found["source"]
-        if number is None or number < 0.0 or (number == 0.0 and not _may_be_zero(key)):
-            self._fail(
-                table, key, f"{shown(found['value'])} is no value of it", "Give it a number above zero."
-            )
-        if not isinstance(source, str) or not source:
-            self._fail(table, key, "has no source", "Say where the value is from, or that it is assumed.")
-        return number, source
-
-    def _table(self, table: str) -> Mapping[str, object]:
-        values = self._values.get(table)
-        if not isinstance(values, dict):
-            self._fail("", table, "is no table", f"Add a table [{table}].")
-        return values
-
-    def _refuse_others(self, known: set[str], values: Mapping[str, object], table: str) -> None:
-        for key in values:
-            if key not in known:
-                self._fail(table, key, "is not known", f"Known are: {', '.join(sorted(known))}.")
-
-    def _fail(self, table: str, key: str, problem: str, cure: str) -> NoReturn:
-        line = line_of(self._text, table, 0, key) or 1
-        entry = f"{table}.{key}" if table else key
-        raise _refusal(f"{self._file}:{line}: {entry}: {problem}", cure)
-
-
 def _may_be_zero(key: str) -> bool:
     """An error may be none; a range, a resolution or a time constant may not."""
     return key.endswith(("_std", "warming_c")) or "_std_" in key or key.startswith(("noise", "bias", "shock"))
-
-
-def _refusal(what: str, cure: str) -> EmulationError:
-    return EmulationError(what=f"{what}.", meaning="No robot with that IMU was made.", next_step=cure)

@@ -32,6 +32,7 @@ US_PER_S = 1_000_000
 DEFAULT_SEED = 1
 SETTLE_US = 300_000
 """After power-up: both boards have started, the gyros are awake, USB is enumerated."""
+_READ_BYTES = 4096
 FALL_S = 2.5
 """Free fall of the drop tower (paper, tab. cosmotorre)."""
 PUSH_OFF_M_S = (0.0, 0.0, -0.04)
@@ -98,6 +99,7 @@ class EmulatedRobot:
             self._library.tfsat_eeprom_set(self._robot, eeprom, len(eeprom))
         if logger_memory is not None:
             self._library.tfsat_logger_memory_set(self._robot, logger_memory, len(logger_memory))
+        self._buffer = (ctypes.c_uint8 * _READ_BYTES)()
         self.card_slot = CardSlot(self._library, self._robot)
         self.faults = Faults(self._library, self._robot)
         self.hands = HandsOn(self._library, self._robot)
@@ -127,11 +129,7 @@ class EmulatedRobot:
     def advance(self, duration_us: int) -> None:
         """Lets virtual time pass. Raises EmulationError if the emulated processor crashes."""
         if self._library.tfsat_advance_to(self._robot, self.now_us + duration_us) != 0:
-            raise EmulationError(
-                what=f"The emulated sequencer crashed: {self._library.tfsat_crash(self._robot).decode()}.",
-                meaning="The real board would have hung or reset here.",
-                next_step="This is a bug of the firmware: keep the command line and report it.",
-            )
+            raise self._crash()
 
     def wait(self, duration_s: float) -> None:
         """Minutes in which nothing happens, compressed: the dies get warmer and the gyros' biases wander on.
@@ -146,11 +144,25 @@ class EmulatedRobot:
         """Offers bytes to a board; returns how many it took."""
         return int(self._library.tfsat_write(self._robot, board, data, len(data)))
 
-    def read(self, board: BoardIndex, capacity: int = 4096) -> bytes:
+    def read(self, board: BoardIndex) -> bytes:
         """Takes what a board has sent."""
-        buffer = (ctypes.c_uint8 * capacity)()
-        size = self._library.tfsat_read(self._robot, board, buffer, capacity)
-        return bytes(buffer[:size])
+        size = self._library.tfsat_read(self._robot, board, self._buffer, len(self._buffer))
+        return ctypes.string_at(self._buffer, size)
+
+    def read_by(self, board: BoardIndex, t_us: int, step_us: int) -> bytes:
+        """The same, letting time pass in steps until a byte is there or it is `t_us`. Raises EmulationError."""
+        buffer = self._buffer
+        size = self._library.tfsat_read_by(self._robot, board, t_us, step_us, buffer, len(buffer))
+        if size < 0:
+            raise self._crash()
+        return ctypes.string_at(buffer, size)
+
+    def _crash(self) -> EmulationError:
+        return EmulationError(
+            what=f"The emulated sequencer crashed: {self._library.tfsat_crash(self._robot).decode()}.",
+            meaning="The real board would have hung or reset here.",
+            next_step="This is a bug of the firmware: keep the command line and report it.",
+        )
 
     def set_power(self, board: BoardIndex, on: bool) -> None:
         """Switches a board's supply. The logger's takes its card's with it."""

@@ -54,11 +54,7 @@ class EmulatedTransport:
         """What has arrived, at least a byte if one comes within `timeout_s` of virtual time."""
         # Rounded up: a caller that waits for a moment shorter than a tick must see time pass.
         deadline_us = self._robot.now_us + math.ceil(timeout_s * US_PER_S)
-        while True:
-            data = self._robot.read(self._board)
-            if data or self._robot.now_us >= deadline_us:
-                return data
-            self._robot.advance(min(_STEP_US, deadline_us - self._robot.now_us))
+        return self._robot.read_by(self._board, deadline_us, _STEP_US)
 
     def close(self) -> None:
         """Ends the connection; the robot lives on."""

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import Shortcoming
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.gyros.seen import LANDING_TILT_STD_RAD
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 
 LANDING_BIAS_STD_RAD_S = np.deg2rad(0.5)
 """Of a bias: shocks of 10,000 g are survived, not unnoticed; assumed, as no data sheet says."""

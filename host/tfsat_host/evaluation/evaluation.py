@@ -24,11 +24,20 @@ from tfsat_host.evaluation.checks import Check, checks_of
 from tfsat_host.evaluation.checks.filed_maneuver import maneuver_check
 from tfsat_host.evaluation.checks.start_pose import start_pose_check
 from tfsat_host.evaluation.clocks.clocks import Clocks, align_clocks
+from tfsat_host.evaluation.clocks.video import Mark
 from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
 from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
 from tfsat_host.evaluation.fall.micro_gravity import SETTLE_S, MicroGravity, micro_gravity, quiet_windows
 from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
 from tfsat_host.evaluation.initial_rates import InitialRate, initial_rates
+from tfsat_host.evaluation.laser.geometry import BodyTurning
+from tfsat_host.evaluation.laser.tracks import LaserFileError, LaserTracks
+from tfsat_host.evaluation.laser.velocity import (
+    LaserError,
+    ReleaseVelocity,
+    VelocityWindows,
+    release_velocity,
+)
 from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.model_fit.explained import Explained, explain
 from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
@@ -40,15 +49,6 @@ from tfsat_host.evaluation.notes import notes_of
 from tfsat_host.evaluation.stand_ins import with_stand_ins
 from tfsat_host.evaluation.strokes.standing_joints import Standing, standing_joints
 from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
-from tfsat_host.evaluation.witnesses.laser import (
-    LaserError,
-    ReleaseVelocity,
-    VelocityWindows,
-    release_velocity,
-)
-from tfsat_host.evaluation.witnesses.laser_file import LaserFileError, LaserTracks
-from tfsat_host.evaluation.witnesses.laser_geometry import BodyTurning
-from tfsat_host.evaluation.witnesses.video import Mark
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.evaluation.model_fit.unexplained import SETTLED_S
 from tfsat_host.evaluation.motion.motion import Motion
 
 FloatArray = NDArray[np.float64]
 
+SETTLED_S = 0.03
+"""After the release: before, the springs still push and the low-pass remembers the hold."""
 BEFORE_STROKE_S = 0.02
 LEAST_SAMPLES = 5
 

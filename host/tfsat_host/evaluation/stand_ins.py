@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
-from tfsat_host.calibration.gyros.gyro import GyroCalibration, by_design
-from tfsat_host.calibration.joints.joint_sensors import (
+from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.joint_sensors import (
     JointSensors,
     sensor_columns,
     sensors_by_design,

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.laser.velocity import ReleaseVelocity
 from tfsat_host.evaluation.model_fit.explained import Explained
 from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
-from tfsat_host.evaluation.witnesses.laser import ReleaseVelocity
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.doubts import two_releases
 from tfsat_host.sdlog.summary import grave_warnings
@@ -41,6 +41,10 @@ class Verdict:
     level: Level
     sentence: str
     reasons: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"level": self.level, "sentence": self.sentence, "reasons": list(self.reasons)}
 
 
 @dataclass(frozen=True, slots=True)

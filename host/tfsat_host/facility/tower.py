@@ -6,24 +6,41 @@ The file's format is explained by the comments of `robots/cosmotorre.toml`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import NoReturn
+from typing import Any
 
+from tfsat_host.config import ConfigKind, Table, read_config
 from tfsat_host.errors import TfsatError
 from tfsat_host.facility.release import LeverSwitch
-from tfsat_host.robot import RobotFileError, default_robot_path
-from tfsat_host.robot.entries import Entry
-from tfsat_host.toml_reading import TomlError, read_toml
+from tfsat_host.robot import default_robot_path
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 KIND = "drop tower"
 _FILE_NAME = "cosmotorre.toml"
-_MEANING = "Whether the maneuver fits the drop tower is unknown."
+_POSITIVE = (
+    "drop_height_m fall_s payload_diameter_mm payload_height_mm space_diameter_mm space_height_mm "
+    "envelope_radius_mm usable_vertical_travel_mm magnet_force_n spring_force_n spring_stroke_mm "
+    "switch_operating_force_n switch_free_position_mm"
+)
+_NOT_NEGATIVE = (
+    "residual_acceleration_g margin_s maneuver_time_tolerance_s observed_transversal_velocity_mm_s clearance_mm "
+    "residual_magnetism separation_needed_mm switch_releasing_force_n switch_overtravel_mm "
+    "switch_movement_differential_mm"
+)
+_RANGES = "release_velocity_window_mm_s observed_release_velocity_mm_s switch_operating_position_mm"
 
 
 class FacilityFileError(TfsatError):
     """The facility file cannot be read or does not describe a drop tower (exit code 1)."""
+
+
+_FACILITY_FILE = ConfigKind(
+    name="facility file",
+    error=FacilityFileError,
+    meaning="Whether the maneuver fits the drop tower is unknown.",
+    cure="Name a facility file that exists, or none to use COSMOTORRE; robots/cosmotorre.toml shows the format.",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,122 +126,63 @@ def load_tower(path: Path | str | None = None) -> DropTower:
             message names file, line and entry, and how to correct it.
     """
     file = default_facility_path() if path is None else Path(path)
-    try:
-        text, values = read_toml(file)
-    except OSError as error:
-        raise FacilityFileError(
-            what=f"The facility file {file} cannot be read: {error.strerror}.",
-            meaning=_MEANING,
-            next_step="Name a facility file that exists, or name none to use COSMOTORRE.",
-        ) from error
-    except TomlError as error:
-        raise FacilityFileError(
-            what=f"{file}: {error}.",
-            meaning=_MEANING,
-            next_step="Correct that; robots/cosmotorre.toml shows the format.",
-        ) from error
-    return _tower(file, _FacilityEntry(file, text, "", 0, values))
-
-
-class _FacilityEntry(Entry):
-    """The entries of a facility file: read like a robot's, with an error that speaks of the facility."""
-
-    def fail(self, key: str, problem: str, cure: str) -> NoReturn:
-        try:
-            super().fail(key, problem, cure)
-        except RobotFileError as error:
-            raise FacilityFileError(what=error.what, meaning=_MEANING, next_step=cure) from None
-
-    def not_negative(self, key: str) -> float:
-        """A number that is zero or above."""
-        value = self.number(key)
-        if value < 0.0:
-            self.fail(key, f"{value:g} is negative", f"Give `{key}` zero or a number above it.")
-        return value
-
-    def range(self, key: str) -> tuple[float, float]:
-        """Two numbers above zero, the smaller one first."""
-        low, high = map(float, self.vector(key, 2))
-        if not 0.0 < low <= high:
-            self.fail(key, f"[{low:g}, {high:g}] is no range above zero", "Write the smaller number first.")
-        return low, high
-
-
-def _tower(file: Path, entry: _FacilityEntry) -> DropTower:
-    entry.integer("format", (1,))
-    if entry.text("kind") != KIND:
-        entry.fail("kind", "is no kind of facility that is known", f'Write `kind = "{KIND}"`.')
+    top = read_config(file, _FACILITY_FILE)
+    top.choice("kind", (KIND,))
+    top.only(f"format kind name switch_count {_POSITIVE} {_NOT_NEGATIVE} {_RANGES}")
+    figures: dict[str, Any] = {
+        **{key: top.number(key, above=0) for key in _POSITIVE.split()},
+        **{key: top.number(key, least=0) for key in _NOT_NEGATIVE.split()},
+        **{key: _range(top, key) for key in _RANGES.split()},
+    }
+    switch = {field.name: figures.pop(f"switch_{field.name}") for field in fields(LeverSwitch)}
     tower = DropTower(
         path=file,
-        name=entry.text("name"),
-        drop_height_m=entry.positive("drop_height_m"),
-        fall_s=entry.positive("fall_s"),
-        residual_acceleration_g=entry.not_negative("residual_acceleration_g"),
-        payload_diameter_mm=entry.positive("payload_diameter_mm"),
-        payload_height_mm=entry.positive("payload_height_mm"),
-        margin_s=entry.not_negative("margin_s"),
-        maneuver_time_tolerance_s=entry.not_negative("maneuver_time_tolerance_s"),
-        space_diameter_mm=entry.positive("space_diameter_mm"),
-        space_height_mm=entry.positive("space_height_mm"),
-        envelope_radius_mm=entry.positive("envelope_radius_mm"),
-        usable_vertical_travel_mm=entry.positive("usable_vertical_travel_mm"),
-        release_velocity_window_mm_s=entry.range("release_velocity_window_mm_s"),
-        observed_release_velocity_mm_s=entry.range("observed_release_velocity_mm_s"),
-        observed_transversal_velocity_mm_s=entry.not_negative("observed_transversal_velocity_mm_s"),
-        clearance_mm=entry.not_negative("clearance_mm"),
-        magnet_force_n=entry.positive("magnet_force_n"),
-        residual_magnetism=entry.not_negative("residual_magnetism"),
-        spring_force_n=entry.positive("spring_force_n"),
-        spring_stroke_mm=entry.positive("spring_stroke_mm"),
-        separation_needed_mm=entry.not_negative("separation_needed_mm"),
-        switch_count=entry.integer("switch_count", range(1, 9)),
-        switch=_switch(entry),
+        name=top.text("name"),
+        switch_count=top.integer("switch_count", 1, 8),
+        switch=LeverSwitch(**switch),
+        **figures,
     )
-    _check_together(entry, tower)
-    entry.done()
+    _check_together(top, tower)
     return tower
 
 
-def _switch(entry: _FacilityEntry) -> LeverSwitch:
-    return LeverSwitch(
-        operating_force_n=entry.positive("switch_operating_force_n"),
-        releasing_force_n=entry.not_negative("switch_releasing_force_n"),
-        overtravel_mm=entry.not_negative("switch_overtravel_mm"),
-        movement_differential_mm=entry.not_negative("switch_movement_differential_mm"),
-        free_position_mm=entry.positive("switch_free_position_mm"),
-        operating_position_mm=entry.range("switch_operating_position_mm"),
-    )
+def _range(top: Table, key: str) -> tuple[float, float]:
+    """Two numbers above zero, the smaller one first."""
+    low, high = top.numbers(key, 2)
+    if not 0.0 < low <= high:
+        top.fail(key, f"[{low:g}, {high:g}] is no range above zero", "Write the smaller number first.")
+    return low, high
 
 
-def _check_together(entry: _FacilityEntry, tower: DropTower) -> None:
+def _check_together(top: Table, tower: DropTower) -> None:
     """What one number says of another."""
     longest_s = math.sqrt(2.0 * tower.drop_height_m / STANDARD_GRAVITY_M_S2)
     if tower.fall_s > longest_s:
-        entry.fail(
+        top.fail(
             "fall_s",
             f"is more than {longest_s:.2f} s, which {tower.drop_height_m:g} m of free fall take",
             "Correct drop_height_m or fall_s.",
         )
     if tower.margin_s >= tower.fall_s:
-        entry.fail("margin_s", f"leaves nothing of the fall of {tower.fall_s:g} s", "Give a shorter margin.")
+        top.fail("margin_s", f"leaves nothing of the fall of {tower.fall_s:g} s", "Give a shorter margin.")
     for key, size_mm, room_mm in (
         ("space_diameter_mm", tower.space_diameter_mm, tower.payload_diameter_mm),
         ("space_height_mm", tower.space_height_mm, tower.payload_height_mm),
     ):
         if size_mm > room_mm:
-            entry.fail(
+            top.fail(
                 key,
                 f"is more than the {room_mm:g} mm that the inner capsule takes",
                 "The test space lies inside the inner capsule.",
             )
     if 2.0 * tower.envelope_radius_mm > tower.space_diameter_mm:
-        entry.fail(
+        top.fail(
             "envelope_radius_mm",
             f"is more than half of the test space of {tower.space_diameter_mm:g} mm",
             "Give the distance from the line of fall to the nearest wall or pillar.",
         )
     if tower.usable_vertical_travel_mm > tower.space_height_mm:
-        entry.fail(
+        top.fail(
             "usable_vertical_travel_mm",
             f"is more than the test space's height of {tower.space_height_mm:g} mm",
             "Give the way from the release mechanism to the bottom, less the robot's height.",
@@ -232,7 +190,7 @@ def _check_together(entry: _FacilityEntry, tower: DropTower) -> None:
     switch = tower.switch
     shortest_mm = switch.free_position_mm - switch.operating_position_mm[1]
     if shortest_mm <= switch.movement_differential_mm:
-        entry.fail(
+        top.fail(
             "switch_operating_position_mm",
             f"leaves a pre-travel of {shortest_mm:g} mm, not above the movement differential",
             "Check it against the switch's datasheet: FP - OP is above MD.",

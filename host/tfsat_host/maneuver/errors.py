@@ -45,7 +45,7 @@ class ManeuverError(TfsatError):
 
     def __init__(
         self,
-        code: Defect,
+        code: StrEnum,
         *,
         what: str,
         next_step: str,
@@ -53,7 +53,7 @@ class ManeuverError(TfsatError):
         stroke: int | None = None,
     ) -> None:
         super().__init__(what=what, meaning=meaning, next_step=next_step)
-        self.code = code
+        self.code = Defect(code)
         self.stroke = stroke
 
     def in_file(self, name: str) -> ManeuverError:

@@ -5,11 +5,12 @@ No more than a notice: the speed is the user's estimate of the servos, and so is
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
+from tfsat_host.config import Table, read_config
 from tfsat_host.maneuver.schedule import Schedule
-from tfsat_host.robot import default_robot_path
+from tfsat_host.robot import RobotFileError, default_robot_path
+from tfsat_host.robot.path import ROBOT_FILE
 
 
 def servo_speed_notices(schedule: Schedule, robot_file: Path | None = None) -> tuple[str, ...]:
@@ -19,16 +20,16 @@ def servo_speed_notices(schedule: Schedule, robot_file: Path | None = None) -> t
     """
     path = default_robot_path() if robot_file is None else robot_file
     moved = sorted({stroke.joint for stroke in schedule.strokes})
+    joints: list[Table] = []
     try:
-        joints = tomllib.loads(path.read_text(encoding="utf-8-sig"))["joint"]
-        servos = [joints[joint - 1]["servo"] for joint in moved]
-        average = min(float(servo["average_rate_deg_s"]) for servo in servos)
-        greatest = min(float(servo["max_rate_deg_s"]) for servo in servos)
-    except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
-        return (
-            f"The speed was not compared with the servos: {path} does not give their rates "
-            f"({type(error).__name__}: {error}).",
-        )
+        joints = read_config(path, ROBOT_FILE).tables("joint")
+        servos = [joints[joint - 1].table("servo") for joint in moved]
+        average = min(servo.number("average_rate_deg_s") for servo in servos)
+        greatest = min(servo.number("max_rate_deg_s") for servo in servos)
+    except RobotFileError as error:
+        return (f"The speed was not compared with the servos. {error.what}",)
+    except IndexError:
+        return (f"The speed was not compared with the servos: {path} has {len(joints)} joints.",)
     speed = schedule.speed_deg_s
     if speed <= average:
         return ()

@@ -8,9 +8,8 @@ There is no angular momentum, so that a loop turns the robot by the same rotatio
 """
 
 from tfsat_host.orbit.distribution import Distribution, GridManeuver, distribution
-from tfsat_host.orbit.errors import OrbitError
-from tfsat_host.orbit.euler import euler_zyx_rad, quaternion_of_euler_zyx
 from tfsat_host.orbit.flight import Flight, Sensing, Step, fly
+from tfsat_host.orbit.grid import OrbitError
 from tfsat_host.orbit.planner import Planner
 from tfsat_host.orbit.primitives import Primitive, PrimitiveTable, primitive_table
 from tfsat_host.orbit.slew import average_rate, expected_error, slew_time_s
@@ -27,10 +26,8 @@ __all__ = [
     "Step",
     "average_rate",
     "distribution",
-    "euler_zyx_rad",
     "expected_error",
     "fly",
     "primitive_table",
-    "quaternion_of_euler_zyx",
     "slew_time_s",
 ]

@@ -12,14 +12,13 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, quaternion, rotation_angle_rad, rotation_vector_rad
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.dynamics.multibody import batch_first
-from tfsat_host.orbit.errors import OrbitError
-from tfsat_host.orbit.euler import euler_zyx_rad
-from tfsat_host.orbit.grid import GridAxis, grid_axes, lines_of
-from tfsat_host.robot.model import IntArray
+from tfsat_host.dynamics.components import batch_first
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.orbit.grid import GridAxis, OrbitError, grid_axes, lines_of
+from tfsat_host.robot.model import FloatArray, IntArray
 
 _MOST_MANEUVERS = 1_000_000
 # Rounding parts the efficiencies of a loop and of the same loop backwards.
@@ -75,7 +74,7 @@ class Distribution:
     @cached_property
     def euler_zyx_rad(self) -> FloatArray:
         """(m, 3) about z, y and x."""
-        return euler_zyx_rad(self.quaternion_xyzw)
+        return euler_zyx_rad(Rotation.from_quat(self.quaternion_xyzw).as_matrix())
 
     @property
     def best_by_efficiency(self) -> int:

@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.orbit.planner import Chain, Planner, backwards, remainder
 from tfsat_host.orbit.primitives import Primitive
+from tfsat_host.robot.model import FloatArray
 
 Outcome = Literal["within tolerance", "no progress", "given up", "primitives used up"]
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.orbit.primitives import Primitive, PrimitiveTable
 from tfsat_host.orbit.search import lookup, search
 from tfsat_host.orbit.time_to_go import TimeToGo
 from tfsat_host.orbit.trim import trimmed
+from tfsat_host.robot.model import FloatArray
 
 Method = Literal["greedy", "search"]
 

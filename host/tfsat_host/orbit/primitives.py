@@ -7,24 +7,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
-from tfsat_host.design.loops import Loops
+from tfsat_host.design.loops import Loops, enough_steps
 from tfsat_host.design.sequences import Sequence, backwards, sequences
 from tfsat_host.dynamics import Multibody, quaternion
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.orbit.errors import OrbitError
-from tfsat_host.orbit.grid import GridAxis, grid_axes
+from tfsat_host.orbit.grid import GridAxis, OrbitError, grid_axes
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import IntArray
+from tfsat_host.robot.model import FloatArray, IntArray
 
 # Loops of three joints tilt what two joints turn; between them a coarser grid is dense enough.
 _COARSER = 3
-# Steps of order 6 for each stroke: enough for 1e-4 deg with robots whose joints move most of their mass.
-STROKE_STEPS = 4
+# Greatest error of a loop's rotation.
+_TOLERANCE_RAD = np.radians(1e-4)
 # A loop that turns less than this is no use; two that end closer together are one, and the faster is kept.
 _LEAST_DEG = 0.02
 _SAME_DEG = 0.25
@@ -95,6 +93,7 @@ class PrimitiveTable:
         rotation: (4, m) quaternions, components first.
         duration_s: (m,).
         made: How many loops were computed before the useful ones were kept.
+        steps: Steps of order 6 into which a stroke is divided, as many as the largest loops need for 1e-4 deg.
     """
 
     body: Multibody
@@ -108,6 +107,7 @@ class PrimitiveTable:
     rotation: FloatArray
     duration_s: FloatArray
     made: int
+    steps: int
 
     def __len__(self) -> int:
         return len(self.duration_s)
@@ -156,7 +156,7 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
     body = Multibody.of(robot)
     start = np.array([servo.start_rad for servo in robot.servos])
     rates = np.array([servo.average_rate_rad_s for servo in robot.servos])
-    shapes = list[Shape]()
+    shapes, steps = list[Shape](), 1
     parts = list[tuple[IntArray, FloatArray, FloatArray, FloatArray]]()
     groups = [joints for size in (2, 3) for joints in combinations(range(robot.n_joints), size)]
     for joints in groups:
@@ -164,9 +164,10 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
         displacements = _displacements(joints, robot.joint_limits_rad, start, step_deg * coarser)
         orders = sequences(len(joints))
         if displacements.shape[1]:
-            rotations = Loops(body, joints, orders, start_rad=start, steps=STROKE_STEPS).rotations(
-                displacements
-            )
+            ends = np.stack([displacements.min(axis=1), displacements.max(axis=1)])
+            far = np.array(list(product(*np.concatenate([ends, 0.5 * ends]).T))).T
+            steps = max(steps, enough_steps(body, joints, start, far, _TOLERANCE_RAD))
+            rotations = Loops(body, joints, orders, start_rad=start, steps=steps).rotations(displacements)
             for number, order in enumerate(orders):
                 shape = Shape(joints, order)
                 padded = np.zeros((displacements.shape[1], 3))
@@ -199,6 +200,7 @@ def primitive_table(robot: RobotModel, step_deg: float) -> PrimitiveTable:
         np.ascontiguousarray(rotation[:, keep]),
         duration[keep],
         made=len(duration),
+        steps=steps,
     )
 
 

@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.orbit.primitives import PrimitiveTable
 from tfsat_host.orbit.time_to_go import TimeToGo
-from tfsat_host.robot.model import IntArray
+from tfsat_host.robot.model import FloatArray, IntArray
 
 # Two states of the beam that differ by less are one.
 _SAME_RAD = 0.005

@@ -14,8 +14,8 @@ import numpy as np
 
 from tfsat_host.angles import wrapped
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
 from tfsat_host.orbit.primitives import PrimitiveTable
+from tfsat_host.robot.model import FloatArray
 
 # Slower than this is taken as this: a robot that cannot turn about an axis at all.
 _SLOWEST_RAD_S = 1e-6

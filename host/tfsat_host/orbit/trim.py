@@ -6,9 +6,9 @@ import numpy as np
 
 from tfsat_host.design.loops import Loops
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.orbit.primitives import STROKE_STEPS, Primitive, PrimitiveTable
+from tfsat_host.orbit.primitives import Primitive, PrimitiveTable
 from tfsat_host.orbit.search import nearest
+from tfsat_host.robot.model import FloatArray
 
 # The nearest primitives of so many shapes are tried: some have a joint at its limit, or too little to say about an
 # axis. Among so many of the nearest they are looked for.
@@ -44,7 +44,7 @@ def _solved(table: PrimitiveTable, primitive: Primitive, needed: FloatArray) -> 
 
     shape = primitive.shape
     joints = list(shape.joints)
-    loops = Loops(table.body, joints, (shape.sequence,), start_rad=table.start_rad, steps=STROKE_STEPS)
+    loops = Loops(table.body, joints, (shape.sequence,), start_rad=table.start_rad, steps=table.steps)
     low, high = (table.limits_rad[joints] - table.start_rad[joints, None]).T
 
     def left(displacements: FloatArray) -> FloatArray:

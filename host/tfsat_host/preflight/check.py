@@ -51,6 +51,18 @@ class Check:
         """It could not be made for what another check says; its next step names that one."""
         return self.verdict == Verdict.NOT_MADE and self.next_step.startswith(SEE)
 
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "name": self.name,
+            "verdict": self.verdict.value,
+            "optional": self.optional,
+            "blocks": self.blocks,
+            "sentence": self.sentence,
+            "evidence": dict(self.evidence),
+            "next_step": self.next_step,
+        }
+
 
 def go(name: str, sentence: str, /, **evidence: Any) -> Check:
     """Nothing against a drop."""

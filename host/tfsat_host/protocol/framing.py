@@ -43,18 +43,17 @@ def cobs_encode(data: bytes) -> bytes:
 
 def cobs_decode(data: bytes) -> bytes | None:
     """Undo `cobs_encode`; None when `data` is not COBS."""
-    out = bytearray()
-    position = 0
+    if 0 in data:
+        return None
+    parts = []
+    position, code = 0, 0xFF
     while position < len(data):
+        if code != 0xFF:
+            parts.append(b"\0")
         code = data[position]
-        run = data[position + 1 : position + code]
-        if code == 0 or len(run) != code - 1 or 0 in run:
-            return None
-        out += run
+        parts.append(data[position + 1 : position + code])
         position += code
-        if code != 0xFF and position < len(data):
-            out.append(0)
-    return bytes(out)
+    return b"".join(parts) if position == len(data) else None
 
 
 class FrameReceiver:

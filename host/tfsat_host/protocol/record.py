@@ -6,7 +6,6 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from itertools import islice
 from typing import Any, ClassVar, Self, TypeVar
 
 from tfsat_host.errors import TfsatError
@@ -36,7 +35,7 @@ class Record:
         """Read a record from exactly `SIZE` bytes. Raises ProtocolError."""
         if len(data) != cls.SIZE:
             raise _broken(f"{cls.__name__} has {len(data)} bytes instead of {cls.SIZE}")
-        return _build(cls, iter(_codec(cls).unpack(data)))
+        return _build(cls, _codec(cls).unpack(data), 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +51,7 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
 _CODECS: dict[type[Record], struct.Struct] = {}
+_PLANS: dict[type[Record], tuple[tuple[Kind, int | None, int, int], ...]] = {}
 
 
 def _codec(record: type[Record]) -> struct.Struct:
@@ -79,30 +79,41 @@ def _flatten(record: Record) -> Iterator[Any]:
                 yield item
 
 
-def _build(record: type[AnyRecord], scalars: Iterator[Any]) -> AnyRecord:
+def _build(record: type[AnyRecord], scalars: tuple[Any, ...], first: int) -> AnyRecord:
+    """From its scalars, which stand in a row from `first` on."""
     values = []
-    for _, kind, count in record.LAYOUT:
+    for kind, count, start, width in _plan(record):
+        at = first + start
         if count is None:
-            values.append(_item(kind, scalars))
+            values.append(scalars[at] if isinstance(kind, str) else _item(kind, scalars, at))
         elif kind == "B":
-            values.append(bytes(islice(scalars, count)))
+            values.append(bytes(scalars[at : at + count]))
         elif isinstance(kind, str):
-            values.append(tuple(islice(scalars, count)))
+            values.append(scalars[at : at + count])
         else:
-            values.append(tuple(_item(kind, scalars) for _ in range(count)))
+            values.append(tuple(_item(kind, scalars, at + i * width) for i in range(count)))
     return record(*values)
 
 
-def _item(kind: Kind, scalars: Iterator[Any]) -> Any:
-    if isinstance(kind, str):
-        return next(scalars)
+def _item(kind: type[IntEnum] | type[Record], scalars: tuple[Any, ...], at: int) -> Any:
     if issubclass(kind, Record):
-        return _build(kind, scalars)
-    value = next(scalars)
+        return _build(kind, scalars, at)
     try:
-        return kind(value)
+        return kind(scalars[at])
     except ValueError:
-        raise _broken(f"{value} is no {kind.__name__}") from None
+        raise _broken(f"{scalars[at]} is no {kind.__name__}") from None
+
+
+def _plan(record: type[Record]) -> tuple[tuple[Kind, int | None, int, int], ...]:
+    """Of each field its kind and count, where its scalars begin, and how many an item has; made once."""
+    if record not in _PLANS:
+        plan, start = [], 0
+        for _, kind, count in record.LAYOUT:
+            width = len(_letters(kind)) if not isinstance(kind, str) and issubclass(kind, Record) else 1
+            plan.append((kind, count, start, width))
+            start += width * (1 if count is None else count)
+        _PLANS[record] = tuple(plan)
+    return _PLANS[record]
 
 
 def _broken(what: str) -> ProtocolError:

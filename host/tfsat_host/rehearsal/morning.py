@@ -13,8 +13,8 @@ from datetime import datetime, timedelta
 
 from tfsat_host.calibration.certificate.certificate import Calibration, Paper
 from tfsat_host.calibration.certificate.drawn import with_measured
+from tfsat_host.calibration.progress import DURATION_S
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, sha256, to_bytes
-from tfsat_host.calibration.steps.progress import DURATION_S
 from tfsat_host.calibration.steps.reading import LiveSource, read_step, until_s
 from tfsat_host.calibration.steps.step import StepKind, rest
 from tfsat_host.devices.logger import LoggerClient

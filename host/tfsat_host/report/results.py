@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import html
-import math
 from collections.abc import Mapping
 from typing import Any
+
+from tfsat_host.quantity import number, plus_minus
 
 
 def without_script(document: Mapping[str, Any]) -> str:
@@ -31,15 +32,13 @@ def _drop(drop: Mapping[str, Any]) -> str:
     )
 
 
-def _figure(number: Mapping[str, Any]) -> str:
-    value, std = number["value"], number["std"]
+def _figure(one: Mapping[str, Any]) -> str:
+    value, std = one["value"], one["std"]
     if value is None:
         return "–"
-    unit = _text(number["unit"])
-    if std is None or std <= 0.0:
-        return f"{value:.4g} {unit}"
-    decimals = max(1 - math.floor(math.log10(std)), 0)
-    return f"{value:.{decimals}f} ± {std:.{decimals}f} {unit}"
+    unit = _text(one["unit"])
+    shown = number(value, ".4g") if std is None or std <= 0.0 else plus_minus(value, std)
+    return f"{shown} {unit}"
 
 
 def _text(text: object) -> str:

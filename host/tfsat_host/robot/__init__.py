@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.robot.errors import RobotFileError
-from tfsat_host.robot.path import default_robot_path, find_robot, shipped_robots
+from tfsat_host.robot.path import RobotFileError, default_robot_path, find_robot, shipped_robots
 
 if TYPE_CHECKING:
     from tfsat_host.robot.loading import load_robot

@@ -9,10 +9,25 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
+from tfsat_host.angles import FloatArray as FloatArray
+
 IntArray = NDArray[np.int64]
+
+
+def frozen(values: ArrayLike, *shape: int) -> FloatArray:
+    """`values` as a read-only array of that shape, one length of which may be -1."""
+    array = np.array(values, dtype=np.float64).reshape(shape)
+    array.flags.writeable = False
+    return array
+
+
+def frozen_indices(values: ArrayLike) -> IntArray:
+    """`values` (n,) as a read-only array of indices."""
+    array = np.array(values, dtype=np.int64)
+    array.flags.writeable = False
+    return array
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,22 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from tfsat_host.robot.errors import RobotFileError
+from tfsat_host.config import ConfigKind
+from tfsat_host.errors import TfsatError
 
 _DEFAULT = "drop_tower"
+
+
+class RobotFileError(TfsatError):
+    """The robot file cannot be read or does not describe a robot (exit code 1)."""
+
+
+ROBOT_FILE = ConfigKind(
+    name="robot file",
+    error=RobotFileError,
+    meaning="Without a valid robot model no maneuver can be designed, flown or judged.",
+    cure="Correct the file, or name another (none: the drop tower robot); docs/robot-files.md shows the format.",
+)
 
 
 def default_robot_path() -> Path:

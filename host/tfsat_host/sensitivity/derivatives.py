@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.sensitivity.flight import final_attitude
+from tfsat_host.dynamics.accuracy import final_attitudes
+from tfsat_host.robot.model import FloatArray
 from tfsat_host.sensitivity.parameters import Parameters
 from tfsat_host.sensitivity.sources import ErrorSources
 
@@ -28,10 +28,11 @@ class Derivatives:
     Attributes:
         reorientation_deg: Nominal rotation angle of the base.
         rotation_vector_deg: (3,) nominal.
-        quaternion_xyzw: (4,) nominal final attitude of the base.
+        quaternion_xyzw: (4,) nominal final attitude of the base, w >= 0.
         of_reorientation: (p,). Without any rotation the angle has a kink: then its slope away from there.
         of_rotation_vector: (p, 3).
         of_attitude: (p, 3) rotation of the final attitude, base axes: what a star tracker would see.
+        error_rad: How wrong an attitude may be by the error of the integration.
     """
 
     reorientation_deg: float
@@ -40,6 +41,7 @@ class Derivatives:
     of_reorientation: FloatArray
     of_rotation_vector: FloatArray
     of_attitude: FloatArray
+    error_rad: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +76,12 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
     count, steps = len(parameters.nominal), step_scale * parameters.steps
     changed = parameters.nominal + (_OFFSETS[:, None, None] * np.diag(steps)).reshape(-1, count)
     vectors = np.vstack([parameters.nominal, changed])
-    attitude = final_attitude(
-        parameters.robots(vectors), parameters.moves(vectors), parameters.initial_rate_rad_s
+    attitude, error_rad = final_attitudes(
+        parameters.robots(vectors),
+        parameters.history(parameters.motion(vectors)),
+        initial_rate_rad_s=parameters.initial_rate_rad_s,
     )
-    nominal = attitude[:, 0]
+    nominal = np.copysign(1.0, attitude[3, 0]) * attitude[:, 0]
     relative = quaternion.product(quaternion.inverse(nominal)[:, None], attitude[:, 1:])
     turns = np.degrees(quaternion.logarithm(relative)).reshape(3, len(_OFFSETS), count)
     of_attitude = np.asarray(np.einsum("o,cop->pc", _WEIGHTS, turns) / steps[:, None])
@@ -94,6 +98,7 @@ def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivativ
             np.repeat(vector[:, None], count, axis=1), of_attitude.T
         ).T,
         of_attitude=of_attitude,
+        error_rad=error_rad,
     )
 
 

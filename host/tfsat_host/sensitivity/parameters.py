@@ -19,10 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.dynamics.components import FloatArray
+from tfsat_host.dynamics.history import JointHistory, history_of
 from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.servo_motion import ServoMotion
 from tfsat_host.robot import RobotModel
-from tfsat_host.sensitivity.strokes import Moves, Plan
+from tfsat_host.robot.model import FloatArray
+from tfsat_host.sensitivity.strokes import Plan
 
 _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 _DEG = float(np.degrees(1.0))
@@ -116,11 +118,36 @@ class Parameters:
             joint_point_m=self.body.joint_point_m + self._sideways(shift),
         )
 
-    def moves(self, vectors: FloatArray) -> Moves:
-        """What the joints of robots with the parameters `vectors` (s, p) do when told the plan."""
-        part, speeds = self.layout.slices(), np.ones((self.layout.n_joints, len(vectors)))
-        speeds[list(self.plan.moved_joints)] = vectors[:, part["speed"]].T / _DEG
-        return Moves.of(self.plan, vectors[:, part["stroke_end"]].T / _DEG, speeds)
+    def motion(self, vectors: FloatArray) -> ServoMotion:
+        """What the servos of robots with the parameters `vectors` (s, p) make of the plan, (k, s).
+
+        A rate that a servo cannot reach is left to its greatest, which errs with its average.
+        """
+        part, plan = self.layout.slices(), self.plan
+        joints = list(plan.joints)
+        share = np.ones((self.layout.n_joints, len(vectors)))
+        share[list(plan.moved_joints)] = vectors[:, part["speed"]].T / (_DEG * plan.rate_rad_s)
+        reached = vectors[:, part["stroke_end"]].T / _DEG
+        angle = dict(enumerate(plan.start_rad))
+        delta = np.empty_like(reached)
+        for k, joint in enumerate(joints):
+            delta[k] = reached[k] - angle[joint]
+            angle[joint] = reached[k]
+        return ServoMotion.of(
+            joints,
+            delta,
+            plan.start_s[:, None],
+            np.abs(delta) / (share[joints] * plan.rate_rad_s),
+            share[joints] * plan.max_rate_rad_s[joints, None],
+            plan.acceleration_rad_s2[joints, None],
+        )
+
+    def history(self, motion: ServoMotion) -> JointHistory:
+        """The joints of s robots from the release until the attitude is looked at, or later while they move."""
+        begin = np.zeros_like(motion.end_s[:1])
+        end = np.maximum(motion.end_s.max(axis=0, keepdims=True), self.plan.until_s)
+        breaks = np.sort(np.concatenate([begin, motion.changes_s, end]), axis=0)
+        return history_of(motion, breaks, self.plan.start_rad)
 
     def _sideways(self, amounts: FloatArray) -> FloatArray:
         """(s, n - 1, 3): `amounts` (s, n - 1, 2) along the directions across each axis."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import FloatArray
-from tfsat_host.sensitivity.flight import final_attitude
+from tfsat_host.dynamics.accuracy import final_attitudes
+from tfsat_host.robot.model import FloatArray
 from tfsat_host.sensitivity.parameters import Parameters
 from tfsat_host.sensitivity.sources import ErrorSources
 
@@ -46,10 +46,13 @@ class Study:
 
     def deviates(self, chunk: int) -> FloatArray:
         """(s, d) standard normal deviates of a chunk; s is less than `CHUNK` in the last one only."""
+        return self.drawn(chunk)[: self.samples - chunk * CHUNK]
+
+    def drawn(self, chunk: int) -> FloatArray:
+        """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
         seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
         drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal((CHUNK, len(self.sources.names)))
-        left = self.samples - chunk * CHUNK
-        return np.clip(drawn[:left], -LARGEST_DEVIATE, LARGEST_DEVIATE)
+        return np.clip(drawn, -LARGEST_DEVIATE, LARGEST_DEVIATE)
 
     def vectors(self, deviates: FloatArray) -> FloatArray:
         """(s, p) parameters of the samples."""
@@ -64,11 +67,13 @@ class Outcomes:
         quaternion_xyzw: (s, 4) final attitude of the base: from base axes to inertial axes.
         moving_time_s: (s,) what the strokes take together.
         end_s: (s,) when the last joint has arrived, after release.
+        error_rad: How wrong the worst of the attitudes may be by the error of the integration.
     """
 
     quaternion_xyzw: FloatArray
     moving_time_s: FloatArray
     end_s: FloatArray
+    error_rad: float
 
     def __len__(self) -> int:
         return len(self.end_s)
@@ -80,6 +85,7 @@ class Outcomes:
             np.concatenate([part.quaternion_xyzw for part in parts]),
             np.concatenate([part.moving_time_s for part in parts]),
             np.concatenate([part.end_s for part in parts]),
+            max(part.error_rad for part in parts),
         )
 
     @property
@@ -99,8 +105,23 @@ class Outcomes:
 
 
 def run_chunk(study: Study, chunk: int) -> Outcomes:
-    """The outcomes of one chunk; the same wherever it runs."""
-    vectors = study.vectors(study.deviates(chunk))
-    moves = study.parameters.moves(vectors)
-    attitude = final_attitude(study.parameters.robots(vectors), moves, study.parameters.initial_rate_rad_s)
-    return Outcomes(np.ascontiguousarray(attitude.T), moves.moving_time_s, moves.last_end_s)
+    """The outcomes of one chunk; the same wherever it runs.
+
+    All of it is flown, though a study may end within it: its robots share their steps, and so a sample's bits do not
+    depend on how many follow.
+    """
+    parameters, vectors = study.parameters, study.vectors(study.drawn(chunk))
+    motion = parameters.motion(vectors)
+    attitude, error_rad = final_attitudes(
+        parameters.robots(vectors),
+        parameters.history(motion),
+        initial_rate_rad_s=parameters.initial_rate_rad_s,
+    )
+    count = len(study.deviates(chunk))
+    moving_time_s = (motion.end_s - motion.start_s).sum(axis=0)
+    return Outcomes(
+        np.ascontiguousarray(attitude.T[:count]),
+        moving_time_s[:count],
+        motion.end_s.max(axis=0)[:count],
+        error_rad,
+    )

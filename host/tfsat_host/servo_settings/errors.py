@@ -32,6 +32,6 @@ class SettingsError(TfsatError):
         code: Which defect; stable.
     """
 
-    def __init__(self, code: SettingsDefect, *, what: str, next_step: str) -> None:
-        super().__init__(what=what, meaning=NOTHING_CHANGED, next_step=next_step)
-        self.code = code
+    def __init__(self, code: StrEnum, *, what: str, next_step: str, meaning: str = NOTHING_CHANGED) -> None:
+        super().__init__(what=what, meaning=meaning, next_step=next_step)
+        self.code = SettingsDefect(code)

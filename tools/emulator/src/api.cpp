@@ -128,6 +128,16 @@ size_t tfsat_read(TfsatRobot* robot, int board, uint8_t* data, size_t capacity) 
                                   : robot->robot.logger().read(data, capacity);
 }
 
+ptrdiff_t tfsat_read_by(TfsatRobot* robot, int board, uint64_t t_us, uint64_t step_us, uint8_t* data,
+                        size_t capacity) {
+  for (;;) {
+    const size_t size = tfsat_read(robot, board, data, capacity);
+    const uint64_t now_us = robot->robot.now_us();
+    if (size > 0 || now_us >= t_us) return static_cast<ptrdiff_t>(size);
+    if (tfsat_advance_to(robot, std::min(now_us + step_us, t_us)) != 0) return -1;
+  }
+}
+
 void tfsat_set_power(TfsatRobot* robot, int board, int on) {
   if (board == TFSAT_SEQUENCER) {
     robot->robot.sequencer().set_power(on != 0);

@@ -110,6 +110,9 @@ void tfsat_pass_slowly(TfsatRobot* robot, double duration_s);
 // Boards: bytes over the cable, power, cable.
 size_t tfsat_write(TfsatRobot* robot, int board, const uint8_t* data, size_t n);
 size_t tfsat_read(TfsatRobot* robot, int board, uint8_t* data, size_t capacity);
+
+// The same, letting time pass in steps until a byte is there or it is `t_us`. Negative: a crash, see tfsat_crash.
+ptrdiff_t tfsat_read_by(TfsatRobot* robot, int board, uint64_t t_us, uint64_t step_us, uint8_t* data, size_t capacity);
 void tfsat_set_power(TfsatRobot* robot, int board, int on);
 void tfsat_set_cable(TfsatRobot* robot, int board, int plugged);
 // The sequencer's: a program on the host opens or closes its serial port (DTR); it is open at first.

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.certificate.text import format_calibration
+from tfsat_host.calibration.certificate.file import format_calibration
 from tfsat_host.whole_file import write_whole
 
 _KEPT = "certificate-%Y%m%dT%H%M%S.%f.toml"

@@ -8,13 +8,13 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.certificate.archive import recordings_folder, write_certificate
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.reached import servo_map_of
 from tfsat_host.calibration.solution import Solution, solve
-from tfsat_host.calibration.steps.acceptance import check_step
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
 from tfsat_host.file_lock import BusyError, one_at_a_time
 from tfsat_host.robot import RobotModel

@@ -2,42 +2,44 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterable
+import hashlib
+from collections.abc import Callable
+from dataclasses import asdict, fields
 from os import PathLike
 from pathlib import Path
+from typing import Any, Final
 
 from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
-from tfsat_host.calibration.certificate.entries import REWRITE, UNREADABLE, Entry
+from tfsat_host.calibration.certificate.layout import Item, read_values, text, written_values
 from tfsat_host.calibration.certificate.tables import (
+    gyro_table,
+    joint_table,
     read_gyro,
     read_joint,
     read_landing,
     read_paper,
     read_servo,
+    servo_table,
 )
-from tfsat_host.calibration.certificate.text import FORMAT, MARK, format_calibration, seal_in, seal_of
 from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.config import ConfigKind, Table, format_config, parse_config, read_config
+from tfsat_host.config.table import shown
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
-from tfsat_host.toml_values import shown
 
-__all__ = ["MARK", "format_calibration", "parse_calibration", "read_calibration"]
-
-_FILE_BYTES_MAX = 4_000_000
-"""A full certificate has about 40 kB."""
-_TOP = (
-    "format",
-    "written",
-    "robot",
-    "logger_serial",
-    "who_am_i",
-    "emulated",
-    "tool_version",
-    "protocol_hash",
-    "logger_image",
-    "drawn",
+FORMAT: Final = 1
+_HEADING = """\
+tfsat calibration: values with their uncertainty, in the unit and frame that stand beside them.
+A key that is not there was never measured. std: one standard deviation, by the covariance.
+measured: body axis, and when the direction of it, or the scale factor about it, was measured."""
+_SEAL = "# sha256 of all that stands above: "
+_KIND = ConfigKind(
+    name="certificate",
+    error=CalibrationError,
+    meaning="Without a certificate that can be read, nothing is known of the sensors' errors.",
+    cure="A step of tfsat-host calibrate writes the file anew from its recordings, if you move this one away.",
+    format=("format", FORMAT),
+    computed=True,
 )
-_TABLES = ("gyro", "joint", "servo", "recording", "landing")
 
 
 def read_calibration(path: str | PathLike[str]) -> Calibration:
@@ -46,24 +48,7 @@ def read_calibration(path: str | PathLike[str]) -> Calibration:
     Raises:
         CalibrationError: the file cannot be read or understood; names file, line and cure.
     """
-    path = Path(path)
-    try:
-        if path.stat().st_size > _FILE_BYTES_MAX:
-            raise CalibrationError(
-                what=f"{path} is no certificate of a calibration: it is too large.",
-                meaning=UNREADABLE,
-                next_step="Name another file: tfsat-host calibrate writes calibration.toml.",
-            )
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = (error.strerror or str(error)) if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise CalibrationError(
-            what=f"The certificate {path} cannot be read: {reason}.",
-            meaning=UNREADABLE,
-            next_step="Name a certificate that tfsat-host calibrate wrote; the first step is: "
-            "tfsat-host calibrate bias",
-        ) from error
-    return parse_calibration(text, source=str(path))
+    return _calibration(read_config(Path(path), _KIND))
 
 
 def parse_calibration(text: str, source: str = "calibration.toml") -> Calibration:
@@ -74,82 +59,103 @@ def parse_calibration(text: str, source: str = "calibration.toml") -> Calibratio
     Raises:
         CalibrationError: syntax, format, keys, shapes, units, frames, or values that cannot be.
     """
-    try:
-        values = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also numbers and nesting beyond Python's own limits
-        raise CalibrationError(
-            what=f"{source}: this is no TOML: {error}.", meaning=UNREADABLE, next_step=REWRITE
-        ) from error
-    top = Entry(source, text, "", 0, values)
-    _check_format(top)
-    top.allow(*_TOP, *_TABLES)
-    gyro_entries, joint_entries, servo_entries = (top.tables(key) for key in ("gyro", "joint", "servo"))
-    gyros = [read_gyro(entry) for entry in gyro_entries]
-    joints = [read_joint(entry) for entry in joint_entries]
-    servos = [read_servo(entry) for entry in servo_entries]
-    _check_each_once(top, "body", gyro_entries, [gyro.body for gyro in gyros], range(1, IMU_COUNT + 1))
-    _check_each_once(top, "joint", joint_entries, [one.joint for one in joints], range(1, JOINT_COUNT + 1))
-    _check_each_once(top, "joint", servo_entries, [one.joint for one, _ in servos], ())
-    servos.sort(key=lambda one: one[0].joint)
-    calibration = Calibration(
-        subject=Subject(
-            top.text("robot"), top.text("logger_serial"), top.text("who_am_i"), top.flag("emulated")
-        ),
-        gyros=tuple(sorted(gyros, key=lambda gyro: gyro.body)),
-        joints=tuple(sorted(joints, key=lambda one: one.joint)),
+    return _calibration(parse_config(text, source, _KIND))
+
+
+def certificate_values(calibration: Calibration) -> dict[str, Any]:
+    """All that stands in its file, by key."""
+    servos = zip(calibration.servo_maps, calibration.servo_taken, strict=True)
+    return written_values(
+        _TOP,
+        {
+            **{field.name: getattr(calibration, field.name) for field in fields(calibration)},
+            **asdict(calibration.subject),
+            "gyros": [gyro_table(gyro) for gyro in calibration.gyros],
+            "joints": [joint_table(sensors) for sensors in calibration.joints],
+            "servos": [servo_table(servo_map, taken) for servo_map, taken in servos],
+            "papers": [asdict(paper) for paper in calibration.papers],
+            "landings": [asdict(landing) for landing in calibration.landings],
+        },
+    )
+
+
+def format_calibration(calibration: Calibration) -> str:
+    """The file's text; `parse_calibration` gives the same calibration back."""
+    drawn = "never measured; a rehearsal drew it from the emulated robot's hidden truth"
+    text = format_config(certificate_values(calibration), _HEADING, {"drawn": drawn})
+    return f'{text}\n{_SEAL}"{_seal_of(text)}"\n'
+
+
+def _calibration(top: Table) -> Calibration:
+    found = read_values(top, _TOP)
+    _check_seal(top)
+    subject = Subject(**{field.name: found.pop(field.name) for field in fields(Subject)})
+    servos = found.pop("servos")
+    return Calibration(
+        subject=subject,
         servo_maps=tuple(servo_map for servo_map, _ in servos),
         servo_taken=tuple(taken for _, taken in servos),
-        papers=tuple(read_paper(entry) for entry in top.tables("recording")),
-        landings=tuple(
-            sorted((read_landing(entry) for entry in top.tables("landing")), key=lambda one: one.at)
-        ),
-        written=top.time("written"),
-        tool_version=top.text("tool_version"),
-        protocol_hash=top.text("protocol_hash"),
-        logger_image=top.text("logger_image") if top.has("logger_image") else None,
-        drawn=_drawn(top),
+        drawn=tuple(found.pop("drawn") or ()),
+        landings=tuple(sorted(found.pop("landings"), key=lambda landing: landing.at)),
+        **found,
     )
-    _check_seal(text, source)
-    return calibration
 
 
-def _drawn(top: Entry) -> tuple[str, ...]:
-    names = top.require("drawn") if top.has("drawn") else []
-    if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
-        top.fail("drawn", f"drawn is {shown(names)}, not a list of some of {', '.join(DRAWABLE)}")
-    return tuple(names)
+def _seal_of(text: str) -> str:
+    """SHA-256 of a certificate's text, hexadecimal; its seal and the kind of its line ends do not count."""
+    lines = [line for line in text.splitlines() if not line.startswith(_SEAL)]
+    return hashlib.sha256("\n".join(lines).rstrip().encode()).hexdigest()
 
 
-def _check_seal(text: str, source: str) -> None:
+def _check_seal(top: Table) -> None:
     """Last: what is wrong with a unit or a number is worth more than that it was typed."""
-    if seal_in(text) != seal_of(text):
+    seals = [line for line in top.file_text.splitlines() if line.startswith(_SEAL)]
+    if seals != [f'{_SEAL}"{_seal_of(top.file_text)}"']:
         raise CalibrationError(
-            what=f"{source} was changed since tfsat-host wrote it: the SHA-256 in its last line does not match.",
+            what=f"{top.source} was changed since tfsat-host wrote it: the SHA-256 in its last line does not match.",
             meaning="Its values are not those that its recordings tell; a drop must not be evaluated with them.",
             next_step="Copy the newest certificate-….toml from its recordings' folder over it.",
         )
 
 
-def _check_format(top: Entry) -> None:
-    found = top.require("format")
-    if type(found) is not int or found != FORMAT:
-        top.fail(
-            "format",
-            f"the format is {shown(found)}; this program writes and reads {FORMAT}",
-            "Use the tfsat-host that made the file.",
-        )
+def _drawn(top: Table, key: str) -> list[str]:
+    wanted = f"a list of some of {', '.join(DRAWABLE)}"
+    names = top.value(key, wanted)
+    if not isinstance(names, list) or not all(isinstance(name, str) and name in DRAWABLE for name in names):
+        top.fail(key, f"{shown(names)} is not {wanted}")
+    return names
 
 
-def _check_each_once(
-    top: Entry, what: str, entries: Iterable[Entry], numbers: list[int], wanted: Iterable[int]
-) -> None:
-    """Refuses a body or joint that is described twice, or, of those that must be there, not at all."""
-    seen: set[int] = set()
-    for entry, number in zip(entries, numbers, strict=True):
-        if number in seen:
-            entry.fail(what, f"{entry.label} is described twice", "Keep one of the two.")
-        seen.add(number)
-    missing = [number for number in wanted if number not in seen]
-    if missing:
-        table = "gyro" if what == "body" else "joint"
-        top.fail(table, f"there is no [[{table}]] of {what} {' and '.join(map(str, missing))}")
+def _all(read: Callable[[Table], Any]) -> Callable[[Table, str], tuple[Any, ...]]:
+    """The tables of a list, in the file's order."""
+    return lambda top, key: tuple(read(entry) for entry in top.tables(key))
+
+
+def _each(
+    of: str, count: int, read: Callable[[Table], Any], *, whole: bool = True
+) -> Callable[[Table, str], tuple[Any, ...]]:
+    """The tables of a list, by the number of the body or joint that each is of."""
+
+    def by_number(top: Table, key: str) -> tuple[Any, ...]:
+        return tuple(read(entry) for entry in top.numbered(key, of, count, whole=whole).values())
+
+    return by_number
+
+
+_TOP = {
+    "format": FORMAT,
+    "written": Item("written", Table.time),
+    "robot": text("robot"),
+    "logger_serial": text("logger_serial"),
+    "who_am_i": text("who_am_i"),
+    "emulated": Item("emulated", Table.flag),
+    "tool_version": text("tool_version"),
+    "protocol_hash": text("protocol_hash"),
+    "logger_image?": text("logger_image"),
+    "drawn?": Item("drawn", _drawn),
+    "gyro": Item("gyros", _each("body", IMU_COUNT, read_gyro)),
+    "joint": Item("joints", _each("joint", JOINT_COUNT, read_joint)),
+    "servo": Item("servos", _each("joint", JOINT_COUNT, read_servo, whole=False)),
+    "recording": Item("papers", _all(read_paper)),
+    "landing": Item("landings", _all(read_landing)),
+}

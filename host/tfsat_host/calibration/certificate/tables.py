@@ -1,186 +1,238 @@
-"""The tables of a certificate, back to what they were written from."""
+"""The tables of a certificate: what stands in each, and what they are read to and written from."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Landing, Paper
-from tfsat_host.calibration.certificate.entries import Entry
-from tfsat_host.calibration.certificate.matrices import RAD_PER_DEG, check_std, covariance, rotation
-from tfsat_host.calibration.certificate.text import (
-    BEND_ORDER,
-    GYRO_ORDER,
-    GYRO_TO_SI,
-    SERVO_ORDER,
-    SERVO_TO_SI,
+from tfsat_host.calibration.certificate.layout import (
+    Item,
+    deviation,
+    numbers,
+    read_values,
+    text,
+    times,
+    whole,
+    written_values,
 )
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.certificate.matrices import check_rotation, check_std, covariance
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
-from tfsat_host.calibration.steps.step import AXES
+from tfsat_host.config import Table
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.protocol.messages import ServoSetting
 
 FloatArray = NDArray[np.float64]
 
-_MEASURED = ("measured", "measured_frame")
+_DEG = np.pi / 180.0
 _LARGEST = 65_535
+_BODY_UNITS = np.repeat([_DEG, _DEG, 1.0], 3)
+"""Of the rows and columns of a gyro's covariance."""
+_GYRO = {
+    "body": whole("body", 1, IMU_COUNT),
+    "bias": {
+        "value": numbers("bias_rad_s", 3, si=_DEG),
+        "std": numbers("bias_std", 3),
+        "unit": "deg/s",
+        "frame": "sensor",
+        "temperature_c?": numbers("temperature_c"),
+        "taken?": Item("bias_taken", Table.time),
+    },
+    "noise?": {"value": numbers("noise_rad_s", 3, si=_DEG), "unit": "deg/s", "frame": "sensor"},
+    "mounting": {
+        "rotation": numbers("rotation", 3, 3),
+        "unit": "1",
+        "frame": "sensor to body",
+        "std": numbers("mounting_std", 3),
+        "std_unit": "deg",
+        "std_frame": "sensor",
+        "measured?": times("axes"),
+        "measured_frame": "body",
+    },
+    "scale": {
+        "value": numbers("scale", 3),
+        "std": numbers("scale_std", 3),
+        "unit": "1",
+        "frame": "sensor",
+        "measured?": times("scaled"),
+        "measured_frame": "body",
+    },
+    "covariance": {
+        "value": numbers("covariance", 9, 9, si=np.outer(_BODY_UNITS, _BODY_UNITS)),
+        "order": ["bias x y z", "rotation vector x y z", "scale x y z"],
+        "unit": ["deg/s", "deg", "1"],
+        "frame": "sensor",
+    },
+}
+_STD_OF_GYRO = {"bias": slice(0, 3), "mounting": slice(3, 6), "scale": slice(6, 9)}
+_JOINT = {
+    "joint": whole("joint", 1, JOINT_COUNT),
+    "direction": numbers("direction", 2),
+    "zero": {
+        "value": numbers("zero_rad", 2, si=_DEG),
+        "std": numbers("zero_std", 2),
+        "unit": "deg",
+        "frame": "sensor",
+        "covariance": numbers("zero_covariance", 2, 2, si=_DEG**2),
+        "taken?": Item("zero_taken", Table.time),
+    },
+    "bend": {
+        "value": numbers("bend", 2, 4, si=_DEG),
+        "unit": "deg",
+        "frame": "sensor",
+        "order": ["sin", "cos", "sin 2", "cos 2"],  # of the angle shown
+        "covariance": numbers("bend_covariance", 8, 8, si=_DEG**2),
+        "taken?": Item("bend_taken", Table.time),
+    },
+    "noise?": {"value": numbers("noise_rad", 2, si=_DEG), "unit": "deg", "frame": "sensor"},
+}
+_IN_DEG = {"unit": "deg", "frame": "joint"}
+_STD_OF_SERVO = ("middle", "slope", "backlash")
+_SERVO = {
+    "joint": whole("joint", 1, JOINT_COUNT),
+    "taken": Item("taken", Table.time),
+    "places": whole("places", 0, _LARGEST),
+    "repeats": whole("repeats", 0, _LARGEST),
+    "pulse_range_us": numbers("pulse_range_us", 2),
+    "middle": {
+        "pulse_us": numbers("middle_us"),
+        "value": numbers("middle_rad", si=_DEG),
+        "std": numbers("middle_std"),
+        **_IN_DEG,
+    },
+    "slope": {
+        "value": numbers("slope_rad_per_us", si=_DEG),
+        "std": numbers("slope_std"),
+        "unit": "deg/us",
+        "frame": "joint",
+    },
+    "backlash": {"value": numbers("backlash_rad", si=_DEG), "std": numbers("backlash_std"), **_IN_DEG},
+    "covariance": {
+        "value": numbers("covariance", 3, 3, si=_DEG**2),
+        "order": list(_STD_OF_SERVO),
+        "unit": ["deg", "deg/us", "deg"],
+        "frame": "joint",
+    },
+    "repeatability": {"value": deviation("repeatability_rad", _DEG), **_IN_DEG},
+    "nonlinearity": {"value": deviation("nonlinearity_rad", _DEG), **_IN_DEG},
+    "setting": {
+        "zero_us": whole("zero_us", 0, _LARGEST),
+        "ns_per_deg": whole("ns_per_deg", 0, _LARGEST),
+        "reversed": Item("reversed", Table.flag),
+        "min_cdeg": whole("min_cdeg", -_LARGEST, _LARGEST),
+        "max_cdeg": whole("max_cdeg", -_LARGEST, _LARGEST),
+    },
+}
+_PAPER = {
+    "step": text("step"),
+    "taken": Item("taken", Table.time),
+    "file": text("file"),
+    "sha256": text("sha256"),
+}
+_LANDING = {"at": Item("at", Table.time), "told_by": text("told_by")}
 
 
-def read_gyro(entry: Entry) -> GyroCalibration:
-    """Of one `[[gyro]]`. Raises CalibrationError at whatever is not as `certificate_text` writes it."""
-    entry.allow("body", "bias", "noise", "mounting", "scale", "covariance")
-    body = entry.whole("body", 1, IMU_COUNT)
-    entry.label = f"body {body}"
-    bias = entry.table("bias", f"the bias of body {body}")
-    bias.allow("value", "std", "unit", "frame", "temperature_c", "taken")
-    bias.expect(unit="deg/s", frame="sensor")
-    mounting = entry.table("mounting", f"the mounting of body {body}")
-    mounting.allow("rotation", "unit", "frame", "std", "std_unit", "std_frame", *_MEASURED)
-    mounting.expect(unit="1", frame="sensor to body", std_unit="deg", std_frame="sensor")
-    scale = entry.table("scale", f"the scale of body {body}")
-    scale.allow("value", "std", "unit", "frame", *_MEASURED)
-    scale.expect(unit="1", frame="sensor")
-    factors = scale.array("value", (3,))
-    if (factors <= 0.0).any():
-        scale.fail("value", f"{scale.label} has a factor that is not above zero")
-    spread = entry.table("covariance", f"the covariance of body {body}")
-    spread.allow("value", *GYRO_ORDER)
-    spread.expect(**GYRO_ORDER)
-    errors = covariance(spread, "value", GYRO_TO_SI)
-    stated = np.sqrt(np.diag(errors)) / GYRO_TO_SI
-    for table, of in ((bias, slice(0, 3)), (mounting, slice(3, 6)), (scale, slice(6, 9))):
-        check_std(table, table.array("std", (3,)), stated[of])
-    return GyroCalibration(
-        body=body,
-        bias_rad_s=bias.array("value", (3,)) * RAD_PER_DEG,
-        rotation=rotation(mounting, "rotation"),
-        scale=factors,
-        covariance=errors,
-        noise_rad_s=_noise(entry, "deg/s", 3),
-        temperature_c=bias.number("temperature_c") if bias.has("temperature_c") else float("nan"),
-        axes=_measured(mounting),
-        scaled=_measured(scale),
-        bias_taken=bias.time_or_none("taken"),
-    )
+def read_gyro(entry: Table) -> GyroCalibration:
+    """Of one `[[gyro]]`. Raises CalibrationError at whatever is not as `gyro_table` writes it."""
+    found = read_values(entry, _GYRO)
+    if (found["scale"] <= 0.0).any():
+        entry.fail("scale.value", "a factor is not above zero")
+    found["covariance"] = covariance(entry, "covariance.value", found["covariance"])
+    for name, std in _stds_of_gyro(found["covariance"]).items():
+        check_std(entry, f"{name}.std", found.pop(f"{name}_std"), std)
+    check_rotation(entry, "mounting.rotation", found["rotation"])
+    found["noise_rad_s"] = _noise(entry, found["noise_rad_s"], 3)
+    found["temperature_c"] = np.nan if found["temperature_c"] is None else found["temperature_c"]
+    found |= {name: found[name] or {} for name in ("axes", "scaled")}
+    return GyroCalibration(**found)
 
 
-def read_joint(entry: Entry) -> JointSensors:
+def gyro_table(gyro: GyroCalibration) -> dict[str, Any]:
+    """What `read_gyro` gives back."""
+    stds = {f"{name}_std": std for name, std in _stds_of_gyro(gyro.covariance).items()}
+    return written_values(_GYRO, _attributes(gyro) | stds)
+
+
+def read_joint(entry: Table) -> JointSensors:
     """Of one `[[joint]]`. Raises CalibrationError likewise."""
-    entry.allow("joint", "direction", "zero", "bend", "noise")
-    joint = entry.whole("joint", 1, JOINT_COUNT)
-    entry.label = f"joint {joint}"
-    direction = entry.array("direction", (2,))
-    if (np.abs(direction) != 1.0).any():
-        entry.fail("direction", f"direction of {entry.label} must be 1 or -1 for each sensor")
-    zero = entry.table("zero", f"the zero point of joint {joint}")
-    zero.allow("value", "std", "unit", "frame", "covariance", "taken")
-    zero.expect(unit="deg", frame="sensor")
-    bend = entry.table("bend", f"the bend of joint {joint}")
-    bend.allow("value", "unit", "frame", "order", "covariance", "taken")
-    bend.expect(unit="deg", frame="sensor", order=BEND_ORDER)
-    return JointSensors(
-        joint=joint,
-        direction=direction,
-        zero_rad=zero.array("value", (2,)) * RAD_PER_DEG,
-        zero_covariance=covariance(zero, "covariance", np.full(2, RAD_PER_DEG), zero.array("std", (2,))),
-        bend=bend.array("value", (2, 4)) * RAD_PER_DEG,
-        bend_covariance=covariance(bend, "covariance", np.full(8, RAD_PER_DEG)),
-        noise_rad=_noise(entry, "deg", 2),
-        zero_taken=zero.time_or_none("taken"),
-        bend_taken=bend.time_or_none("taken"),
-    )
+    found = read_values(entry, _JOINT)
+    if (np.abs(found["direction"]) != 1.0).any():
+        entry.fail("direction", "must be 1 or -1 for each sensor")
+    for name in ("zero", "bend"):
+        key = f"{name}_covariance"
+        found[key] = covariance(entry, f"{name}.covariance", found[key])
+    check_std(entry, "zero.std", found.pop("zero_std"), _std(found["zero_covariance"], _DEG))
+    return JointSensors(**found | {"noise_rad": _noise(entry, found["noise_rad"], 2)})
 
 
-def read_servo(entry: Entry) -> tuple[ServoMap, datetime]:
+def joint_table(sensors: JointSensors) -> dict[str, Any]:
+    """What `read_joint` gives back."""
+    return written_values(_JOINT, _attributes(sensors) | {"zero_std": _std(sensors.zero_covariance, _DEG)})
+
+
+def read_servo(entry: Table) -> tuple[ServoMap, datetime]:
     """Of one `[[servo]]`, and when it was measured. Raises CalibrationError likewise."""
-    parts = ("middle", "slope", "backlash", "covariance", "repeatability", "nonlinearity", "setting")
-    entry.allow("joint", "taken", "places", "repeats", "pulse_range_us", *parts)
-    joint = entry.whole("joint", 1, JOINT_COUNT)
-    entry.label = f"the servo of joint {joint}"
-    middle = _of_servo(entry, "middle", "deg", "std", "pulse_us")
-    slope = _of_servo(entry, "slope", "deg/us", "std")
-    backlash = _of_servo(entry, "backlash", "deg", "std")
-    spread = entry.table("covariance", f"the covariance of the servo of joint {joint}")
-    spread.allow("value", *SERVO_ORDER)
-    spread.expect(**SERVO_ORDER)
-    errors = covariance(spread, "value", SERVO_TO_SI)
-    stated = np.sqrt(np.diag(errors)) / SERVO_TO_SI
-    for number, table in enumerate((middle, slope, backlash)):
-        check_std(table, table.array("std", ()), stated[number])
-    if slope.number("value") == 0.0:
-        slope.fail("value", f"{slope.label} is zero: such a servo would not move")
-    low_us, high_us = entry.array("pulse_range_us", (2,)).tolist()
-    servo_map = ServoMap(
-        joint=joint,
-        middle_us=middle.number("pulse_us"),
-        middle_rad=middle.number("value") * RAD_PER_DEG,
-        slope_rad_per_us=slope.number("value") * RAD_PER_DEG,
-        backlash_rad=backlash.number("value") * RAD_PER_DEG,
-        covariance=errors,
-        repeatability_rad=_of_servo(entry, "repeatability", "deg").deviation("value") * RAD_PER_DEG,
-        repeats=entry.whole("repeats", 0, _LARGEST),
-        nonlinearity_rad=_of_servo(entry, "nonlinearity", "deg").deviation("value") * RAD_PER_DEG,
-        places=entry.whole("places", 0, _LARGEST),
-        pulse_range_us=(low_us, high_us),
-        setting=_setting(entry.table("setting", f"the setting of the servo of joint {joint}")),
-    )
-    return servo_map, entry.time("taken")
+    found = read_values(entry, _SERVO)
+    found["covariance"] = covariance(entry, "covariance.value", found["covariance"])
+    for name, std in zip(_STD_OF_SERVO, _std(found["covariance"], _DEG), strict=True):
+        check_std(entry, f"{name}.std", found.pop(f"{name}_std"), std)
+    if found["slope_rad_per_us"] == 0.0:
+        entry.fail("slope.value", "is zero: such a servo would not move")
+    setting = {field.name: int(found.pop(field.name)) for field in fields(ServoSetting)}
+    taken, pulse_range_us = found.pop("taken"), tuple(found.pop("pulse_range_us").tolist())
+    return ServoMap(**found, setting=ServoSetting(**setting), pulse_range_us=pulse_range_us), taken
 
 
-def read_paper(entry: Entry) -> Paper:
+def servo_table(servo: ServoMap, taken: datetime) -> dict[str, Any]:
+    """What `read_servo` gives back."""
+    stds = dict(zip((f"{name}_std" for name in _STD_OF_SERVO), _std(servo.covariance, _DEG), strict=True))
+    more = {
+        "taken": taken,
+        "pulse_range_us": np.array(servo.pulse_range_us),
+        "reversed": bool(servo.setting.reversed),
+    }
+    return written_values(_SERVO, _attributes(servo) | _attributes(servo.setting) | stds | more)
+
+
+def read_paper(entry: Table) -> Paper:
     """Of one `[[recording]]`. Raises CalibrationError likewise."""
-    entry.allow("step", "taken", "file", "sha256")
-    file = entry.text("file")
-    if not file or "/" in file or "\\" in file:
-        entry.fail("file", f"file of {entry.label} is no name of a file in the folder beside the certificate")
-    digest = entry.text("sha256")
-    if len(digest) != 64 or set(digest) - set("0123456789abcdef"):
-        entry.fail("sha256", f"sha256 of {entry.label} is not 64 hexadecimal digits")
-    return Paper(entry.text("step"), entry.time("taken"), file, digest)
+    paper = Paper(**read_values(entry, _PAPER))
+    if not paper.file or "/" in paper.file or "\\" in paper.file:
+        entry.fail("file", "is no name of a file in the folder beside the certificate")
+    if len(paper.sha256) != 64 or set(paper.sha256) - set("0123456789abcdef"):
+        entry.fail("sha256", "is not 64 hexadecimal digits")
+    return paper
 
 
-def read_landing(entry: Entry) -> Landing:
+def read_landing(entry: Table) -> Landing:
     """Of one `[[landing]]`. Raises CalibrationError likewise."""
-    entry.allow("at", "told_by")
-    return Landing(entry.time("at"), entry.text("told_by"))
+    return Landing(**read_values(entry, _LANDING))
 
 
-def _measured(entry: Entry) -> dict[str, datetime]:
-    """Body axis to when it was measured."""
-    entry.expect(measured_frame="body")
-    return entry.times("measured", AXES)
+def _attributes(of: Any) -> dict[str, Any]:
+    return {field.name: getattr(of, field.name) for field in fields(of)}
 
 
-def _noise(entry: Entry, unit: str, count: int) -> FloatArray:
+def _std(spread: FloatArray, si: float | FloatArray) -> FloatArray:
+    """(n,) standard deviations by a covariance, in the file's units."""
+    return np.asarray(np.sqrt(np.diag(spread)) / si)
+
+
+def _stds_of_gyro(spread: FloatArray) -> dict[str, FloatArray]:
+    std = _std(spread, _BODY_UNITS)
+    return {name: std[of] for name, of in _STD_OF_GYRO.items()}
+
+
+def _noise(entry: Table, noise: FloatArray | None, count: int) -> FloatArray:
     """(count,) in SI; NaN where nothing rested."""
-    if not entry.has("noise"):
+    if noise is None:
         return np.full(count, np.nan)
-    noise = entry.table("noise", f"the noise of {entry.label}")
-    noise.allow("value", "unit", "frame")
-    noise.expect(unit=unit, frame="sensor")
-    values = noise.array("value", (count,))
-    if (values < 0.0).any():
-        noise.fail("value", f"{noise.label} is negative")
-    return np.asarray(values * RAD_PER_DEG)
-
-
-def _of_servo(entry: Entry, key: str, unit: str, *more: str) -> Entry:
-    table = entry.table(key, f"the {key} of {entry.label}")
-    table.allow("value", "unit", "frame", *more)
-    table.expect(unit=unit, frame="joint")
-    return table
-
-
-def _setting(entry: Entry) -> ServoSetting:
-    entry.allow("zero_us", "ns_per_deg", "reversed", "min_cdeg", "max_cdeg")
-    return ServoSetting(
-        entry.whole("zero_us", 0, _LARGEST),
-        entry.whole("ns_per_deg", 0, _LARGEST),
-        int(entry.flag("reversed")),
-        entry.whole("min_cdeg", -_LARGEST, _LARGEST),
-        entry.whole("max_cdeg", -_LARGEST, _LARGEST),
-    )
+    if (noise < 0.0).any():
+        entry.fail("noise.value", "noise is negative")
+    return noise

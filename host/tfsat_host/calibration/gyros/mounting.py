@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.calibration.gyros.response import Response
+from tfsat_host.calibration.sensors.gyro import SCALE_STD
 
 FloatArray = NDArray[np.float64]
 
-SCALE_STD = 0.03 / 3.0**0.5
-"""Standard deviation of a scale factor that lies anywhere within 3 % (PS-MPU-6000A rev. 3.4, section 6.1)."""
 _STEPS = 50
 _CONVERGED = 1e-13
 _AXES = "xyz"

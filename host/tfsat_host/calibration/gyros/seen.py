@@ -9,9 +9,9 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.gyros.gyro import MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.gyros.mounting import Design, solve_mounting, spans_two_axes
 from tfsat_host.calibration.gyros.response import Response
+from tfsat_host.calibration.sensors.gyro import MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.steps.step import AXES
 from tfsat_host.robot import RobotModel
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
 from tfsat_host.calibration.gyros.mounting_checks import angle_between, mounted_otherwise
 from tfsat_host.calibration.gyros.response import Response, direction, length_between_rests, with_length
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.rests import TURN_SHARE, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.gyros.response import Response
-from tfsat_host.calibration.joints.joint_sensors import harmonics
+from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.statistics import few
 from tfsat_host.calibration.steps.rests import find_rests
 from tfsat_host.calibration.steps.view import MotionView

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, sensor_columns
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.statistics import mean_and_covariance
 from tfsat_host.calibration.steps.angle_checks import check_answers
 from tfsat_host.calibration.steps.recording import Recording

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.checks import check_following
 from tfsat_host.calibration.servos.points import arrivals
 from tfsat_host.calibration.servos.reached import REST_US, points_of

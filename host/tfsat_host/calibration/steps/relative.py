@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.patterns import MotionPattern
 from tfsat_host.robot import RobotModel
 

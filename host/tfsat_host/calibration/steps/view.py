@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
-from tfsat_host.calibration.joints.joint_sensors import JointSensors, joint_angles, sensor_columns
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, joint_angles, sensor_columns
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.patterns import MotionPattern
 from tfsat_host.calibration.steps.recording import Recording

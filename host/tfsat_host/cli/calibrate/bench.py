@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from tfsat_host.cli.calibrate.prompts import PersonAtPrompt, announce
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Subject

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.calibrate.options import as_typed_here, certificate_path, resuming
-from tfsat_host.cli.output import Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.campaign import Campaign
@@ -30,7 +30,7 @@ def open_campaign(args: argparse.Namespace, origin: Origin, model: RobotModel, o
     """
     from tfsat_host.calibration.certificate.campaign import Campaign
     from tfsat_host.cli.calibrate.bench import subject_of
-    from tfsat_host.cli.outputs import check_may_write
+    from tfsat_host.output_files import check_may_write
 
     path = certificate_path(args, emulated=origin.emulated)
     check_may_write(path, marker=b"", force=True)  # whether what is there may be replaced, the campaign knows
@@ -94,16 +94,15 @@ def tell(
         model: The robot.
         out: Its voice.
     """
-    from tfsat_host.cli.calibrate.results import NUMBERS, TABLES, Measured, campaign_numbers, show_end
+    from tfsat_host.cli.calibrate.results import Measured, campaign_numbers, numbers, show_end, show_found
 
     if campaign.calibration is None:
         raise ValueError("nothing was accepted")
     measured = Measured(kept, before, campaign.calibration, model, campaign.certificate)
 
     def show() -> None:
-        TABLES[args.quantity](measured, out)
+        show_found(args.quantity, measured, out)
         show_end(measured, args, out)
 
     joint = {} if getattr(args, "joint", None) is None else {"joint": args.joint}
-    numbers = NUMBERS[args.quantity](measured)
-    out.result({**joint, **numbers, **campaign_numbers(measured)}, show)
+    out.result({**joint, **numbers(args.quantity, measured), **campaign_numbers(measured)}, show)

@@ -12,13 +12,13 @@ from tfsat_host.cli.calibrate import servo, show
 from tfsat_host.cli.calibrate.jog_bench import add_sequencer_port
 from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option
 from tfsat_host.cli.options import file_name, number
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
+    from tfsat_host.calibration.progress import Known
     from tfsat_host.calibration.steps.evidence import Evidence, Origin
-    from tfsat_host.calibration.steps.progress import Known
     from tfsat_host.calibration.steps.step import Axis, Step
     from tfsat_host.cli.calibrate.flow import Reader
     from tfsat_host.robot import RobotModel

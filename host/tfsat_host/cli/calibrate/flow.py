@@ -14,13 +14,13 @@ from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.calibrate.campaign import NotKept, keep
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
 from tfsat_host.cli.calibrate.prompts import title
-from tfsat_host.cli.output import NotConfirmed, Output
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import NotConfirmed, Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.campaign import Campaign
+    from tfsat_host.calibration.progress import Known
     from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.calibration.steps.progress import Known
     from tfsat_host.robot import RobotModel
 
     Reader = Callable[[Step, Known], Evidence]
@@ -112,7 +112,7 @@ class Flow:
             return evidence
 
     def _known(self) -> Known:
-        from tfsat_host.calibration.steps.progress import Known
+        from tfsat_host.calibration.progress import Known
 
         now = self._campaign.calibration or self._campaign.solution()
         return Known(now.gyros, now.joints, self._model)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.calibrate.prompts import bodies, title
-from tfsat_host.cli.output import NotConfirmed, Output
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.units import CDEG_PER_DEG
 

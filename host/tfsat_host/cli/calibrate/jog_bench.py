@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from tfsat_host.cli.calibrate.bench import HANDS_SEED, Bench, origin_of
 from tfsat_host.cli.calibrate.prompts import LEAD_S, PersonAtPrompt
 from tfsat_host.cli.options import port_name
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.steps.step import Step

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.cli.calibrate.campaign import open_campaign, tell
 from tfsat_host.cli.calibrate.options import as_typed_here
-from tfsat_host.cli.calibration_notice import origin_of_log
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.run.certificate import origin_of_log
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,8 +69,8 @@ def _too_old(rested: Evidence, newer: Evidence, file: Path, args: argparse.Names
 
 def _rest_of(log: DropLog, file: Path) -> Evidence:
     """Raises CalibrationError if nothing rested, or nobody knows when."""
+    from tfsat_host.calibration.quiet_log import LEAST_S, quiet_before_release
     from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.calibration.steps.quiet_log import LEAST_S, quiet_before_release
     from tfsat_host.calibration.steps.step import rest
 
     counts = quiet_before_release(log)

@@ -12,8 +12,8 @@ from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.devices.discovery import BoardName
 from tfsat_host.protocol.limits import JOINT_COUNT
+from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
-CERTIFICATE, EMULATED_CERTIFICATE = "calibration.toml", "calibration-emulated.toml"
 _TOLD_AGAIN = ("joint", "turn", "all", "anew", "jog", "no_upload", "out", "robot")
 _COMMAND = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+| [0-9xyz]+)*")
 _OF_BOTH_BOARDS = ("scale", "servo")

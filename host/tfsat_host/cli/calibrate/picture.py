@@ -11,7 +11,7 @@ from tfsat_host.cli.calibrate.prompts import bodies, title
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-    from tfsat_host.calibration.steps.progress import BodyLevel, StepProgress
+    from tfsat_host.calibration.progress import BodyLevel, StepProgress
 
 _MET, _NOT_MET, _NAME = "green", "bold yellow", "bold"
 _WIDEST = 40

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.steps.step import Step, StepKind
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -123,7 +123,7 @@ _TASKS: dict[StepKind, Callable[[Step], tuple[str, ...]]] = {
 
 
 def _seconds(step: Step) -> str:
-    from tfsat_host.calibration.steps.progress import DURATION_S
+    from tfsat_host.calibration.progress import DURATION_S
 
     return f"{DURATION_S[step.kind]:g} s"
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.calibrate.picture import Picture, line_of
 from tfsat_host.cli.calibrate.prompts import title
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from tfsat_host.calibration.progress import Known, StepProgress
     from tfsat_host.calibration.steps.counts import Counts
     from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.calibration.steps.progress import Known, StepProgress
     from tfsat_host.calibration.steps.step import Step
     from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.cli.calibrate.jog_bench import JogBench
@@ -56,8 +56,8 @@ class _Looks:
 
     def __call__(self, fresh: Sequence[LiveSampleStream]) -> bool:
         """Whether these samples were the last."""
+        from tfsat_host.calibration.progress import joined, progress_of
         from tfsat_host.calibration.steps.counts import Counts
-        from tfsat_host.calibration.steps.progress import joined, progress_of
 
         self._parts.append(Counts.from_live(fresh, self._scales))
         if fresh[-1].time_us < self._due_us:

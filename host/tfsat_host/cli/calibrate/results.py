@@ -20,7 +20,9 @@ from tfsat_host.calibration.findings import (
 )
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.cli.calibrate.options import as_typed_here
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.quantity import Column, Columns, fields, plus_minus, records, vector
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming
@@ -79,143 +81,45 @@ def found(evidence: Evidence, calibration: Calibration, model: RobotModel) -> li
             return [f"servo of joint {evidence.step.joint}: {len(evidence.visits)} places visited"]
 
 
-def bias_numbers(measured: Measured) -> dict[str, Any]:
-    """For `bias --json`."""
-    found_biases = [BiasFound.of(gyro) for gyro in measured.calibration.gyros]
-    return {
-        "bodies": [
-            {
-                "body": one.body,
-                "bias_deg_s": one.bias_deg_s,
-                "std_deg_s": one.std_deg_s,
-                "temperature_c": one.temperature_c,
-            }
-            for one in found_biases
-        ]
-    }
+@dataclass(frozen=True)
+class _Quantity:
+    """How what was found of a quantity is named and listed."""
+
+    key: str
+    title: str
+    columns: Columns
+    rows: Callable[[Measured], Sequence[Any]]
 
 
-def show_bias(measured: Measured, out: Output) -> None:
-    """A row for each gyro."""
-    rows = [
-        (
-            f"body {one.body}",
-            *(f"{value:+.3f} ± {std:.3f}" for value, std in zip(one.bias_deg_s, one.std_deg_s, strict=True)),
-            f"{one.temperature_c:.1f}",
-        )
-        for one in map(BiasFound.of, measured.calibration.gyros)
-    ]
-    out.table(("gyro", "x / deg/s", "y / deg/s", "z / deg/s", "die / °C"), rows, title="Bias, sensor axes")
+def _of_body(one: Any) -> str:
+    return f"body {one.body}"
 
 
-def zero_numbers(measured: Measured) -> dict[str, Any]:
-    """For `zero --json`."""
-    return {
-        "joints": [
-            {
-                "joint": one.joint,
-                "zero_deg": one.zero_deg,
-                "std_deg": one.std_deg,
-                "disagreement_deg": one.disagreement_deg,
-            }
-            for one in _zeros(measured)
-        ]
-    }
-
-
-def show_zero(measured: Measured, out: Output) -> None:
-    """A row for each joint."""
-    rows = [
-        (
-            f"joint {one.joint}",
-            *(f"{zero:.2f} ± {std:.3f}" for zero, std in zip(one.zero_deg, one.std_deg, strict=True)),
-            "–" if one.disagreement_deg is None else f"{one.disagreement_deg:+.2f}",
-        )
-        for one in _zeros(measured)
-    ]
-    columns = ("zero of", "sensor 1 / deg", "sensor 2 / deg", "disagree since last / deg")
-    out.table(columns, rows, title="Zero points")
-
-
-def misalignment_numbers(measured: Measured) -> dict[str, Any]:
-    """For `misalignment --json`."""
-    return {
-        "axes": [
-            {
-                "body": axis.body,
-                "axis_sensor": axis.axis,
-                "nominal_sensor": axis.nominal,
-                "angle_deg": axis.angle_deg,
-                "std_deg": axis.std_deg,
-                "cross_axis": axis.cross_axis(),
-                "rms_rate_deg_s": axis.rms_rate_deg_s,
-                "bias_deg_s": axis.bias.bias_deg_s,
-                "bias_std_deg_s": axis.bias.std_deg_s,
-            }
-            for axis in _axes(measured)
-        ]
-    }
-
-
-def show_misalignment(measured: Measured, out: Output) -> None:
-    """A row for each gyro that saw the joint turn."""
-    rows = [
-        (
-            f"body {axis.body}",
-            " ".join(f"{value:+.4f}" for value in axis.axis),
-            f"{axis.angle_deg:.3f} ± {axis.std_deg:.3f}",
-            " ".join(f"{100 * value:+.2f}" for value in axis.cross_axis()),
-            f"{axis.rms_rate_deg_s:.0f}",
-        )
-        for axis in _axes(measured)
-    ]
-    joint = measured.of_kinds(StepKind.SWING)[0].step.joint
-    columns = ("gyro", "joint axis in sensor frame", "misaligned / deg", "cross-axis / %", "rms deg/s")
-    out.table(columns, rows, title=f"Joint {joint}")
-
-
-def scale_numbers(measured: Measured) -> dict[str, Any]:
-    """For `scale --json`."""
-    return {
-        "scales": [
-            {"body": one.body, "axis": one.axis, "frame": "body", "scale": one.scale, "std": one.std}
-            for one in _scales(measured)
-        ],
-        "sensors": [
+def numbers(quantity: str, measured: Measured) -> dict[str, Any]:
+    """What was found, for `--json`."""
+    of = _QUANTITIES[quantity]
+    result: dict[str, Any] = {of.key: records(of.columns, of.rows(measured))}
+    if quantity == "scale":
+        result["sensors"] = [
             {"joint": one.joint, "sensor": sensor, "bend_deg": bend, "std_deg": std}
             for one in _bends(measured)
             for sensor, (bend, std) in enumerate(zip(one.bend_deg, one.std_deg, strict=True), 1)
-        ],
-    }
+        ]
+    return result
 
 
-def show_scale(measured: Measured, out: Output) -> None:
-    """A row for each axis; what the sweeps say of the angle sensors below."""
-    rows = [
-        (f"body {one.body}", one.axis, f"{one.scale:.4f} ± {one.std:.4f}", f"{100 * (one.scale - 1):+.2f}")
-        for one in _scales(measured)
-    ]
-    out.table(("gyro", "about body axis", "reading over truth", "off / %"), rows, title="Scale factors")
-    for bend in _bends(measured):
+def show_found(quantity: str, measured: Measured, out: Output) -> None:
+    """A row for each gyro, joint or axis; what the sweeps say of the angle sensors below."""
+    of = _QUANTITIES[quantity]
+    swings = measured.of_kinds(StepKind.SWING)
+    title = f"{of.title} {swings[0].step.joint}" if quantity == "misalignment" else of.title
+    show_rows(of.columns, of.rows(measured), out, title=title)
+    for bend in _bends(measured) if quantity == "scale" else ():
         first, second = bend.largest_deg()
         out.line(
             f"The angle sensors of joint {bend.joint} bend by at most {first:.2f} and {second:.2f} deg; "
             "the certificate takes it off."
         )
-
-
-NUMBERS: dict[str, Callable[[Measured], dict[str, Any]]] = {
-    "bias": bias_numbers,
-    "zero": zero_numbers,
-    "misalignment": misalignment_numbers,
-    "scale": scale_numbers,
-}
-TABLES: dict[str, Callable[[Measured, Output], None]] = {
-    "bias": show_bias,
-    "zero": show_zero,
-    "misalignment": show_misalignment,
-    "scale": show_scale,
-}
 
 
 def campaign_numbers(measured: Measured) -> dict[str, Any]:
@@ -272,3 +176,62 @@ def _scales(measured: Measured) -> list[ScaleFound]:
 def _bends(measured: Measured) -> list[BendFound]:
     joints = {one.step.joint for one in measured.of_kinds(StepKind.SWEEP)}
     return [BendFound.of(one) for one in measured.calibration.joints if one.joint in joints]
+
+
+_QUANTITIES = {
+    "bias": _Quantity(
+        "bodies",
+        "Bias, sensor axes",
+        (
+            Column("body", "gyro", words=_of_body),
+            Column("bias_deg_s", "x, y, z", words=lambda one: vector(one.bias_deg_s, one.std_deg_s, "+.3f")),
+            *fields("std_deg_s"),
+            Column("temperature_c", "die / °C", form=".1f"),
+        ),
+        lambda measured: [BiasFound.of(gyro) for gyro in measured.calibration.gyros],
+    ),
+    "zero": _Quantity(
+        "joints",
+        "Zero points",
+        (
+            Column("joint", "zero of", words=lambda one: f"joint {one.joint}"),
+            Column("zero_deg", "sensors 1, 2", words=lambda one: vector(one.zero_deg, one.std_deg)),
+            *fields("std_deg"),
+            Column("disagreement_deg", "disagree since last", form="+.2f"),
+        ),
+        _zeros,
+    ),
+    "misalignment": _Quantity(
+        "axes",
+        "Joint",
+        (
+            Column("body", "gyro", words=_of_body),
+            Column("axis_sensor", "joint axis in sensor frame", of="axis", form="+.4f"),
+            Column("angle_deg", "misaligned", words=lambda one: plus_minus(one.angle_deg, one.std_deg)),
+            Column(
+                "cross_axis",
+                "cross-axis / %",
+                of=lambda one: one.cross_axis(),
+                words=lambda one: vector((100 * value for value in one.cross_axis()), form="+.2f"),
+            ),
+            Column("rms_rate_deg_s", "rms rate", form=".0f"),
+            *fields(
+                "std_deg nominal_sensor=nominal bias_deg_s=bias.bias_deg_s bias_std_deg_s=bias.std_deg_s"
+            ),
+        ),
+        _axes,
+    ),
+    "scale": _Quantity(
+        "scales",
+        "Scale factors",
+        (
+            Column("body", "gyro", words=_of_body),
+            Column("axis", "about body axis"),
+            Column("frame", of=lambda _: "body"),
+            Column("scale", "reading over truth", words=lambda one: plus_minus(one.scale, one.std)),
+            Column("", "off / %", words=lambda one: f"{100 * (one.scale - 1):+.2f}"),
+            *fields("std"),
+        ),
+        _scales,
+    ),
+}

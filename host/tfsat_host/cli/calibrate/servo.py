@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.calibrate.jog import ask_to_move, drive
 from tfsat_host.cli.calibrate.jog_bench import JogBench, add_sequencer_port, open_jog_bench
 from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option, as_typed_here, resuming
-from tfsat_host.cli.output import NotConfirmed, Output
+from tfsat_host.present.output import NotConfirmed, Output
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.joints.joint_sensors import JointSensors
+    from tfsat_host.calibration.sensors.joint_sensors import JointSensors
     from tfsat_host.calibration.servos.servo_map import ServoMap
     from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.robot import RobotModel
@@ -128,8 +128,10 @@ def _upload(
     out: Output,
 ) -> dict[str, Any]:
     """Puts the new settings on the board unless told otherwise; says what error is left."""
+    from dataclasses import asdict
+
     from tfsat_host.calibration.servos.figures import left_by
-    from tfsat_host.cli.calibrate.servo_words import left_as_dict, left_words, show_settings
+    from tfsat_host.cli.calibrate.servo_words import left_words, show_settings
     from tfsat_host.cli.servo_words import servo_words, settings_as_dict
     from tfsat_host.servo_settings import find_misfit
 
@@ -138,7 +140,7 @@ def _upload(
     words = left_words(servo_map, after.of(joint))
     result = {
         "settings": {"before": settings_as_dict(before), "after": settings_as_dict(after)},
-        "left": left_as_dict(left_by(servo_map, after.of(joint))),
+        "left": asdict(left_by(servo_map, after.of(joint))),
         "uploaded": False,
         "verified": False,
     }

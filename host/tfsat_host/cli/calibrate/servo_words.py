@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from math import degrees
 from typing import Any
 
-from tfsat_host.calibration.servos.figures import Left, Place, gain_of, left_by, offset_of, places_of
+from tfsat_host.calibration.servos.figures import gain_of, left_by, offset_of, places_of
 from tfsat_host.calibration.servos.points import ServoPoint
 from tfsat_host.calibration.servos.servo_map import ServoMap
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.servo_words import comparison
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
 from tfsat_host.protocol.messages import ServoSetting
+from tfsat_host.quantity import Column, Columns, fields, plus_minus, record
 from tfsat_host.servo_settings import ServoSettings
 
 
@@ -34,51 +35,46 @@ def points_as_dicts(
     ]
 
 
+_MAP = fields("backlash_deg backlash_std_deg repeatability_deg nonlinearity_deg places")
+_PLACES: Columns = (
+    Column("commanded_deg", "commanded", form=".1f"),
+    Column("pulse_us", "pulse", form="g"),
+    Column("opening_deg", "reached opening", form=".2f"),
+    Column("closing_deg", "reached closing", form=".2f"),
+)
+
+
 def map_as_dict(servo_map: ServoMap) -> dict[str, Any]:
     """The map in figures that people compare."""
     gain, offset = gain_of(servo_map), offset_of(servo_map)
     return {
+        **record(_MAP, servo_map),
         "gain": gain.value,
         "gain_std": gain.std,
         "offset_deg": offset.value,
         "offset_std_deg": offset.std,
-        "backlash_deg": degrees(servo_map.backlash_rad),
-        "backlash_std_deg": degrees(servo_map.backlash_std_rad),
-        "repeatability_deg": degrees(servo_map.repeatability_rad),
-        "nonlinearity_deg": degrees(servo_map.nonlinearity_rad),
-        "places": servo_map.places,
     }
-
-
-def left_as_dict(left: Left) -> dict[str, Any]:
-    """What error is left."""
-    return asdict(left)
 
 
 def show_map(servo_map: ServoMap, points: Sequence[ServoPoint], stopped: Sequence[bool], out: Output) -> None:
     """The places, and the figures below them."""
-    rows = [
-        (f"{place.commanded_deg:.1f}", f"{place.pulse_us:g}", *_reached(place))
-        for place in places_of(points, servo_map.setting)
-    ]
-    columns = ("commanded / deg", "pulse / us", "reached opening / deg", "reached closing / deg")
-    out.table(columns, rows, title=f"Servo of joint {servo_map.joint}")
+    places = places_of(points, servo_map.setting)
+    show_rows(_PLACES, places, out, title=f"Servo of joint {servo_map.joint}")
     if any(stopped):
         out.line(
             "Within half a degree of the ends of its range the joint may lie against its stop: those visits do not"
         )
         out.line("count for what follows.")
     gain, offset = gain_of(servo_map), offset_of(servo_map)
-    out.line(f"gain            {gain.value:.4f} ± {gain.std:.4f}")
-    out.line(f"offset          {offset.value:+.2f} ± {offset.std:.2f} deg at 0 deg")
+    out.line(f"gain            {plus_minus(gain.value, gain.std)}")
+    out.line(f"offset          {plus_minus(offset.value, offset.std, sign=True)} deg at 0 deg")
     backlash_deg, std_deg = degrees(servo_map.backlash_rad), degrees(servo_map.backlash_std_rad)
-    out.line(f"backlash        {backlash_deg:.2f} ± {std_deg:.2f} deg")
-    out.line(
-        f"repeatability   {degrees(servo_map.repeatability_rad):.2f} deg, standard deviation of an arrival"
-    )
-    out.line(
-        f"nonlinearity    {degrees(servo_map.nonlinearity_rad):.2f} deg, standard deviation over the places"
-    )
+    out.line(f"backlash        {plus_minus(backlash_deg, std_deg)} deg")
+    for name, of, what in (
+        ("repeatability", servo_map.repeatability_rad, "an arrival"),
+        ("nonlinearity", servo_map.nonlinearity_rad, "the places"),
+    ):
+        out.line(f"{name:<16}{degrees(of):.2f} deg, standard deviation of {what}")
 
 
 def show_settings(before: ServoSettings, after: ServoSettings, out: Output) -> None:
@@ -93,11 +89,3 @@ def left_words(servo_map: ServoMap, setting: ServoSetting) -> str:
         f"joint {servo_map.joint} misses commanded angles by at most {left.mean_deg:.2f} deg on average of both "
         f"directions, stops {left.side_deg:.2f} deg short by its backlash, and scatters by {left.scatter_deg:.2f} deg."
     )
-
-
-def _reached(place: Place) -> tuple[str, str]:
-    opening, closing = (
-        "–" if angle_deg is None else f"{angle_deg:.2f}"
-        for angle_deg in (place.opening_deg, place.closing_deg)
-    )
-    return opening, closing

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.calibrate.options import certificate_path
 from tfsat_host.cli.options import add_output_options, file_name
-from tfsat_host.cli.output import Output
+from tfsat_host.present.output import Output
+from tfsat_host.quantity import UNKNOWN, fields, record
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.certificate import Calibration, Paper
     from tfsat_host.calibration.errors import CalibrationError
     from tfsat_host.cli.calibrate.show_rows import Row
 
+_VALUE = fields("value std unit")
 _STATES = {"valid": "valid", "stale": "STALE: a landing since", "missing": "MISSING"}
 _MATCHES = {
     "matches": "as recorded",
@@ -144,13 +146,13 @@ def _future(rows: list[Row], now: datetime) -> list[Row]:
 
 def _row_as_json(row: Row, now: datetime) -> dict[str, Any]:
     value = row.value
+    found = (
+        {"value": None, "std": None, "unit": None} if value is None else record(_VALUE, value) | value.more
+    )
     return {
         "quantity": row.name,
         "state": row.state,
-        "value": None if value is None else value.value,
-        "std": None if value is None else value.std,
-        "unit": None if value is None else value.unit,
-        **({} if value is None else value.more),
+        **found,
         "taken": None if row.taken is None else row.taken.isoformat(),
         "age_s": None if row.taken is None else (now - row.taken).total_seconds(),
         "command": row.command,
@@ -171,8 +173,6 @@ def _show(
     now: datetime,
     out: Output,
 ) -> None:
-    from tfsat_host.cli.calibrate.show_rows import age_words
-
     table = [
         (
             row.name,
@@ -218,8 +218,6 @@ def _show_lacking(rows: list[Row], out: Output, *, doubtful: bool) -> None:
 
 
 def _show_papers(papers: list[tuple[Paper, str]], now: datetime, out: Output) -> None:
-    from tfsat_host.cli.calibrate.show_rows import age_words
-
     if papers:
         out.line()
         out.table(
@@ -237,8 +235,6 @@ def _show_papers(papers: list[tuple[Paper, str]], now: datetime, out: Output) ->
 
 
 def _show_landings(calibration: Calibration, now: datetime, out: Output) -> None:
-    from tfsat_host.cli.calibrate.show_rows import age_words
-
     if calibration.landings:
         last = calibration.landings[-1]
         earlier = len(calibration.landings) - 1
@@ -250,3 +246,21 @@ def _show_landings(calibration: Calibration, now: datetime, out: Output) -> None
         out.line(
             "No landing since the campaign began, as far as is known: decode and evaluate tell of landings."
         )
+
+
+def age_words(taken: datetime | None, now: datetime) -> str:
+    """Such as `3 h ago`; a dash for never."""
+    if taken is None:
+        return UNKNOWN
+    age = now - taken
+    if age < timedelta(minutes=-1):
+        return "in the future"
+    if age < timedelta(minutes=2):
+        return "just now"
+    for limit, step, unit in (
+        (timedelta(hours=2), timedelta(minutes=1), "min"),
+        (timedelta(days=2), timedelta(hours=1), "h"),
+    ):
+        if age < limit:
+            return f"{age // step} {unit} ago"
+    return f"{age.days} days ago"

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.calibration.certificate.certificate import AXES_OF_BODIES, Calibration, quantities
+from tfsat_host.quantity import vector
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.gyros.gyro import GyroCalibration
-    from tfsat_host.calibration.joints.joint_sensors import JointSensors
+    from tfsat_host.calibration.sensors.gyro import GyroCalibration
+    from tfsat_host.calibration.sensors.joint_sensors import JointSensors
     from tfsat_host.calibration.servos.servo_map import ServoMap
     from tfsat_host.robot import RobotModel
 
@@ -23,20 +24,25 @@ class Value:
     Attributes:
         value, std: In `unit`: a number, or one for each axis or sensor.
         unit: `deg/s`, `deg` or `1`.
-        text: For a table: value, standard deviation and unit; of several the largest deviation.
         more: For `--json`, what else belongs to it.
     """
 
     value: float | list[float]
     std: float | list[float]
     unit: str
-    text: str
     more: dict[str, Any]
+
+    @property
+    def text(self) -> str:
+        """Value, standard deviation and unit; of several the largest deviation."""
+        values, std = ([one] if isinstance(one, float) else one for one in (self.value, self.std))
+        backlash = f"{self.more['slope_deg_per_us']:+.4f} deg/us, backlash " if "is" in self.more else ""
+        return f"{backlash}{vector(values, std)} {'' if self.unit == '1' else self.unit}".rstrip()
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of `calibrate show`.
+    """One quantity of a certificate.
 
     Attributes:
         name: Of the quantity.
@@ -69,22 +75,6 @@ def rows_of(calibration: Calibration, model: RobotModel, options: str = "") -> l
     ]
 
 
-def age_words(taken: datetime | None, now: datetime) -> str:
-    """Such as `3 h ago`; a dash for never."""
-    if taken is None:
-        return "–"
-    age = now - taken
-    if age < timedelta(minutes=-1):
-        return "in the future"
-    if age < timedelta(minutes=2):
-        return "just now"
-    if age < timedelta(hours=2):
-        return f"{age // timedelta(minutes=1)} min ago"
-    if age < timedelta(days=2):
-        return f"{age // timedelta(hours=1)} h ago"
-    return f"{age.days} days ago"
-
-
 def _values(calibration: Calibration, model: RobotModel) -> Iterator[tuple[str, Value]]:
     """By the names that `quantities` gives them."""
     for gyro in calibration.gyros:
@@ -104,9 +94,8 @@ def _bias(gyro: GyroCalibration) -> Value:
 
     value = np.rad2deg(gyro.bias_rad_s)
     std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
-    text = f"{' '.join(f'{one:+.3f}' for one in value)} ± {std.max():.3f} deg/s"
     more = {"frame": "sensor", "temperature_c": gyro.temperature_c}
-    return Value(value.tolist(), std.tolist(), "deg/s", text, more)
+    return Value(value.tolist(), std.tolist(), "deg/s", more)
 
 
 def _misalignment(gyro: GyroCalibration, axis: str, model: RobotModel) -> Value:
@@ -124,13 +113,13 @@ def _misalignment(gyro: GyroCalibration, axis: str, model: RobotModel) -> Value:
     spread = cross @ gyro.covariance[3:6, 3:6] @ cross.T
     value = float(np.rad2deg(np.arctan2(np.linalg.norm(np.cross(true, nominal)), true @ nominal)))
     std = float(np.rad2deg(np.sqrt(np.linalg.eigvalsh(spread)[-1])))
-    return Value(value, std, "deg", f"{value:.2f} ± {std:.3f} deg", {"axis_sensor": true.tolist()})
+    return Value(value, std, "deg", {"axis_sensor": true.tolist()})
 
 
 def _scale(gyro: GyroCalibration, axis: str) -> Value:
     """For rotations about a body axis, however the sensor is mounted."""
     value, std = gyro.scale_about("xyz".index(axis))
-    return Value(value, std, "1", f"{value:.4f} ± {std:.4f}", {"frame": "body"})
+    return Value(value, std, "1", {"frame": "body"})
 
 
 def _zero(sensors: JointSensors) -> Value:
@@ -138,8 +127,7 @@ def _zero(sensors: JointSensors) -> Value:
 
     value = np.rad2deg(sensors.zero_rad) % 360.0
     std = np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance)))
-    text = f"{' '.join(f'{one:.2f}' for one in value)} ± {std.max():.3f} deg"
-    return Value(value.tolist(), std.tolist(), "deg", text, {"frame": "sensor"})
+    return Value(value.tolist(), std.tolist(), "deg", {"frame": "sensor"})
 
 
 def _servo(servo_map: ServoMap) -> Value:
@@ -148,7 +136,6 @@ def _servo(servo_map: ServoMap) -> Value:
     value = float(np.rad2deg(servo_map.backlash_rad))
     std = float(np.rad2deg(servo_map.backlash_std_rad))
     slope = float(np.rad2deg(servo_map.slope_rad_per_us))
-    text = f"{slope:+.4f} deg/us, backlash {value:.2f} ± {std:.2f} deg"
     more = {
         "is": "backlash",
         "slope_deg_per_us": slope,
@@ -156,4 +143,4 @@ def _servo(servo_map: ServoMap) -> Value:
         "middle_deg": float(np.rad2deg(servo_map.middle_rad)),
         "repeatability_deg": float(np.rad2deg(servo_map.repeatability_rad)),
     }
-    return Value(value, std, "deg", text, more)
+    return Value(value, std, "deg", more)

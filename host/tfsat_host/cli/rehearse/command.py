@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
 from tfsat_host.cli.options import add_output_options, file_name, seed
-from tfsat_host.cli.output import Output
-from tfsat_host.cli.rehearse.prepared import robot_of
+from tfsat_host.cli.rehearse.thrown import FAULT
 from tfsat_host.errors import UsageError
+from tfsat_host.present.output import Output
+from tfsat_host.quantity import Column, fields, records
 
 if TYPE_CHECKING:
     from tfsat_host.rehearsal.faults.fault import Fault
@@ -81,6 +82,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """One drop, many, or the list of what may go wrong."""
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
+    from tfsat_host.rehearsal.prepared import RehearsalOptions
 
     if args.list_faults:
         return _list_faults(out)
@@ -90,14 +92,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
     notices = (*schedule.notices, *servo_speed_notices(schedule))
     for notice in notices:
         out.warn(notice)
-    filed = robot_of(args)
+    options = RehearsalOptions(args.sequencer, args.robot, args.as_filed, args.imu, args.despite_preflight)
+    filed = options.filed()
     if args.runs > 1:
         from tfsat_host.cli.rehearse.many import rehearse_many
 
-        return rehearse_many(args, maneuver, schedule, filed, faults, out)
+        return rehearse_many(args, options, maneuver, schedule, filed, faults, out)
     from tfsat_host.cli.rehearse.one import rehearse_one
 
-    return rehearse_one(args, maneuver, schedule, filed, faults, notices, out)
+    return rehearse_one(args, options, maneuver, schedule, filed, faults, notices, out)
 
 
 def _runs(text: str) -> int:
@@ -118,6 +121,10 @@ def _faults(names: list[str]) -> tuple[Fault, ...]:
     return faults
 
 
+def _moments(fault: Fault) -> dict[str, str]:
+    return {moment.typed: outcome.value for moment, outcome in fault.outcomes.items()}
+
+
 def _list_faults(out: Output) -> int:
     from tfsat_host.rehearsal.faults.known import FAULTS
     from tfsat_host.rehearsal.moment import words_of
@@ -126,19 +133,7 @@ def _list_faults(out: Output) -> int:
         (fault.name, fault.what, fault.moment.typed, words_of(fault.outcomes), fault.outcome.value)
         for fault in FAULTS
     ]
-    listed: list[dict[str, Any]] = [
-        {
-            "name": fault.name,
-            "what": fault.what,
-            "moment": fault.moment.typed,
-            "when": fault.moment.value,
-            "outcome": fault.outcome.value,
-            "moments": {moment.typed: outcome.value for moment, outcome in fault.outcomes.items()},
-            "complete": fault.complete,
-            "noticed": fault.noticed,
-        }
-        for fault in FAULTS
-    ]
+    listed = records((*FAULT, Column("moments", of=_moments), *fields("complete noticed")), FAULTS)
     columns = ("fault", "what happens", "when", "or @", "the robot then")
     out.result({"faults": listed}, lambda: out.table(columns, rows))
     return 0

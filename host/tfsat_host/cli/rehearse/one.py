@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import io
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.output import Output, jsonable
 from tfsat_host.cli.rehearse.one_result import (
     day_facts,
     evaluation_facts,
@@ -16,18 +14,20 @@ from tfsat_host.cli.rehearse.one_result import (
     stroke_warnings,
 )
 from tfsat_host.cli.rehearse.one_words import show
-from tfsat_host.cli.rehearse.prepared import image_of, preflight_of, truth_of
-from tfsat_host.cli.rehearse.run_folder import RunFolder
 from tfsat_host.cli.rehearse.thrown import Thrown, broke_design
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError
+from tfsat_host.json_values import jsonable
+from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
     from tfsat_host.maneuver import Maneuver, Schedule
     from tfsat_host.rehearsal.drop import Drop
     from tfsat_host.rehearsal.faults.fault import Fault
+    from tfsat_host.rehearsal.prepared import RehearsalOptions
+    from tfsat_host.rehearsal.run_folder import RunFolder
     from tfsat_host.rehearsal.truth import Truth
     from tfsat_host.robot import RobotModel
+    from tfsat_host.run.evaluated import EvaluatedRun
     from tfsat_host.sdlog import DropLog
 
 _STEPS = 7
@@ -35,6 +35,7 @@ _STEPS = 7
 
 def rehearse_one(
     args: argparse.Namespace,
+    options: RehearsalOptions,
     maneuver: Maneuver,
     schedule: Schedule,
     filed: RobotModel,
@@ -43,12 +44,13 @@ def rehearse_one(
     out: Output,
 ) -> int:
     """Returns the exit code: 0 if all went as planned."""
+    from tfsat_host.rehearsal.run_folder import RunFolder
     from tfsat_host.rehearsal.truth_file import truth_text
 
     folder = RunFolder(args.out, force=args.force)
-    truth = truth_of(args, filed, args.seed)
+    truth = options.truth(filed, args.seed)
     thrown = Thrown(faults)
-    drop = _fly(args, schedule, filed, truth, thrown.faults, out)
+    drop = _fly(options, schedule, filed, truth, thrown.faults, out)
     told = truth_text(truth, drop, filed, tuple(one.name for one in faults))
     robot = filed.path.read_bytes()  # which may lie in this very folder
     with folder.replaced():
@@ -57,7 +59,7 @@ def rehearse_one(
         result = {
             "schedule": schedule.as_rows(),
             "end_s": schedule.end_s,
-            **robot_facts(args, truth, filed),
+            **robot_facts(options, truth, filed),
             "faults": thrown.facts(drop, log, evaluated, refusal),
             "notices": notices,
             **_found(schedule, truth, drop, log, filed, folder, evaluated, refusal, out),
@@ -83,7 +85,7 @@ def _exit_code(drop: Drop, log: DropLog | None, evaluated: EvaluatedRun | None, 
 
 
 def _fly(
-    args: argparse.Namespace,
+    options: RehearsalOptions,
     schedule: Schedule,
     filed: RobotModel,
     truth: Truth,
@@ -92,14 +94,14 @@ def _fly(
 ) -> Drop:
     from tfsat_host.rehearsal.rehearse import rehearse
 
-    hex_path = image_of(args, out)
+    hex_path = options.image(out.note)
     with out.progress("rehearsing", total=_STEPS) as advance:
         return rehearse(
             schedule,
             filed,
             truth,
             hex_path=hex_path,
-            preflight=preflight_of(args, schedule, filed, hex_path),
+            preflight=options.preflight(schedule, filed, hex_path),
             faults=faults,
             progress=lambda _: advance(1),
         )
@@ -108,23 +110,18 @@ def _fly(
 def _evaluated(
     folder: RunFolder, drop: Drop, log: DropLog | None
 ) -> tuple[EvaluatedRun | None, TfsatError | None]:
-    """As `report` would, typed for this folder; or why the recording cannot be evaluated. Neither: nothing fell."""
-    from tfsat_host.cli import report
-    from tfsat_host.cli.report_files import PAGE
+    """As `report` would; or why the recording cannot be evaluated. Neither: nothing fell."""
+    from tfsat_host.run import reporting
 
     if log is None or drop.refused is not None:
         return None, None
-    parser = argparse.ArgumentParser()
-    report.configure(parser)
-    typed = parser.parse_args([str(folder.path)])
-    quiet = Output(json_mode=True, yes=True, stdout=io.StringIO(), stderr=io.StringIO())
-    folder.announced(PAGE)
+    folder.announced(reporting.PAGE)
     try:
-        done, written = report.report_on(typed, quiet, folder.collected)
+        made = reporting.report([folder.path], made_at=folder.collected)
     except TfsatError as error:
         return None, error
-    folder.files += written
-    return done, None
+    folder.files += made.files
+    return made.runs[0], None
 
 
 def _found(
@@ -139,12 +136,12 @@ def _found(
     out: Output,
 ) -> dict[str, Any]:
     """What came of the day, the drop and its recording."""
-    from tfsat_host.cli.preflight_files import RESULT
     from tfsat_host.rehearsal.compared import compared
+    from tfsat_host.run.files import PREFLIGHT
 
     beside = () if evaluated is None else compared(evaluated.found, drop, truth, filed)
     found = {
-        **day_facts(drop, folder.path / RESULT),
+        **day_facts(drop, folder.path / PREFLIGHT),
         **flight_facts(schedule, truth, drop, log, folder.path),
         **evaluation_facts(evaluated, refusal, beside),
         "quick_look": None,

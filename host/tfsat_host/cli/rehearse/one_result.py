@@ -2,38 +2,49 @@
 
 from __future__ import annotations
 
-import argparse
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.rehearse.one_words import simulate_command
-from tfsat_host.cli.rehearse.prepared import strokes_of
+from tfsat_host.cli.rehearse.one_words import COMPARED, simulate_command
+from tfsat_host.quantity import records
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
     from tfsat_host.errors import TfsatError
     from tfsat_host.maneuver import Schedule
     from tfsat_host.rehearsal.compared import Compared
     from tfsat_host.rehearsal.drop import Drop
+    from tfsat_host.rehearsal.prepared import RehearsalOptions
     from tfsat_host.rehearsal.truth import Truth
     from tfsat_host.robot import RobotModel
+    from tfsat_host.run.evaluated import EvaluatedRun
     from tfsat_host.sdlog import DropLog
 
 Json = dict[str, Any]
 
+_STROKE = [
+    "stroke",
+    "joint",
+    "scheduled_s",
+    "logged_s",
+    "commanded_deg",
+    "size_deg",
+    "size_deg_std",
+    "remark",
+]
+_JOINT = ["joint", "initial_deg", "initial_deg_std", "final_deg", "final_deg_std", "sensed"]
 LOOK_MARGIN_S = 0.05
 """What is looked at ends this long before the landing."""
 
 
-def robot_facts(args: argparse.Namespace, truth: Truth, filed: RobotModel) -> Json:
+def robot_facts(options: RehearsalOptions, truth: Truth, filed: RobotModel) -> Json:
     """Which robot flew."""
     return {
-        "sequencer": args.sequencer,
+        "sequencer": options.sequencer,
         "seed": truth.seed,
         "robot": {"name": filed.name, "file": str(filed.path)},
-        "as_filed": args.as_filed,
+        "as_filed": options.as_filed,
         "imu": truth.imu or None,
     }
 
@@ -45,7 +56,6 @@ def day_facts(drop: Drop, preflight: Path) -> Json:
         drop: The day.
         preflight: Its file.
     """
-    from tfsat_host.cli.preflight_words import as_json
     from tfsat_host.rehearsal.checked import NoGo
 
     refused, checked = drop.refused, drop.checked
@@ -55,7 +65,7 @@ def day_facts(drop: Drop, preflight: Path) -> Json:
         "preflight": None if checked is None else "go" if checked.go else "no-go",
         "preflight_file": None if checked is None else str(preflight),
         "no_go": [check.name for check in red],
-        "no_go_checks": [as_json(check) for check in red],
+        "no_go_checks": [check.as_dict() for check in red],
         "refused": None if refused is None else f"{refused.what} {refused.meaning} {refused.next_step}",
         "refused_by": None if refused is None else "preflight" if isinstance(refused, NoGo) else "board",
         "setbacks": list(drop.setbacks),
@@ -69,8 +79,8 @@ def flight_facts(schedule: Schedule, truth: Truth, drop: Drop, log: DropLog | No
     """What the recording is, and what was true of the fall."""
     import numpy as np
 
-    from tfsat_host.cli.evaluate.run_files import MANEUVER, ROBOT
     from tfsat_host.emulated.truth import true_reorientation_deg
+    from tfsat_host.run.files import MANEUVER, ROBOT
 
     rate_deg_s = [round(float(rate), 6) for rate in np.rad2deg(truth.rate_rad_s)]
     found: Json = {
@@ -159,7 +169,7 @@ def evaluation_facts(
     evaluated: EvaluatedRun | None, refusal: TfsatError | None, beside: tuple[Compared, ...]
 ) -> Json:
     """What the evaluation found, or why there is none; and what was found beside what was true."""
-    from tfsat_host.cli.output import error_as_dict
+    from tfsat_host.json_values import error_as_dict
 
     if evaluated is None:
         return {
@@ -170,43 +180,20 @@ def evaluation_facts(
     return {
         "evaluation": _found(evaluated),
         "evaluation_refused": None,
-        "compared": [
-            {
-                "name": one.name,
-                "unit": one.unit,
-                "found": one.found,
-                "std": one.std,
-                "true": one.true,
-                "deviations": one.deviations,
-            }
-            for one in beside
-        ],
+        "compared": records(COMPARED, beside),
     }
 
 
 def _found(evaluated: EvaluatedRun) -> Json:
     """The keys of `evaluate --json` that tell of the maneuver."""
-    from tfsat_host.cli.evaluate.result import result_of
+    from tfsat_host.run.result import result_of
 
     whole = result_of(evaluated)
-    strokes = (
-        "stroke",
-        "joint",
-        "scheduled_s",
-        "logged_s",
-        "commanded_deg",
-        "size_deg",
-        "size_deg_std",
-        "remark",
-    )
-    joints = ("joint", "initial_deg", "initial_deg_std", "final_deg", "final_deg_std", "sensed")
     return {
         **whole["verdict"],
-        "reorientation_deg": whole["reorientation_deg"],
-        "reorientation_deg_std": whole["reorientation_deg_std"],
-        "until_s": whole["until_s"],
-        "strokes": [{key: one[key] for key in strokes} for one in whole["strokes"]],
-        "joints": [{key: one[key] for key in joints} for one in whole["joints"]],
+        **{key: whole[key] for key in ("reorientation_deg", "reorientation_deg_std", "until_s")},
+        "strokes": [{key: one[key] for key in _STROKE} for one in whole["strokes"]],
+        "joints": [{key: one[key] for key in _JOINT} for one in whole["joints"]],
     }
 
 
@@ -216,7 +203,8 @@ def quick_facts(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel)
     from tfsat_host.evaluation.quick.strokes import reached_deg
 
     fall_s = (drop.landed_s or 0.0) - (drop.released_s or 0.0)
-    starts_s, _, joints = strokes_of(schedule)
+    starts_s = [stroke.t_s for stroke in schedule.strokes]
+    joints = [stroke.joint for stroke in schedule.strokes]
     look = quick_look(log, filed, until_s=fall_s - LOOK_MARGIN_S)
     reached = reached_deg(log, filed, joints, starts_s, fall_s)
     return {
@@ -231,7 +219,8 @@ def stroke_warnings(schedule: Schedule, result: Json) -> list[str]:
     """Where strokes were not as commanded: by the evaluation, or by the quick look where there is none."""
     from tfsat_host.evaluation.quick.strokes import disagreements
 
-    starts_s, commanded_deg, _ = strokes_of(schedule)
+    starts_s = [stroke.t_s for stroke in schedule.strokes]
+    commanded_deg = [stroke.angle_deg for stroke in schedule.strokes]
     if result["evaluation"] is not None:
         sizes = [stroke["size_deg"] for stroke in result["evaluation"]["strokes"]]
     elif result["quick_look"] is not None:

@@ -7,18 +7,41 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.evaluate.phrases import plus_minus, printable
-from tfsat_host.cli.output import Output
 from tfsat_host.cli.rehearse.thrown import show_thrown
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import printable, show_rows
+from tfsat_host.quantity import Column, Columns, plus_minus
 from tfsat_host.units import s_from_us
 
 if TYPE_CHECKING:
-    from tfsat_host.cli.rehearse.run_folder import RunFolder
     from tfsat_host.maneuver import Schedule
+    from tfsat_host.rehearsal.run_folder import RunFolder
 
 Json = dict[str, Any]
 
 _INDENT = " " * 22
+
+
+def _logged(stroke: Json) -> str:
+    return "MISSING" if stroke["logged_s"] is None else f"{stroke['logged_s']:.4f}"
+
+
+_FLOWN: Columns = (
+    Column("scheduled_s", "scheduled", form=".2f"),
+    Column("logged_s", "in the log", words=_logged),
+    Column("joint", "joint"),
+    Column("commanded_deg", "commanded", form="+.2f"),
+    Column("size_deg", "flown", std="size_std_deg", form="+.2f"),
+)
+COMPARED: Columns = (
+    Column("name", "number"),
+    Column("found", "evaluated"),
+    Column("std", "±"),
+    Column("true", "true"),
+    Column("unit", "unit"),
+    Column("deviations", "off / ±", form="+.1f"),
+)
+"""Numbers of the evaluation, each against the truth."""
 
 
 def simulate_command(
@@ -152,18 +175,7 @@ def _show_flight(schedule: Schedule, result: Json, out: Output) -> None:
 
 def _show_evaluated_motion(result: Json, out: Output) -> None:
     found = result["evaluation"]
-    rows = [
-        (
-            f"{stroke['scheduled_s']:.2f}",
-            "MISSING" if stroke["logged_s"] is None else f"{stroke['logged_s']:.4f}",
-            f"joint {stroke['joint']}",
-            f"{stroke['commanded_deg']:+.2f}",
-            _told(stroke["size_deg"], stroke["size_deg_std"]),
-        )
-        for stroke in found["strokes"]
-    ]
-    columns = ("scheduled / s", "in the log / s", "moves", "commanded / deg", "flown / deg")
-    out.table(columns, rows, title="Strokes after the release, as evaluated")
+    show_rows(_FLOWN, found["strokes"], out, title="Strokes after the release, as evaluated")
     for name, when in (("initial", "at the release"), ("final", f"at {found['until_s']:.2f} s")):
         angles = ", ".join(
             f"joint {one['joint']} {_told(one[f'{name}_deg'], one[f'{name}_deg_std'])}"
@@ -186,19 +198,18 @@ def _show_quick_look(schedule: Schedule, result: Json, out: Output) -> None:
     look = result["quick_look"]
     if look is None:
         return
-    seen, sizes = [f"{t_s:.4f}" for t_s in result["strokes_s"]], look["strokes_deg"]
+    seen, sizes = result["strokes_s"], look["strokes_deg"]
     rows = [
-        (
-            f"{stroke.t_s:.2f}",
-            seen[i] if i < len(seen) else "MISSING",
-            f"joint {stroke.joint}",
-            f"{stroke.angle_deg:+.2f}",
-            "unknown" if sizes[i] is None else f"{sizes[i]:+.1f}",
-        )
+        {
+            "scheduled_s": stroke.t_s,
+            "logged_s": seen[i] if i < len(seen) else None,
+            "joint": stroke.joint,
+            "commanded_deg": stroke.angle_deg,
+            "size_deg": sizes[i],
+        }
         for i, stroke in enumerate(schedule.strokes)
     ]
-    columns = ("scheduled / s", "in the log / s", "moves", "commanded / deg", "flown / deg")
-    out.table(columns, rows, title="Strokes after the release, a quick look: no calibration, ± unknown")
+    show_rows(_FLOWN, rows, out, title="Strokes after the release, a quick look: no calibration")
     changes = ", ".join(f"joint {i} {change:+.1f}" for i, change in enumerate(look["joint_change_deg"], 1))
     out.line(
         f"Greatest change of:   {changes} deg from before the release, by one angle sensor each, ± unknown."
@@ -237,19 +248,7 @@ def _show_evaluation(result: Json, out: Output) -> None:
     if verdict is None:
         return
     if result["compared"]:
-        rows = [
-            (
-                one["name"],
-                f"{one['found']:.3f}",
-                f"{one['std']:.3f}",
-                f"{one['true']:.3f}",
-                one["unit"],
-                "–" if one["deviations"] is None else f"{one['deviations']:+.1f}",
-            )
-            for one in result["compared"]
-        ]
-        columns = ("", "evaluated", "±", "true", "unit", "off / ±")
-        out.table(columns, rows, title="Evaluated, beside the hidden truth")
+        show_rows(COMPARED, result["compared"], out, title="Evaluated, and the truth")
     out.line(f"The evaluation:       {verdict['level'].upper()}. {verdict['sentence']}")
     for reason in verdict["reasons"]:
         out.line(f"{_INDENT}{reason}")

@@ -6,15 +6,20 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from tfsat_host.quantity import fields, record, records
+
 if TYPE_CHECKING:
-    from tfsat_host.cli.evaluate.one_run import EvaluatedRun
-    from tfsat_host.cli.output import Output
     from tfsat_host.errors import TfsatError
+    from tfsat_host.present.output import Output
     from tfsat_host.rehearsal.drop import Drop
     from tfsat_host.rehearsal.faults.fault import Fault
+    from tfsat_host.run.evaluated import EvaluatedRun
     from tfsat_host.sdlog import DropLog
 
 Json = dict[str, Any]
+
+FAULT = fields("name what moment=moment.typed when=moment.value outcome=outcome.value")
+"""Of a fault, for JSON."""
 
 
 class Thrown:
@@ -51,23 +56,19 @@ class Thrown:
         designed = designed_for(self.faults, self._struck_s)
         return [
             {
-                "name": fault.name,
-                "what": fault.what,
-                "moment": fault.moment.typed,
-                "when": fault.moment.value,
+                **record(FAULT, fault),
                 "struck_s": self._struck_s.get(fault.name),
-                "outcome": fault.outcome.value,
                 "came_of_it": came_of(fault.outcome, drop) if fault.name in self._struck_s else None,
                 "outcome_of_all": designed.value,
                 "all_came_of_it": came_of(designed, drop),
                 "joints_moved_true_deg": [float(moved) for moved in moved_deg(drop)],
                 "to_be_noticed": bool(fault.noticed or fault.morning),
-                "noticed_by": [
-                    {"who": one.who, "what": one.what, "by_name": one.certain}
-                    for one in notices_of(fault, drop, said, alone=alone, good=good)
-                ]
-                if fault.name in self._struck_s
-                else [],
+                "noticed_by": records(
+                    fields("who what by_name=certain"),
+                    notices_of(fault, drop, said, alone=alone, good=good)
+                    if fault.name in self._struck_s
+                    else (),
+                ),
             }
             for fault in self.faults
         ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion
-from tfsat_host.dynamics.multibody import batch_last
+from tfsat_host.dynamics.components import batch_last
 from tfsat_host.evaluation.budget.attitude_errors import Turned, exactly, to_first_order
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.joints.joint_sensors import sensor_columns
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.evaluation.checks.check import Check, judged
 from tfsat_host.evaluation.checks.conserved import QUIET_RAD_S
 from tfsat_host.evaluation.checks.stated_errors import LONGEST_HOLE_S

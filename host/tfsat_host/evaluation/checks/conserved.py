@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tfsat_host.evaluation.checks.check import Check, judged, not_possible, rms_limit, z_limit
 from tfsat_host.evaluation.checks.diagnosis import CLEARLY, ENDS_IT
 from tfsat_host.evaluation.checks.stated_errors import RATE_FLOOR_RAD_S
+from tfsat_host.evaluation.initial_rates import SETTLED_S
 from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.evaluation.model_fit.unexplained import SETTLED_S
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.noise import BLOCK_S
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.consistency import Consistency, Readings
 from tfsat_host.evaluation.checks.hanging import Hanging

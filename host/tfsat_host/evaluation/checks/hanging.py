@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.joints.joint_sensors import sensor_columns
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.evaluation.fall.gravity_check import LEAST_SAMPLES, AtRest
 from tfsat_host.evaluation.motion.noise import BLOCK_S

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.evaluation.clocks.clock_fit import ClockFit, Pair, fit_clock
 from tfsat_host.evaluation.clocks.stroke_matching import MOST_EDGES, Matched, match_strokes
-from tfsat_host.evaluation.witnesses.video import Mark
+from tfsat_host.evaluation.clocks.video import Mark
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog import DropLog

@@ -26,7 +26,7 @@ from tfsat_host.evaluation.fall.gravity_check import (
     forces_g,
     rms_g,
 )
-from tfsat_host.evaluation.witnesses.laser import PUSHED_OFF_S
+from tfsat_host.evaluation.laser.velocity import PUSHED_OFF_S
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]

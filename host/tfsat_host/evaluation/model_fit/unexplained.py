@@ -21,6 +21,7 @@ from tfsat_host.calibration.statistics import root_of
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.attitude import integrate_rates
+from tfsat_host.evaluation.initial_rates import SETTLED_S
 from tfsat_host.evaluation.model_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.holes import holes_of
 from tfsat_host.evaluation.motion.motion import Motion
@@ -29,8 +30,6 @@ from tfsat_host.evaluation.motion.sensor_fusion import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-SETTLED_S = 0.03
-"""After the release: before, the springs still push and the low-pass remembers the hold."""
 _ANGLE_STEP_RAD = 1e-4
 _OFFSET_STEP = 0.1
 

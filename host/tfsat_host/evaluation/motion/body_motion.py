@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.attitude import integrate_rates
@@ -84,9 +85,7 @@ def body_motion(t_s: FloatArray, rates: Rates, error_covariance: FloatArray, rat
     start, start_variance = _since_release(t[0], rate[0], rate_hz)
     attitude = start * integrate_rates(t, rate)
     matrices = attitude.as_matrix()
-    steps = np.diff(t)
-    by_rates = matrices @ rates.by_errors[fall]
-    by = np.concatenate([np.zeros((1, *by_rates.shape[1:])), _integral(by_rates, steps)])
+    by = cumulative_trapezoid(matrices @ rates.by_errors[fall], t, axis=0, initial=0)
     turned = matrices @ rates.variance[fall] @ matrices.swapaxes(1, 2)
     weights = np.gradient(t)
     noise = np.cumsum(turned * (weights**2)[:, None, None], axis=0)
@@ -102,7 +101,3 @@ def _since_release(t_s: float, rate_rad_s: FloatArray, rate_hz: float) -> tuple[
         return Rotation.identity(), 0.0
     turn = rate_rad_s * t_s
     return Rotation.from_rotvec(turn), float(turn @ turn) / 12.0
-
-
-def _integral(values: FloatArray, steps: FloatArray) -> FloatArray:
-    return np.asarray(np.cumsum(0.5 * (values[1:] + values[:-1]) * steps[:, None, None], axis=0))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from tfsat_host.angles import wrapped
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

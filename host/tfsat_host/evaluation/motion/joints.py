@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
-from tfsat_host.calibration.joints.joint_sensors import JointSensors
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.evaluation.motion.joint_fit import SensedJoint
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.joints.joint_sensors import sensor_columns
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.motion.body_motion import BodyMotion, Rates, body_motion
 from tfsat_host.evaluation.motion.fusion import Fused

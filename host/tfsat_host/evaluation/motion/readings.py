@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.gyros.gyro import GyroCalibration
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.evaluation.motion.samples import Samples
 
 FloatArray = NDArray[np.float64]

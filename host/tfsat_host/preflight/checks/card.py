@@ -6,6 +6,7 @@ from tfsat_host.preflight.check import Check, go, no_go
 from tfsat_host.preflight.evidence import Evidence, Failed, Missing, Running, Trial, unreached
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.remedies import REMEDIES
+from tfsat_host.quantity import fields, record
 
 MOST_STALL_MS = 500
 """A card may be busy with a write for 250 ms, SDXC for 500 ms (SD Physical Layer Simplified Spec. 6.00, 4.6.2.2)."""
@@ -117,18 +118,15 @@ def check_writing(evidence: Evidence) -> Check:
     return check
 
 
+_TRIAL = fields(
+    "verdict duration_s samples samples_dropped samples_lost blocks_lost worst_stall_ms=stall_max_ms "
+    "ring_peak_blocks ring_blocks"
+)
+_RUNNING = fields("watched_s blocks_written=blocks samples_dropped ring_peak_blocks ring_blocks")
+
+
 def _of_trial(name: str, trial: Trial) -> Check:
-    numbers = {
-        "verdict": trial.verdict,
-        "duration_s": trial.duration_s,
-        "samples": trial.samples,
-        "samples_dropped": trial.samples_dropped,
-        "samples_lost": trial.samples_lost,
-        "blocks_lost": trial.blocks_lost,
-        "worst_stall_ms": trial.stall_max_ms,
-        "ring_peak_blocks": trial.ring_peak_blocks,
-        "ring_blocks": trial.ring_blocks,
-    }
+    numbers = record(_TRIAL, trial)
     said = _slow(trial.samples_dropped, trial.stall_max_ms, trial.ring_peak_blocks, trial.ring_blocks)
     lost = trial.samples_lost - trial.samples_dropped
     if lost > 0 or trial.blocks_lost:
@@ -149,13 +147,9 @@ def _of_running(name: str, running: Running) -> Check:
     stall_ms = round(1000 * running.ring_peak_blocks * running.block_s)
     expected = running.watched_s / running.block_s
     numbers = {
+        **record(_RUNNING, running),
         "session": f"{running.session:08x}",
-        "watched_s": running.watched_s,
-        "blocks_written": running.blocks,
-        "samples_dropped": running.samples_dropped,
         "stall_at_most_ms": stall_ms,
-        "ring_peak_blocks": running.ring_peak_blocks,
-        "ring_blocks": running.ring_blocks,
     }
     # How long the card took to prepare the file is in the ring's peak: so it says nothing of stalls where it is high.
     said = _slow(running.samples_dropped, 0, running.ring_peak_blocks, running.ring_blocks)

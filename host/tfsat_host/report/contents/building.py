@@ -10,14 +10,17 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from tfsat_host import __version__
+from tfsat_host.evaluation.result.calibration import calibration_table
+from tfsat_host.evaluation.result.key_numbers import key_numbers_of
+from tfsat_host.evaluation.result.reasons import reasons_of
+from tfsat_host.evaluation.result.tables import tables_of
+from tfsat_host.report.contents import tables as written
 from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts.of_drop import charts_of
 from tfsat_host.report.contents.events import events_of
-from tfsat_host.report.contents.key_numbers import key_numbers_of
-from tfsat_host.report.contents.reasons import reasons_of
+from tfsat_host.report.contents.provenance import provenance_table
 from tfsat_host.report.contents.replay import replay_of
 from tfsat_host.report.contents.reported import Reported
-from tfsat_host.report.contents.tables.of_drop import tables_of
 from tfsat_host.report.document import FORMAT, Document, Drop, Table, Verdict
 
 
@@ -57,14 +60,17 @@ def _drop(drop: Reported) -> Drop:
         verdict=Verdict(
             level=verdict.level, sentence=verdict.sentence, reasons=list(reasons_of(found, verdict))
         ),
-        key_numbers=key_numbers_of(found),
+        key_numbers=[written.key_number(one) for one in key_numbers_of(found)],
         notes=_notes(drop),
         t_s=found.motion.t_s.tolist(),
         window_s=[0.0, samples.until_s],
         events=events_of(found),
         plots=[plot_of(chart) for chart in charts_of(found).values()],
         replay=replay_of(found),
-        tables=tables_of(drop),
+        tables=[
+            written.table(one)
+            for one in (*tables_of(found), calibration_table(found), provenance_table(drop))
+        ],
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.protocol.limits import SWITCH_COUNT
-from tfsat_host.report.contents.tables.cells import number
+from tfsat_host.quantity import number
 from tfsat_host.report.document import Event
 
 Kind = Literal["release", "stroke", "landing", "switch", "gap", "other"]
@@ -51,9 +51,7 @@ def _strokes(found: Evaluation) -> Iterator[Event]:
     """As flown; without a schedule, the edges of the stroke line."""
     for stroke in found.strokes:
         begin = next(t for t in (stroke.start_s, stroke.logged_s, stroke.scheduled_s) if np.isfinite(t))
-        turned = (
-            f"{number(np.rad2deg(stroke.size_rad), 1, signed=True)} deg" if stroke.moved else "did not move"
-        )
+        turned = f"{number(np.rad2deg(stroke.size_rad), '+.1f')} deg" if stroke.moved else "did not move"
         label = f"{stroke.number}: joint {stroke.joint}, {turned}"
         yield _event(begin, "stroke", label, stroke.end_s if np.isfinite(stroke.end_s) else None)
     if found.schedule is None:

@@ -1,7 +1,7 @@
 // Numbers as people read them: as many digits as the uncertainty leaves, and a real minus sign.
 
 const NO_NUMBER = "–";
-const MOST_DECIMALS = 8;
+const MOST_DECIMALS = 6;
 
 function fixed(value, decimals) {
   const text = value.toFixed(decimals);

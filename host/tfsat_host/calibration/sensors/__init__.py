@@ -1,0 +1,1 @@
+"""What is known of one gyro and of one joint's angle sensors."""

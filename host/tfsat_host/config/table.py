@@ -1,0 +1,299 @@
+"""Typed access to a TOML file's entries, with errors that name file, line, entry, what was expected and the cure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime
+from enum import StrEnum
+from typing import TYPE_CHECKING, NoReturn, TypeVar, cast
+
+from tfsat_host.config.lines import Path, line_of
+from tfsat_host.errors import TfsatError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+_SHOWN_CHARACTERS = 60
+_Choice = TypeVar("_Choice", str, int)
+
+
+class Fault(StrEnum):
+    """What can be wrong with any file."""
+
+    UNREADABLE = "file-unreadable"
+    NOT_TEXT = "file-not-text"
+    SYNTAX = "file-syntax"
+    FORMAT = "file-format"
+    UNKNOWN_KEY = "file-unknown-key"
+    MISSING_KEY = "file-missing-key"
+    WRONG_TYPE = "file-wrong-type"
+
+
+@dataclass(frozen=True)
+class ConfigKind:
+    """One kind of file, and the words of its errors.
+
+    Attributes:
+        name: Such as `robot file`.
+        error: Made of `what`, `meaning` and `next_step`; of `code` too, where there are `codes`.
+        meaning: What follows from a file that cannot be used.
+        cure: What to do about a file that is wrong as a whole.
+        format: Key and number that say which format the file has; None: such files do not say.
+        codes: The error's own names of `Fault`s, where they differ; None: its errors have no codes.
+        computed: A program writes such files: the cure of a wrong entry is `cure`, not another value.
+        bytes_max: A larger file is something else.
+    """
+
+    name: str
+    error: Callable[..., TfsatError]
+    meaning: str
+    cure: str
+    format: tuple[str, int] | None = ("format", 1)
+    codes: Mapping[StrEnum, StrEnum] | None = None
+    computed: bool = False
+    bytes_max: int = 4_000_000
+
+    def refusal(self, what: str, code: StrEnum, cure: str = "") -> TfsatError:
+        """The error of a file of this kind."""
+        coded = {} if self.codes is None else {"code": self.codes.get(code, code)}
+        return self.error(what=what, meaning=self.meaning, next_step=cure or self.cure, **coded)
+
+
+class Table:
+    """One table of a file.
+
+    Args:
+        kind: Of the file.
+        source: The file, as errors name it.
+        text: All of it.
+        path: Of the table in it; empty for the entries above all tables.
+        values: What was parsed.
+
+    Attributes:
+        source, file_text: Likewise.
+
+    Every method that reads an entry raises the kind's error where the entry is missing or is not what it should be.
+    """
+
+    def __init__(
+        self, kind: ConfigKind, source: str, text: str, path: Path, values: Mapping[str, object]
+    ) -> None:
+        self._kind = kind
+        self.source = source
+        self.file_text = text
+        self._path = path
+        self._values = values
+        self._known_as: tuple[int, str] = (0, "")  # so many parts of the path, in words
+
+    def fail(self, key: str, problem: str, cure: str = "", code: StrEnum = Fault.WRONG_TYPE) -> NoReturn:
+        """Raises the error of `key`, which may have dots for what lies inside; no cure: the kind's."""
+        path = (*self._path, *key.split("."))
+        parts, words = self._known_as
+        place = ", ".join(filter(None, (words, _in_words(path[parts:]))))
+        where = f"{self.source}:{line_of(self.file_text, path)}: {place}"
+        raise self._kind.refusal(f"{where}: {problem}.", code, cure)
+
+    def only(self, keys: str) -> None:
+        """Refuses every key but these, with spaces between them: a misspelt one must not be silently ignored."""
+        for key in self._values:
+            if key not in keys.split():
+                cure = f"Remove it or correct its name; known are: {', '.join(keys.split())}."
+                self.fail(_shortened(key), "is not known here", cure, Fault.UNKNOWN_KEY)
+
+    def has(self, key: str) -> bool:
+        """Whether there is such an entry."""
+        return key in self._values
+
+    def value(self, key: str, wanted: str) -> object:
+        """The entry as it was parsed; `wanted` says in words what it should be."""
+        if key not in self._values:
+            self.fail(key, "is missing", self._cure(f"Add `{key}`: {wanted}."), Fault.MISSING_KEY)
+        return self._values[key]
+
+    def number(
+        self,
+        key: str,
+        default: float | None = None,
+        *,
+        above: float = -math.inf,
+        least: float = -math.inf,
+        most: float = math.inf,
+        finite: bool = True,
+        wanted: str = "",
+    ) -> float:
+        """A number within limits; `default` if it is left out; not `finite`: an infinite one or none at all as well."""
+        limits = (
+            ("above", above, -math.inf),
+            ("of at least", least, -math.inf),
+            ("of at most", most, math.inf),
+        )
+        limited = " and".join(f" {words} {limit:g}" for words, limit, none in limits if limit != none)
+        wanted = wanted or f"a{' finite' * (finite and not limited)} number{limited}"
+        if default is not None and not self.has(key):
+            return default
+        number = _number(self.value(key, wanted))
+        if number is None or (
+            finite and not (math.isfinite(number) and above < number and least <= number <= most)
+        ):
+            self._wrong(key, wanted)
+        return number
+
+    def integer(self, key: str, least: float = -math.inf, most: float = math.inf, wanted: str = "") -> int:
+        """A whole number from `least` to `most`."""
+        wanted = wanted or f"a whole number{'' if math.isinf(least) else f' from {least} to {most}'}"
+        value = self.value(key, wanted)
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            self._wrong(key, wanted)
+        return value
+
+    def choice(self, key: str, choices: Sequence[_Choice]) -> _Choice:
+        """One of `choices`."""
+        wanted = " or ".join(shown(choice) for choice in choices) or "one of none"
+        value = self.value(key, wanted)
+        if not any(type(value) is type(choice) and value == choice for choice in choices):
+            self._wrong(key, wanted)
+        return cast(_Choice, value)
+
+    def text(self, key: str, default: str | None = None, *, empty: bool = False) -> str:
+        """A text; a character at least, unless it may be `empty`."""
+        if default is not None and not self.has(key):
+            return default
+        value = self.value(key, "a text in quotes")
+        if not isinstance(value, str) or not (value or empty):
+            self._wrong(key, "a text in quotes")
+        return value
+
+    def flag(self, key: str, wanted: str = "true or false") -> bool:
+        """True or false."""
+        value = self.value(key, wanted)
+        if not isinstance(value, bool):
+            self._wrong(key, wanted)
+        return value
+
+    def time(self, key: str) -> datetime:
+        """With its time zone, in UTC."""
+        wanted = "a time with its zone, such as 2026-07-01T09:30:00Z"
+        value = self.value(key, wanted)
+        if not isinstance(value, datetime) or value.tzinfo is None:
+            self._wrong(key, wanted)
+        return value.astimezone(UTC)
+
+    def numbers(self, key: str, *shape: int, wanted: str = "") -> list[float]:
+        """Finite numbers in rows, as many as `shape` says, row by row; -1: one at least."""
+        wanted = wanted or f"{' x '.join('n' if size < 0 else str(size) for size in shape)} finite numbers"
+        numbers = _flat(self.value(key, wanted), shape)
+        if numbers is None:
+            self._wrong(key, wanted)
+        return numbers
+
+    def array(self, key: str, *shape: int, wanted: str = "") -> NDArray[np.float64]:
+        """Likewise, as an array of that shape."""
+        import numpy as np  # an upload must not wait for it
+
+        return np.reshape(np.array(self.numbers(key, *shape, wanted=wanted), dtype=np.float64), shape)
+
+    def table(self, key: str, keys: str = "", wanted: str = "a table of named values") -> Table:
+        """A table inside of this one, that holds `keys` and no others; without `keys`, any."""
+        value = self.value(key, wanted)
+        if not isinstance(value, dict):
+            self._wrong(key, wanted)
+        return self._inside((key,), value, keys)
+
+    def tables(self, key: str, keys: str = "", *, needed: bool = False) -> list[Table]:
+        """All `[[key]]` tables, likewise; unless they are `needed` there may be none."""
+        wanted = f"tables, each below its own line [[{key}]]"
+        value = self.value(key, wanted) if needed or self.has(key) else []
+        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+            self._wrong(key, wanted)
+        return [self._inside((key, index), item, keys) for index, item in enumerate(value)]
+
+    def numbered(
+        self,
+        key: str,
+        of: str,
+        count: int,
+        keys: str = "",
+        *,
+        code: StrEnum = Fault.WRONG_TYPE,
+        whole: bool = True,
+    ) -> dict[int, Table]:
+        """All `[[key]]` tables by the number that their entry `of` gives them, in order: each of 1 to `count` once.
+
+        Not `whole`: some may be missing. `code` is that of the error where one is missing or there twice.
+        """
+        found: dict[int, Table] = {}
+        for table in self.tables(key, keys):
+            number = table.integer(of, 1, count)
+            if number in found:
+                table.fail(of, f"{of} {number} is described twice", "Keep one of them.", code)
+            found[number] = table
+            table._known_as = (len(table._path), f"{'' if key == of else f'{key} of '}{of} {number}")
+        missing = [str(number) for number in range(1, count + 1) if whole and number not in found]
+        if missing:
+            cure = self._cure(f"Describe each of {of} 1 to {count} below its own line [[{key}]].")
+            self.fail(key, f"there is no [[{key}]] of {of} {' and '.join(missing)}", cure, code)
+        return dict(sorted(found.items()))
+
+    def _inside(self, path: Path, values: Mapping[str, object], keys: str) -> Table:
+        table = Table(self._kind, self.source, self.file_text, (*self._path, *path), values)
+        table._known_as = self._known_as
+        if keys:
+            table.only(keys)
+        return table
+
+    def _wrong(self, key: str, wanted: str) -> NoReturn:
+        self.fail(key, f"{shown(self._values[key])} is not {wanted}", self._cure(f"Give `{key}` {wanted}."))
+
+    def _cure(self, cure: str) -> str:
+        return "" if self._kind.computed else cure
+
+
+def _in_words(path: Path) -> str:
+    """Such as `joint 3, servo.start_deg`."""
+    words = ""
+    for part in path:
+        words += f" {part + 1}, " if isinstance(part, int) else f".{part}"
+    return words.replace(", .", ", ").removeprefix(".")
+
+
+def _number(value: object) -> float | None:
+    """None if it is none, or too large for one."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return None
+
+
+def _flat(value: object, shape: tuple[int, ...]) -> list[float] | None:
+    """Row by row; None if one is no finite number, or they are too few or too many."""
+    if not shape:
+        number = _number(value)
+        return None if number is None or not math.isfinite(number) else [number]
+    if not isinstance(value, list) or not value or len(value) != (shape[0] if shape[0] >= 0 else len(value)):
+        return None
+    found: list[float] = []
+    for item in value:
+        row = _flat(item, shape[1:])
+        if row is None:
+            return None
+        found += row
+    return found
+
+
+def shown(value: object) -> str:
+    """A value for a message: its beginning, if it is long."""
+    try:
+        text = str(value).lower() if isinstance(value, bool) else repr(value)
+        text = value.isoformat() if isinstance(value, date) else text
+    except (ValueError, RecursionError):  # an integer of thousands of digits; lists hundreds deep
+        return "what stands there"
+    return _shortened(text)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"

@@ -1,0 +1,1 @@
+"""The release velocity from the tracks of two laser spots."""

@@ -1,0 +1,1 @@
+"""What an evaluation found, declared once for terminal, JSON, page and figures."""

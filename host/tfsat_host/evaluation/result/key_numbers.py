@@ -1,0 +1,134 @@
+"""The numbers that one asks for first, each with its standard deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.model_fit.comparison import AttitudeError
+from tfsat_host.evaluation.model_fit.explained import BODY_1
+from tfsat_host.evaluation.result.correction import distance_words, worth_of
+from tfsat_host.quantity import Quantity, number
+from tfsat_host.sdlog import DropLog
+from tfsat_host.units import STANDARD_GRAVITY_M_S2
+
+MM_S2 = "mm/s²"
+MM_S2_PER_G = 1e3 * STANDARD_GRAVITY_M_S2
+"""Thousandths of gravity would be taken for milligrams."""
+_NONE = float("nan")
+_CORRECTION = "Largest CoM correction"
+
+
+def key_numbers_of(found: Evaluation) -> list[Quantity]:
+    """In the order in which one asks for them."""
+    return [
+        _reorientation(found),
+        _error("Attitude error, model as filed", found.explained.before.error),
+        _error("Attitude error, model corrected", found.explained.after.error),
+        _largest_correction(found),
+        *_initial_rates(found),
+        *_strokes(found),
+        *_release_velocity(found),
+        _fall(found),
+        _change_of_force(found),
+        _completeness(found.log),
+    ]
+
+
+def _reorientation(found: Evaluation) -> Quantity:
+    turn, until_s = found.reorientation, found.motion.bodies[BODY_1].t_s[-1]
+    note = f"of body 1, from the release to {until_s:.2f} s"
+    if turn.bridged:
+        note += "; samples of its gyro are missing and were bridged"
+    angle, std = np.rad2deg([turn.angle_rad, turn.std_rad])
+    return Quantity(angle, std, "deg", label="Reorientation", note=note)
+
+
+def _error(label: str, error: AttitudeError) -> Quantity:
+    """Norm of the final Euler angles' error. Its std is that along the error, which tells how sure the norm is."""
+    norm = error.final_norm_rad
+    along = error.final_rad / norm if norm > 0.0 else np.zeros(3)
+    std = float(np.sqrt(along @ error.covariance @ along)) if norm > 0.0 else float("nan")
+    note = f"at the end, {distance_words(error)}; rms {number(np.rad2deg(error.rms_rad), '.2g')} deg"
+    return Quantity(np.rad2deg(norm), np.rad2deg(std), "deg", label=label, note=note)
+
+
+def _largest_correction(found: Evaluation) -> Quantity:
+    fit = found.explained.fit
+    of_com = [index for index, kind in enumerate(fit.offsets.kinds) if kind == "com"]
+    if not of_com:
+        return Quantity(_NONE, unit="mm", label=_CORRECTION, note="none was free")
+    greatest = max(of_com, key=lambda index: abs(fit.values[index]))
+    worth = worth_of(found)
+    note = fit.offsets.names[greatest] + ("; it stopped at its bound" if fit.at_bound[greatest] else "")
+    if worth != "to be made":
+        note += (
+            "; no correction is called for"
+            if worth == "not called for"
+            else "; withheld: change nothing by it"
+        )
+    value, std = float(fit.values[greatest]), float(fit.std[greatest])
+    return Quantity(value, std, "mm", "+.2f", _CORRECTION, note)
+
+
+def _initial_rates(found: Evaluation) -> Iterator[Quantity]:
+    initial = found.initial_rates[BODY_1]
+    pairs = zip(np.rad2deg(initial.rate_rad_s), np.rad2deg(initial.std_rad_s), strict=True)
+    group = "Initial rates of body 1, until the first stroke"
+    for axis, (rate, std) in zip("xyz", pairs, strict=True):
+        yield Quantity(rate, std, "deg/s", "+.2f", f"Initial rate {axis}", group=group)
+
+
+def _strokes(found: Evaluation) -> Iterator[Quantity]:
+    for stroke in found.strokes:
+        commanded, size, std = np.rad2deg([stroke.commanded_rad, stroke.size_rad, stroke.size_std_rad])
+        note = f"joint {stroke.joint}, {number(commanded, '+.2f')} deg commanded"
+        yield Quantity(size, std, "deg", "+.2f", f"Stroke {stroke.number}", note, group="Strokes")
+
+
+def _release_velocity(found: Evaluation) -> Iterator[Quantity]:
+    """Only with laser tracks."""
+    velocity = found.release_velocity
+    if velocity is None:
+        return
+    down = velocity.downward
+    note = f"downwards; {velocity.downward_judged} the facility's window"
+    yield Quantity(down.value_mm_s, down.std_mm_s, "mm/s", label="Release velocity", note=note)
+    if velocity.transversal_speed is not None:
+        speed = velocity.transversal_speed
+        note = f"sideways; {velocity.transversal_judged} what is permitted"
+        yield Quantity(speed.value_mm_s, speed.std_mm_s, "mm/s", label="Transversal velocity", note=note)
+
+
+def _fall(found: Evaluation) -> Quantity:
+    landing = found.instants.landing
+    if landing is None:
+        return Quantity(_NONE, unit="s", label="Fall", note="no accelerometer felt a landing")
+    std = float(np.hypot(landing.std_s, found.instants.release_std_s))
+    note = "from the release by the switches to the shock that is felt"
+    return Quantity(landing.t_s, std, "s", label="Fall", note=note)
+
+
+def _change_of_force(found: Evaluation) -> Quantity:
+    """The greatest of the bodies: what the zero-g output, which is in both windows, cannot hide."""
+    changes, stds = found.micro_gravity.changes_g, found.micro_gravity.changes_std_g
+    norms = np.linalg.norm(changes, axis=1)
+    label = "Micro-gravity"
+    if not np.isfinite(norms).any():
+        return Quantity(_NONE, unit=MM_S2, label=label, note="too few samples in one of the quiet windows")
+    body = int(np.nanargmax(norms))
+    along = changes[body] / norms[body] if norms[body] > 0.0 else np.zeros(3)
+    std = float(np.sqrt(((along * stds[body]) ** 2).sum()))
+    note = (
+        f"{number(1e3 * norms[body], '.2g')} · 10⁻³ of gravity: change from before the first stroke to "
+        f"after the last, greatest at body {body + 1}"
+    )
+    return Quantity(MM_S2_PER_G * norms[body], MM_S2_PER_G * std, MM_S2, label=label, note=note)
+
+
+def _completeness(log: DropLog) -> Quantity:
+    total = len(log) + log.samples_lost
+    note = f"{len(log)} of {total} samples; the recording is {log.verdict}"
+    return Quantity(100.0 * len(log) / total, None, "%", ".4g", "Recording", note)

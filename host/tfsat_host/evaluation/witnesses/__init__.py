@@ -1,1 +1,0 @@
-"""What others than the logger saw of a drop: video and laser spots."""

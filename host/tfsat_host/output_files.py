@@ -1,0 +1,129 @@
+"""Files that a command writes: never over somebody's work, and never half.
+
+A file is overwritten only with `--force`, or when the same command made it; a recording or a certificate, which nothing
+can make again, not even then. A command knows its own by a marker: bytes near the start or the end of the file that
+nothing else would put there (the line of column names of a CSV, a generator tag, an archive's comment).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.notices import Notices
+from tfsat_host.protocol.limits import BLOCK_MAGIC
+from tfsat_host.whole_file import fill_whole, new_file_beside
+
+_LOOK_BYTES = 4096
+_IRREPLACEABLE = {
+    BLOCK_MAGIC.to_bytes(4, "little"): "a recording of the logger",
+    b"# tfsat calibration": "a calibration certificate",
+}
+
+
+class UnwritableError(TfsatError):
+    """The system does not let a file be written there (exit code 1)."""
+
+
+@dataclass(frozen=True)
+class OutputFile:
+    """One file to be made.
+
+    Attributes:
+        path: Where.
+        marker: Bytes in the first or last 4 KiB by which the command knows its own file.
+        write: Writes the contents to the path it is given.
+    """
+
+    path: Path
+    marker: bytes
+    write: Callable[[Path], object]
+
+
+def write_all(files: list[OutputFile], *, force: bool) -> None:
+    """Write all of `files`, or none if one of them may not be written.
+
+    Each file appears whole.
+
+    Raises:
+        TfsatError: a file exists that this command did not make, or something is in the way.
+    """
+    for file in files:
+        check_may_write(file.path, marker=file.marker, force=force)
+    for file in files:
+        fill_whole(file.path, file.write)
+
+
+def check_may_write(path: Path, *, marker: bytes, force: bool, elsewhere: str = "") -> None:
+    """Refuse a path that holds something this command did not make, or that nothing can be written to.
+
+    To be called before what takes long: it tries the folder, or the next above that exists, with an empty file.
+
+    Args:
+        path: Where.
+        marker: Of the command's own files.
+        force: Whether somebody else's may be overwritten.
+        elsewhere: What to do where nothing can be written, for a command without `--out`; a sentence.
+
+    Raises:
+        TfsatError: it does, or it is a directory, or its folder is none or cannot be written to.
+    """
+    if path.is_dir():
+        raise _refused(f"{path} is a directory.", "Move it away, or name another place with --out.")
+    folder = next(place for place in path.absolute().parents if place.exists())
+    if not folder.is_dir():
+        raise _refused(f"{folder} is a file, not a folder.", "Name another place with --out.")
+    try:
+        if path.exists() and not force and not was_made_with(path, marker):
+            raise TfsatError(
+                what=f"{path} exists and was not made by this command.",
+                meaning="Nothing was overwritten.",
+                next_step="Name another place with --out, or add --force to overwrite it.",
+            )
+        if path.exists() and not was_made_with(path, marker):
+            _require_replaceable(path)
+        new_file_beside(path, folder).unlink()
+    except OSError as error:
+        raise UnwritableError(
+            what=f"{path} cannot be written: {error.strerror}.",
+            meaning="Nothing was written.",
+            next_step=elsewhere or "Name another place with --out, one that you may write to.",
+        ) from error
+
+
+def new_folder_of(path: Path) -> Path | None:
+    """The folder that writing a file will make, the lowest one; None: it is there."""
+    return None if path.parent.exists() else path.parent
+
+
+def tell_new_folder(folder: Path | None, notices: Notices) -> None:
+    """Says that it was made: a slip in a name makes one, too."""
+    if folder is not None:
+        notices.note(f"The folder {folder} was not there: it was made.")
+
+
+def _require_replaceable(path: Path) -> None:
+    with path.open("rb") as file:
+        start = file.read(_LOOK_BYTES)
+    for sign, what in _IRREPLACEABLE.items():
+        if sign in start:
+            raise TfsatError(
+                what=f"{path} is {what}.",
+                meaning="Nothing can make it again, so nothing was overwritten; --force does not change that.",
+                next_step="Name another place with --out; move the file away by hand if it may go.",
+            )
+
+
+def _refused(what: str, next_step: str) -> TfsatError:
+    return TfsatError(what=what, meaning="Nothing was written.", next_step=next_step)
+
+
+def was_made_with(path: Path, marker: bytes) -> bool:
+    """Whether the file bears the marker near its start or its end."""
+    with path.open("rb") as file:
+        start = file.read(_LOOK_BYTES)
+        file.seek(max(file.seek(0, os.SEEK_END) - _LOOK_BYTES, 0))
+        return marker in start or marker in file.read(_LOOK_BYTES)

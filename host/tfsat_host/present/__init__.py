@@ -1,0 +1,1 @@
+"""What a command shows on a terminal: its streams, and declared tables and quantities (`tfsat_host.quantity`)."""

@@ -1,0 +1,237 @@
+"""What a command says, and where: results to stdout, everything else to stderr.
+
+Nothing here imports Rich until something is shown that needs it, and nothing is coloured unless the
+stream is a terminal (and NO_COLOR is unset).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, TextIO
+
+from tfsat_host.errors import RefusedError, TfsatError, UsageError
+from tfsat_host.json_values import error_as_dict, jsonable
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+
+Advance = Callable[[float], None]
+
+
+class NotConfirmed(RefusedError):
+    """A person answered a question with anything but what lets it go on."""
+
+
+class Output:
+    """The voice of one command.
+
+    Args:
+        json_mode: Print exactly one JSON object to stdout and keep prose out of it.
+        yes: Answer every question with yes; nothing is asked.
+        stdout: Where results go.
+        stderr: Where diagnostics, questions and progress go.
+        stdin: Where answers come from.
+    """
+
+    def __init__(
+        self,
+        *,
+        json_mode: bool = False,
+        yes: bool = False,
+        stdout: TextIO | None = None,
+        stderr: TextIO | None = None,
+        stdin: TextIO | None = None,
+    ) -> None:
+        self.json_mode = json_mode
+        self.yes = yes
+        self._stdout = stdout or sys.stdout
+        self._stderr = stderr or sys.stderr
+        self._stdin = stdin or sys.stdin
+        self._result_given = False
+
+    @property
+    def can_ask(self) -> bool:
+        """Whether somebody is there to choose what to do next: a terminal, and neither `--json` nor `--yes`."""
+        return not self.json_mode and not self.yes and self._stdin.isatty()
+
+    def result(self, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
+        """The result of the command, once.
+
+        Args:
+            data: The JSON object; NaN and infinity become null, as JSON has no such numbers.
+            text: What a person sees instead: text, or a function that prints by `line` and `table`.
+        """
+        if self._result_given:
+            raise RuntimeError("a command has one result")
+        self._result_given = True
+        if self.json_mode:
+            self._print_json(jsonable(data))
+        elif callable(text):
+            text()
+        elif text:
+            print(text, file=self._stdout)
+
+    def line(self, text: str = "") -> None:
+        """One line of the result for people; nothing with `--json`."""
+        if not self.json_mode:
+            print(text, file=self._stdout)
+
+    def table(self, columns: Sequence[str], rows: Iterable[Sequence[object]], *, title: str = "") -> None:
+        """A table of the result for people; nothing with `--json`. Numbers are aligned right.
+
+        A cell may be Rich's `Text`, with its colours. No word is broken: where the table's columns are too many for the
+        terminal, each row is a block of lines.
+        """
+        if self.json_mode:
+            return
+        from rich.text import Text
+
+        from tfsat_host.present.tables import table_of
+
+        console = self._console(self._stdout)
+        listed = list(rows)
+        cells = [[_cell(value) for value in row] for row in listed]
+        numeric = [bool(cells) and all(row[index][1] for row in cells) for index in range(len(columns))]
+        texts = [
+            [
+                value if isinstance(value, Text) else Text(text)
+                for value, (text, _) in zip(row, shown, strict=True)
+            ]
+            for row, shown in zip(listed, cells, strict=True)
+        ]
+        console.print(table_of([Text(name) for name in columns], texts, numeric, title, console.width))
+
+    def stream(self, data: Mapping[str, Any]) -> None:
+        """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
+        if self.json_mode:
+            self._print_json(jsonable(data))
+            self._stdout.flush()
+
+    @contextlib.contextmanager
+    def live(self, *, diagnostic: bool = False) -> Iterator[Callable[[RenderableType], None] | None]:
+        """A view on stdout (stderr if `diagnostic`) that each call of the function draws anew in its place.
+
+        Gives None where lines are wanted instead: the stream is no terminal, or `--json`.
+        """
+        stream = self._stderr if diagnostic else self._stdout
+        if self.json_mode or not stream.isatty():
+            yield None
+            return
+        from rich.live import Live
+
+        with Live(console=self._console(stream), auto_refresh=False, transient=diagnostic) as view:
+            yield lambda picture: view.update(picture, refresh=True)
+
+    def note(self, text: str) -> None:
+        """A diagnostic, to stderr: something a person should know that is not the result."""
+        print(text, file=self._stderr, flush=True)
+
+    def warn(self, text: str) -> None:
+        """A warning, to stderr, marked as one."""
+        print(f"{self._paint('Warning:', '33')} {text}", file=self._stderr, flush=True)
+
+    def error(self, error: TfsatError) -> int:
+        """Shows an error (with `--json`, as the one JSON object) and gives its exit code."""
+        if self.json_mode and not self._result_given:
+            self._result_given = True
+            self._print_json({"error": error_as_dict(error)})
+            return error.exit_code
+        print(f"{self._paint('Error:', '1;31')} {error.what}{_numbered(error)}", file=self._stderr)
+        for text in (error.meaning, error.next_step):
+            if text:
+                print("  " + text.replace("\n", "\n  "), file=self._stderr)
+        return error.exit_code
+
+    def confirm(self, question: str, *, meaning: str) -> None:
+        """Asks a yes/no question on the terminal; `--yes` answers it.
+
+        Raises:
+            NotConfirmed: the answer was not yes.
+            UsageError: there is no terminal to ask on, and no `--yes`.
+        """
+        if self.yes:
+            return
+        self.ask(f"{question} [y/N] ", meaning=meaning, accept=("y", "yes"))
+
+    def ask(self, prompt: str, *, meaning: str, accept: Sequence[str]) -> None:
+        """Waits until a person types one of `accept` (any case); anything else refuses."""
+        if not self._stdin.isatty():
+            raise UsageError(
+                what=f"This needs an answer, and there is no terminal to ask on: {prompt.strip()}",
+                meaning=meaning,
+                next_step="Run it in a terminal, or add --yes.",
+            )
+        print(prompt, end="", file=self._stderr, flush=True)
+        if self._stdin.readline().strip().lower() not in accept:
+            raise NotConfirmed(
+                what="Not confirmed.", meaning=meaning, next_step="Run the same command again when ready."
+            )
+
+    @contextlib.contextmanager
+    def progress(self, description: str, total: float | None = None) -> Iterator[Advance]:
+        """Shows that work is going on; gives a function that advances it by some units of `total`.
+
+        On a terminal a bar, elsewhere one line at the start. Nothing with `--json`.
+        """
+        if self.json_mode:
+            yield lambda _amount: None
+            return
+        if not self._stderr.isatty():
+            self.note(f"{description} …")
+            yield lambda _amount: None
+            return
+        from rich import progress
+
+        columns: list[progress.ProgressColumn] = [
+            progress.SpinnerColumn(),
+            progress.TextColumn("{task.description}", markup=False),
+            progress.BarColumn(),
+        ]
+        if total is None:
+            columns.append(progress.TimeElapsedColumn())
+        else:
+            columns += [progress.TaskProgressColumn(), progress.TimeRemainingColumn()]
+        with progress.Progress(*columns, console=self._console(self._stderr), transient=True) as bar:
+            task = bar.add_task(description, total=total)
+            yield lambda amount: bar.advance(task, amount)
+
+    def _print_json(self, data: object) -> None:
+        import json
+
+        print(json.dumps(data, allow_nan=False), file=self._stdout)
+
+    def _console(self, stream: TextIO) -> Console:
+        from rich.console import Console
+
+        width = None if stream.isatty() else 120
+        return Console(file=stream, highlight=False, width=width, no_color=not _coloured(stream))
+
+    def _paint(self, text: str, sgr: str) -> str:
+        return f"\x1b[{sgr}m{text}\x1b[0m" if _coloured(self._stderr) else text
+
+
+def refusal_name(code: IntEnum) -> str:
+    """A board's refusal by number and name, as people quote it."""
+    return f"refusal {int(code)}, {code.name.lower()}"
+
+
+def _numbered(error: TfsatError) -> str:
+    code = getattr(error, "code", None)
+    return f" ({refusal_name(code)})" if isinstance(code, IntEnum) else ""
+
+
+def _coloured(stream: TextIO) -> bool:
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def _cell(value: object) -> tuple[str, bool]:
+    """The text of a cell, and whether it is a number."""
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "–"}[value], False
+    if isinstance(value, int | float):
+        return f"{value:g}" if isinstance(value, float) else str(value), True
+    return str(value), False

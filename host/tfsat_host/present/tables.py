@@ -1,0 +1,77 @@
+"""Tables that no terminal is too narrow for: words stay whole, and what does not fit beside goes below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.cells import cell_len
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+_TABLE_GAP, _TABLE_EDGES = 3, 2  # characters between two columns, and at both ends, of box.SIMPLE_HEAD
+_BLOCK_GAP = 2
+
+
+def table_of(
+    columns: Sequence[Text], rows: Sequence[Sequence[Text]], numeric: Sequence[bool], title: str, width: int
+) -> Table:
+    """A table at most `width` characters wide; a block of lines for each row if its columns do not fit.
+
+    Args:
+        columns: Their names.
+        rows: A cell for each column.
+        numeric: Whether a column is aligned right.
+        title: Above; may be empty.
+        width: Of the terminal. A word that is longer is the only one to be broken.
+    """
+    room = width - _TABLE_EDGES - _TABLE_GAP * (len(columns) - 1)
+    widths = _widths([columns, *rows], room, "±") or _widths([columns, *rows], room)
+    if widths is None:
+        return _blocks(columns, rows, title, width)
+    table = Table(box=box.SIMPLE_HEAD, title=title or None, title_justify="left", pad_edge=False)
+    for name, right, fitting in zip(columns, numeric, widths, strict=True):
+        table.add_column(name, justify="right" if right else "left", overflow="fold", width=fitting)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _blocks(columns: Sequence[Text], rows: Sequence[Sequence[Text]], title: str, width: int) -> Table:
+    """Each row as lines of a column's name and its cell, with an empty line between two rows."""
+    pairs = [[name, cell] for row in rows for name, cell in zip(columns, row, strict=True)]
+    widths = _widths(pairs, width - _BLOCK_GAP) or (None, None)
+    table = Table(box=None, show_header=False, title=title or None, title_justify="left", pad_edge=False)
+    for fitting in widths:
+        table.add_column(overflow="fold", width=fitting)
+    for number, (name, cell) in enumerate(pairs, 1):
+        table.add_row(name, cell)
+        if number % len(columns) == 0:
+            table.add_row()
+    return table
+
+
+def _widths(rows: Sequence[Sequence[Text]], room: int, whole: str = "") -> list[int] | None:
+    """Of each column: as its longest cell, or, from the widest on, narrower; None if words would break.
+
+    A cell that has `whole` in it is one word, where that is not empty.
+    """
+    wanted = [max((cell.cell_len for cell in column), default=0) for column in zip(*rows, strict=True)]
+    least = [
+        max((_longest_word(cell, whole) for cell in column), default=0) for column in zip(*rows, strict=True)
+    ]
+    if sum(least) > room:
+        return None
+    while sum(wanted) > room:
+        widest = max((i for i in range(len(wanted)) if wanted[i] > least[i]), key=lambda i: wanted[i])
+        wanted[widest] -= 1
+    return wanted
+
+
+def _longest_word(cell: Text, whole: str) -> int:
+    if whole and whole in cell.plain:
+        return int(cell.cell_len)
+    return max(map(cell_len, cell.plain.split()), default=0)

@@ -1,0 +1,93 @@
+"""Declared tables, quantities and sentences on a terminal."""
+
+from __future__ import annotations
+
+import shutil
+import textwrap
+from collections.abc import Iterable, Sequence
+from itertools import groupby, takewhile
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.notices import printable as printable
+from tfsat_host.quantity import Columns, Quantity, Table
+
+if TYPE_CHECKING:
+    from tfsat_host.present.output import Output
+
+WIDEST = 80
+_LABEL = 12
+_LEAST = 24
+
+
+def show_table(table: Table, out: Output) -> None:
+    """Rows that are not folded; below them what the table has folded, and its caption."""
+    shown = table.rows[: len(table.rows) - table.folded]
+    if shown:
+        show_rows(table.columns, shown, out, title=table.title)
+    sentences([text for text in (table.fold, table.caption if shown else "") if text], out)
+
+
+def show_rows(columns: Columns, rows: Sequence[Any], out: Output, *, title: str = "") -> None:
+    """Rows under the columns that are for people."""
+    shown = [column for column in columns if column.label]
+    heads = [f"{column.label} / {column.unit}" if column.unit else column.label for column in shown]
+    out.table(heads, [[_text(column.cell(row)) for column in shown] for row in rows], title=title)
+
+
+def show_quantities(quantities: Iterable[Quantity], out: Output) -> None:
+    """A line each; those of a group in one."""
+    for group, alike in groupby(quantities, key=lambda one: one.group):
+        written = [(one, f"{one.text('unknown')} {one.unit}".rstrip()) for one in alike]
+        if group:
+            # What all labels begin with, such as "Initial rate", the group's name says already.
+            words = [one.label.split() for one, _ in written]
+            shared = len(list(takewhile(lambda column: len(set(column)) == 1, zip(*words, strict=False))))
+            named = [
+                " ".join([*label[shared:], text]) for label, (_, text) in zip(words, written, strict=True)
+            ]
+            sentences([f"{group}: {', '.join(named)}"], out)
+        else:
+            notes = [f"{one.label}: {text}{f', {one.note}' if one.note else ''}" for one, text in written]
+            sentences(notes, out)
+
+
+def _text(cell: Quantity | str) -> str:
+    return printable(cell.text() if isinstance(cell, Quantity) else cell)
+
+
+def labelled(label: str, text: str, out: Output) -> None:
+    """A line that begins with a label; it goes on below its text, and where that leaves no room, below the label."""
+    width = _width()
+    indent = _LABEL if width >= _LEAST + _LABEL else 2
+    first = label.ljust(_LABEL) if indent == _LABEL else f"{label}  ".lstrip() or "  "
+    for line in _wrapped(text, width, first, " " * indent):
+        out.line(line)
+
+
+def bullets(texts: Iterable[str], out: Output) -> None:
+    """One sentence or more each."""
+    for text in texts:
+        for line in _wrapped(text, _width(), "  - ", "    "):
+            out.line(line)
+
+
+def sentences(texts: Iterable[str], out: Output) -> None:
+    """As they are, one below the other."""
+    for text in texts:
+        for line in _wrapped(text, _width(), "", "  "):
+            out.line(line)
+
+
+def _wrapped(text: str, width: int, first: str, others: str) -> list[str]:
+    return textwrap.wrap(
+        printable(text),
+        width,
+        initial_indent=first,
+        subsequent_indent=others,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def _width() -> int:
+    return min(shutil.get_terminal_size((WIDEST, 24)).columns, WIDEST)

@@ -1,0 +1,256 @@
+"""What the columns of a result are: key, label, unit, and how value and standard deviation are taken; declared once.
+
+A name ends with its unit, as everywhere in this code: `size_deg` is in degrees. A column takes its value from the
+attribute of its own name, or from that of the same stem in SI units: `size_deg` from `size_rad`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import reduce
+from typing import Any
+
+UNKNOWN = "–"
+_MOST_DECIMALS = 6
+_PER_RAD = 180.0 / math.pi
+
+UNITS: Mapping[str, tuple[str, str, float]] = {
+    "deg": ("deg", "rad", _PER_RAD),
+    "deg_s": ("deg/s", "rad_s", _PER_RAD),
+    "ms": ("ms", "s", 1e3),
+    "us": ("us", "s", 1e6),
+    "s": ("s", "s", 1.0),
+    "mm": ("mm", "m", 1e3),
+    "mm_s": ("mm/s", "m_s", 1e3),
+    "percent": ("%", "share", 1e2),
+    "ppm": ("ppm", "ppm", 1.0),
+    "g": ("g", "g", 1.0),
+    "hz": ("Hz", "hz", 1.0),
+    "kg_m2_s": ("kg m^2/s", "kg_m2_s", 1.0),
+}
+"""By the end of a name: what people read, the end of the name in SI units, and how many of the unit make one of SI."""
+_FACTORS = {si: 1.0 for _, si, _ in UNITS.values()} | {unit: factor for unit, (_, _, factor) in UNITS.items()}
+
+Source = str | Callable[[Any], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number as people read it.
+
+    Attributes:
+        value: In `unit`; NaN where it is unknown.
+        std: Its standard deviation, in `unit`; None: it has none. NaN: it is unknown.
+        unit: As people write it; may be empty.
+        form: How the value is written where no standard deviation says with how many decimals: a format of `format`.
+            Begins with + where the sign is written of a positive number, too.
+        label: What it is.
+        note: What else one has to know; may be empty.
+        group: Numbers of the same group stand side by side under its name.
+    """
+
+    value: float
+    std: float | None = None
+    unit: str = ""
+    form: str = ".3f"
+    label: str = ""
+    note: str = ""
+    group: str = ""
+
+    def text(self, unknown: str = UNKNOWN) -> str:
+        """Without label and unit."""
+        if self.std is None:
+            return number(self.value, self.form, unknown)
+        return plus_minus(self.value, self.std, sign=self.form.startswith("+"), unknown=unknown)
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of a table, for all who show or write it.
+
+    Attributes:
+        key: In JSON, with the unit at its end; empty: for people only.
+        label: Over the column, for people, without the unit; empty: in JSON only.
+        of: Attribute of a row (`pair.event` is one of its attribute's), or a function of the row that gives the value
+            in the key's unit; by default the attribute of the key's stem.
+        std: The same of its standard deviation. In JSON it is `<key>_std`.
+        form: See `Quantity`.
+        shown_in: Unit for people by the end of a name (see `UNITS`) if it is not the key's.
+        words: What people read of a row instead of the number.
+        columns: Of the row, or rows, that the value is.
+    """
+
+    key: str
+    label: str = ""
+    of: Source = ""
+    std: Source = ""
+    form: str = ".3f"
+    shown_in: str = ""
+    words: Callable[[Any], str] | None = None
+    columns: tuple[Column, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """As people read it; empty for what has none."""
+        unit = self.shown_in or unit_of(self.key)
+        return UNITS[unit][0] if unit in UNITS else ""
+
+    def value(self, row: Any) -> Any:
+        """In the key's unit. Of a mapping, what is under the key."""
+        return row[self.key] if isinstance(row, Mapping) else self._taken(self.of or self.key, row)
+
+    def std_of(self, row: Any) -> Any:
+        """In the key's unit; None: the column has none."""
+        if not self.std:
+            return None
+        return row.get(f"{self.key}_std") if isinstance(row, Mapping) else self._taken(self.std, row)
+
+    def cell(self, row: Any) -> Quantity | str:
+        """For people."""
+        if self.words is not None:
+            return self.words(row)
+        value = self.value(row)
+        if isinstance(value, bool) or (value is None and not self.unit):
+            return {True: "yes", False: "no", None: UNKNOWN}[value]
+        if isinstance(value, str | int):
+            return str(value)
+        factor = _ratio(unit_of(self.key), self.shown_in)
+        std = self.std_of(row)
+        if hasattr(value, "__len__"):
+            return vector([factor * one for one in value], None if std is None else factor * std, self.form)
+        if self.std and std is None:
+            std = math.nan
+        return Quantity(
+            math.nan if value is None else factor * float(value),
+            None if std is None else factor * float(std),
+            self.unit,
+            self.form,
+            self.label,
+        )
+
+    def _taken(self, source: Source, row: Any) -> Any:
+        if callable(source):
+            return source(row)
+        unit = unit_of(self.key)
+        if source == self.key and unit in UNITS and not hasattr(row, source):
+            source = f"{self.key.removesuffix(unit)}{UNITS[unit][1]}"
+        value = reduce(getattr, source.split("."), row)
+        factor = _ratio(unit_of(source), unit)
+        return value if factor == 1.0 or value is None else value * factor + 0.0  # no minus zero
+
+
+Columns = tuple[Column, ...]
+
+
+def fields(names: str) -> Columns:
+    """Columns of JSON only: `key`, or `key=attribute`, by spaces."""
+    pairs = (name.partition("=") for name in names.split())
+    return tuple(Column(key, of=attribute) for key, _, attribute in pairs)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows under columns, for people.
+
+    Attributes:
+        title: Above.
+        columns: Those without a label are not shown.
+        rows: Objects with what the columns take, or mappings of their keys.
+        caption: What one has to know to read it.
+        folded: How many of the last rows may be folded away.
+        fold: Under these words.
+    """
+
+    title: str
+    columns: Columns
+    rows: Sequence[Any]
+    caption: str = ""
+    folded: int = 0
+    fold: str = ""
+
+    @property
+    def shown(self) -> Columns:
+        """The columns for people."""
+        return tuple(column for column in self.columns if column.label)
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of a name; empty: it has none."""
+    ends = (unit for unit in _FACTORS if f"_{name}".endswith(f"_{unit}"))
+    return max(ends, key=len, default="")
+
+
+def number(value: float, form: str = ".3f", unknown: str = UNKNOWN) -> str:
+    """A number; what rounds to zero has no sign."""
+    if not math.isfinite(value):
+        return unknown
+    text = format(float(value), form)
+    return text if any(digit in text for digit in "123456789") else text.lstrip("+-")
+
+
+def plus_minus(value: float, std: float, *, sign: bool = False, unknown: str = "unknown") -> str:
+    """`27.978 ± 0.014`: as many decimals as the standard deviation has a meaning with, two digits of it."""
+    if not math.isfinite(value):
+        return unknown
+    form = f".{decimals_of(std)}f"
+    return f"{number(value, f'+{form}' if sign else form)} ± {number(std, form, unknown)}"
+
+
+def vector(values: Iterable[float], std: Iterable[float] | None = None, form: str = ".3f") -> str:
+    """Components side by side, and where there are standard deviations the greatest of them."""
+    if std is None:
+        return " ".join(number(value, form) for value in values)
+    greatest = max(std)
+    decimals = f".{decimals_of(greatest)}f"
+    signed = f"+{decimals}" if form.startswith("+") else decimals
+    return f"{' '.join(number(value, signed) for value in values)} ± {number(greatest, decimals)}"
+
+
+def decimals_of(std: float) -> int:
+    """With so many decimals a standard deviation has two significant digits; 2 where there is none."""
+    if not math.isfinite(std) or std <= 0.0:
+        return 2
+    return min(max(1 - math.floor(math.log10(std)), 0), _MOST_DECIMALS)
+
+
+def _ratio(source: str, wanted: str) -> float:
+    """How many of the wanted unit are one of the source's; 1 where either has none."""
+    if source == wanted or not source or not wanted:
+        return 1.0
+    return _FACTORS[wanted] / _FACTORS[source]
+
+
+def record(columns: Columns, row: Any) -> dict[str, Any]:
+    """A row as an object; NaN stays, arrays are lists, choices are their names in small letters."""
+    found: dict[str, Any] = {}
+    for column in columns:
+        if not column.key:
+            continue
+        value = column.value(row)
+        found[column.key] = nested(column.columns, value) if column.columns else _plain(value)
+        if column.std:
+            found[f"{column.key}_std"] = _plain(column.std_of(row))
+    return found
+
+
+def records(columns: Columns, rows: Iterable[Any]) -> list[dict[str, Any]]:
+    """Each row as an object."""
+    return [record(columns, row) for row in rows]
+
+
+def nested(columns: Columns, value: Any) -> Any:
+    """A row, several in a list or tuple, or None."""
+    if value is None:
+        return None
+    return records(columns, value) if isinstance(value, list | tuple) else record(columns, value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value

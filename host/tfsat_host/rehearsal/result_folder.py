@@ -1,0 +1,169 @@
+"""The folder that a rehearsal leaves, its own and nobody else's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tfsat_host.errors import UsageError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.output_files import check_may_write
+from tfsat_host.rehearsal.replaced import Before
+from tfsat_host.run.campaign.campaign import DROP, INDEX
+from tfsat_host.run.files import RECORDING, REHEARSED, rehearsed_files
+from tfsat_host.whole_file import write_whole
+
+_FIRST_LINE = "made by tfsat-host rehearse"
+
+
+class ResultFolder:
+    """Files of one rehearsal, or of a series of them; those of the one before go first.
+
+    Attributes:
+        path: Of the folder.
+        files: What was written.
+
+    Raises:
+        UsageError: the folder is a campaign or one of its drops; or it holds something that no rehearsal made, or a
+            file of a rehearsal that somebody replaced, and `force` is not set.
+        TfsatError: it cannot be written to.
+    """
+
+    def __init__(self, path: Path, *, force: bool) -> None:
+        self.path = path
+        self.files: list[Path] = []
+        self._force = force
+        self._before = Before(path, REHEARSED)
+        self._announced: list[Path] = []
+        if path.exists() and not path.is_dir():
+            raise _refused(
+                f"{path} is a file, and --out names a folder.", "Give the name of a folder with --out."
+            )
+        self._recover()
+        self._check()
+        check_may_write(path / REHEARSED, marker=_FIRST_LINE.encode(), force=True)
+
+    def _check(self) -> None:
+        """Nothing of somebody else's would be overwritten."""
+        path = self.path
+        if (path / DROP).exists():
+            raise _refused(
+                f"{path} is a drop of a campaign: it holds {DROP}.", "Give another folder with --out."
+            )
+        if (path / INDEX).exists():
+            raise _refused(f"{path} is a campaign: it holds {INDEX}.", "Give another folder with --out.")
+        if self._force or not path.is_dir():
+            return
+        if any(path.iterdir()) and not (path / REHEARSED).exists():
+            raise _refused(
+                f"{path} holds files that no rehearsal made.",
+                "Give another folder with --out, or add --force.",
+            )
+        for name in self._not_ours():
+            raise _refused(
+                f"{path / name} is not as the rehearsal made it that made {path}.",
+                "Give another folder with --out, or add --force to overwrite it.",
+            )
+
+    def _not_ours(self) -> list[str]:
+        """Of what a rehearsal would overwrite: what it did not leave so. A mark of an older program knows no hashes."""
+        marked = rehearsed_files(self.path)
+        if marked and RECORDING not in marked and (self.path / RECORDING).exists():
+            return [RECORDING]
+        return [name for name, sha256 in marked.items() if not self._is_ours(self.path / name, sha256)]
+
+    def _is_ours(self, path: Path, sha256: str) -> bool:
+        return not (sha256 and path.is_file()) or sha256_of(path) == sha256 or self.may_be_made_again(path)
+
+    def may_be_made_again(self, path: Path) -> bool:
+        """A file that was changed, but by a command that makes it out of the others."""
+        del path
+        return False
+
+    @contextmanager
+    def replaced(self) -> Iterator[None]:
+        """Inside, the files of the rehearsal before are away; whatever ends it before `sealed` puts them back.
+
+        What somebody put there, or put in the place of such a file, stays.
+
+        Raises:
+            UsageError: somebody replaced a file while this one was rehearsed.
+        """
+        self._check()
+        try:
+            ours = [
+                name
+                for name, sha256 in rehearsed_files(self.path).items()
+                if self._is_ours(self.path / name, sha256)
+            ]
+            old = dict.fromkeys((*(self.path / name for name in ours), *self.stale()))
+            self._before.begin()
+            for path in old:
+                self._before.set_aside(path)
+            self.marked()
+            yield
+            self._before.forget()
+        except BaseException:
+            self._settled(self.begun())
+            raise
+
+    def stale(self) -> Iterable[Path]:
+        """Files besides those in the mark that are of the rehearsal before."""
+        return ()
+
+    def _recover(self) -> None:
+        """A program that was killed left new files, all in its mark, and the old ones in their hidden folder."""
+        if self._before.waiting.is_dir():
+            self._settled([self.path / name for name in rehearsed_files(self.path)])
+
+    def _settled(self, begun: Iterable[Path]) -> None:
+        """All new if that is whole, which its mark says by the hashes in it; else all as it was."""
+        if any(rehearsed_files(self.path).values()):
+            self._before.forget()
+        else:
+            self._before.put_back(begun)
+
+    def begun(self) -> list[Path]:
+        """What was written, or is about to be."""
+        return list(dict.fromkeys((*self.files, *self._announced)))
+
+    def marked(self) -> None:
+        """The mark names all files so far."""
+        (self.path / REHEARSED).write_text(_text(self._name(path) for path in self.begun()), encoding="utf-8")
+
+    def sealed(self) -> None:
+        """The mark says how each of them was left: what is replaced from now on is somebody else's."""
+        there = [path for path in self.files if path.is_file()]
+        lines = (f"{sha256_of(path)}  {self._name(path)}" for path in there)
+        write_whole(self.path / REHEARSED, _text(lines).encode())
+
+    def _name(self, path: Path) -> str:
+        return path.relative_to(self.path).as_posix()
+
+    def file(self, name: str) -> Path:
+        """Where a file of that name is about to be written."""
+        path = self.announced(name)
+        self.files.append(path)
+        return path
+
+    def announced(self, name: str) -> Path:
+        """Where something else is about to write a file of that name, which is put into `files` when it has."""
+        path = self.path / name
+        if path not in self._announced:
+            self._before.copy_aside(path)
+            self._announced.append(path)
+        self.marked()
+        return path
+
+
+def _text(lines: Iterable[str]) -> str:
+    return "".join(f"{line}\n" for line in (_FIRST_LINE, *lines))
+
+
+def _refused(what: str, next_step: str) -> UsageError:
+    return UsageError(
+        what=what,
+        meaning="Nothing was flown, nothing was overwritten.",
+        next_step=next_step,
+    )

@@ -1,0 +1,182 @@
+"""The run folder of one rehearsal: maneuver, calibration, preflight, card, decoded columns, truth, a summary."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from tfsat_host.calibration.certificate.archive import kept_copy, recordings_folder, write_certificate
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.emulated.truth import format_truth
+from tfsat_host.facility import load_tower
+from tfsat_host.maneuver import Maneuver, format_maneuver
+from tfsat_host.output_files import was_made_with
+from tfsat_host.rehearsal.drop import Drop
+from tfsat_host.rehearsal.result_folder import ResultFolder
+from tfsat_host.report.figures.files import FORMATS
+from tfsat_host.report.figures.files import MARKER as FIGURE
+from tfsat_host.report.recording.file import MARKER as MCAP
+from tfsat_host.run.campaign.campaign import DROP, INDEX
+from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log
+from tfsat_host.run.decoded import write_decoded
+from tfsat_host.run.files import (
+    EMULATED_CERTIFICATE,
+    EVALUATION_MARKER,
+    MANEUVER,
+    PREFLIGHT,
+    RECORDING,
+    REHEARSED,
+    ROBOT,
+    rehearsed_files,
+)
+from tfsat_host.run.preflight import hashes_of, result_of, write_result
+from tfsat_host.run.record import RECORD
+from tfsat_host.run.reporting import PAGE_MARKER
+from tfsat_host.sdlog import DropLog, load
+from tfsat_host.whole_file import write_whole
+
+SUMMARY = "summary.json"
+_DECODED = ("SD.csv", "SD.events.csv")
+
+
+class RunFolder(ResultFolder):
+    """See the module.
+
+    Attributes:
+        removed: What `evaluate` and `report` had made there of the recording that was replaced.
+        maneuver: The file of the maneuver.
+        collected: When the card was taken out, by the rehearsal's clock: all files have their times by it, so that the
+            same rehearsal gives the same bytes. None: nothing was written yet.
+    """
+
+    def __init__(self, path: Path, *, force: bool) -> None:
+        super().__init__(path, force=force)
+        self.removed: tuple[Path, ...] = ()
+        self.maneuver = path / MANEUVER
+        self.collected: datetime | None = None
+        self._copies: set[Path] = set()
+
+    def may_be_made_again(self, path: Path) -> bool:
+        """`report` writes its page anew."""
+        return _is_derived(path)
+
+    def stale(self) -> Iterable[Path]:
+        """What `evaluate` and `report` made of the recording that is replaced."""
+        self._copies = set(self._certificates())
+        known = rehearsed_files(self.path)
+        self.removed = tuple(path for path in _derived_in(self.path) if self._name(path) not in known)
+        return self.removed
+
+    def begun(self) -> list[Path]:
+        """Also the certificate's copies, whose names tell what is in them."""
+        return list(dict.fromkeys((*super().begun(), *sorted(set(self._certificates()) - self._copies))))
+
+    def _certificates(self) -> Iterator[Path]:
+        return self.path.glob("calibration-emulated-recordings/certificate-*")
+
+    def write(self, maneuver: Maneuver, drop: Drop, robot: bytes, truth_text: str) -> DropLog | None:
+        """Writes what the day left, decodes the card from its file and exports it; gives the log, if there is one.
+
+        Inside `replaced`.
+        """
+        self.collected = drop.collected
+        self.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
+        self.file(ROBOT).write_bytes(robot)
+        certificate = self._write_certificate(drop)
+        self.file("truth.json").write_text(truth_text, encoding="utf-8")
+        if drop.released_s is not None:
+            self.file("truth.csv").write_text(format_truth(drop.truth, drop.released_s), encoding="utf-8")
+        if drop.checked is not None:
+            self._write_preflight(drop, certificate, self.path / ROBOT)
+        self.file(SUMMARY)
+        log = self._write_card(drop.card) if drop.card else None
+        if log is not None:
+            self._note_landing(log, drop, certificate)
+        return log
+
+    def _write_certificate(self, drop: Drop) -> Path:
+        """As `tfsat-host calibrate` keeps it: with its recordings, and a copy that stays as the preflight signs it."""
+        certificate = self.file(EMULATED_CERTIFICATE)
+        beside = recordings_folder(certificate).name
+        for paper in drop.calibration.papers:
+            write_whole(self.file(f"{beside}/{paper.file}"), drop.recordings[paper.file])
+        self.file(f"{beside}/{kept_copy(certificate, drop.calibration).name}")
+        write_certificate(certificate, drop.calibration)
+        return certificate
+
+    def _note_landing(self, log: DropLog, drop: Drop, certificate: Path) -> None:
+        """As `decode` would, but by the rehearsal's clock: the evaluation then finds it noted."""
+        if not is_of_robot(drop.calibration, origin_of_log(log.header)):
+            return
+        note_landing_of(log, certificate, drop.calibration, now=drop.collected)
+        noted = kept_copy(certificate, read_calibration(certificate))
+        if noted not in self.files:
+            self.files.append(noted)
+            self.marked()
+
+    def _write_preflight(self, drop: Drop, certificate: Path, robot: Path) -> None:
+        """As `tfsat-host preflight` writes and signs it."""
+        assert drop.checked is not None
+        evidence = drop.checked.evidence
+        files = {
+            "maneuver": self.maneuver,
+            "calibration": certificate,
+            "robot": robot,
+            "facility": load_tower(None).path,
+        }
+        result = result_of(evidence, drop.checked.checks, hashes_of(files))
+        self.file(RECORD)
+        self.file(PREFLIGHT)
+        write_result(self.path, result, evidence.now)
+
+    def _write_card(self, card: bytes) -> DropLog:
+        path = self.file(RECORDING)
+        path.write_bytes(card)
+        log = load(path)
+        for name in _DECODED:
+            self.announced(name)
+        self.files += write_decoded(log, self.path / "SD", ("csv",), force=True).files.values()
+        self.marked()
+        return log
+
+    def write_summary(self, result: Mapping[str, Any]) -> None:
+        """Writes `summary.json`, the command's result."""
+        text = json.dumps(result, indent=1, default=_plain)
+        (self.path / SUMMARY).write_text(text + "\n", encoding="utf-8")
+        self.sealed()
+
+
+def _derived_in(folder: Path) -> tuple[Path, ...]:
+    """Results of `evaluate` and `report`: beside another recording they would be taken for its.
+
+    In subfolders `report` puts figures; one that is a run of its own, or a campaign's, is not looked into.
+    """
+    beside = [path for path in folder.glob("*") if path.is_file() and _is_derived(path)]
+    figures = [
+        path
+        for place in folder.glob("*")
+        if place.is_dir() and not place.is_symlink() and not _is_a_run(place)
+        for path in place.glob("*")
+        if path.is_file() and path.suffix[1:] in FORMATS and was_made_with(path, FIGURE)
+    ]
+    return tuple(sorted((*beside, *figures)))
+
+
+def _is_a_run(folder: Path) -> bool:
+    """Of another drop, whatever it is in its folder that says so; or a campaign."""
+    signs = (REHEARSED, MANEUVER, SUMMARY, DROP, INDEX, PREFLIGHT, RECORD)
+    return any((folder / sign).exists() for sign in signs) or any(
+        path.suffix.lower() == ".bin" for path in folder.glob("*")
+    )
+
+
+def _is_derived(path: Path) -> bool:
+    """By the commands' own marks."""
+    return any(was_made_with(path, mark) for mark in (EVALUATION_MARKER, PAGE_MARKER, FIGURE, MCAP))
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist()

@@ -1,0 +1,268 @@
+"""The archive: a ZIP whose bytes depend on nothing but its files' names and contents, and its unpacking.
+
+ZIP is what every system has opened since 1989. Files are stored, not compressed: so the bytes do not hang on the
+version of a compressor, a flipped bit spoils one file only, and what is large (calibration recordings) is compressed
+already. An archive that comes from elsewhere is checked before a byte is written, and counted while it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+import shutil
+import stat
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from tfsat_host.run.bundle.manifest import (
+    ENVIRONMENT,
+    EVALUATION,
+    MANIFEST,
+    REPORT,
+    BundleError,
+    Manifest,
+    parse_manifest,
+)
+from tfsat_host.run.bundle.names import collision_among, trouble_with_name
+
+MARKER = b"tfsat bundle, format 1"
+"""The archive's comment: by it the command knows its own file."""
+_TIME = (1980, 1, 1, 0, 0, 0)
+_MODE = stat.S_IFREG | 0o644
+_UNIX = 3
+_CHUNK_BYTES = 1 << 20
+_LOCAL_HEADER_BYTES = 30
+_ENCRYPTED = 0x1
+_SHOWN = 8
+_NOTHING = "Nothing was unpacked."
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What no honest bundle exceeds.
+
+    Attributes:
+        files: Entries in the archive.
+        bytes: Of all files, unpacked.
+        ratio: Unpacked over packed, of each file above `free_bytes` and of all.
+        free_bytes: Below, any ratio will do.
+        manifest_bytes: Of the manifest, which is read into memory.
+    """
+
+    files: int = 10_000
+    bytes: int = 16 << 30
+    ratio: int = 200
+    free_bytes: int = 1 << 20
+    manifest_bytes: int = 16 << 20
+
+
+LIMITS = Limits()
+
+
+def write_archive(path: Path, files: Mapping[str, Path]) -> None:
+    """Writes the files by their names, sorted, all with one time and one mode. Raises OSError."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
+        archive.comment = MARKER
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, _TIME)
+            entry.create_system, entry.external_attr = _UNIX, _MODE << 16
+            entry.file_size = files[name].stat().st_size
+            with files[name].open("rb") as source, archive.open(entry, "w") as target:
+                shutil.copyfileobj(source, target, _CHUNK_BYTES)
+
+
+def unpack(archive: Path, folder: Path, limits: Limits = LIMITS) -> tuple[Manifest, str]:
+    """Unpacks a bundle into a new folder, every file checked against the manifest; gives it, and its SHA-256.
+
+    The folder appears whole or not at all.
+
+    Raises:
+        BundleError: the archive is no bundle, is not safe, or a file is not what the manifest says.
+        OSError: something cannot be read or written.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BundleError(
+            what=f"{folder} is there already, and not empty.",
+            meaning=f"Files of two origins would mix. {_NOTHING}",
+            next_step="Name a new folder with --out.",
+        )
+    try:
+        with zipfile.ZipFile(archive) as opened:
+            return _unpack(opened, archive, folder, limits)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
+        raise BundleError(
+            what=f"{archive} is no ZIP archive, or it is damaged: {error}.",
+            meaning=_NOTHING,
+            next_step="Take the bundle from a copy; tfsat-host bundle makes one.",
+        ) from error
+
+
+def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits) -> tuple[Manifest, str]:
+    entries = _checked_entries(opened, archive, limits)
+    if MANIFEST not in entries:
+        _refuse(archive, f"has no {MANIFEST}: it is no bundle")
+    if entries[MANIFEST].file_size > limits.manifest_bytes:
+        _refuse(archive, f"has a {MANIFEST} of {entries[MANIFEST].file_size} bytes")
+    data = _read(opened, entries[MANIFEST], limits.manifest_bytes, archive)
+    manifest = parse_manifest(data, str(archive))
+    _check_listed(manifest, entries, archive)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    try:
+        (beside / MANIFEST).write_bytes(data)
+        wrong = [
+            name
+            for name, file in sorted(manifest.files.items())
+            if not _is_extracted(opened, entries[name], beside / name, archive, file.sha256)
+        ]
+        if wrong:
+            raise _damaged(manifest, wrong, archive)
+        beside.chmod(0o755)
+        if folder.exists():
+            folder.rmdir()  # empty; Windows renames onto no folder
+        beside.rename(folder)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return manifest, hashlib.sha256(data).hexdigest()
+
+
+def _is_extracted(
+    opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path, sha256: str
+) -> bool:
+    """Whether the file came out as the manifest has it; a damaged one does not keep the others from being looked at."""
+    try:
+        return _extract(opened, entry, to, archive) == sha256
+    except (zipfile.BadZipFile, zlib.error, EOFError):
+        return False
+
+
+def _damaged(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
+    """What is damaged, what is still good, and how to get at it."""
+    recording, count = manifest.evaluated.recording, len(manifest.files)
+    one = len(wrong) == 1
+    if recording in wrong:
+        left = f"The raw log {recording} is damaged itself: decode uses every block of it that is whole."
+    else:
+        left = f"The raw log {recording} is whole{', as is all else' if count > len(wrong) + 1 else ''}."
+    if set(wrong) <= {EVALUATION, REPORT, ENVIRONMENT}:
+        left += f" What is damaged is no evidence: {'it' if one else 'they'} can be made anew."
+    return BundleError(
+        what=f"{len(wrong)} of {count} files in {archive} {'is' if one else 'are'} not what its manifest says: "
+        f"{_listed(wrong)}.",
+        meaning=f"{'It was' if one else 'They were'} damaged or changed after the bundle was made. {_NOTHING} {left}",
+        next_step=f"Take the bundle from a copy. Without one: unzip {shlex.quote(str(archive))} -d rescued gets the "
+        "rest, and tfsat-host bundle rescued/run makes a new one of it.",
+    )
+
+
+def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> dict[str, zipfile.ZipInfo]:
+    """The archive's files by name; folders are made as they are needed."""
+    listed = opened.infolist()
+    if len(listed) > limits.files:
+        _refuse(archive, f"holds {len(listed)} files; {limits.files} are allowed")
+    for entry in listed:
+        _check_entry(entry, archive, limits)
+    entries = [entry for entry in listed if not entry.is_dir()]
+    collision = collision_among(entry.filename for entry in entries)
+    if collision:
+        one, two = collision
+        _refuse(archive, f"holds {one!r} and {two!r}, which some system takes for one")
+    total, packed = sum(entry.file_size for entry in entries), sum(entry.compress_size for entry in entries)
+    if total > limits.bytes:
+        _refuse(archive, f"would unpack to {total} bytes; {limits.bytes} are allowed")
+    if total > limits.free_bytes and total > limits.ratio * packed:
+        _refuse(archive, f"would unpack {packed} bytes to {total}: no bundle is packed so tightly")
+    _check_apart(entries, archive)
+    return {entry.filename: entry for entry in entries}
+
+
+def _check_entry(entry: zipfile.ZipInfo, archive: Path, limits: Limits) -> None:
+    name = entry.orig_filename
+    trouble = trouble_with_name(name.removesuffix("/"))
+    if trouble is None and entry.filename != name:
+        trouble = "is not written as it is read"
+    if trouble:
+        _refuse(archive, f"holds a file whose name {trouble}: {name[:200]!r}")
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    if kind not in (0, stat.S_IFDIR if entry.is_dir() else stat.S_IFREG):
+        what = "a link" if kind == stat.S_IFLNK else "neither a file nor a folder"
+        _refuse(archive, f"holds {name!r}, which is {what}")
+    if entry.is_dir() and entry.file_size:
+        _refuse(archive, f"holds {name!r}, a folder with contents")
+    if entry.flag_bits & _ENCRYPTED:
+        _refuse(archive, f"holds {name!r}, which is encrypted")
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        _refuse(archive, f"holds {name!r}, packed by method {entry.compress_type}; only 0 and 8 are read")
+    if entry.file_size > limits.free_bytes and entry.file_size > limits.ratio * entry.compress_size:
+        _refuse(
+            archive,
+            f"holds {name!r}, which would unpack {entry.compress_size} bytes to {entry.file_size}: "
+            "no bundle is packed so tightly",
+        )
+
+
+def _check_apart(entries: list[zipfile.ZipInfo], archive: Path) -> None:
+    """Files that lie over each other unpack the same bytes many times (D. Fifield, A better zip bomb, 2019)."""
+    end = 0
+    for entry in sorted(entries, key=lambda entry: entry.header_offset):
+        if entry.header_offset < end:
+            _refuse(archive, f"holds {entry.filename!r}, which lies over another file")
+        end = entry.header_offset + _LOCAL_HEADER_BYTES + entry.compress_size
+
+
+def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archive: Path) -> None:
+    there, listed = entries.keys() - {MANIFEST}, manifest.files.keys()
+    if there - listed:
+        _refuse(archive, f"holds files that its manifest does not name: {_listed(sorted(there - listed))}")
+    if listed - there:
+        _refuse(archive, f"lacks files that its manifest names: {_listed(sorted(listed - there))}")
+    for name, file in manifest.files.items():
+        if entries[name].file_size != file.bytes:
+            _refuse(
+                archive,
+                f"holds {name!r} with {entries[name].file_size} bytes; its manifest says {file.bytes}",
+            )
+    used = manifest.evaluated
+    for one in (used.recording, *used.files.values()):
+        if one not in listed:
+            _refuse(archive, f"was evaluated with {one!r}, which is not in it")
+
+
+def _read(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, most: int, archive: Path) -> bytes:
+    with opened.open(entry) as source:
+        data = source.read(most + 1)
+    if len(data) != entry.file_size:
+        _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
+    return data
+
+
+def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path) -> str:
+    """Writes one file, never more than it says of itself; gives the SHA-256 of what came."""
+    to.parent.mkdir(parents=True, exist_ok=True)
+    digest, left = hashlib.sha256(), entry.file_size
+    with opened.open(entry) as source, to.open("xb") as target:
+        while chunk := source.read(min(_CHUNK_BYTES, left + 1)):
+            left -= len(chunk)
+            if left < 0:
+                _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
+            digest.update(chunk)
+            target.write(chunk)
+    return digest.hexdigest()
+
+
+def _listed(names: list[str]) -> str:
+    shown = [name if name.isprintable() else repr(name) for name in names[:_SHOWN]]
+    return ", ".join(shown) + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")
+
+
+def _refuse(archive: Path, what: str) -> NoReturn:
+    raise BundleError(
+        what=f"{archive} {what}.",
+        meaning=f"No tfsat-host made it so: it is damaged, or meant to do harm. {_NOTHING}",
+        next_step="Ask whom you have it from for another copy, and for the manifest's SHA-256 from their logbook.",
+    )

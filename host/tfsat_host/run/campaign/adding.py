@@ -1,0 +1,235 @@
+"""A run becomes the next drop of a campaign, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import tempfile
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from tfsat_host import __version__
+from tfsat_host.calibration.certificate.archive import recordings_folder
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.run.bundle.collecting import MADE_AGAIN, Collected, collect
+from tfsat_host.run.bundle.names import trouble_with_file
+from tfsat_host.run.campaign import campaign
+from tfsat_host.run.campaign.drops import DropEntry
+from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log, time_of_day
+from tfsat_host.run.files import (
+    CERTIFICATE,
+    EMULATED,
+    EMULATED_CERTIFICATE,
+    MANEUVER,
+    PREFLIGHT,
+    REAL,
+    REHEARSED,
+    ROBOT,
+    UNKNOWN,
+)
+from tfsat_host.run.options import AS_FOUND
+from tfsat_host.run.record import RecordError, sign, verify
+from tfsat_host.sdlog import load
+from tfsat_host.sdlog.errors import NoBlockError
+
+_NOTHING = "Nothing was added."
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """A drop that came in.
+
+    Attributes:
+        entry: What the campaign knows of it.
+        place: Its folder.
+        moved: The run's own folder is gone.
+        left_out: Files that were not copied, and why.
+        changed: What was changed since it was signed, before it came in; sentences.
+        doubts: These, and what is wrong with the recording; sentences.
+    """
+
+    entry: DropEntry
+    place: Path
+    moved: bool
+    left_out: dict[str, str]
+    changed: list[str]
+    doubts: list[str]
+
+
+def add(
+    folder: Path, run: Path, *, note: str | None = None, move: bool = False, notices: Notices = SILENT
+) -> Added:
+    """Copies a run, then gives it a number.
+
+    Args:
+        folder: Of the campaign.
+        run: A folder with a recording, or a recording.
+        note: What is to be remembered of it, one line.
+        move: Whether the folder `run` goes when its copy is in its place.
+        notices: For progress, and for what could not be done.
+
+    Raises:
+        TfsatError: it is no campaign or no run, or the campaign has this drop. Nothing was added.
+        OSError: something cannot be read or written.
+    """
+    campaign.read(folder)
+    command = f"campaign add {shlex.quote(str(folder))}"
+    if note is not None:
+        example = f'tfsat-host {command} {shlex.quote(str(run))} --note "wind from the west"'
+        campaign.check_note(note, example)
+    _check_places(folder, run, move=move)
+    found, _ = collect(run, AS_FOUND, command=command, nothing=_NOTHING)
+    if isinstance(found.refusal, NoBlockError):  # no drop: its number could never be given again
+        raise TfsatError(what=found.refusal.what, meaning=_NOTHING, next_step=found.refusal.next_step)
+    staged = Path(tempfile.mkdtemp(prefix=campaign.STAGING, dir=folder))
+    try:
+        with notices.progress(f"Copying {run}"):
+            left_out = _copy(run, found, staged)
+        changed = _sign(staged, found, notices)
+        entry = campaign.add(folder, staged, lambda number: _entry(number, run, found, staged, note))
+    except campaign.SameDropError as error:
+        raise _with_samples(error, found, folder) from error
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+    place = folder / entry.folder
+    place.chmod(0o755)
+    moved = move and not left_out
+    if moved:
+        try:
+            shutil.rmtree(run)
+        except OSError as error:
+            notices.warn(f"{place} is whole, but {error.filename} could not be removed: {error.strerror}.")
+    return Added(entry, place, moved, left_out, changed, [*changed, *_doubts_of(found)])
+
+
+def _doubts_of(found: Collected) -> list[str]:
+    if found.log is None:
+        why = "" if found.refusal is None else f" {found.refusal.what}"
+        return [f"Its recording cannot be decoded: it is kept, and left out of the report.{why}"]
+    if found.log.verdict == "complete":
+        return []
+    return [f"Its recording is {found.log.verdict}. What is missing: tfsat-host decode"]
+
+
+def _with_samples(error: campaign.SameDropError, found: Collected, folder: Path) -> TfsatError:
+    """The same with which of the two copies holds more."""
+    try:
+        there = len(load(folder / error.drop.folder / error.drop.recording))
+    except TfsatError:
+        there = 0
+    here = 0 if found.log is None else len(found.log)
+    if here > there:
+        error.meaning = f"This copy has more samples ({here}) than that one ({there}). {error.meaning}"
+    return error
+
+
+def _check_places(folder: Path, run: Path, *, move: bool) -> None:
+    if run.is_dir() and (
+        folder.resolve().is_relative_to(run.resolve()) or run.resolve().is_relative_to(folder.resolve())
+    ):
+        raise TfsatError(
+            what=f"Of {run} and {folder}, one lies in the other.",
+            meaning=f"A campaign would copy itself. {_NOTHING}",
+            next_step="Name a run that lies outside of the campaign.",
+        )
+    if move and (not run.is_dir() or run.is_symlink()):
+        raise TfsatError(
+            what=f"{run} is no folder: only a folder can be moved whole.",
+            meaning=_NOTHING,
+            next_step="Leave out --move; the recording is copied with what lies beside it.",
+        )
+
+
+def _copy(run: Path, found: Collected, staged: Path) -> dict[str, str]:
+    """A folder whole, of a recording what belongs to it; the certificate and its recordings always beside it.
+
+    Gives what was left out, and why.
+    """
+    left_out = {name.removeprefix("run/"): why for name, why in found.left_out.items() if why != MADE_AGAIN}
+    if run.is_dir():
+        named = {name: why for name, why in left_out.items() if "its name" not in why}
+        left_out = named | _copy_folder(run, staged)
+    for name, path in found.files.items():
+        kind, _, inside = name.partition("/")
+        if kind in ("run", "calibration") and not (staged / inside).exists():
+            (staged / inside).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(path, staged / inside)
+    return left_out
+
+
+def _copy_folder(run: Path, staged: Path) -> dict[str, str]:
+    """Files and folders, but no locks; gives what is neither, or lies elsewhere, and why it was left out.
+
+    Nor the mark by which a rehearsal knows a folder that it may make again: a drop of a campaign is none.
+    """
+    left_out = {}
+    for here, folders, files in os.walk(run, onerror=_stop):
+        below = Path(here).relative_to(run)
+        (staged / below).mkdir(exist_ok=True)
+        for name in sorted((*folders, *files)):
+            path = Path(here) / name
+            if name.endswith(".lock") or name == REHEARSED:
+                continue
+            why = trouble_with_file(path, run)
+            if why:
+                left_out[(below / name).as_posix()] = why
+            elif path.is_file():
+                shutil.copy2(path, staged / below / name)
+    return dict(sorted(left_out.items()))
+
+
+def _stop(error: OSError) -> None:
+    raise error
+
+
+def _sign(staged: Path, found: Collected, notices: Notices) -> list[str]:
+    """Vouches for all that the drop's evaluation rests on; gives what was changed since it was signed before.
+
+    That is not signed again: it would look as if it had always been so.
+    """
+    findings = verify(staged)
+    certificates = []
+    for name in (CERTIFICATE, EMULATED_CERTIFICATE):
+        _teach_landing(staged / name, found)
+        certificates += [staged / name, *sorted(recordings_folder(staged / name).glob("[!.]*"))]
+    named = (found.recording.name, MANEUVER, ROBOT, PREFLIGHT)
+    changed = {staged / finding.name for finding in findings}
+    files = [*(staged / name for name in named), *certificates]
+    try:
+        there = [path for path in files if path.is_file() and path not in changed]
+        sign(staged, there, f"{campaign.SIGNED_BY} {__version__}", datetime.now(UTC))
+    except RecordError as error:
+        notices.warn(f"The drop's record was not gone on with. {error.what} {error.next_step}")
+    return [finding.sentence.replace(f"{staged}{os.sep}", "") for finding in findings]
+
+
+def _teach_landing(certificate: Path, found: Collected) -> None:
+    """Lets a certificate know of this drop's landing, as `evaluate` would: after that no evaluation changes it."""
+    if found.log is None or not certificate.is_file():
+        return
+    try:
+        present = read_calibration(certificate)
+    except TfsatError:
+        return  # it is kept as it is; the evaluation says what is wrong with it
+    if is_of_robot(present, origin_of_log(found.log.header)):
+        note_landing_of(found.log, certificate, present)
+
+
+def _entry(number: int, run: Path, found: Collected, staged: Path, note: str | None) -> DropEntry:
+    log, now = found.log, datetime.now(UTC)
+    entry = DropEntry(
+        number=number,
+        recording=found.recording.name,
+        sha256=sha256_of(staged / found.recording.name),
+        session=None if log is None else f"{log.session:08x}",
+        released=None if log is None else time_of_day(log, log.release_us),
+        added=now,
+        origin=str(run),
+        robot=UNKNOWN if log is None else EMULATED if origin_of_log(log.header).emulated else REAL,
+    )
+    return entry if note is None else entry.with_note(now, note)

@@ -1,0 +1,336 @@
+"""A campaign: a folder of numbered drops, with an index that people can read and a lock for two terminals at once.
+
+Every drop's folder holds its own copy of its entry: an index that is lost or damaged is rebuilt from them.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_lock import one_at_a_time
+from tfsat_host.run.campaign.drops import (
+    NUMBER_MAX,
+    DropEntry,
+    folder_name,
+    format_drop,
+    format_index,
+    number_of,
+    parse_drop,
+    parse_index,
+)
+from tfsat_host.run.files import PREFLIGHT, REHEARSED
+from tfsat_host.run.record import RECORD, verify
+from tfsat_host.whole_file import write_whole
+
+INDEX = "campaign.json"
+DROP = "drop.json"
+_OF_A_RUN = ("*.[bB][iI][nN]", DROP, PREFLIGHT, RECORD, REHEARSED)
+"""What lies in the folder of a run that was checked, flown or rehearsed."""
+STAGING = ".adding-"
+SIGNED_BY = "tfsat-host campaign add"
+"""How the entry of the record begins with which a run is closed: what is signed after it came later than the drop."""
+_LOCK = ".campaign.lock"
+_INDEX_BYTES_MAX = 64_000_000
+
+
+class CampaignError(TfsatError):
+    """A campaign cannot be read, or must not be changed so (exit code 1)."""
+
+
+class SameDropError(CampaignError):
+    """A recording is of a drop that the campaign has (exit code 1).
+
+    Attributes:
+        drop: That one.
+    """
+
+    def __init__(self, drop: DropEntry, *, what: str, meaning: str, next_step: str) -> None:
+        super().__init__(what=what, meaning=meaning, next_step=next_step)
+        self.drop = drop
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a campaign holds.
+
+    Attributes:
+        drops: By number.
+        findings: What is wrong with the index or the folders; a sentence each.
+        numbers_seen: The greatest number that an entry or a folder has; 0: there is none.
+        index_damaged: It cannot be read.
+    """
+
+    drops: tuple[DropEntry, ...]
+    findings: tuple[str, ...]
+    numbers_seen: int
+    index_damaged: bool
+
+    @property
+    def next_number(self) -> int:
+        """Of the next drop: one more than any before, whether it is still there or not."""
+        return self.numbers_seen + 1
+
+
+def init(folder: Path) -> None:
+    """Makes an empty campaign.
+
+    Raises:
+        CampaignError: there is one already, or the folder holds drops of one, or a run.
+        OSError: it cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with _locked(folder):
+        if (folder / INDEX).exists() or _folders(folder):
+            raise CampaignError(
+                what=f"{folder} is a campaign already.",
+                meaning="Nothing was changed.",
+                next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
+            )
+        _require_no_run(folder)
+        write_whole(folder / INDEX, format_index(()).encode())
+
+
+def read(folder: Path) -> Contents:
+    """What is there.
+
+    Raises:
+        CampaignError: it is no campaign.
+        OSError: something cannot be read.
+    """
+    folders = _folders(folder) if folder.is_dir() else {}
+    index = folder / INDEX
+    if not index.is_file() and not folders:
+        raise CampaignError(
+            what=f"{folder} is no campaign: it holds neither {INDEX} nor drops.",
+            meaning="Nothing was done.",
+            next_step=f"Make it one: tfsat-host campaign init {shlex.quote(str(folder))}",
+        )
+    known, findings, damaged = _indexed(index)
+    found = {drop.number: drop for drop in known}
+    for number, path in sorted(folders.items()):
+        if number not in found:
+            entry, sentence = _adopted(path, number)
+            findings.append(sentence)
+            if entry is not None:
+                found[number] = entry
+    findings += [
+        sentence for drop in known if (sentence := _gone_or_other(folder, drop, drop.number in folders))
+    ]
+    drops = tuple(found[number] for number in sorted(found))
+    return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
+
+
+def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> DropEntry:
+    """Gives a drop the next number and its place.
+
+    Args:
+        folder: Of the campaign.
+        staged: The drop's folder, whole, in the campaign's folder under a name that begins with `STAGING`. It is moved.
+        entry_of: Makes the entry when the number is known.
+
+    Raises:
+        CampaignError: it is no campaign, it holds this recording already or another copy of it, or it is full.
+            Nothing was changed.
+        BusyError: another program is writing it.
+        OSError: something cannot be written.
+    """
+    with _locked(folder):
+        contents = read(folder)
+        if contents.next_number > NUMBER_MAX:
+            raise CampaignError(
+                what=f"{folder} has had {NUMBER_MAX} drops.",
+                meaning="Nothing was added.",
+                next_step="Begin another one: tfsat-host campaign init",
+            )
+        entry = entry_of(contents.next_number)
+        _check_new(folder, contents.drops, entry)
+        (staged / DROP).write_text(format_drop(entry), encoding="utf-8")
+        staged.rename(folder / entry.folder)
+        _write(folder, contents, (*contents.drops, entry), entry.added)
+    return entry
+
+
+def note(folder: Path, number: int, text: str) -> DropEntry:
+    """Adds a note to a drop, one line of text.
+
+    Raises:
+        CampaignError: it is no campaign, there is no such drop, or this is no note.
+        BusyError: another program is writing it.
+        OSError: something cannot be written.
+    """
+    check_note(text, f'tfsat-host campaign note {shlex.quote(str(folder))} {number} "wind from the west"')
+    at = datetime.now(UTC)
+    with _locked(folder):
+        contents = read(folder)
+        changed = _drop_of(folder, contents.drops, number).with_note(at, text)
+        _replace(folder, contents, changed, at)
+    return changed
+
+
+def void(folder: Path, number: int, why: str) -> DropEntry:
+    """Takes a drop out of the count; its number, its folder and its notes stay.
+
+    Raises:
+        CampaignError: it is no campaign, there is no such drop, it is void already, or this is no note.
+        BusyError: another program is writing it.
+        OSError: something cannot be written.
+    """
+    check_note(why, f'tfsat-host campaign void {shlex.quote(str(folder))} {number} "the hook was caught"')
+    at = datetime.now(UTC)
+    with _locked(folder):
+        contents = read(folder)
+        before = _drop_of(folder, contents.drops, number)
+        if before.void is not None:
+            raise CampaignError(
+                what=f"Drop {number} of {folder} is void already: {before.void.text}",
+                meaning="Nothing was changed.",
+                next_step="To write something about it: tfsat-host campaign note "
+                f'{shlex.quote(str(folder))} {number} "…"',
+            )
+        changed = before.voided(at, why)
+        _replace(folder, contents, changed, at)
+    return changed
+
+
+def _drop_of(folder: Path, drops: Sequence[DropEntry], number: int) -> DropEntry:
+    """The drop of that number. Raises CampaignError: there is none."""
+    found = next((drop for drop in drops if drop.number == number), None)
+    if found is None:
+        there = ", ".join(str(drop.number) for drop in drops) or "none yet"
+        raise CampaignError(
+            what=f"{folder} has no drop {number}; there are: {there}.",
+            meaning="Nothing was changed.",
+            next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
+        )
+    return found
+
+
+def changes_in(folder: Path, drop: DropEntry) -> list[str]:
+    """What of a drop is not as it was when it came in; sentences. `folder` is the campaign's."""
+    place = folder / drop.folder
+    recording = place / drop.recording
+    if not place.is_dir():
+        return []  # a finding of the campaign
+    if not recording.is_file():
+        return [f"{recording} is missing."]
+    changes = [] if sha256_of(recording) == drop.sha256 else [f"{recording} was changed since it came in."]
+    findings = verify(place, closed_by=SIGNED_BY)
+    return changes + [one.sentence for one in findings if one.name != drop.recording]
+
+
+def check_note(text: str, example: str) -> None:
+    """Raises CampaignError: it says nothing, or is no line of text. `example` is a command with one that does."""
+    if not text.strip() or not text.isprintable():
+        raise CampaignError(
+            what="A note is one line of printable text.",
+            meaning="Nothing was changed.",
+            next_step=f"Write it in quotes: {example}",
+        )
+
+
+def _locked(folder: Path) -> AbstractContextManager[None]:
+    return one_at_a_time(folder / _LOCK, f"the campaign {folder}")
+
+
+def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> None:
+    """One drop counts once: told by the recording's own id, as two copies off one card may differ in length."""
+    counting = [drop for drop in drops if drop.void is None]
+    same = next((drop for drop in counting if drop.sha256 == entry.sha256), None)
+    if same is not None:
+        raise SameDropError(
+            same,
+            what=f"This recording is drop {same.number} of {folder} already ({same.folder}).",
+            meaning="One drop counts once; nothing was added.",
+            next_step="To write something about it: tfsat-host campaign note "
+            f'{shlex.quote(str(folder))} {same.number} "…"',
+        )
+    alike = next((drop for drop in counting if drop.session == entry.session is not None), None)
+    if alike is not None:
+        raise SameDropError(
+            alike,
+            what=f"The recording {entry.session} is drop {alike.number} of {folder} already ({alike.folder}), in "
+            "another copy.",
+            meaning="One drop counts once; nothing was added.",
+            next_step="If this copy is to stand for it: tfsat-host campaign void "
+            f"{shlex.quote(str(folder))} {alike.number} "
+            '"another copy follows", then add this one again.',
+        )
+
+
+def _replace(folder: Path, contents: Contents, changed: DropEntry, at: datetime) -> None:
+    if (folder / changed.folder).is_dir():
+        write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
+    drops = [changed if drop.number == changed.number else drop for drop in contents.drops]
+    _write(folder, contents, drops, at)
+
+
+def _write(folder: Path, before: Contents, drops: Sequence[DropEntry], at: datetime) -> None:
+    if before.index_damaged:
+        (folder / INDEX).replace(folder / f"campaign.damaged-{at:%Y%m%dT%H%M%S}.json")
+    write_whole(folder / INDEX, format_index(drops).encode())
+
+
+def _require_no_run(folder: Path) -> None:
+    found = next((path.name for pattern in _OF_A_RUN for path in sorted(folder.glob(pattern))), None)
+    if found is not None:
+        raise CampaignError(
+            what=f"{folder} is the folder of a run: it holds {found}.",
+            meaning="A campaign holds runs, a folder each, and is none itself. Nothing was changed.",
+            next_step="Give the name of a new folder; campaign add then copies the run into it.",
+        )
+
+
+def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
+    """What is wrong with the folder, or the own entry, of a drop that the index has; empty: nothing."""
+    place = folder / drop.folder
+    if not there:
+        return f"{place} is in the index and not there any more."
+    again = f"tfsat-host campaign note {shlex.quote(str(folder))} {drop.number} writes it anew."
+    try:
+        own = parse_drop((place / DROP).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return f"{place / DROP} is gone: only the index knows this drop. {again}"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        return f"{place / DROP} cannot be read ({reason}): only the index knows this drop. {again}"
+    return "" if own == drop else f"{place / DROP} is not as the index has this drop. {again}"
+
+
+def _folders(folder: Path) -> dict[int, Path]:
+    found = ((number_of(path.name), path) for path in folder.iterdir() if path.is_dir())
+    return {number: path for number, path in found if number is not None}
+
+
+def _indexed(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
+    """The entries, what is wrong, and whether the index is damaged."""
+    if not index.is_file():
+        return (), [f"{index} is not there: it was rebuilt from the drops' folders."], False
+    try:
+        if index.stat().st_size > _INDEX_BYTES_MAX:
+            raise ValueError("it is too large")
+        return parse_index(index.read_text(encoding="utf-8")), [], False
+    except ValueError as error:
+        sentence = f"{index} is damaged ({error}): it was rebuilt from the drops' folders."
+        return (), [sentence], True
+
+
+def _adopted(path: Path, number: int) -> tuple[DropEntry | None, str]:
+    """The entry that a drop's folder holds, and that the index lacks it."""
+    try:
+        entry = parse_drop((path / DROP).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        return None, f"{path} is not in the index, and its own {DROP} cannot be read: {reason}."
+    if entry.number != number:
+        return (
+            None,
+            f"{path} holds the {DROP} of {folder_name(entry.number)}: it was renamed or copied by hand.",
+        )
+    return entry, f"{path} was not in the index: it was taken from its own {DROP}."

@@ -1,0 +1,215 @@
+"""All drops of a campaign evaluated, each robot's compared, and laid over each other in one page."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tfsat_host.crash import bug_error
+from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.report.document import Table
+from tfsat_host.run import evaluated
+from tfsat_host.run.campaign.campaign import changes_in, read
+from tfsat_host.run.campaign.drops import DropEntry
+from tfsat_host.run.evaluated import DroppedRobot, EvaluatedRun, dropped_robot
+from tfsat_host.run.files import EMULATED
+from tfsat_host.run.options import EvaluationOptions
+from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, lacking, reported, together
+from tfsat_host.run.several import Comparison
+
+_SHOWN = 8
+_Key = tuple[DroppedRobot, str]
+TriedDrop = tuple[DropEntry, EvaluatedRun | TfsatError]
+
+
+@dataclass(frozen=True, eq=False)
+class OfOneRobot:
+    """The drops of one robot, evaluated with one robot file.
+
+    Attributes:
+        robot: As the recordings say.
+        model_sha256: Of the robot file.
+        name: As much of both as tells it from the campaign's other ones.
+        numbers: Of the drops.
+        compared: What they say together; None: there is but one.
+    """
+
+    robot: DroppedRobot
+    model_sha256: str
+    name: str
+    numbers: tuple[int, ...]
+    compared: Comparison | None
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignReport:
+    """What came of it.
+
+    Attributes:
+        page: None: no drop can be evaluated.
+        tried: Each drop that counts, and its evaluation or why there is none.
+        void: Drops that do not count.
+        robots: Each robot's drops.
+        findings: What is wrong with the campaign; sentences.
+    """
+
+    page: Path | None
+    tried: list[TriedDrop]
+    void: list[DropEntry]
+    robots: list[OfOneRobot]
+    findings: tuple[str, ...]
+
+    @property
+    def good(self) -> bool:
+        """Nothing speaks against any of it."""
+        evaluations = (one for _, one in self.tried)
+        return (
+            all(isinstance(one, EvaluatedRun) and one.verdict.level == "good" for one in evaluations)
+            and not any(robot.compared is not None and robot.compared.doubts for robot in self.robots)
+            and not self.findings
+        )
+
+
+def report(
+    folder: Path,
+    robot: Path | None = None,
+    page: Path | None = None,
+    *,
+    force: bool = False,
+    notices: Notices = SILENT,
+) -> CampaignReport:
+    """Evaluates each drop that counts; one that cannot be is named and does not keep the others from being compared.
+
+    Drops of different robots are drawn over each other, and never taken together in a number.
+
+    Args:
+        folder: Of the campaign.
+        robot: A robot file, or the name of a shipped one; None: each drop's own, else the drop tower's.
+        page: The page; None: in the campaign's folder.
+        force: Whether a page that no report made may be overwritten.
+        notices: For progress.
+
+    Raises:
+        TfsatError: it is no campaign, holds no drop with a recording that counts, or something is in the way.
+    """
+    contents = read(folder)
+    counting = [drop for drop in contents.drops if drop.void is None]
+    present = [drop for drop in counting if _recording(folder, drop).is_file()]
+    if not present:
+        raise _nothing_to_compare(folder, contents.findings)
+    wanted = ReportOptions(page or folder / PAGE, force=force)
+    files = ReportFiles.of([_recording(folder, drop) for drop in present], None, wanted)
+    files.check()
+    options = EvaluationOptions(robot=robot)
+    if robot is not None:
+        evaluated.robot_of(robot)  # one that cannot be read is no drop's fault
+    tried = [(drop, _tried(drop, folder, options, notices)) for drop in present]
+    robots = by_robot([(drop.number, one) for drop, one in tried if isinstance(one, EvaluatedRun)])
+    if robots:
+        _write(tried, robots, files, notices)
+    void = [drop for drop in contents.drops if drop.void is not None]
+    return CampaignReport(files.page if robots else None, tried, void, robots, contents.findings)
+
+
+def _recording(folder: Path, drop: DropEntry) -> Path:
+    return folder / drop.folder / drop.recording
+
+
+def _nothing_to_compare(folder: Path, findings: Sequence[str]) -> TfsatError:
+    """With what is wrong with the campaign: drops that it does not know any more are not none."""
+    wrong, place = " ".join(findings), shlex.quote(str(folder))
+    return TfsatError(
+        what=f"{folder} has no drops with a recording that count.{f' {wrong}' if wrong else ''}",
+        meaning="There is nothing to compare; no report was written.",
+        next_step=f"Copy {folder} back from where it is whole. What is left of it: tfsat-host campaign list {place}"
+        if wrong
+        else f"tfsat-host campaign add {place} RUN",
+    )
+
+
+def _tried(
+    drop: DropEntry, folder: Path, options: EvaluationOptions, notices: Notices
+) -> EvaluatedRun | TfsatError:
+    """A drop of an unforeseen kind breaks its own evaluation, and not that of the others."""
+    recording = _recording(folder, drop)
+    try:
+        _require_as_it_came(drop, folder)
+        robot = evaluated.robot_of(options.robot, [recording])
+        return evaluated.evaluate_run(recording, options, robot, notices)
+    except TfsatError as error:
+        return error
+    except BrokenPipeError:
+        raise
+    except Exception as error:  # noqa: BLE001  kept with its traceback, named, and the report goes on
+        bug = bug_error(error, ("campaign", "report", str(folder), str(recording)))
+        summary = str(error).partition("\n")[0]
+        return TfsatError(
+            what=f"{type(error).__name__}: {summary}, which tfsat-host did not foresee.",
+            meaning="The drop is left out; what is said of the others holds.",
+            next_step=bug.next_step,
+        )
+
+
+def _require_as_it_came(drop: DropEntry, folder: Path) -> None:
+    """Raises TfsatError: what it would be evaluated with may not be what flew."""
+    changes = changes_in(folder, drop)
+    if changes:
+        raise TfsatError(
+            what=f"It is not as it came into the campaign: {' '.join(changes)}",
+            meaning="What was changed is no evidence of the drop: it is left out; what is said of the others holds.",
+            next_step="Put the file back as it was. If the change is meant: copy the drop's folder to another place, "
+            f"tfsat-host campaign void {shlex.quote(str(folder))} {drop.number}, then campaign add the copy.",
+        )
+
+
+def _write(
+    tried: Sequence[TriedDrop], robots: Sequence[OfOneRobot], files: ReportFiles, notices: Notices
+) -> None:
+    """The page, of those that can be evaluated, with each robot's drops by themselves."""
+    drops = {
+        drop.number: reported(_name(drop, one), one) for drop, one in tried if isinstance(one, EvaluatedRun)
+    }
+    tables: list[Table] = []
+    for robot in robots:
+        if robot.compared is not None:
+            of_them = together([drops[number] for number in robot.numbers], robot.compared)
+            for table in of_them:
+                table["title"] += f" ({robot.name})" if len(robots) > 1 else ""
+            tables += of_them
+    without = [lacking(Path(drop.folder), one) for drop, one in tried if isinstance(one, TfsatError)]
+    files.write(list(drops.values()), tables, without, notices)
+
+
+def _name(drop: DropEntry, run: EvaluatedRun) -> str:
+    """As the page has it: among real drops an emulated one must not be taken for another."""
+    emulated = dropped_robot(run.found.log).kind == EMULATED
+    return f"{drop.folder} (emulated)" if emulated else drop.folder
+
+
+def by_robot(done: Sequence[tuple[int, EvaluatedRun]]) -> list[OfOneRobot]:
+    """Each robot's drops; `done` are their numbers and evaluations."""
+    grouped: dict[_Key, list[tuple[int, EvaluatedRun]]] = {}
+    for number, run in done:
+        key = (dropped_robot(run.found.log), sha256_of(run.found.model.path))
+        grouped.setdefault(key, []).append((number, run))
+    return [
+        OfOneRobot(
+            *key,
+            _robot_name(key, list(grouped)),
+            tuple(number for number, _ in drops),
+            Comparison.of([run for _, run in drops]),
+        )
+        for key, drops in grouped.items()
+    ]
+
+
+def _robot_name(key: _Key, all_of_them: Sequence[_Key]) -> str:
+    robot, sha256 = key
+    alike = {one for one, _ in all_of_them if one.kind == robot.kind}
+    name = str(robot) if len(alike) > 1 else f"{robot.kind} robot"
+    files = [one for one in all_of_them if one[0] == robot]
+    return f"{name}, robot file {sha256[:_SHOWN]}…" if len(files) > 1 else name

@@ -1,0 +1,151 @@
+"""The files of one drop: a recording, and what lies beside it."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.maneuver import Defect, ManeuverError, Schedule, read_maneuver, schedule_maneuver
+
+RECORDING = "SD.bin"
+MANEUVER = "maneuver.toml"
+ROBOT = "robot.toml"
+ROBOTS = REAL, EMULATED, UNKNOWN = ("real", "emulated", "unknown")
+"""Whether a robot fell, or an emulated one did, as in a rehearsal: by the logger's own words in the recording."""
+PREFLIGHT = "preflight.json"
+CERTIFICATE, EMULATED_CERTIFICATE = "calibration.toml", "calibration-emulated.toml"
+EVALUATION_MARKER = b'"made_by": "tfsat-host evaluate'
+"""By which an evaluation that was written to a file is known."""
+REHEARSED = ".tfsat-rehearsal"
+"""A folder with this file was made by a rehearsal and may be made again by another; the file names what lies there."""
+_HASHED = re.compile(r"(?P<sha256>[0-9a-f]{64})  (?P<name>.+)")
+_LISTED = 8
+_NOTHING_DONE = "Nothing was evaluated."
+
+
+@dataclass(frozen=True, slots=True)
+class RunFiles:
+    """Where the parts of one drop are.
+
+    Attributes:
+        recording: The file off the card.
+        maneuver: What was commanded; None: no file tells.
+    """
+
+    recording: Path
+    maneuver: Path | None
+
+
+def run_files(
+    place: Path, maneuver: Path | None, *, command: str = "evaluate", nothing: str = _NOTHING_DONE
+) -> RunFiles:
+    """What a RUN is: a recording, or a folder with one.
+
+    Args:
+        place: As it was typed.
+        maneuver: As it was typed; None: the one beside the recording.
+        command: Which asks; for errors.
+        nothing: What it then did not do; a sentence.
+
+    Raises:
+        TfsatError: there is nothing of that name, or the folder holds no recording, or several.
+    """
+    recording = _recording_in(place, command, nothing) if place.is_dir() else place
+    if not place.exists():
+        raise TfsatError(
+            what=f"There is no file or folder {place}.",
+            meaning=nothing,
+            next_step=f"Name the recording off the card, or the folder with it: tfsat-host {command} SD.bin",
+        )
+    beside = recording.parent / MANEUVER
+    return RunFiles(recording, maneuver or (beside if beside.is_file() else None))
+
+
+def robot_beside(place: Path) -> Path | None:
+    """`robot.toml` of a run: the robot that was dropped, as its file had it then; None: none lies there.
+
+    Args:
+        place: The run's folder, or the recording in it.
+    """
+    file = (place if place.is_dir() else place.parent) / ROBOT
+    return file if file.is_file() else None
+
+
+def names_of(recordings: Sequence[Path]) -> list[str]:
+    """What people call each drop: its folder, or its file where that has a name of its own; no two are the same."""
+    names: list[str] = []
+    for recording in recordings:
+        folder = recording.resolve().parent.name or "drop"
+        name = folder if recording.name == RECORDING else recording.stem
+        same = sum(other == name or other.startswith(f"{name} (") for other in names)
+        names.append(f"{name} ({same + 1})" if same else name)
+    return names
+
+
+def find_certificate(named: Path | None, *folders: Path, emulated: bool) -> Path | None:
+    """The certificate to look at: the one that was named, else by its usual name in `folders`; None: there is none."""
+    if named is not None:
+        return named
+    name = EMULATED_CERTIFICATE if emulated else CERTIFICATE
+    return next((folder / name for folder in folders if (folder / name).is_file()), None)
+
+
+def rehearsed_files(folder: Path) -> dict[str, str]:
+    """SHA-256 of each file that a rehearsal left there by its mark, empty where that does not say; none without one."""
+    mark = folder / REHEARSED
+    lines = mark.read_text(encoding="utf-8", errors="replace").splitlines()[1:] if mark.is_file() else []
+    hashed = [(_HASHED.fullmatch(line), line) for line in lines]
+    named = [(found["name"], found["sha256"]) if found else (line, "") for found, line in hashed]
+    return {name: sha256 for name, sha256 in named if is_inside(name)}
+
+
+def is_inside(name: str) -> bool:
+    """Whether a name that came from elsewhere stays below the folder that it is relative to."""
+    parts = PurePosixPath(name).parts
+    return bool(parts) and not PurePosixPath(name).is_absolute() and ".." not in parts and "\0" not in name
+
+
+def schedule_in(file: Path) -> Schedule:
+    """What a maneuver file commands.
+
+    Raises:
+        ManeuverError: it cannot be read, understood or flown; names the file.
+    """
+    try:
+        maneuver = read_maneuver(file)
+        try:
+            return schedule_maneuver(maneuver)
+        except ManeuverError as error:
+            raise error.in_file(str(file)) from error
+    except ManeuverError as error:
+        error.meaning = f"{error.meaning} {_NOTHING_DONE}".strip()
+        if error.code == Defect.FILE_UNREADABLE:
+            error.next_step = (
+                "Give the path of the maneuver that was flown with --maneuver, or leave that out."
+            )
+        raise
+
+
+def _recording_in(folder: Path, command: str, nothing: str) -> Path:
+    """`SD.bin`, or else the only recording there."""
+    found = sorted(path for path in folder.glob("*.[bB][iI][nN]") if path.is_file())
+    usual = [path for path in found if path.name == RECORDING]
+    if usual or len(found) == 1:
+        return (usual or found)[0]
+    if not found:
+        raise TfsatError(
+            what=f"{folder} holds no recording: no {RECORDING}, no other file that ends in .bin.",
+            meaning=nothing,
+            next_step="Copy the recording off the card into it (DROP0001.BIN and up), or fetch it: "
+            "tfsat-host log fetch 1",
+        )
+    names = ", ".join(path.name for path in found[:_LISTED]) + (", …" if len(found) > _LISTED else "")
+    raise TfsatError(
+        what=f"{folder} holds several recordings: {names}.",
+        meaning=f"Which of them is meant is not known. {nothing}",
+        next_step=f"Name one: tfsat-host {command} {shlex.quote(str(found[0]))}",
+    )

@@ -1,0 +1,312 @@
+"""A run before its drop: what a preflight checks the robot against, and where its result goes."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from tfsat_host import __version__
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.facility import Check as FacilityCheck
+from tfsat_host.facility import DropTower, check_maneuver, envelope_of, load_tower
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.flashing.image import default_hex, load_image
+from tfsat_host.json_values import jsonable
+from tfsat_host.maneuver import ManeuverError, Schedule, read_maneuver, schedule_maneuver
+from tfsat_host.output_files import check_may_write
+from tfsat_host.preflight import Check, may_drop
+from tfsat_host.preflight.evidence import Evidence, Missing, Reference
+from tfsat_host.protocol.limits import BLOCK_MAGIC
+from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.run.campaign.campaign import DROP
+from tfsat_host.run.files import MANEUVER, PREFLIGHT, RECORDING, find_certificate, robot_beside
+from tfsat_host.run.record import entries_of, sign
+from tfsat_host.whole_file import write_whole
+
+_MADE_BY = "tfsat-host preflight"
+_NAME_IMAGE = (
+    "make firmware, or name the image with --sequencer-image: its HEX, or the image_crc that tfsat-host status --json "
+    "showed right after it was flashed."
+)
+_LOOK_BYTES = 4096
+_MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedRun:
+    """What lies in a run's folder, read.
+
+    Attributes:
+        folder: Of the run.
+        maneuver: The file, whether it is there or not.
+        schedule: What it commands.
+        robot: By design.
+        tower: The facility.
+        certificate: As it was named; None: by its usual name.
+        sequencer_image: As it was named; None: that of make firmware.
+        logger_image: Its CRC as it was named.
+    """
+
+    folder: Path
+    maneuver: Path
+    schedule: Schedule | Missing
+    robot: RobotModel
+    tower: DropTower
+    certificate: Path | None
+    sequencer_image: Path | None
+    logger_image: str | None
+
+    @classmethod
+    def open(
+        cls,
+        folder: Path,
+        *,
+        maneuver: Path | None = None,
+        certificate: Path | None = None,
+        robot: Path | str | None = None,
+        facility: Path | None = None,
+        sequencer_image: Path | None = None,
+        logger_image: str | None = None,
+    ) -> PreparedRun:
+        """Reads what lies in a run's folder, or what is named instead.
+
+        Raises:
+            UsageError: there is no such folder, or it is that of a drop that was flown.
+            TfsatError: the robot or facility file cannot be understood, or the result could not be written there.
+        """
+        if not folder.is_dir():
+            raise UsageError(
+                what=f"There is no folder {folder}.",
+                meaning="A preflight belongs to a run: its folder holds what is to be flown. Nothing was looked at.",
+                next_step=f"mkdir {shlex.quote(str(folder))}, and copy maneuver.toml and calibration.toml into it",
+            )
+        require_not_flown(folder)
+        check_may_write(
+            folder / PREFLIGHT,
+            marker=_MADE_BY.encode(),
+            force=False,
+            elsewhere="Make the folder writable, or copy maneuver.toml and the certificate into one that is.",
+        )
+        maneuver = maneuver or folder / MANEUVER
+        robot_file = load_robot(robot or robot_beside(folder))
+        tower = load_tower(facility)
+        schedule = _schedule(maneuver)
+        return cls(folder, maneuver, schedule, robot_file, tower, certificate, sequencer_image, logger_image)
+
+    def calibration(self, emulated: bool) -> tuple[Calibration | Missing, str]:
+        """The certificate, and its name."""
+        file = find_certificate(self.certificate, self.folder, Path(), emulated=emulated)
+        if file is None:
+            other = find_certificate(None, self.folder, Path(), emulated=not emulated)
+            kind = "a real" if emulated else "an emulated"
+            beside = "" if other is None else f" {other} is that of {kind} robot."
+            return (
+                Missing(
+                    f"There is no calibration in {self.folder} or here.{beside}",
+                    "tfsat-host calibrate bias, and what tfsat-host calibrate show then names",
+                ),
+                "",
+            )
+        try:
+            return read_calibration(file), str(file)
+        except TfsatError as error:
+            return Missing(f"{error.what} {error.meaning}", error.next_step), str(file)
+
+    def facility(self) -> tuple[FacilityCheck, ...] | Missing:
+        """What the facility says of the maneuver."""
+        if isinstance(self.schedule, Missing):
+            return self.schedule
+        try:
+            envelope = envelope_of(self.robot, self.schedule, until_s=self.tower.fall_s)
+        except TfsatError as error:
+            return Missing(f"{error.what} {error.meaning}", error.next_step)
+        return check_maneuver(self.schedule, self.robot, self.tower, envelope)
+
+    def images(self) -> tuple[Reference | Missing, Reference | Missing]:
+        """What the sequencer and the logger should run."""
+        logger: Reference | Missing = Missing(
+            "none was named, and no calibration of this logger says which one it ran then.",
+            "Name it with --logger-image: image_crc of tfsat-host status --json right after it was flashed. The "
+            "next calibration step keeps it in the certificate.",
+        )
+        if self.logger_image is not None:
+            logger = Reference(self.logger_image, "--logger-image")
+        return _sequencer_image(self.sequencer_image), logger
+
+    def newest(self) -> tuple[datetime, str] | None:
+        """The youngest of the files that people made, and its name."""
+        paths = [path for path in (self.maneuver, self.certificate) if path is not None and path.is_file()]
+        times = ((datetime.fromtimestamp(path.stat().st_mtime, UTC), path.name) for path in paths)
+        return max(times, default=None)
+
+    def hashes(self, certificate: str) -> dict[str, Any]:
+        """Path and SHA-256 of each file that was looked at."""
+        return hashes_of(
+            {
+                "maneuver": self.maneuver,
+                "calibration": Path(certificate) if certificate else None,
+                "robot": self.robot.path,
+                "facility": self.tower.path,
+            }
+        )
+
+
+def hashes_of(files: Mapping[str, Path | None]) -> dict[str, Any]:
+    """Path and SHA-256 of each of them that is there."""
+    return {
+        name: {"path": str(path), "sha256": sha256_of(path)}
+        for name, path in files.items()
+        if path is not None and path.is_file()
+    }
+
+
+def require_not_flown(folder: Path) -> None:
+    """Refuses the folder of a drop that is over.
+
+    Raises:
+        UsageError: it is a campaign's drop, holds a recording, or its record names one.
+        OSError: something cannot be read.
+    """
+    why = _flown(folder)
+    if why:
+        raise UsageError(
+            what=f"{folder} is the folder of a drop that was flown: {why}.",
+            meaning="A preflight is what was known before the drop. One of today would take the place of that of then. "
+            "Nothing was looked at, nothing was changed.",
+            next_step="Make a folder for the next drop, copy maneuver.toml and the certificate into it, then: "
+            f"tfsat-host preflight {shlex.quote(_next_to(folder))}",
+        )
+
+
+def _flown(folder: Path) -> str:
+    """How that is known; empty: it was not."""
+    if (folder / DROP).exists():
+        return f"it holds {DROP}, so it is a campaign's"
+    found = next((path for path in sorted(folder.iterdir()) if _is_recording(path)), None)
+    if found is not None:
+        return f"it holds the recording {found.name}"
+    signed = next((name for name in _signed(folder) if name.lower().endswith(".bin")), None)
+    return "" if signed is None else f"its record vouches for the recording {signed}"
+
+
+def _is_recording(path: Path) -> bool:
+    if path.suffix.lower() != ".bin" or not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return path.name == RECORDING or _MAGIC in file.read(_LOOK_BYTES)
+
+
+def _signed(folder: Path) -> list[str]:
+    """Names in the run's record; none where it is damaged: the preflight says so when it signs."""
+    try:
+        return [file.name for entry in entries_of(folder) for file in entry.files]
+    except TfsatError:
+        return []
+
+
+def _next_to(folder: Path) -> str:
+    return str(folder.parent / "NEXT") if folder.name else "NEXT"
+
+
+def _schedule(file: Path) -> Schedule | Missing:
+    if not file.is_file():
+        return Missing(
+            f"There is no {file}: what is to be flown is not known.",
+            f"Copy the maneuver to {file}, or name it with --maneuver.",
+        )
+    try:
+        return schedule_maneuver(read_maneuver(file))
+    except ManeuverError as error:
+        return Missing(f"{file}: {error.what}", error.next_step)
+
+
+def _sequencer_image(named: Path | None) -> Reference | Missing:
+    text = "" if named is None else str(named)
+    if (
+        named is not None
+        and not named.exists()
+        and len(text) == 8
+        and set(text) <= set("0123456789abcdefABCDEF")
+    ):
+        return Reference(text.lower(), "--sequencer-image")
+    try:
+        file = named or default_hex()
+        return Reference(load_image(file).crc, str(file))
+    except TfsatError as error:
+        return Missing(error.what, _NAME_IMAGE)
+
+
+def result_of(
+    evidence: Evidence, checks: Sequence[Check], files: Mapping[str, Any], left: str = ""
+) -> dict[str, Any]:
+    """What `preflight --json` prints, and `preflight.json` holds.
+
+    Args:
+        evidence: Of the boards and the files.
+        checks: Made of it.
+        files: Their hashes.
+        left: What is left of the preflight on the logger.
+    """
+    return {
+        "verdict": "go" if may_drop(checks) else "no-go",
+        "at": evidence.now.astimezone(UTC).isoformat(),
+        "tfsat_version": __version__,
+        "emulated": runs_natively(evidence),
+        "reasons": [check.name for check in checks if check.blocks],
+        "checks": [check.as_dict() for check in checks],
+        "boards": _boards(evidence),
+        "files": dict(files),
+        "left_on_the_boards": left,
+    }
+
+
+def runs_natively(evidence: Evidence) -> bool:
+    """Some board is no board: the robot is an emulated one."""
+    return any(board is not None and board["image_crc"] is None for board in _boards(evidence).values())
+
+
+def _boards(evidence: Evidence) -> dict[str, Any]:
+    return {
+        board.name: None if isinstance(board.identity, Missing) else board.identity.as_dict()
+        for board in (evidence.sequencer_board, evidence.logger_board)
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """Where the result is.
+
+    Attributes:
+        file: In the run's folder.
+        sha256: As the run's record has it; None: it could not be signed.
+        error: Why not.
+    """
+
+    file: Path
+    sha256: str | None
+    error: TfsatError | None = None
+
+
+def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Written:
+    """Writes `preflight.json` and signs it into the run's record; an older one is replaced.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    file = folder / PREFLIGHT
+    text = json.dumps({"made_by": _MADE_BY, "format": 1, **jsonable(result)}, indent=1, allow_nan=False)
+    write_whole(file, (text + "\n").encode())
+    by = f"{_MADE_BY} {result['tfsat_version']}: {str(result['verdict']).upper()}"
+    try:
+        entry = sign(folder, [file], by, at)
+    except TfsatError as error:
+        error.meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
+        return Written(file, None, error)
+    return Written(file, entry.files[0].sha256)

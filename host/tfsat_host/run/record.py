@@ -1,0 +1,299 @@
+"""`record.json` in a run's folder: what vouches for which files, as a chain of hashes.
+
+    sign(run, [run / "preflight.json"], "tfsat-host preflight 0.8.0: GO", datetime.now(UTC))
+    for finding in verify(run): print(finding.sentence)
+
+It tells what was changed by accident or in haste. It holds no secret: whoever rewrites all of it on purpose can; to
+rule that out, write the hash of the last entry (`sha256_of_entry`) into a logbook.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from tfsat_host import json_values
+from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.file_lock import one_at_a_time
+from tfsat_host.run.files import is_inside
+from tfsat_host.whole_file import write_whole
+
+RECORD = "record.json"
+_LOCK = ".record.lock"
+_RECORD_BYTES_MAX = 64_000_000
+_MADE_BY = "tfsat-host: each entry names files by SHA-256, and the entry before it by its own"
+_FORMAT = 1
+
+
+class RecordError(TfsatError):
+    """The record cannot be gone on with (exit code 1)."""
+
+
+def _hash_before(value: object) -> str:
+    """Of an entry; nothing before the first one."""
+    return "" if value == "" else json_values.sha256(value)
+
+
+def _some_text(value: object) -> str:
+    return json_values.text(value, empty=False)
+
+
+_SomeText = Annotated[str, _some_text]
+_Sha256 = Annotated[str, json_values.sha256]
+
+
+@dataclass(frozen=True, slots=True)
+class SignedFile:
+    """A file as it was when an entry was made.
+
+    Attributes:
+        name: Below the run's folder, with `/` between folders.
+        sha256: Of its bytes, hexadecimal.
+        bytes: How many.
+    """
+
+    name: _SomeText
+    sha256: _Sha256
+    bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Something was done.
+
+    Attributes:
+        at: When, with its time zone.
+        by: What did it, such as `tfsat-host preflight 0.8.0: GO`.
+        files: What it vouches for.
+        previous: SHA-256 of the entry before it; empty in the first.
+    """
+
+    at: datetime
+    by: _SomeText
+    files: tuple[SignedFile, ...]
+    previous: Annotated[str, _hash_before]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that is not as the record says.
+
+    Attributes:
+        kind: What happened to it.
+        name: The file, or the record itself.
+        sentence: For people.
+    """
+
+    kind: Literal["changed", "missing", "inserted", "damaged"]
+    name: str
+    sentence: str
+
+
+def sign(folder: Path, files: Sequence[Path], by: str, at: datetime) -> Entry:
+    """Adds an entry to the record of a run: these files are as they are now.
+
+    Args:
+        folder: Of the run.
+        files: In it or below; relative ones are relative to the current folder.
+        by: What vouches for them: command, version, result in a word.
+        at: When, with its time zone.
+
+    Raises:
+        RecordError: the record is damaged, or a file is none or lies elsewhere. Nothing was written.
+        BusyError: another program is writing the record.
+        OSError: something cannot be read or written.
+    """
+    if at.tzinfo is None:
+        raise ValueError("the time of an entry needs its time zone")
+    signed = tuple(_signed(folder, file) for file in files)
+    with one_at_a_time(folder / _LOCK, f"the record of {folder}"):
+        entries = entries_of(folder)
+        previous = sha256_of_entry(entries[-1]) if entries else ""
+        entry = Entry(at, by, signed, previous)
+        write_whole(folder / RECORD, format_record((*entries, entry)).encode())
+    return entry
+
+
+def entries_of(folder: Path) -> tuple[Entry, ...]:
+    """The entries of a run's record; none where there is no record.
+
+    Raises:
+        RecordError: it is damaged.
+        OSError: it cannot be read.
+    """
+    if not (folder / RECORD).exists():
+        return ()
+    entries, findings = _read(folder)
+    if findings:
+        raise RecordError(
+            what=" ".join(finding.sentence for finding in findings),
+            meaning="Nothing was added to it: an entry after a broken one vouches for nothing.",
+            next_step=f"Copy {RECORD} back from where it is whole, or move it away to begin a new one.",
+        )
+    return entries
+
+
+def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
+    """What is not as the record says; nothing: all is. Without a record nothing can be.
+
+    A file that was signed several times is held against the last time. Files that nobody signed are not looked at.
+
+    Args:
+        folder: Of the run.
+        closed_by: How `by` begins of the entry with which the run was closed. What was signed after the last such entry
+            counts for nothing, and is named; empty, or there is none: the run is open.
+
+    Raises:
+        OSError: something cannot be read.
+    """
+    if not (folder / RECORD).exists():
+        return ()
+    entries, findings = _read(folder)
+    closing = [
+        number for number, entry in enumerate(entries, 1) if closed_by and entry.by.startswith(closed_by)
+    ]
+    count = closing[-1] if closing else len(entries)
+    last = {file.name: (file, entry) for entry in entries[:count] for file in entry.files}
+    after = (_after(folder, entry) for entry in entries[count:])
+    return (*findings, *_found(folder, last.values()), *after)
+
+
+def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
+    """Entries, as far as they can be read, and where the chain is broken."""
+    path = folder / RECORD
+    if path.stat().st_size > _RECORD_BYTES_MAX:
+        return (), (_damaged(f"{path} is too large for a record."),)
+    data = path.read_bytes()
+    try:
+        entries, last = parse_record(data.decode("utf-8"))
+    except ValueError as error:
+        return (), (_damaged(f"{path} is no record of a run, or it is damaged: {error}."),)
+    findings = _breaks(path, entries, last)
+    if not findings and format_record(entries).encode() != data:
+        findings = [Finding("changed", RECORD, f"{path} was edited: it is not as tfsat-host writes it.")]
+    return entries, tuple(findings)
+
+
+def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
+    hashes = [sha256_of_entry(entry) for entry in entries]
+    named = [*(entry.previous for entry in entries), last]
+    found = []
+    for number, (before, entry_names) in enumerate(zip(["", *hashes], named, strict=True)):
+        if before == entry_names:
+            continue
+        who = "Its last line" if number == len(entries) else f"Entry {number + 1} ({_of(entries[number])})"
+        if number == 0:
+            found.append(_break("missing", f"{path}: {who} names an entry before it that is not there."))
+            continue
+        last_of = f"{path}: entry {number} ({_of(entries[number - 1])})"
+        if entry_names in ["", *hashes[:number]]:
+            found.append(_break("inserted", f"{last_of} was inserted, or what follows was changed."))
+        else:
+            names_another = f"{who[:1].lower()}{who[1:]} names another"
+            found.append(
+                _break("changed", f"{last_of} was changed, or one that followed is missing: {names_another}.")
+            )
+    return found
+
+
+def _found(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> list[Finding]:
+    found = []
+    for file, entry in signed:
+        if not is_inside(file.name):
+            found.append(
+                Finding("changed", RECORD, f"{folder / RECORD} names a file outside: {file.name!r}.")
+            )
+            continue
+        path = folder / file.name
+        if not path.is_file():
+            found.append(Finding("missing", file.name, f"{path} is missing; signed: {_of(entry)}."))
+        elif path.stat().st_size != file.bytes or sha256_of(path) != file.sha256:
+            found.append(
+                Finding("changed", file.name, f"{path} was changed since it was signed: {_of(entry)}.")
+            )
+    return found
+
+
+def _after(folder: Path, entry: Entry) -> Finding:
+    names = ", ".join(file.name for file in entry.files) or "no file"
+    return Finding(
+        "inserted",
+        RECORD,
+        f"{folder / RECORD} was gone on with after it was closed: {_of(entry)}, for {names}.",
+    )
+
+
+def _signed(folder: Path, file: Path) -> SignedFile:
+    try:
+        name = file.resolve().relative_to(folder.resolve()).as_posix()
+    except ValueError as error:
+        raise _unsignable(f"{file} does not lie in {folder}.") from error
+    if not file.is_file():
+        raise _unsignable(f"{file} is not there, or no file.")
+    if name in (RECORD, _LOCK):
+        raise _unsignable(f"{file} is the record itself.")
+    return SignedFile(name, sha256_of(file), file.stat().st_size)
+
+
+def _of(entry: Entry) -> str:
+    return f"{entry.by}, {entry.at:%Y-%m-%d %H:%M:%S} UTC"
+
+
+def _damaged(sentence: str) -> Finding:
+    return Finding("damaged", RECORD, sentence)
+
+
+def _break(kind: Literal["changed", "missing", "inserted"], sentence: str) -> Finding:
+    return Finding(kind, RECORD, sentence)
+
+
+def _unsignable(what: str) -> RecordError:
+    return RecordError(
+        what=what,
+        meaning="Nothing was signed.",
+        next_step="Name files in the folder of the run.",
+    )
+
+
+def sha256_of_entry(entry: Entry) -> str:
+    """Of its JSON without spaces, keys sorted, hexadecimal."""
+    text = json.dumps(_as_json(entry), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def format_record(entries: tuple[Entry, ...]) -> str:
+    """The file's text; `last` is the hash of the last entry, which no other one names."""
+    record = {
+        "made_by": _MADE_BY,
+        "format": _FORMAT,
+        "entries": [_as_json(entry) for entry in entries],
+        "last": sha256_of_entry(entries[-1]) if entries else "",
+    }
+    return json.dumps(record, indent=1) + "\n"
+
+
+def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
+    """Its entries, and what it says of the last one's hash. Raises ValueError: it is no record."""
+    try:
+        record = json.loads(text)
+        if record["format"] != _FORMAT:
+            raise ValueError(f"its format is {record['format']!r}, this program reads {_FORMAT}")
+        entries = tuple(json_values.parsed(Entry, one) for one in record["entries"])
+        return entries, _hash_before(record["last"])
+    except (KeyError, TypeError, RecursionError, OverflowError) as error:
+        raise ValueError(f"{type(error).__name__} at {error}") from error
+
+
+def _as_json(entry: Entry) -> dict[str, Any]:
+    return {
+        "at": entry.at.astimezone(UTC).isoformat().replace("+00:00", "Z"),
+        "by": entry.by,
+        "files": [asdict(file) for file in entry.files],
+        "previous": entry.previous,
+    }

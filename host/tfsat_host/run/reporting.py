@@ -1,0 +1,298 @@
+"""The report of one drop or several: its files, that nothing is overwritten that no report made, and its making."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.result.comparison import comparison_tables
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
+from tfsat_host.report import render
+from tfsat_host.report.contents.building import document_of
+from tfsat_host.report.contents.reported import Reported, Source
+from tfsat_host.report.contents.tables import table as page_table
+from tfsat_host.report.document import Table
+from tfsat_host.report.figures.arrangements import FIGURES
+from tfsat_host.report.figures.files import FORMATS, check_matplotlib, drawn_of, write_figure
+from tfsat_host.report.figures.files import MARKER as FIGURE_MARKER
+from tfsat_host.report.recording.file import MARKER as MCAP_MARKER
+from tfsat_host.report.recording.file import write_evaluated_mcap
+from tfsat_host.run.evaluated import EvaluatedRun, robot_of
+from tfsat_host.run.files import names_of, run_files
+from tfsat_host.run.options import AS_FOUND, EvaluationOptions
+from tfsat_host.run.several import Comparison, Refused, tried
+from tfsat_host.sdlog.extras import check_extra
+
+PAGE = "report.html"
+PAGE_MARKER = b"<title>tfsat report</title>"
+BESIDE = Path()
+"""As an MCAP file's name: one beside each recording."""
+_MCAP_ENDING = ".evaluated.mcap"
+
+
+@dataclass(frozen=True, slots=True)
+class ReportOptions:
+    """What is to be written.
+
+    Attributes:
+        page: The HTML file; None: `report.html` beside the recording, of several drops in the current folder.
+        figures: A folder for the figures of a paper; None: there are none.
+        mcap: The evaluated drop for Foxglove and others; `BESIDE`: a file beside each recording; None: there is none.
+        force: Whether files that no report made may be overwritten.
+    """
+
+    page: Path | None = None
+    figures: Path | None = None
+    mcap: Path | None = None
+    force: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A report that was written.
+
+    Attributes:
+        page: Of it.
+        files: All that was written, the page first.
+        drops: As the page has them.
+        runs: Their evaluations, in that order.
+        refused: Drops that could not be evaluated.
+        compared: What several say together; None: of one.
+    """
+
+    page: Path
+    files: list[Path]
+    drops: list[Reported]
+    runs: list[EvaluatedRun]
+    refused: list[Refused]
+    compared: Comparison | None
+
+
+def report(
+    places: Sequence[Path],
+    options: EvaluationOptions = AS_FOUND,
+    wanted: ReportOptions = ReportOptions(),
+    notices: Notices = SILENT,
+    made_at: datetime | None = None,
+) -> Report:
+    """Evaluates drops of one robot and writes one page of them; one that is refused is named in it.
+
+    Args:
+        places: Recordings or their folders.
+        options: What else is known of them.
+        wanted: What is to be written.
+        notices: For progress and warnings.
+        made_at: The time that the page gives; None: the computer's.
+
+    Raises:
+        TfsatError: something is in the way, or none can be evaluated. Nothing was written.
+    """
+    options.check(places)
+    if len(places) > 1 and wanted.mcap not in (None, BESIDE):
+        raise UsageError(
+            what=f"--mcap names one file, and {len(places)} drops were named.",
+            meaning="Nothing was evaluated.",
+            next_step="Leave out the name: each file then lies beside its recording.",
+        )
+    files = ReportFiles.of(places, options.maneuver, wanted)
+    files.check()
+    robot = robot_of(options.robot, places)
+    each = [tried(place, options, robot, notices) for place in places]
+    runs = [one for one in each if isinstance(one, EvaluatedRun)]
+    refused = [one for one in each if isinstance(one, Refused)]
+    if refused and len(places) == 1:
+        raise refused[0].error
+    for one in refused:
+        error = one.error
+        notices.warn(f"{one.place} is not in the report. {error.what} {error.meaning} {error.next_step}")
+    if not runs:
+        raise TfsatError(
+            what="None of the drops can be evaluated.",
+            meaning="No report was written.",
+            next_step=f"Look at the first alone: tfsat-host evaluate {places[0]}",
+        )
+    drops = [reported(files.names[run.files.recording], run) for run in runs]
+    compared = Comparison.of(runs)
+    tables = [] if compared is None else together(drops, compared)
+    without = [lacking(one.place, one.error) for one in refused]
+    written = files.write(drops, tables, without, notices, made_at)
+    return Report(files.page, written, drops, runs, refused, compared)
+
+
+@dataclass(frozen=True, eq=False)
+class ReportFiles:
+    """Where a report goes.
+
+    Attributes:
+        page: The HTML file.
+        names: Of the drops, for people, by recording.
+        figures: Each figure's file by its name and format, by recording.
+        mcaps: By recording.
+        force: Whether files that no report made may be overwritten.
+    """
+
+    page: Path
+    names: dict[Path, str]
+    figures: dict[Path, dict[tuple[str, str], Path]]
+    mcaps: dict[Path, Path]
+    force: bool
+
+    @classmethod
+    def of(cls, places: Sequence[Path], maneuver: Path | None, wanted: ReportOptions) -> ReportFiles:
+        """What is to be written; of several, a recording that cannot be found is left for later to refuse.
+
+        Raises:
+            TfsatError: the only recording cannot be found.
+        """
+        alone, recordings = len(places) == 1, []
+        for place in places:
+            try:
+                recordings.append(run_files(place, maneuver).recording)
+            except TfsatError:
+                if alone:
+                    raise
+        names = dict(zip(recordings, names_of(recordings), strict=True))
+        folders = {
+            recording: wanted.figures if alone else wanted.figures / _file_name(name)
+            for recording, name in names.items()
+            if wanted.figures is not None
+        }
+        return cls(
+            wanted.page or (recordings[0].parent / PAGE if alone else Path(PAGE)),
+            names,
+            {recording: _figures(folder) for recording, folder in folders.items()},
+            {
+                recording: recording.with_suffix(_MCAP_ENDING) if wanted.mcap == BESIDE else wanted.mcap
+                for recording in recordings
+                if wanted.mcap is not None
+            },
+            wanted.force,
+        )
+
+    def check(self) -> None:
+        """Refuses what could not be written, before anything is evaluated.
+
+        Raises:
+            TfsatError: something is in the way, or a library is missing.
+        """
+        check_may_write(self.page, marker=PAGE_MARKER, force=self.force)
+        if self.figures:
+            check_matplotlib()
+            for path in (path for each in self.figures.values() for path in each.values()):
+                check_may_write(path, marker=FIGURE_MARKER, force=self.force)
+        if self.mcaps:
+            check_extra("mcap")
+            for path in self.mcaps.values():
+                check_may_write(path, marker=MCAP_MARKER, force=self.force)
+
+    def write(
+        self,
+        drops: Sequence[Reported],
+        tables: Sequence[Table],
+        without: Sequence[str],
+        notices: Notices,
+        made_at: datetime | None = None,
+    ) -> list[Path]:
+        """Writes all of it, the page first, and gives the files.
+
+        Args:
+            drops: What is in the page.
+            tables: Of all drops together.
+            without: Which drops could not be evaluated, and why; a sentence or more each.
+            notices: For progress.
+            made_at: The time that the page gives; None: the computer's.
+
+        Raises:
+            TfsatError: something is in the way: then nothing was written.
+        """
+        document = partial(document_of, drops, made_at or datetime.now(UTC), tables=tables, lacking=without)
+        outputs = [
+            OutputFile(
+                self.page, PAGE_MARKER, lambda path: path.write_text(render(document()), encoding="utf-8")
+            )
+        ]
+        for drop in drops:
+            outputs += self._others(drop)
+        new_folder = new_folder_of(self.page)
+        with notices.progress("Writing the report", total=1.0) as advance:
+            step = partial(advance, 1.0 / len(outputs))
+            write_all([_counted(output, step) for output in outputs], force=self.force)
+        tell_new_folder(new_folder, notices)
+        return [output.path for output in outputs]
+
+    def _others(self, drop: Reported) -> list[OutputFile]:
+        """Figures and the MCAP file of a drop."""
+        recording, found = drop.evaluation.log.path, []
+        if recording in self.figures:
+            drawn = drawn_of(drop.evaluation)
+            found = [
+                OutputFile(path, FIGURE_MARKER, partial(write_figure, figure, drawn, kind))
+                for (figure, kind), path in self.figures[recording].items()
+            ]
+        if recording in self.mcaps:
+            write: Callable[[Path], object] = partial(write_evaluated_mcap, drop)
+            found.append(OutputFile(self.mcaps[recording], MCAP_MARKER, write))
+        return found
+
+
+def reported(name: str, run: EvaluatedRun) -> Reported:
+    """A drop as a page has it."""
+    certificate = None if run.held is None else run.held.path
+    files = {
+        "file of the robot": run.found.model.path,
+        "file of the calibration": certificate,
+        "file of the maneuver": run.files.maneuver,
+        "video": run.options.video,
+        "laser spots": run.options.laser,
+        "facility": run.options.facility,
+    }
+    sources = tuple(
+        Source.of(what, path) for what, path in files.items() if path is not None and path.is_file()
+    )
+    sha256 = sha256_of(run.files.recording)
+    return Reported(
+        name, run.found, run.verdict, sha256, certificate, run.remarks, sources, run.options.typed()
+    )
+
+
+def together(drops: Sequence[Reported], compared: Comparison) -> list[Table]:
+    """What several drops say of the model together; `drops` are those that are compared, in order."""
+    if compared.combined is None:
+        return []
+    names = {str(run.place): drop.name for run, drop in zip(compared.runs, drops, strict=True)}
+    found = {drop.name: drop.evaluation for drop in drops}
+    left_out = [replace(one, name=names[one.name]) for one in compared.left_out]
+    return [
+        page_table(one) for one in comparison_tables(found, compared.combined, left_out, compared.remarks)
+    ]
+
+
+def lacking(place: Path, refusal: TfsatError) -> str:
+    """Why a drop is not in the page."""
+    return f"{place} could not be evaluated: {refusal.what} {refusal.next_step}"
+
+
+def _counted(output: OutputFile, done: Callable[[], object]) -> OutputFile:
+    """The same, calling `done` when it is written."""
+
+    def write(path: Path) -> None:
+        output.write(path)
+        done()
+
+    return replace(output, write=write)
+
+
+def _figures(folder: Path) -> dict[tuple[str, str], Path]:
+    return {(figure, kind): folder / f"{figure}.{kind}" for figure in FIGURES for kind in FORMATS}
+
+
+def _file_name(name: str) -> str:
+    """A folder for any name, such as `run_2`."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("._") or "drop"

@@ -1,0 +1,142 @@
+"""Several drops of one robot: each evaluated or refused, then each judged by the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.model_fit.cross_validation import (
+    Combined,
+    FittedDrop,
+    LeftOut,
+    combine,
+    cross_validate,
+    left_aside,
+    trusted,
+)
+from tfsat_host.evaluation.verdict import Verdict, refused
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.robot import RobotModel
+from tfsat_host.run import evaluated
+from tfsat_host.run.evaluated import EvaluatedRun
+from tfsat_host.run.files import run_files
+from tfsat_host.run.options import EvaluationOptions
+
+
+@dataclass(frozen=True, eq=False)
+class Refused:
+    """A drop that cannot be evaluated."""
+
+    place: Path
+    error: TfsatError
+
+    @property
+    def verdict(self) -> Verdict:
+        """What it is worth."""
+        return refused(self.error)
+
+
+Tried = EvaluatedRun | Refused
+
+
+def evaluate_several(
+    places: Sequence[Path], options: EvaluationOptions, notices: Notices = SILENT
+) -> list[Tried]:
+    """Evaluates drops of one robot; one that is refused does not keep the others from being evaluated.
+
+    Raises:
+        UsageError: one is a copy of another, they are of different robots, or the options are of one drop.
+    """
+    options.check(places)
+    robot = evaluated.robot_of(options.robot, places)
+    _refuse_copies(places)
+    return _without_copies([tried(place, options, robot, notices) for place in places])
+
+
+def tried(place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices) -> Tried:
+    """One drop, evaluated or refused."""
+    try:
+        return evaluated.evaluate_run(place, options, robot, notices)
+    except TfsatError as error:
+        return Refused(place, error)
+
+
+def _refuse_copies(places: Sequence[Path]) -> None:
+    """A drop that is named by two names is named twice, which is found before anything is evaluated."""
+    first: dict[str, Path] = {}
+    for place in places:
+        try:
+            sha256 = sha256_of(run_files(place, None).recording)
+        except (TfsatError, OSError):
+            continue  # refused for that reason when its turn comes
+        if sha256 in first:
+            raise UsageError(
+                what=f"{place} holds the same recording as {first[sha256]}, byte for byte.",
+                meaning="One drop says nothing about itself. Nothing was evaluated.",
+                next_step="Name each drop once.",
+            )
+        first[sha256] = place
+
+
+def _without_copies(drops: list[Tried]) -> list[Tried]:
+    """The same session in two files, such as one that was cut, is one drop, and would agree with itself."""
+    first: dict[int, Path] = {}
+    found: list[Tried] = []
+    for one in drops:
+        if isinstance(one, EvaluatedRun):
+            session = one.found.log.session
+            if session in first:
+                error = TfsatError(
+                    what=f"{one.place} holds the same recording as {first[session]} ({session:08x}).",
+                    meaning="One drop says nothing about itself: it was left out.",
+                    next_step="Name each drop once.",
+                )
+                found.append(Refused(one.place, error))
+                continue
+            first[session] = one.place
+        found.append(one)
+    return found
+
+
+class Comparison:
+    """Two or more evaluated drops.
+
+    Attributes:
+        runs: The drops.
+        combined: The offsets of all of them together whose correction is not withheld; None: it is in every drop.
+        left_out: For each drop that others can judge, how their offsets do in it.
+        doubts: Why the combination is not to be trusted: the drops contradict each other; sentences.
+        remarks: These, and which drops correct no other, and why; sentences.
+    """
+
+    def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
+        self.runs = tuple(runs)
+        drops = [_fitted(run) for run in runs]
+        fits = [drop.fit for drop in trusted(drops)]
+        self.combined: Combined | None = combine(fits) if fits else None
+        self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
+        doubt = "" if self.combined is None else self.combined.doubt()
+        self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
+        self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
+
+    @classmethod
+    def of(cls, runs: Sequence[EvaluatedRun]) -> Comparison | None:
+        """None of a single drop: there is nothing to compare it with."""
+        return cls(runs) if len(runs) > 1 else None
+
+
+def _fitted(run: EvaluatedRun) -> FittedDrop:
+    explained = run.found.explained
+
+    def error_deg(values: Any) -> float:
+        return float(np.rad2deg(explained.driven.beside(values).error.final_norm_rad))
+
+    failed = ", ".join(check.name for check in run.found.failed_checks)
+    against = (*([f"Checks failed: {failed}."] if failed else []), *explained.withheld)
+    return FittedDrop(str(run.place), explained.driven.flown, explained.fit, error_deg, against)

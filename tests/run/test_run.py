@@ -1,0 +1,105 @@
+"""A run as a program has it: the same as the commands, without their files, words and exit codes."""
+
+from __future__ import annotations
+
+import json
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.bundle.commands import command
+from tests.evaluation.run_folder import CERTIFICATE, run_folder
+from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.run import EvaluationOptions, Run
+from tfsat_host.run.bundle.reproducing import reproduce
+from tfsat_host.run.campaign import adding, campaign, reporting
+from tfsat_host.run.several import Comparison, Refused, evaluate_several
+
+
+class Heard:
+    """Keeps what is said on the way."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def note(self, text: str) -> None:
+        self.said.append(text)
+
+    warn = note
+
+    def progress(self, description: str, total: float | None = None) -> AbstractContextManager[Any]:
+        del total
+        self.said.append(description)
+        return nullcontext(lambda _: None)
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A whole drop in the folder `run` of the current one."""
+    monkeypatch.chdir(tmp_path)
+    run_folder(tmp_path / "run")
+    return Path("run")
+
+
+def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    heard = Heard()
+    done = Run.open(run, EvaluationOptions(masses=True)).evaluate(heard)
+    assert capsys.readouterr() == ("", ""), "a library prints nothing"
+    assert any("knows of the landing" in said for said in heard.said) and "Evaluating run" in heard.said
+    assert read_calibration(run / CERTIFICATE).landings
+    said = json.loads(command("evaluate", run, "--masses", "--json").out)
+    assert said["verdict"] == json.loads(json.dumps(done.verdict.as_dict()))
+    assert said["calibration"] == done.calibration_facts
+    kinds = {name for name, kind in _names(done) if kind == "mass"}
+    assert kinds, "masses were to be corrected, too"
+
+
+def _names(done: Any) -> list[tuple[str, str]]:
+    offsets = done.found.explained.fit.offsets
+    return list(zip(offsets.names, offsets.kinds, strict=True))
+
+
+def test_options_of_one_drop_and_files_that_are_not_there_are_refused(run: Path) -> None:
+    with pytest.raises(UsageError, match="--facility says"):
+        Run.open(run, EvaluationOptions(facility=Path("tower.toml")))
+    with pytest.raises(TfsatError, match="no file or folder nowhere"):
+        Run.open("nowhere")
+    with pytest.raises(UsageError, match="--session belongs to one drop"):
+        evaluate_several([run, Path("other")], EvaluationOptions(session=1))
+
+
+def test_a_bundle_is_the_commands_and_gives_itself_again(run: Path) -> None:
+    made = Run.open(run).bundle("here.zip")
+    command("bundle", run, "--out", "there.zip")
+    assert Path("here.zip").read_bytes() == Path("there.zip").read_bytes()
+    again = reproduce(made.target, "again")
+    assert (again.same, again.incomplete) == (True, [])
+    assert again.manifest_sha256 == made.manifest_sha256
+    with pytest.raises(TfsatError, match="not empty"):
+        reproduce(made.target, "again")
+
+
+def test_a_campaign_compares_its_drops(run: Path, tmp_path: Path) -> None:
+    run_folder(tmp_path / "second", seed=2)
+    folder = Path("season")
+    campaign.init(folder)
+    assert adding.add(folder, run, note="calm").entry.number == 1
+    assert adding.add(folder, Path("second"), move=True).moved
+    with pytest.raises(TfsatError, match="A note is one line"):
+        campaign.note(folder, 1, "two\nlines")
+    made = reporting.report(folder)
+    (robot,) = made.robots
+    assert made.good and made.page == folder / "report.html" and made.page.is_file()
+    assert robot.numbers == (1, 2) and isinstance(robot.compared, Comparison)
+
+
+def test_several_drops_are_evaluated_or_refused_each(run: Path) -> None:
+    Path("broken").mkdir()
+    Path("broken/SD.bin").write_bytes(b"no recording" * 100)
+    good, refused = evaluate_several([run, Path("broken")], EvaluationOptions())
+    assert not isinstance(good, Refused) and good.verdict.level == "good"
+    assert isinstance(refused, Refused) and refused.verdict.level == "failed"
+    assert Comparison.of([good]) is None
