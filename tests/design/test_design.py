@@ -11,14 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.design import DesignError, DesignSettings, Problem, design
-from tfsat_host.design.loops import best_sequence
-from tfsat_host.design.maneuver_design import candidate, search
-from tfsat_host.design.optimum import climb, find_optimum, value_and_gradient
-from tfsat_host.design.sequences import classes
-from tfsat_host.design.swarm import Found, minimize
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
+from tfsat_host.plan.design import candidate, design, search
+from tfsat_host.plan.loops import best_sequence, classes
+from tfsat_host.plan.optimum import climb, find_optimum, value_and_gradient
+from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
+from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
 
 # The paper's displacements take 1.518 s at 170 deg/s, not its 1.50 s.
@@ -235,7 +234,7 @@ def test_turns_end_with_the_best_of_their_rounds(
         rounds.append(found.value + 0.01 * len(rounds))
         return replace(found, value=rounds[-1])
 
-    monkeypatch.setattr("tfsat_host.design.maneuver_design.minimize", lessening)
+    monkeypatch.setattr("tfsat_host.plan.design.minimize", lessening)
     settings = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
     found, _ = search(Problem.of(drop_tower, settings), settings)
     assert len(rounds) > 1

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.design.loops import Loops, best_sequence
-from tfsat_host.design.sequences import backwards, sequences
 from tfsat_host.dynamics import Multibody, path_rotation
 from tfsat_host.dynamics.stroke import STEPS
+from tfsat_host.plan.loops import Loops, backwards, best_sequence, sequences
 from tfsat_host.robot import RobotModel
 
 ALPHA_DEG = np.array([[58.75, 40.0, 0.0], [70.29, 90.0, 30.0], [0.0, 55.0, 81.0]])

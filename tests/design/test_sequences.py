@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from tfsat_host.design.sequences import backwards, classes, sequences, written
+from tfsat_host.plan.loops import backwards, classes, sequences, written
 
 
 @pytest.mark.parametrize(("joints", "count"), [(1, 0), (2, 2), (3, 30), (4, 864)])

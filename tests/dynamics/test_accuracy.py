@@ -21,7 +21,7 @@ from tfsat_host.dynamics import (
     propagate_within,
     sampled,
 )
-from tfsat_host.dynamics.accuracy import propagate_estimated
+from tfsat_host.dynamics.propagate import propagate_estimated
 from tfsat_host.robot import load_robot
 
 FAST = np.radians([300.0, 200.0, 400.0])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.evaluation.fitted_drops import MODEL, fitted
-from tfsat_host.design.swarm import SwarmSettings
 from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial, powers, swarm_fit
 from tfsat_host.evaluation.model_fit.momentum_average import averaged_momentum
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.plan.swarm import SwarmSettings
 
 SEEDS = (1, 2, 3)
 

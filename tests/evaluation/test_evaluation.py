@@ -15,7 +15,7 @@ from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.laser.tracks import LaserTracks
 from tfsat_host.evaluation.laser.velocity import windows_of
 from tfsat_host.evaluation.verdict import verdict_of
-from tfsat_host.facility.tower import load_tower
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.sdlog import DropLog
 
 DROPPED = MORNING + timedelta(hours=1)

@@ -25,7 +25,7 @@ from tfsat_host.evaluation.laser.velocity import (
     release_velocity,
     windows_of,
 )
-from tfsat_host.facility.tower import load_tower
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 
 FloatArray = NDArray[np.float64]

@@ -16,7 +16,7 @@ from tfsat_host.evaluation.fall.arms import com_in_bodies_m
 from tfsat_host.evaluation.laser.geometry import UP, BodyTurning, LaserGeometry
 from tfsat_host.evaluation.laser.tracks import LaserTracks, read_tracks
 from tfsat_host.evaluation.laser.velocity import release_velocity, windows_of
-from tfsat_host.facility.tower import load_tower
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.units import STANDARD_GRAVITY_M_S2

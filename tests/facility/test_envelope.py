@@ -13,8 +13,13 @@ from scipy.spatial.transform import Rotation
 
 from tests.facility.robots import schedule_of, scissors, starting_at
 from tfsat_host.dynamics import Multibody
-from tfsat_host.facility import Envelope, EnvelopeError, envelope_of, permissible_transversal_velocities
-from tfsat_host.facility.envelope import envelope_of_motion
+from tfsat_host.plan.envelope import (
+    Envelope,
+    EnvelopeError,
+    envelope_of,
+    envelope_of_motion,
+    permissible_transversal_velocities,
+)
 from tfsat_host.robot import load_robot
 from tfsat_host.robot.model import FloatArray
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tests.cli.process import RunCli
-from tfsat_host.facility.tower import default_facility_path
 from tfsat_host.maneuver import Maneuver, Stroke, four_stroke, write_maneuver
+from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot.path import default_robot_path
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tfsat_host.facility.tower import DropTower, FacilityFileError, default_facility_path, load_tower
+from tfsat_host.plan.facility import DropTower, FacilityFileError, default_facility_path, load_tower
 from tfsat_host.robot.path import default_robot_path, shipped_robots
 
 TEXT = default_facility_path().read_text(encoding="utf-8")

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from tests.facility.robots import schedule_of
-from tfsat_host.facility import Check, check_maneuver, envelope_of, load_tower
-from tfsat_host.facility.precheck import release_velocities_mm_s
-from tfsat_host.facility.release import vertical_travel_mm
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.envelope import envelope_of
+from tfsat_host.plan.facility import load_tower, vertical_travel_mm
+from tfsat_host.plan.tower_checks import Check, check_maneuver, release_velocities_mm_s
 from tfsat_host.robot import load_robot
 
 PAPER = schedule_of((1, 59.0), (2, 70.0), (1, -59.0), (2, -70.0))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.facility.release import (
+from tfsat_host.plan.facility import (
     LeverSwitch,
     pause_s,
     permissible_transversal_velocity_mm_s,

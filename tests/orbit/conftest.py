@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.dynamics.random_robots import random_tree, write_robot_file
-from tfsat_host.orbit import PrimitiveTable, primitive_table
+from tfsat_host.plan.primitives import PrimitiveTable, primitive_table
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.robot.path import find_robot
 

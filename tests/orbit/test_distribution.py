@@ -10,7 +10,7 @@ import pytest
 
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion, rotation_angle_rad
-from tfsat_host.orbit import Distribution, OrbitError, distribution
+from tfsat_host.plan.grid import Distribution, OrbitError, distribution
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.robot.model import FloatArray
 

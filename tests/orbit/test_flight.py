@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.orbit import Flight, Planner, PrimitiveTable, Sensing, fly
-from tfsat_host.orbit.flight import drawn_robot, flown, open_loop_error_rad
+from tfsat_host.plan.flight import Flight, Sensing, drawn_robot, flown, fly, open_loop_error_rad
+from tfsat_host.plan.planner import Planner
+from tfsat_host.plan.primitives import PrimitiveTable
 from tfsat_host.robot import RobotModel
 
 DEG = float(np.radians(1.0))

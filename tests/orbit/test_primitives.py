@@ -10,7 +10,8 @@ import pytest
 
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tfsat_host.dynamics import path_rotation, quaternion
-from tfsat_host.orbit import OrbitError, PrimitiveTable, primitive_table
+from tfsat_host.plan.grid import OrbitError
+from tfsat_host.plan.primitives import PrimitiveTable, primitive_table
 from tfsat_host.robot import RobotModel, load_robot
 
 

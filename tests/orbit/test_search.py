@@ -7,10 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.orbit import PrimitiveTable
-from tfsat_host.orbit.search import Route, lookup, search
-from tfsat_host.orbit.time_to_go import TimeToGo
-from tfsat_host.orbit.trim import trimmed
+from tfsat_host.plan.planner import Route, TimeToGo, lookup, search, trimmed
+from tfsat_host.plan.primitives import PrimitiveTable
 from tfsat_host.robot.model import FloatArray
 
 GOAL_RAD = float(np.radians(1.0))

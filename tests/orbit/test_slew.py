@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tfsat_host.orbit import average_rate, expected_error, slew_time_s
-from tfsat_host.orbit.slew import DROP_TEST_CORRECTED_ERROR_DEG
+from tfsat_host.plan.grid import DROP_TEST_CORRECTED_ERROR_DEG, average_rate, expected_error, slew_time_s
 
 
 def test_average_rate() -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from tests.paper_numbers.page import Row, row
-from tfsat_host.facility import DropTower, envelope_of
-from tfsat_host.facility.release import (
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.plan.envelope import envelope_of
+from tfsat_host.plan.facility import (
+    DropTower,
     pause_s,
     permissible_transversal_velocity_mm_s,
     push_off_energy_mj,
     release_velocity_mm_s,
     residual_force_n,
 )
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel
 
 PAPERS_ENVELOPE_MM = 100.0

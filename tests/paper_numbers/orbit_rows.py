@@ -9,16 +9,17 @@ from scipy.spatial.transform import Rotation
 
 from tests.paper_numbers.page import Row, row
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
-from tfsat_host.orbit import (
-    Planner,
+from tfsat_host.plan.flight import fly
+from tfsat_host.plan.grid import (
+    DROP_TEST_CORRECTED_ERROR_DEG,
+    DROP_TEST_ERROR_DEG,
     average_rate,
     distribution,
     expected_error,
-    fly,
-    primitive_table,
     slew_time_s,
 )
-from tfsat_host.orbit.slew import DROP_TEST_CORRECTED_ERROR_DEG, DROP_TEST_ERROR_DEG
+from tfsat_host.plan.planner import Planner
+from tfsat_host.plan.primitives import primitive_table
 from tfsat_host.robot import RobotModel
 
 JOINT_RATE_DEG_S = 30.0

@@ -6,10 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.paper_numbers.page import Row, row
-from tfsat_host.dynamics.history import moved
+from tfsat_host.dynamics.history import TimedMove, moved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
-from tfsat_host.dynamics.servo_motion import TimedMove
 from tfsat_host.evaluation.model_fit.momentum_average import cutoff_hz
 from tfsat_host.robot import RobotModel
 

@@ -15,8 +15,8 @@ from tfsat_host.devices.client import Client
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.port_errors import PortError, PortProblem
 from tfsat_host.emulated.robot import BoardIndex
-from tfsat_host.facility import default_facility_path
 from tfsat_host.maneuver import format_maneuver
+from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.protocol.enums import Board
 
 

@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
-from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.rehearsal.checked import NoGo
 from tfsat_host.rehearsal.day import DROPPED
 from tfsat_host.rehearsal.drop import Drop

@@ -13,8 +13,8 @@ import numpy as np
 
 from tests.rehearsal.imus_in_orbit import orbit_rows
 from tfsat_host.emulated.imu_part import ImuPart, load_imu
-from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.rehearsal.compared import Compared
 from tfsat_host.rehearsal.many import Flown, Series, fly_many
 from tfsat_host.rehearsal.preflight import Preflight

@@ -10,8 +10,8 @@ import pytest
 
 from tests.bundle.commands import command
 from tests.rehearsal.test_result_folder import everything
-from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.rehearsal import rehearse as rehearsal
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.preflight import Preflight

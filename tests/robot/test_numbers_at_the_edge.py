@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.facility.tower import default_facility_path, load_tower
+from tfsat_host.plan.facility import default_facility_path, load_tower
 from tfsat_host.robot import RobotFileError, default_robot_path, load_robot
 
 ROBOT = default_robot_path().read_text(encoding="utf-8")

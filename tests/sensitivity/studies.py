@@ -6,9 +6,11 @@ import dataclasses
 
 import numpy as np
 
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
+from tfsat_host.plan.sources import error_sources
+from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import FloatArray
-from tfsat_host.sensitivity import Parameters, Plan, PlannedStroke, Study, error_sources
 
 RATE_RAD_S = np.radians(170.0)
 STROKES = tuple(

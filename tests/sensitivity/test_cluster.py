@@ -15,8 +15,8 @@ import pytest
 from tests.cli.process import RunCli
 from tests.sensitivity.cluster_process import cluster
 from tests.sensitivity.studies import EXACT, study_of
+from tfsat_host.plan import cluster as on_cluster
 from tfsat_host.robot import RobotModel
-from tfsat_host.sensitivity import cluster as on_cluster
 
 _STUDY = ("sensitivity", 59, 70, "--samples", 2300, "--seed", 4)
 
@@ -29,7 +29,7 @@ sys.exit(main())
 _FAILING_WORKER = """
 import sys
 from tfsat_host.cli.main import main
-from tfsat_host.sensitivity import cluster
+from tfsat_host.plan import cluster
 def fail(study, chunk):
     raise MemoryError("no room for robots")
 cluster._answer = fail

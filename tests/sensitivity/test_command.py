@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
+from tfsat_host.plan.sources import KEYS
 from tfsat_host.robot import default_robot_path
-from tfsat_host.sensitivity.sources import KEYS
 
 _EXACT = tuple(word for key in KEYS for word in ("--sigma", f"{key}=0"))
 

@@ -18,10 +18,10 @@ from tfsat_host.dynamics import (
     quaternion,
     rotation_angle_rad,
 )
-from tfsat_host.dynamics.accuracy import final_attitudes
+from tfsat_host.dynamics.propagate import final_attitudes
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
-from tfsat_host.sensitivity import Parameters, Plan, PlannedStroke
 
 
 def _apart_deg(one: FloatArray, other: FloatArray) -> float:

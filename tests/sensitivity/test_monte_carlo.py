@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 
 from tests.sensitivity.studies import EXACT, parameters_of, scaled, stated_by, study_of
+from tfsat_host.plan.sources import LARGEST_SHARE, error_sources
+from tfsat_host.plan.statistics import TimeLimit, summary
+from tfsat_host.plan.study import CHUNK, Outcomes, Study, derivatives, linear_spread, run_chunk, run_locally
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.sensitivity import (
-    Outcomes,
-    Study,
-    TimeLimit,
-    derivatives,
-    error_sources,
-    linear_spread,
-    run_locally,
-    summary,
-)
-from tfsat_host.sensitivity.sources import LARGEST_SHARE
-from tfsat_host.sensitivity.study import CHUNK, run_chunk
 
 
 def _same(one: Outcomes, other: Outcomes) -> bool:

@@ -10,8 +10,8 @@ import pytest
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tests.sensitivity.studies import RATE_RAD_S, parameters_of
 from tfsat_host.dynamics import JointHistory, Multibody
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.robot import RobotModel, load_robot
-from tfsat_host.sensitivity import Parameters, Plan, PlannedStroke
 
 _ARRAYS = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
 

@@ -14,8 +14,10 @@ from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.design import Candidate, Coefficient, DesignSettings
     from tfsat_host.maneuver import Maneuver
+    from tfsat_host.plan.design import Candidate
+    from tfsat_host.plan.problem import DesignSettings
+    from tfsat_host.plan.swarm import Coefficient
     from tfsat_host.robot import RobotModel
 
 _DEFAULT_FILE = Path("maneuver.toml")
@@ -110,7 +112,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     check_may_write(path, marker=_MARKER.encode(), force=args.force)
     robot = load_robot(find_robot(args.robot))
 
-    from tfsat_host.design import design
+    from tfsat_host.plan.design import design
 
     with out.progress("Designing the maneuver", total=1.0) as advance:
         found = design(robot, _settings(args), advance)
@@ -124,7 +126,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:
-    from tfsat_host.design import DesignSettings, SwarmSettings
+    from tfsat_host.plan.problem import DesignSettings
+    from tfsat_host.plan.swarm import SwarmSettings
 
     paper = SwarmSettings()
     given = {
@@ -149,7 +152,7 @@ def _settings(args: argparse.Namespace) -> DesignSettings:
 
 
 def _coefficient(given: tuple[float, ...] | None, default: Coefficient, option: str) -> Coefficient:
-    from tfsat_host.design import Coefficient
+    from tfsat_host.plan.swarm import Coefficient
 
     if given is None:
         return default
@@ -163,7 +166,7 @@ def _coefficient(given: tuple[float, ...] | None, default: Coefficient, option: 
 
 
 def _name(chosen: Candidate, robot: RobotModel) -> str:
-    from tfsat_host.design.sequences import written
+    from tfsat_host.plan.loops import written
 
     return f"designed: {written(chosen.sequence)} for {robot.name}, {chosen.reorientation_deg:.3f} deg"
 
@@ -177,9 +180,11 @@ def _write(path: Path, maneuver: Maneuver, *, force: bool) -> None:
 
 def _judged(robot: RobotModel, maneuver: Maneuver, made: Made) -> Made:
     """What the drop robot's sequencer and the drop tower say; nothing of a robot that no sequencer commands."""
-    from tfsat_host.facility import EnvelopeError, check_maneuver, envelope_of, load_tower
     from tfsat_host.maneuver import ManeuverError, schedule_maneuver
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
+    from tfsat_host.plan.envelope import EnvelopeError, envelope_of
+    from tfsat_host.plan.facility import load_tower
+    from tfsat_host.plan.tower_checks import check_maneuver
 
     if any(servo.pulses is None for servo in robot.servos):
         return made

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.design import Candidate, Design
-    from tfsat_host.facility import Check
     from tfsat_host.maneuver import Schedule
+    from tfsat_host.plan.design import Candidate, Design
+    from tfsat_host.plan.tower_checks import Check
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def show(found: Design, made: Made, out: Output) -> None:
 
 
 def _show_candidates(found: Design, made: Made, out: Output) -> None:
-    from tfsat_host.design.sequences import written
+    from tfsat_host.plan.loops import written
 
     joints = [f"joint {joint + 1} / deg" for joint in found.problem.joints]
     rows = [

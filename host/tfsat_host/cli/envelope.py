@@ -14,8 +14,10 @@ from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
-    from tfsat_host.facility import Check, DropTower, Envelope
     from tfsat_host.maneuver import Schedule
+    from tfsat_host.plan.envelope import Envelope
+    from tfsat_host.plan.facility import DropTower
+    from tfsat_host.plan.tower_checks import Check
     from tfsat_host.robot import RobotModel
 
 
@@ -42,7 +44,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Computes the reach of the maneuver and compares everything with the facility."""
-    from tfsat_host.facility import check_maneuver, envelope_of, load_tower
+    from tfsat_host.plan.envelope import envelope_of
+    from tfsat_host.plan.facility import load_tower
+    from tfsat_host.plan.tower_checks import check_maneuver
     from tfsat_host.robot import load_robot
 
     rate = initial_rate_rad_s(args)
@@ -80,7 +84,7 @@ def _result(
 ) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from tfsat_host.facility import permissible_transversal_velocities
+    from tfsat_host.plan.envelope import permissible_transversal_velocities
 
     permissible = permissible_transversal_velocities(envelope, tower.envelope_radius_mm, tower.fall_s)
     return {

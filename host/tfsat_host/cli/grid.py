@@ -16,7 +16,7 @@ from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
-    from tfsat_host.orbit import Distribution, GridManeuver
+    from tfsat_host.plan.grid import Distribution, GridManeuver
     from tfsat_host.robot import RobotModel
 
 # Bytes by which a picture of ours is known. matplotlib signs its files so.
@@ -55,8 +55,7 @@ def show_grid(args: argparse.Namespace, robot: RobotModel, out: Output) -> int:
     import numpy as np
 
     from tfsat_host.dynamics import Multibody
-    from tfsat_host.orbit import distribution
-    from tfsat_host.orbit.grid import room_rad
+    from tfsat_host.plan.grid import distribution, room_rad
 
     _check_options(args)
     file_format = _figure_format(args.figure)
@@ -111,7 +110,7 @@ def _check_options(args: argparse.Namespace) -> None:
 
 def _check_files(args: argparse.Namespace, file_format: str) -> None:
     """Raises TfsatError if a file of somebody else is in the way: before anything is computed."""
-    from tfsat_host.orbit.distribution_files import COLUMNS
+    from tfsat_host.plan.grid import COLUMNS
 
     if args.out is not None:
         check_may_write(args.out, marker=COLUMNS.encode(), force=args.force)
@@ -144,7 +143,7 @@ def _figure_format(path: Path | None) -> str:
 def _files(
     args: argparse.Namespace, found: Distribution, robot: RobotModel, file_format: str
 ) -> list[OutputFile]:
-    from tfsat_host.orbit.distribution_files import COLUMNS, draw_distribution, write_csv
+    from tfsat_host.plan.grid import COLUMNS, draw_distribution, write_csv
 
     def write_table(path: Path) -> None:
         with path.open("w", encoding="utf-8", newline="\n") as file:
@@ -166,7 +165,7 @@ def _files(
 
 
 def _result(found: Distribution, robot: RobotModel, speed_deg_s: float | None) -> dict[str, Any]:
-    from tfsat_host.orbit import average_rate, expected_error, slew_time_s
+    from tfsat_host.plan.grid import average_rate, expected_error, slew_time_s
 
     best = found.maneuver(found.best_by_efficiency)
     if speed_deg_s is None:

@@ -18,7 +18,8 @@ from tfsat_host.quantity import Column, Columns, fields, records
 
 if TYPE_CHECKING:
     from tfsat_host.dynamics import Multibody
-    from tfsat_host.orbit import Flight, Planner, Step
+    from tfsat_host.plan.flight import Flight, Step
+    from tfsat_host.plan.planner import Planner
     from tfsat_host.robot import RobotModel
     from tfsat_host.robot.model import FloatArray
 
@@ -112,8 +113,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Plans, flies with feedback, writes and shows."""
     from tfsat_host.cli.plan_words import show
-    from tfsat_host.orbit import Planner, Sensing, fly, primitive_table
-    from tfsat_host.orbit.flight import drawn_robot, open_loop_error_rad
+    from tfsat_host.plan.flight import Sensing, drawn_robot, fly, open_loop_error_rad
+    from tfsat_host.plan.planner import Planner
+    from tfsat_host.plan.primitives import primitive_table
     from tfsat_host.robot import load_robot
     from tfsat_host.robot.path import find_robot
 
@@ -178,7 +180,7 @@ def _result(args: argparse.Namespace, robot: RobotModel, planner: Planner, fligh
     from scipy.spatial.transform import Rotation
 
     from tfsat_host.dynamics.euler import euler_zyx_rad
-    from tfsat_host.orbit import slew_time_s
+    from tfsat_host.plan.grid import slew_time_s
 
     start_deg = math.degrees(flight.start_error_rad)
     rate = math.degrees(planner.table.best_rate_about(flight.target_xyzw))
@@ -211,7 +213,7 @@ def _result(args: argparse.Namespace, robot: RobotModel, planner: Planner, fligh
 
 def _possible_tolerance_deg(planner: Planner, flight: Flight, plant: Multibody | None) -> float | None:
     """A tolerance a little above the smallest error, if a flight with it does reach it."""
-    from tfsat_host.orbit import fly
+    from tfsat_host.plan.flight import fly
 
     possible = float(f"{1.02 * math.degrees(flight.least_error_rad):.3g}")
     easier = replace(planner, tolerance_rad=math.radians(possible))
@@ -230,7 +232,7 @@ _STEP: Columns = (
 
 
 def _write(args: argparse.Namespace, result: dict[str, Any], robot: RobotModel, flight: Flight) -> None:
-    from tfsat_host.orbit.joint_motion import write_joint_motion
+    from tfsat_host.plan.flight import write_joint_motion
 
     def write_motion(path: Path) -> None:
         with path.open("w", encoding="utf-8", newline="\n") as file:

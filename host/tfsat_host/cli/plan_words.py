@@ -11,7 +11,7 @@ from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
-    from tfsat_host.orbit import Flight
+    from tfsat_host.plan.flight import Flight
 
 _WHY = {
     "within tolerance": "The measured error is within the tolerance, the true one is not: the noise is too great "

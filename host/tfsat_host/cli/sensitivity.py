@@ -21,8 +21,10 @@ from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
+    from tfsat_host.plan.parameters import Plan
+    from tfsat_host.plan.statistics import TimeLimit
+    from tfsat_host.plan.study import Outcomes, Study
     from tfsat_host.robot import RobotModel, Uncertainty
-    from tfsat_host.sensitivity import Outcomes, Plan, Study, TimeLimit
 
 _SAMPLES = (2, 1_000_000)
 _WORTH_PROGRESS = 2_000  # samples; about a second
@@ -89,8 +91,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.sensitivity_words import result_of, show
     from tfsat_host.cli.simulate_notices import ERROR_DEG
     from tfsat_host.maneuver.servo_speed import servo_speed_notices
+    from tfsat_host.plan.parameters import Parameters
+    from tfsat_host.plan.sources import error_sources
+    from tfsat_host.plan.statistics import summary
+    from tfsat_host.plan.study import Study, derivatives, linear_spread
     from tfsat_host.robot import load_robot
-    from tfsat_host.sensitivity import Parameters, Study, derivatives, error_sources, linear_spread, summary
 
     rate = initial_rate_rad_s(args)
     robot = load_robot(args.robot)
@@ -142,10 +147,10 @@ def _outcomes(args: argparse.Namespace, study: Study, out: Output) -> Outcomes:
     )
     with showing as advance:
         if args.dask is not None:
-            from tfsat_host.sensitivity.cluster import run_on_cluster
+            from tfsat_host.plan.cluster import run_on_cluster
 
             return run_on_cluster(study, args.dask, progress=advance)
-        from tfsat_host.sensitivity import run_locally
+        from tfsat_host.plan.study import run_locally
 
         return run_locally(study, workers=args.workers, progress=advance)
 
@@ -164,8 +169,8 @@ def _schedule(args: argparse.Namespace, robot: RobotModel) -> Schedule:
 
 def _plan(robot: RobotModel, schedule: Schedule) -> Plan:
     """The schedule as its servos are told it; looked at when `simulate` looks: at the landing or later."""
+    from tfsat_host.plan.parameters import Plan, PlannedStroke
     from tfsat_host.protocol.limits import FALL_US
-    from tfsat_host.sensitivity import Plan, PlannedStroke
     from tfsat_host.units import s_from_us
 
     strokes = [PlannedStroke(s.joint - 1, math.radians(s.angle_deg), s.t_s) for s in schedule.strokes]
@@ -174,7 +179,7 @@ def _plan(robot: RobotModel, schedule: Schedule) -> Plan:
 
 
 def _stated(args: argparse.Namespace, robot: RobotModel) -> Uncertainty:
-    from tfsat_host.sensitivity.sources import overridden
+    from tfsat_host.plan.sources import overridden
 
     if robot.uncertainty is None and not args.sigma:
         raise UsageError(
@@ -187,8 +192,8 @@ def _stated(args: argparse.Namespace, robot: RobotModel) -> Uncertainty:
 
 def _time_limits(args: argparse.Namespace, robot: RobotModel) -> tuple[TimeLimit, ...]:
     """The facility's; none for a robot that no sequencer commands, unless a facility is named."""
-    from tfsat_host.facility import load_tower
-    from tfsat_host.sensitivity import TimeLimit
+    from tfsat_host.plan.facility import load_tower
+    from tfsat_host.plan.statistics import TimeLimit
 
     if args.facility is None and any(servo.pulses is None for servo in robot.servos):
         return ()
@@ -206,7 +211,7 @@ def _time_limits(args: argparse.Namespace, robot: RobotModel) -> tuple[TimeLimit
 def _circumstances(
     args: argparse.Namespace, robot: RobotModel, schedule: Schedule, stated: Uncertainty
 ) -> dict[str, Any]:
-    from tfsat_host.sensitivity.sources import as_stated
+    from tfsat_host.plan.sources import as_stated
 
     return {
         "robot": robot.name,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, TextIO
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 
 if TYPE_CHECKING:
+    from tfsat_host.plan.study import Outcomes, Study
     from tfsat_host.robot.model import FloatArray
-    from tfsat_host.sensitivity import Outcomes, Study
 
 _MARKER = b"sample,reorientation_deg,rotation_x_deg,rotation_y_deg,rotation_z_deg,attitude_error_deg"
 
@@ -43,7 +43,7 @@ def write_samples(
 def _write(study: Study, outcomes: Outcomes, nominal_xyzw: FloatArray, file: TextIO) -> None:
     import numpy as np
 
-    from tfsat_host.sensitivity.summary import outputs_of
+    from tfsat_host.plan.statistics import outputs_of
 
     outputs = outputs_of(outcomes, nominal_xyzw)
     named = zip(study.parameters.names, study.parameters.units, strict=True)

@@ -12,7 +12,8 @@ from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import Column, Columns, fields
 
 if TYPE_CHECKING:
-    from tfsat_host.sensitivity import Derivatives, LinearSpread, Study, Summary
+    from tfsat_host.plan.statistics import Summary
+    from tfsat_host.plan.study import Derivatives, LinearSpread, Study
 
 _SHOWN = 15  # parameters in the table for people; --json has them all
 _BAR = 50

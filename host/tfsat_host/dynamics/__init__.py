@@ -8,14 +8,12 @@ axes to inertial axes. Without initial rate the robot has no angular momentum; t
 enough, whatever their speed: `path_rotation(body, joints, deltas_rad)`.
 """
 
-from tfsat_host.dynamics.accuracy import propagate_within
-from tfsat_host.dynamics.history import JointHistory, moved, sampled
+from tfsat_host.dynamics.history import JointHistory, TimedMove, moved, sampled, servo_moves
 from tfsat_host.dynamics.momentum import connection, joint_momentum, kinetic_energy_j, locked_inertia
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.dynamics.propagate import Flight, propagate
+from tfsat_host.dynamics.propagate import Flight, propagate, propagate_within
 from tfsat_host.dynamics.quaternion import rotation_angle_rad, rotation_vector_rad
-from tfsat_host.dynamics.servo_motion import TimedMove, servo_moves
 from tfsat_host.dynamics.stroke import path_rotation, stroke_rotation
 
 __all__ = [

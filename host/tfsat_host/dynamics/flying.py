@@ -12,12 +12,10 @@ from typing import Literal
 import numpy as np
 
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.accuracy import EstimatedFlight, propagate_estimated, propagate_within
-from tfsat_host.dynamics.history import JointHistory, moved
+from tfsat_host.dynamics.history import JointHistory, TimedMove, moved, overlap, servo_moves
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.dynamics.propagate import Flight
-from tfsat_host.dynamics.servo_motion import TimedMove, overlap, servo_moves
+from tfsat_host.dynamics.propagate import EstimatedFlight, Flight, propagate_estimated, propagate_within
 from tfsat_host.maneuver import Limits, Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray

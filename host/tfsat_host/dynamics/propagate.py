@@ -7,12 +7,17 @@ the quaternion's length (Munthe-Kaas, "High order Runge-Kutta methods on manifol
 Mathematics 29, 1999). Without momentum w does not depend on the attitude: then order 6 takes Magnus' series, which
 needs w at three instants of a step, not at six. Steps never cross a break of the history, so that jumping rates cost
 no order.
+
+Conservation of momentum cannot tell how good an integration is that computes its rates from it. Two step sizes
+can: at order p half the step leaves a 2^p-th of the error, so what still changes bounds what is still wrong.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -23,7 +28,7 @@ from tfsat_host.dynamics.components import matvec, solve_symmetric, transpose, u
 from tfsat_host.dynamics.history import JointHistory
 from tfsat_host.dynamics.multibody import Columns, Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.dynamics.stroke import GAUSS, magnus6
+from tfsat_host.dynamics.stroke import GAIN, GAUSS, TOLERANCE_RAD, magnus6
 from tfsat_host.robot.model import FloatArray, IntArray
 
 DEFAULT_STEP_S = 0.01
@@ -322,3 +327,138 @@ def _turn_of(h: FloatArray, tableau: Tableau, rate: Callable[[int, FloatArray], 
         turn = h * np.tensordot(row[:stage], slopes[:stage], axes=1)
         slopes[stage] = quaternion.inverse_differential(turn, rate(int(node), turn))
     return np.asarray(h * np.tensordot(tableau.weights, slopes, axes=1))
+
+
+STEPS_MAX = 50_000
+"""Steps of one flight: tens of seconds of computing."""
+# A slow flight needs no more to begin with, however long it is.
+_FIRST_STEPS = 1000
+# A batch begins with as few steps as may do: in none of them the base turns farther by its rate at the release.
+_FIRST_TURN_RAD = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedFlight:
+    """A flight, and how wrong it may be.
+
+    Attributes:
+        flight: The whole motion.
+        error_rad: By how much its attitude differs at most from that of a flight with steps twice or half as
+            long, at any instant that both have: above the error of the integration once steps are short.
+        within_tolerance: Whether that is small enough.
+    """
+
+    flight: Flight
+    error_rad: float
+    within_tolerance: bool
+
+
+class FinalAttitudes(NamedTuple):
+    """Where a batch of robots ends, quaternions (4, ...), and how wrong the worst of them may be."""
+
+    quaternion: FloatArray
+    error_rad: float
+
+
+def propagate_within(
+    body: Multibody,
+    history: JointHistory,
+    *,
+    initial_attitude_xyzw: FloatArray | None = None,
+    initial_rate_rad_s: FloatArray | None = None,
+    tolerance_rad: float = TOLERANCE_RAD,
+    order: Literal[4, 6] = 6,
+    steps_max: int = STEPS_MAX,
+) -> EstimatedFlight:
+    """As `propagate`, with steps as short as the tolerance needs, along the whole way.
+
+    Args:
+        body, history, initial_attitude_xyzw, initial_rate_rad_s, order: As `propagate`.
+        tolerance_rad: Greatest error of the attitude.
+        steps_max: Most steps of a flight. Where they are not enough, `within_tolerance` is false.
+
+    Returns:
+        The flight of the shortest steps that were tried, instants 0.01 s apart or closer, unless it is very long.
+
+    Raises:
+        ValueError: as `propagate`, or the tolerance is not positive.
+    """
+    if not tolerance_rad > 0.0:
+        raise ValueError(f"a tolerance of {tolerance_rad} rad cannot be kept")
+    release = Release.of(initial_attitude_xyzw, initial_rate_rad_s)
+    duration_s = float(history.breaks_s[-1] - history.breaks_s[0])
+    step_s = max(2.0 * DEFAULT_STEP_S, duration_s / _FIRST_STEPS)
+    course = Propagation(body, history, release, step_s=step_s, order=order)
+    parts, attitudes, error = _halved(course, tolerance_rad, steps_max)
+    return EstimatedFlight(course.flight(parts, attitudes), error, error <= tolerance_rad)
+
+
+def propagate_estimated(
+    body: Multibody,
+    history: JointHistory,
+    *,
+    initial_rate_rad_s: FloatArray | None = None,
+    step_s: float,
+    order: Literal[4, 6] = 6,
+    tolerance_rad: float = TOLERANCE_RAD,
+) -> EstimatedFlight:
+    """As `propagate` with these very steps, and an estimate of its error by a second flight with half the step.
+
+    Raises:
+        ValueError: as `propagate`.
+    """
+    release = Release.of(None, initial_rate_rad_s)
+    course = Propagation(body, history, release, step_s=step_s, order=order)
+    attitudes, fine = (np.array(list(course.attitudes(parts))) for parts in (1, 2))
+    error = _apart_rad(attitudes, fine[::2])
+    return EstimatedFlight(course.flight(1, attitudes), error, error <= tolerance_rad)
+
+
+def final_attitudes(
+    body: Multibody,
+    history: JointHistory,
+    *,
+    initial_rate_rad_s: FloatArray | None = None,
+    tolerance_rad: float = TOLERANCE_RAD,
+    steps_max: int = STEPS_MAX,
+) -> FinalAttitudes:
+    """Where a batch of robots ends, each of which has a history of its own.
+
+    All take the same steps, as short as the tolerance needs for the worst of them: differences between two robots
+    are then right to more digits than their attitudes.
+
+    Args:
+        body: A batch of robots, of one axis.
+        history: Of the same batch.
+        initial_rate_rad_s: (3,) rate of every base at the start, base axes; None: no angular momentum.
+        tolerance_rad: Greatest error of an attitude after any of the first, longest steps.
+        steps_max: Most steps of a flight. Where they are not enough, the error is above the tolerance.
+    """
+    release = Release.of(None, initial_rate_rad_s)
+    turning = 0.0 if release.rate is None else float(np.linalg.norm(release.rate))
+    step_s = _FIRST_TURN_RAD / turning if turning > 0.0 else math.inf
+    course = Propagation(body, history, release, step_s=step_s, order=6)
+    _, attitudes, change = _halved(course, GAIN * tolerance_rad, steps_max, every_instant=False)
+    return FinalAttitudes(attitudes[-1], change / GAIN)
+
+
+def _halved(
+    course: Propagation, tolerance_rad: float, steps_max: int, *, every_instant: bool = True
+) -> tuple[int, FloatArray, float]:
+    """Into how many parts steps are divided, the attitudes (m, 4, ...), and how much the last halving changed.
+
+    Attitudes of every instant, or of those alone that the undivided steps have.
+    """
+    parts, error = 1, math.inf
+    fine = np.array(list(course.attitudes()))
+    while error > tolerance_rad and (parts == 1 or 2 * parts * course.steps <= steps_max):
+        parts, coarse = 2 * parts, fine
+        fine = np.array(list(islice(course.attitudes(parts), 0, None, 1 if every_instant else parts)))
+        error = _apart_rad(coarse, fine[:: 2 if every_instant else 1])
+    return parts, fine, error
+
+
+def _apart_rad(a: FloatArray, b: FloatArray) -> float:
+    """Greatest angle between attitudes (m, 4, ...)."""
+    turn = quaternion.product(quaternion.inverse(a.swapaxes(0, 1)), b.swapaxes(0, 1))
+    return float(np.max(quaternion.angle(turn)))

@@ -15,8 +15,8 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
-from tfsat_host.facility import Check as FacilityCheck
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.preflight.asking import (
     Advance,
     Clock,

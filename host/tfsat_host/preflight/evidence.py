@@ -14,8 +14,8 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.devices.identity import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
-from tfsat_host.facility import Check as FacilityCheck
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.preflight.check import Check, not_made
 from tfsat_host.protocol.messages import LoggerSettings, LoggerStatusReply, SequencerStatusReply
 from tfsat_host.robot import RobotModel

@@ -11,10 +11,12 @@ from tfsat_host.devices.transport import Transport
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.errors import TfsatError
-from tfsat_host.facility import Check as FacilityCheck
-from tfsat_host.facility import DropTower, check_maneuver, envelope_of
 from tfsat_host.flashing.image import load_image
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.envelope import envelope_of
+from tfsat_host.plan.facility import DropTower
+from tfsat_host.plan.tower_checks import Check as FacilityCheck
+from tfsat_host.plan.tower_checks import check_maneuver
 from tfsat_host.preflight import judge
 from tfsat_host.preflight.boards import Expected, ask_boards
 from tfsat_host.preflight.evidence import Missing, Reference

@@ -11,8 +11,8 @@ from tfsat_host.emulated.build import Variant, ensure_built
 from tfsat_host.emulated.imu_part import ImuPart, load_imu
 from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.rehearsal.preflight import Preflight
 from tfsat_host.rehearsal.truth import Truth, drawn_truth, truth_as_filed

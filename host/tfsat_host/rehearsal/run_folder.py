@@ -11,9 +11,9 @@ from typing import Any
 from tfsat_host.calibration.certificate.archive import kept_copy, recordings_folder, write_certificate
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.emulated.truth import format_truth
-from tfsat_host.facility import load_tower
 from tfsat_host.maneuver import Maneuver, format_maneuver
 from tfsat_host.output_files import was_made_with
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.result_folder import ResultFolder
 from tfsat_host.report.figures.files import FORMATS

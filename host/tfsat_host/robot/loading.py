@@ -6,14 +6,276 @@ The file's format is explained in `docs/robot-files.md`.
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
+import numpy as np
+
 from tfsat_host.config import Table, read_config
-from tfsat_host.robot import joints, sensors
-from tfsat_host.robot.bodies import BODY, inertia_kg_m2, shape_m
-from tfsat_host.robot.model import RobotModel, Uncertainty, frozen, frozen_indices
+from tfsat_host.robot.model import (
+    AngleSensor,
+    FloatArray,
+    Imu,
+    IntArray,
+    PulseMap,
+    RobotModel,
+    Servo,
+    Uncertainty,
+    frozen,
+    frozen_indices,
+)
 from tfsat_host.robot.path import ROBOT_FILE, find_robot
-from tfsat_host.robot.tree import check_tree, unique_names
+
+_BODY = "name mass_kg origin_mm com_mm inertia_g_m2 boxes_mm"
+_ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
+# Printed inertias are rounded; a rod's or a plate's sits on the limit of the triangle inequality.
+_TRIANGLE_TOLERANCE = 1e-6
+
+
+def _inertia_kg_m2(body: Table, *, negated: bool) -> FloatArray:
+    """The body's tensor (3, 3) about its center of mass; `negated`: the file gives products of inertia.
+
+    Raises:
+        RobotFileError: it is incomplete, or no rigid body's: not positive definite, or against the triangle
+            inequality.
+    """
+    entries = body.table("inertia_g_m2", " ".join(_ENTRIES))
+    upper = np.zeros((3, 3))
+    upper[np.triu_indices(3)] = [entries.number(key) * 1e-3 for key in _ENTRIES]
+    diagonal, products = np.diag(np.diag(upper)), np.triu(upper, 1) * (-1.0 if negated else 1.0)
+    tensor = diagonal + products + products.T
+    principal = np.linalg.eigvalsh(tensor)
+    shown = ", ".join(f"{1e3 * p:.4g}" for p in principal)
+    if not principal[0] > 0.0:
+        body.fail(
+            "inertia_g_m2",
+            f"is not positive definite (principal moments {shown} g m^2)",
+            "Check the diagonal, and the sign and size of the off-diagonal entries.",
+        )
+    if principal[0] + principal[1] < principal[2] * (1.0 - _TRIANGLE_TOLERANCE):
+        body.fail(
+            "inertia_g_m2",
+            f"no mass distribution has the principal moments {shown} g m^2: the largest exceeds the sum of "
+            "the others",
+            "Check the units and the columns; the moments must be about the center of mass.",
+        )
+    return tensor
+
+
+def _shape_m(body: Table) -> FloatArray:
+    """All corners of the body's boxes, (k, 3) in the body frame; (0, 3) if the file states no box.
+
+    Raises:
+        RobotFileError: a box is none, or the center of mass lies outside of all that they can enclose.
+    """
+    if not body.has("boxes_mm"):
+        return frozen([], 0, 3)
+    wanted = "boxes, each as its lowest and highest corner: [[[xmin, ymin, zmin], [xmax, ymax, zmax]]]"
+    boxes = body.array("boxes_mm", -1, 2, 3, wanted=wanted)
+    if not (boxes[:, 0] < boxes[:, 1]).all():
+        body.fail("boxes_mm", "a box has no volume", "Write each box's lowest corner first.")
+    com_mm = body.array("com_mm", 3)
+    if (com_mm < boxes.min(axis=(0, 1))).any() or (com_mm > boxes.max(axis=(0, 1))).any():
+        body.fail(
+            "boxes_mm",
+            "the center of mass lies outside of the boxes",
+            "Give boxes_mm and com_mm in the same frame, the body's, and boxes that hold the whole body.",
+        )
+    corners = [corner for low, high in boxes for corner in product(*zip(low, high, strict=True))]
+    return frozen(np.array(corners) * 1e-3, -1, 3)
+
+
+_JOINT = "name inner outer axis point_mm limits_deg servo"
+_SERVO = "average_rate_deg_s max_rate_deg_s acceleration_deg_s2 start_deg"
+_PULSE_KEYS = ("pulse_range_us", "reference", "pulse_us_per_deg")
+# Below it, components that matter would be subnormal: too few of their digits remain.
+_SHORTEST_AXIS = sys.float_info.min / sys.float_info.epsilon
+
+
+def _axis(joint: Table) -> FloatArray:
+    """The joint's axis (3,) as a unit vector. Raises RobotFileError if it has no direction."""
+    direction = joint.array("axis", 3)
+    largest = np.abs(direction).max()
+    cure = "Give the axis a direction, e.g. [1, 0, 0]."
+    if largest == 0.0:
+        joint.fail("axis", "has no direction", cure)
+    if largest < _SHORTEST_AXIS:
+        joint.fail("axis", f"{largest:g} is so small that the direction is lost in rounding", cure)
+    # By a power of two, which rounds nothing; squares of the numbers as given could leave the range of floats.
+    scaled = np.ldexp(direction, -np.frexp(largest)[1])
+    return np.asarray(scaled / np.linalg.norm(scaled), dtype=np.float64)
+
+
+def _limits_rad(joint: Table) -> tuple[float, float]:
+    """Least and greatest angle. Raises RobotFileError if they are no range."""
+    low, high = joint.numbers("limits_deg", 2)
+    if not low < high:
+        joint.fail("limits_deg", f"{low:g} is not below {high:g}", "Write the smaller angle first.")
+    return math.radians(low), math.radians(high)
+
+
+def _servo(joint: Table, limits: tuple[float, float]) -> Servo:
+    """The servo of a joint with these limits (rad).
+
+    Raises:
+        RobotFileError: it contradicts itself or the limits.
+    """
+    entry = joint.table("servo", " ".join((_SERVO, *_PULSE_KEYS)))
+    found = Servo(
+        average_rate_rad_s=math.radians(entry.number("average_rate_deg_s", above=0)),
+        max_rate_rad_s=math.radians(entry.number("max_rate_deg_s", above=0)),
+        acceleration_rad_s2=math.radians(entry.number("acceleration_deg_s2", above=0)),
+        start_rad=math.radians(entry.number("start_deg")),
+        pulses=_pulses(entry),
+    )
+    low, high = limits
+    if found.average_rate_rad_s > found.max_rate_rad_s:
+        entry.fail("average_rate_deg_s", "is above max_rate_deg_s", "Give an average of at most the maximum.")
+    if not low <= found.start_rad <= high:
+        entry.fail("start_deg", "is outside the joint's limits", "Choose a start pose inside limits_deg.")
+    if found.pulses is not None:
+        _check_reach(entry, found.pulses, limits)
+    return found
+
+
+def _pulses(entry: Table) -> PulseMap | None:
+    missing = [key for key in _PULSE_KEYS if not entry.has(key)]
+    if len(missing) == len(_PULSE_KEYS):
+        return None
+    if missing:
+        cure = f"Add {' and '.join(missing)}, or leave out all three: {', '.join(_PULSE_KEYS)}."
+        entry.fail(missing[0], "is missing beside the others that say what pulses do", cure)
+    low_us, high_us = entry.numbers("pulse_range_us", 2)
+    if not 0.0 < low_us < high_us:
+        entry.fail("pulse_range_us", "is not a range above zero", "Write the shorter pulse first, in us.")
+    slope = entry.number("pulse_us_per_deg")
+    if slope == 0.0:
+        entry.fail(
+            "pulse_us_per_deg", "is zero", "Give the change of pulse width per degree; the sign is free."
+        )
+    reference = entry.table("reference", "pulse_us angle_deg")
+    return PulseMap(
+        range_us=(low_us, high_us),
+        reference_pulse_us=reference.number("pulse_us", above=0),
+        reference_angle_rad=math.radians(reference.number("angle_deg")),
+        pulse_us_per_rad=math.degrees(slope),
+    )
+
+
+def _check_reach(entry: Table, pulses: PulseMap, limits: tuple[float, float]) -> None:
+    for angle in limits:
+        pulse = pulses.pulse_us(angle)
+        if not pulses.range_us[0] - 1e-6 <= pulse <= pulses.range_us[1] + 1e-6:
+            entry.fail(
+                "pulse_range_us",
+                f"the joint's limit {math.degrees(angle):g} deg would take a pulse of {pulse:.1f} us",
+                "Correct reference, pulse_us_per_deg or the joint's limits_deg.",
+            )
+
+
+_IMU = "body bus address position_mm sensor_to_body gyro_range_deg_s low_pass_hz"
+_ANGLE_SENSOR = "joint direction zero_offset_deg nonlinearity_deg"
+_ROUNDING = 1e-6
+
+
+def _imus(top: Table, body_names: tuple[str, ...]) -> tuple[Imu, ...]:
+    """All `[[imu]]`. Raises RobotFileError where an entry is wrong or two have the same address."""
+    found: list[Imu] = []
+    for entry in top.tables("imu", _IMU):
+        imu = _imu(entry, body_names)
+        if any((other.bus, other.address) == (imu.bus, imu.address) for other in found):
+            entry.fail(
+                "address", "two sensors would answer on this bus", "Give each its own bus and address."
+            )
+        found.append(imu)
+    return tuple(found)
+
+
+def _imu(entry: Table, body_names: tuple[str, ...]) -> Imu:
+    rotation = entry.array("sensor_to_body", 3, 3)
+    if not _is_rotation(rotation):
+        entry.fail("sensor_to_body", "is not a rotation", "Give a right-handed orthonormal matrix.")
+    return Imu(
+        body=body_names.index(entry.choice("body", body_names)),
+        bus=entry.integer("bus", 0, 1),
+        address=entry.integer("address", 0x68, 0x69),
+        position_m=frozen(entry.array("position_mm", 3) * 1e-3, 3),
+        sensor_to_body=frozen(rotation, 3, 3),
+        gyro_range_rad_s=math.radians(entry.number("gyro_range_deg_s", above=0)),
+        low_pass_hz=entry.number("low_pass_hz", above=0),
+    )
+
+
+def _is_rotation(matrix: FloatArray) -> bool:
+    if np.abs(matrix).max() > 1.0 + _ROUNDING:  # first: products of huge numbers leave the range of floats
+        return False
+    orthonormal = np.allclose(matrix @ matrix.T, np.eye(3), atol=_ROUNDING)
+    return orthonormal and bool(np.linalg.det(matrix) > 0.0)
+
+
+def _angle_sensors(top: Table, joint_names: tuple[str, ...]) -> tuple[AngleSensor, ...]:
+    """All `[[angle_sensor]]`. Raises RobotFileError where an entry is wrong."""
+    return tuple(
+        AngleSensor(
+            joint=joint_names.index(entry.choice("joint", joint_names)),
+            direction=entry.choice("direction", (-1, 1)),
+            zero_offset_rad=math.radians(entry.number("zero_offset_deg")),
+            nonlinearity_rad=math.radians(entry.number("nonlinearity_deg", above=0))
+            if entry.has("nonlinearity_deg")
+            else AngleSensor.nonlinearity_rad,
+        )
+        for entry in top.tables("angle_sensor", _ANGLE_SENSOR)
+    )
+
+
+def _unique_names(entries: Sequence[Table]) -> tuple[str, ...]:
+    """The `name` of every entry.
+
+    Raises:
+        RobotFileError: two have the same.
+    """
+    names: list[str] = []
+    for entry in entries:
+        name = entry.text("name")
+        if name in names:
+            entry.fail("name", f"{name!r} is used twice", "Give each its own name.")
+        names.append(name)
+    return tuple(names)
+
+
+def _check_tree(
+    bodies: Sequence[Table],
+    joints: Sequence[Table],
+    inner: IntArray,
+    outer: IntArray,
+    body_names: tuple[str, ...],
+) -> None:
+    """Joints from `inner` to `outer` (n - 1,) connect all bodies without a loop.
+
+    Raises:
+        RobotFileError: a joint closes a loop or joins a body to itself, or a body is not connected.
+    """
+    group = list(range(len(body_names)))
+    for joint, a, b in zip(joints, inner, outer, strict=True):
+        if a == b:
+            joint.fail("outer", "the joint joins a body to itself", "Name two different bodies.")
+        if group[a] == group[b]:
+            joint.fail(
+                "outer",
+                f"the joint closes a loop: {body_names[a]!r} and {body_names[b]!r} are already connected",
+                "Remove one joint of the loop; only open chains and trees can be computed.",
+            )
+        group = [group[a] if g == group[b] else g for g in group]
+    for body, g in enumerate(group):
+        if g != group[0]:
+            bodies[body].fail(
+                "name",
+                f"no joint connects {body_names[body]!r} with {body_names[0]!r}",
+                "Add the missing `[[joint]]`, or remove the body.",
+            )
+
 
 _ROBOT = "format name source base inertia_off_diagonals uncertainty body joint imu angle_sensor"
 _SHARES = ("mass_relative", "inertia_relative", "stroke_relative", "servo_speed_relative")
@@ -35,15 +297,15 @@ def load_robot(name_or_path: Path | str | None = None) -> RobotModel:
 
 def _robot(file: Path, top: Table) -> RobotModel:
     top.only(_ROBOT)
-    body, joint = top.tables("body", BODY), top.tables("joint", joints.JOINT)
+    body, joint = top.tables("body", _BODY), top.tables("joint", _JOINT)
     if not body:
         top.fail("body", "there is no body", "Describe each body below its own line `[[body]]`.")
     negated = top.choice("inertia_off_diagonals", ("products", "tensor")) == "products"
-    body_names = unique_names(body)
-    joint_names = unique_names(joint)
+    body_names = _unique_names(body)
+    joint_names = _unique_names(joint)
     inner = frozen_indices([body_names.index(j.choice("inner", body_names)) for j in joint])
     outer = frozen_indices([body_names.index(j.choice("outer", body_names)) for j in joint])
-    limits = [joints.limits_rad(j) for j in joint]
+    limits = [_limits_rad(j) for j in joint]
     robot = RobotModel(
         path=file,
         name=top.text("name"),
@@ -53,20 +315,20 @@ def _robot(file: Path, top: Table) -> RobotModel:
         mass_kg=frozen([b.number("mass_kg", above=0) for b in body], -1),
         origin_m=frozen([b.array("origin_mm", 3) * 1e-3 for b in body], -1, 3),
         com_m=frozen([b.array("com_mm", 3) * 1e-3 for b in body], -1, 3),
-        inertia_kg_m2=frozen([inertia_kg_m2(b, negated=negated) for b in body], -1, 3, 3),
-        shape_m=tuple(shape_m(b) for b in body),
+        inertia_kg_m2=frozen([_inertia_kg_m2(b, negated=negated) for b in body], -1, 3, 3),
+        shape_m=tuple(_shape_m(b) for b in body),
         joint_names=joint_names,
         joint_inner=inner,
         joint_outer=outer,
-        joint_axis=frozen([joints.axis(j) for j in joint], -1, 3),
+        joint_axis=frozen([_axis(j) for j in joint], -1, 3),
         joint_point_m=frozen([j.array("point_mm", 3) * 1e-3 for j in joint], -1, 3),
         joint_limits_rad=frozen(limits, -1, 2),
-        servos=tuple(joints.servo(j, pair) for j, pair in zip(joint, limits, strict=True)),
-        imus=sensors.imus(top, body_names),
-        angle_sensors=sensors.angle_sensors(top, joint_names),
+        servos=tuple(_servo(j, pair) for j, pair in zip(joint, limits, strict=True)),
+        imus=_imus(top, body_names),
+        angle_sensors=_angle_sensors(top, joint_names),
         uncertainty=_uncertainty(top),
     )
-    check_tree(body, joint, inner, outer, body_names)
+    _check_tree(body, joint, inner, outer, body_names)
     return robot
 
 

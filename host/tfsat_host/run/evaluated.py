@@ -17,9 +17,9 @@ from tfsat_host.evaluation.laser.tracks import read_tracks
 from tfsat_host.evaluation.laser.velocity import windows_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
-from tfsat_host.facility import load_tower
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
+from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate import (

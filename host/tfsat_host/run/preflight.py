@@ -14,13 +14,15 @@ from tfsat_host import __version__
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.facility import Check as FacilityCheck
-from tfsat_host.facility import DropTower, check_maneuver, envelope_of, load_tower
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.flashing.image import default_hex, load_image
 from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import ManeuverError, Schedule, read_maneuver, schedule_maneuver
 from tfsat_host.output_files import check_may_write
+from tfsat_host.plan.envelope import envelope_of
+from tfsat_host.plan.facility import DropTower, load_tower
+from tfsat_host.plan.tower_checks import Check as FacilityCheck
+from tfsat_host.plan.tower_checks import check_maneuver
 from tfsat_host.preflight import Check, may_drop
 from tfsat_host.preflight.evidence import Evidence, Missing, Reference
 from tfsat_host.protocol.limits import BLOCK_MAGIC

@@ -22,8 +22,7 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.laser.geometry import BodyTurning, LaserGeometry, spot_equations
 from tfsat_host.evaluation.laser.straight_path import StraightPath, fit_straight_path
 from tfsat_host.evaluation.laser.tracks import LaserTracks
-from tfsat_host.facility.release import permissible_transversal_velocity_mm_s
-from tfsat_host.facility.tower import DropTower
+from tfsat_host.plan.facility import DropTower, permissible_transversal_velocity_mm_s
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 FloatArray = NDArray[np.float64]

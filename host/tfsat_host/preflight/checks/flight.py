@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from tfsat_host.facility import Check as FacilityCheck
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.preflight.check import Check, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.protocol.enums import Origin

@@ -12,8 +12,8 @@ from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.drawn import in_words
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
-from tfsat_host.facility.tower import default_facility_path
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot import find_robot
 from tfsat_host.run.bundle.manifest import Evaluated, Missing
 from tfsat_host.run.bundle.names import collision_among, trouble_with_file, trouble_with_name

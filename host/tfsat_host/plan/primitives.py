@@ -1,6 +1,6 @@
 """Motion primitives: closed loops of two or three joints on a grid, with the rotation and the time of each.
 
-The order of strokes is one of `tfsat_host.design.sequences`: every joint out once and back once.
+The order of strokes is one of `tfsat_host.plan.loops`: every joint out once and back once.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tfsat_host.design.loops import Loops, enough_steps
-from tfsat_host.design.sequences import Sequence, backwards, sequences
 from tfsat_host.dynamics import Multibody, quaternion
-from tfsat_host.orbit.grid import GridAxis, OrbitError, grid_axes
+from tfsat_host.plan.grid import GridAxis, OrbitError, grid_axes
+from tfsat_host.plan.loops import Loops, Sequence, backwards, enough_steps, sequences
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray, IntArray
 

@@ -9,13 +9,12 @@ from functools import partial
 
 import numpy as np
 
-from tfsat_host.design.loops import best_sequence
-from tfsat_host.design.optimum import Start, Summit, find_optimum
-from tfsat_host.design.problem import DesignError, DesignSettings, Problem
-from tfsat_host.design.sequences import Sequence, backwards
-from tfsat_host.design.swarm import Found, minimize
 from tfsat_host.dynamics import path_rotation, rotation_vector_rad
 from tfsat_host.maneuver import Maneuver, Stroke
+from tfsat_host.plan.loops import Sequence, backwards, best_sequence
+from tfsat_host.plan.optimum import Start, Summit, find_optimum
+from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
+from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.sensitivity.study import Outcomes, Study, run_chunk
+from tfsat_host.plan.study import Outcomes, Study, run_chunk
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tfsat_host.design.loops import Loops, best_sequence, enough_steps
-from tfsat_host.design.sequences import Sequence, classes
-from tfsat_host.design.swarm import SwarmSettings
 from tfsat_host.dynamics import Multibody
 from tfsat_host.errors import UsageError
+from tfsat_host.plan.loops import Loops, Sequence, best_sequence, classes, enough_steps
+from tfsat_host.plan.swarm import SwarmSettings
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import CDEG_PER_DEG

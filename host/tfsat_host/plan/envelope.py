@@ -25,8 +25,8 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.dynamics.flying import arrivals_s, fly_schedule
 from tfsat_host.errors import TfsatError
-from tfsat_host.facility.release import permissible_transversal_velocity_mm_s
 from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.facility import permissible_transversal_velocity_mm_s
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
 

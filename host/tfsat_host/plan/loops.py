@@ -1,4 +1,8 @@
-"""The reorientation of every sequence at once.
+"""Closed loops of strokes: in which order joints may move, and the reorientation of every sequence at once.
+
+Every joint opens once and closes once. A closing stroke is never flown at once after its own opening stroke, because
+that induces nothing (paper, section "Design of optimal reorientation maneuver"). Three joints have 30 such sequences.
+Flown backwards, a sequence gives the inverse rotation, so 15 rotation angles are all there are.
 
 For given displacements the joints' angles walk along edges of one box in the space of joint angles. Three joints
 have 12 edges, and every stroke of all 30 sequences is one of them: 12 integrals serve 180 strokes.
@@ -7,14 +11,52 @@ have 12 edges, and every stroke of all 30 sequences is one of them: 12 integrals
 from __future__ import annotations
 
 from collections.abc import Sequence as SequenceOf
+from functools import cache
 
 import numpy as np
 
-from tfsat_host.design.sequences import Sequence, classes
 from tfsat_host.dynamics import Multibody, quaternion
-from tfsat_host.dynamics.hinge import Hinge
-from tfsat_host.dynamics.stroke import STEPS, turned
+from tfsat_host.dynamics.stroke import STEPS, Hinge, turned
 from tfsat_host.robot.model import FloatArray, IntArray
+
+Sequence = tuple[int, ...]
+"""Signed joint numbers from 1, in the order they move: +1 opens joint 1, -1 closes it."""
+
+
+@cache
+def sequences(n_joints: int) -> tuple[Sequence, ...]:
+    """All closed sequences of joints 1 to `n_joints`, in lexical order of opening first."""
+    found: list[Sequence] = []
+
+    def extend(done: Sequence) -> None:
+        if len(done) == 2 * n_joints:
+            found.append(done)
+            return
+        for joint in range(1, n_joints + 1):
+            if joint not in done:
+                extend((*done, joint))
+            elif -joint not in done and done[-1] != joint:
+                extend((*done, -joint))
+
+    extend(())
+    return tuple(found)
+
+
+def backwards(sequence: Sequence) -> Sequence:
+    """The sequence that undoes this one."""
+    return tuple(-stroke for stroke in reversed(sequence))
+
+
+@cache
+def classes(n_joints: int) -> tuple[Sequence, ...]:
+    """One sequence of each pair that undo one another: the one that comes first."""
+    return tuple(s for s in sequences(n_joints) if s <= backwards(s))
+
+
+def written(sequence: Sequence) -> str:
+    """The sequence as people read it: "+1 +2 -1 -2"."""
+    return " ".join(f"{stroke:+d}" for stroke in sequence)
+
 
 _STEPS = (2, 3, 4, 6, 9, 14, 21, 32)
 

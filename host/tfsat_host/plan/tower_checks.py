@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.dynamics.flying import arrivals_s
-from tfsat_host.facility.envelope import Envelope, permissible_transversal_velocities
-from tfsat_host.facility.release import (
+from tfsat_host.maneuver import Schedule
+from tfsat_host.plan.envelope import Envelope, permissible_transversal_velocities
+from tfsat_host.plan.facility import (
+    DropTower,
     pause_s,
     push_off_energy_mj,
     release_velocity_mm_s,
     residual_force_n,
     vertical_travel_mm,
 )
-from tfsat_host.facility.tower import DropTower
-from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import US_PER_S
 

@@ -16,9 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, minimize
 
-from tfsat_host.design.loops import Loops
-from tfsat_host.design.problem import Problem
-from tfsat_host.design.sequences import Sequence, classes
+from tfsat_host.plan.loops import Loops, Sequence, classes
+from tfsat_host.plan.problem import Problem
 from tfsat_host.robot.model import FloatArray, IntArray
 
 GRID_POINTS = 2500

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfsat_host.plan.study import Outcomes, Study
 from tfsat_host.robot.model import FloatArray
-from tfsat_host.sensitivity.study import Outcomes, Study
 
 PERCENTILES = (2.5, 16.0, 50.0, 84.0, 97.5)
 _LEVEL = 1e-9  # a spread below this share of the values is rounding

@@ -25,9 +25,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.errors import UsageError
+from tfsat_host.plan.parameters import Parameters
 from tfsat_host.robot import Uncertainty
 from tfsat_host.robot.model import FloatArray
-from tfsat_host.sensitivity.parameters import Parameters
 
 _DEG = float(np.degrees(1.0))
 _FIELDS = {

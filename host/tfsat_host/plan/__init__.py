@@ -1,0 +1,13 @@
+"""What to fly, and whether it may be flown.
+
+design        the loop of strokes that turns a robot farthest in a given time: `problem`, `loops`, `swarm`, `optimum`
+sensitivity   how sure a rotation is: `parameters`, `sources`, `study` (here or on a `cluster`), `statistics`
+orbit         loops on a `grid`, `primitives`, a `planner` of chains, a `flight` with feedback
+facility      a drop tower's file and release, the `envelope` of a maneuver, and `tower_checks` of both
+
+    found = design(load_robot(), DesignSettings(time_limit_s=1.5))
+    found.optimum.alpha_deg, found.optimum.sequence, found.gap_deg
+
+Angles in radians where the name does not say otherwise, quaternions (..., 4) with the scalar last, attitudes from body
+axes to inertial axes.
+"""

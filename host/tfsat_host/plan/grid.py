@@ -1,0 +1,418 @@
+"""Which rotations four-stroke loops give: every ordered pair of joints, every pair of displacements of a grid.
+
+Paper, section "Expected on-orbit performance": joints in steps of 5 deg, loops of four strokes, all joint pairs;
+efficiency is the reorientation's angle divided by all that the joints turn. Rates and errors follow in proportion.
+
+    found = distribution(Multibody.of(robot), robot.joint_limits_rad, step_deg=5.0)
+    found.maneuver(found.best_by_efficiency)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple, TextIO
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.dynamics import Multibody, quaternion, rotation_angle_rad, rotation_vector_rad
+from tfsat_host.dynamics.components import batch_first
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.dynamics.stroke import Hinge, turned
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray, IntArray
+
+# So long a step of order 6 leaves a tenth of the 1e-6 deg that the whole loop may be wrong by.
+_LONGEST_CELL_DEG = 5.0
+# A limit of 90 deg is 18 steps of 5 deg although neither is an exact binary number of radians.
+_ROUNDING = 1e-9
+
+
+class OrbitError(TfsatError):
+    """The grid, the target or the robot does not allow an answer (exit code 1)."""
+
+
+class GridAxis(NamedTuple):
+    """One joint's displacements: `up` multiples of the step above the start pose, `down` below it."""
+
+    up: int
+    down: int
+    step_rad: float
+
+    @property
+    def displacements_rad(self) -> FloatArray:
+        """(up + down,): step, 2 step, ..., then -step, -2 step, ..."""
+        return self.step_rad * np.concatenate([np.arange(1, self.up + 1), -np.arange(1, self.down + 1)])
+
+
+def grid_axes(limits_rad: FloatArray, start_rad: FloatArray, step_deg: float) -> list[GridAxis]:
+    """The axes of joints with limits (n, 2) from start angles (n,).
+
+    All multiples of the step that the limits allow; a limit that is no multiple is not itself on the grid.
+
+    Raises:
+        OrbitError: the step is no positive number, or fewer than two joints have room for it.
+    """
+    if not (math.isfinite(step_deg) and step_deg > 0.0):
+        raise OrbitError(
+            what=f"A grid step of {step_deg:g} deg is not above zero.",
+            meaning="Nothing was computed.",
+            next_step="Give a step such as 5.",
+        )
+    step = math.radians(step_deg)
+    room = (limits_rad - start_rad[:, None]) / step
+    axes = [
+        GridAxis(max(math.floor(above + _ROUNDING), 0), max(math.floor(-below + _ROUNDING), 0), step)
+        for below, above in room
+    ]
+    if sum(axis.up + axis.down > 0 for axis in axes) < 2:
+        raise OrbitError(
+            what=f"Fewer than two joints can move by {step_deg:g} deg from the start pose.",
+            meaning="A loop that turns the robot takes two joints.",
+            next_step="Give a smaller step, or wider limits_deg in the robot file.",
+        )
+    return axes
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Rotations of the base by every stroke of one joint from its start angle along the grid's lines.
+
+    Attributes:
+        alone: (4, N) quaternions by displacement, all other joints at their start angles.
+        beside: By another joint: (4, M, N), with that joint displaced by its m-th displacement.
+    """
+
+    alone: FloatArray
+    beside: dict[int, FloatArray]
+
+
+def lines_of(body: Multibody, joint: int, axes: list[GridAxis], start_rad: FloatArray) -> Lines:
+    """The lines along `joint`.
+
+    Every cell of the grid is integrated once, all of them together; the strokes are running products.
+    """
+    others = [other for other in range(body.n_joints) if other != joint]
+    shifts = [axes[other].displacements_rad for other in others]
+    ends = np.cumsum([1, *(len(shift) for shift in shifts)])
+    pose = np.repeat(start_rad[:, None], ends[-1], axis=1)
+    for other, shift, begin in zip(others, shifts, ends, strict=False):
+        pose[other, begin : begin + len(shift)] += shift
+    strokes = _along(Hinge.of(body, joint, 1), axes[joint], pose)
+    beside = {
+        other: strokes[:, begin:end] for other, begin, end in zip(others, ends[:-1], ends[1:], strict=True)
+    }
+    return Lines(strokes[:, 0], beside)
+
+
+def _along(hinge: Hinge, axis: GridAxis, pose: FloatArray) -> FloatArray:
+    """(4, lines, N) strokes of the hinge's joint from poses (n, lines)."""
+    to = axis.displacements_rad
+    delta = np.sign(to) * axis.step_rad
+    angles = np.repeat(pose[:, :, None], len(to), axis=2)
+    angles[hinge.step.joint] += to - delta
+    lengths = np.broadcast_to(delta, angles.shape[1:])
+    steps = math.ceil(math.degrees(axis.step_rad) / _LONGEST_CELL_DEG)
+    cells = turned(hinge, angles.reshape(len(pose), -1), lengths.reshape(-1), steps).reshape(
+        4, *lengths.shape
+    )
+    for first, end in ((1, axis.up), (axis.up + 1, len(to))):
+        for index in range(first, end):
+            cells[..., index] = quaternion.product(cells[..., index - 1], cells[..., index])
+    return cells
+
+
+def room_rad(
+    robot: RobotModel, joints: Sequence[int] | None = None, limit_deg: Sequence[float] | None = None
+) -> FloatArray:
+    """Least and greatest angles (n, 2) of the robot's joints; those that may not move stay at their start angle.
+
+    Args:
+        robot: Its limits hold in any case.
+        joints: Indices of the joints that may move; all if None.
+        limit_deg: Greatest displacement of each of `joints`, to both sides of its start angle.
+
+    Raises:
+        UsageError: the joints are not the robot's, or the limits do not fit them.
+    """
+    chosen = list(range(robot.n_joints) if joints is None else joints)
+    if len(set(chosen)) < max(len(chosen), 2) or not all(0 <= joint < robot.n_joints for joint in chosen):
+        raise UsageError(
+            what=f"{robot.name} has joints 1 to {robot.n_joints}; a loop takes two or more different ones of them.",
+            meaning="Nothing was computed.",
+            next_step="Give their numbers, such as --joints 1,2, or leave --joints out.",
+        )
+    start = np.array([servo.start_rad for servo in robot.servos])
+    room = np.repeat(start[:, None], 2, axis=1)
+    room[chosen] = robot.joint_limits_rad[chosen]
+    if limit_deg is None:
+        return room
+    if len(limit_deg) != len(chosen) or not all(math.isfinite(limit) and limit > 0.0 for limit in limit_deg):
+        given = ",".join(f"{limit:g}" for limit in limit_deg)
+        raise UsageError(
+            what=f"{len(chosen)} joints move, and the limits are {given}: each needs one, above zero.",
+            meaning="Nothing was computed.",
+            next_step=f"Give {len(chosen)} angles in deg, such as --limit {','.join(['30'] * len(chosen))}.",
+        )
+    limit = np.radians(np.array(limit_deg))
+    room[chosen, 0] = np.maximum(room[chosen, 0], start[chosen] - limit)
+    room[chosen, 1] = np.minimum(room[chosen, 1], start[chosen] + limit)
+    return room
+
+
+_MOST_MANEUVERS = 1_000_000
+# Rounding parts the efficiencies of a loop and of the same loop backwards.
+_SAME_EFFICIENCY = 1e-9
+
+
+class GridManeuver(NamedTuple):
+    """One loop of the grid: joint i by alpha, joint j by beta, and both back in this order.
+
+    `joints` are indices. `euler_zyx_deg` are about z, y and x.
+    """
+
+    joints: tuple[int, int]
+    alpha_deg: float
+    beta_deg: float
+    reorientation_deg: float
+    efficiency: float
+    rotation_vector_deg: tuple[float, float, float]
+    euler_zyx_deg: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """m loops +alpha_i +beta_j -alpha_i -beta_j.
+
+    Attributes:
+        step_deg: Of the grid.
+        joints: (m, 2) indices i and j.
+        displacement_rad: (m, 2) alpha and beta.
+        quaternion_xyzw: (m, 4) from body axes after the loop to body axes before it; of every body the same.
+    """
+
+    step_deg: float
+    joints: IntArray
+    displacement_rad: FloatArray
+    quaternion_xyzw: FloatArray
+
+    @cached_property
+    def angle_rad(self) -> FloatArray:
+        """(m,) reorientation."""
+        return rotation_angle_rad(self.quaternion_xyzw)
+
+    @cached_property
+    def efficiency(self) -> FloatArray:
+        """(m,) reorientation divided by the sum of what the joints turn, there and back."""
+        return np.asarray(self.angle_rad / (2.0 * np.abs(self.displacement_rad).sum(axis=1)))
+
+    @cached_property
+    def rotation_vector_rad(self) -> FloatArray:
+        """(m, 3)."""
+        return rotation_vector_rad(self.quaternion_xyzw)
+
+    @cached_property
+    def euler_zyx_rad(self) -> FloatArray:
+        """(m, 3) about z, y and x."""
+        return euler_zyx_rad(Rotation.from_quat(self.quaternion_xyzw).as_matrix())
+
+    @property
+    def best_by_efficiency(self) -> int:
+        """Index of the most efficient loop, the first of equals: a loop flown backwards is as efficient."""
+        return int(np.argmax(self.efficiency))
+
+    @property
+    def best_by_angle(self) -> int:
+        """Index of the loop that turns farthest, the first of equals."""
+        return int(np.argmax(self.angle_rad))
+
+    def most_efficient(self) -> IntArray:
+        """Indices of all loops as efficient as the best."""
+        return np.flatnonzero(self.efficiency >= self.efficiency.max() * (1.0 - _SAME_EFFICIENCY))
+
+    def best_of_pairs(self) -> list[int]:
+        """Index of the most efficient loop of every ordered joint pair, the best pair first."""
+        pairs = np.unique(self.joints, axis=0)
+        of_pair = [np.flatnonzero((self.joints == pair).all(axis=1)) for pair in pairs]
+        best = [int(indices[np.argmax(self.efficiency[indices])]) for indices in of_pair]
+        return sorted(best, key=lambda index: -self.efficiency[index])
+
+    def maneuver(self, index: int) -> GridManeuver:
+        """One loop, as people read it."""
+        alpha, beta = np.degrees(self.displacement_rad[index]).tolist()
+        return GridManeuver(
+            joints=(int(self.joints[index, 0]), int(self.joints[index, 1])),
+            alpha_deg=alpha,
+            beta_deg=beta,
+            reorientation_deg=float(np.degrees(self.angle_rad[index])),
+            efficiency=float(self.efficiency[index]),
+            rotation_vector_deg=tuple(np.degrees(self.rotation_vector_rad[index]).tolist()),
+            euler_zyx_deg=tuple(np.degrees(self.euler_zyx_rad[index]).tolist()),
+        )
+
+
+def distribution(
+    body: Multibody, limits_rad: FloatArray, step_deg: float, *, start_rad: FloatArray | None = None
+) -> Distribution:
+    """All four-stroke loops on a grid.
+
+    Args:
+        body: One robot (no batch).
+        limits_rad: (n, 2) least and greatest angle of each joint.
+        step_deg: Displacements are its multiples within the limits, 0 excepted, from the start pose to both sides.
+        start_rad: (n,) the pose at the start; zero if None.
+
+    Returns:
+        The loops, pair by pair in lexical order, within a pair alpha by alpha. Joints without room for a
+        step have none.
+
+    Raises:
+        OrbitError: there is no loop on this grid, or there are more than a million.
+    """
+    start = np.zeros(body.n_joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
+    axes = grid_axes(np.asarray(limits_rad, dtype=np.float64), start, step_deg)
+    _check_size(axes, step_deg)
+    lines = [lines_of(body, joint, axes, start) for joint in range(body.n_joints)]
+    loops: dict[tuple[int, int], FloatArray] = {}
+    for i, j in combinations(range(body.n_joints), 2):
+        # Along i, along j beside it, back along i beside j, back along j.
+        out = quaternion.product(lines[i].alone[:, :, None], lines[j].beside[i])
+        other = quaternion.product(lines[j].alone[:, None, :], lines[i].beside[j].swapaxes(1, 2))
+        loop = quaternion.product(out, quaternion.inverse(other))
+        loops[i, j] = loop
+        loops[j, i] = quaternion.inverse(loop).swapaxes(1, 2)
+    parts = [_samples(i, j, axes, loops[i, j]) for i, j in sorted(loops)]
+    joints, displacements, quaternions = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    return Distribution(step_deg, joints, displacements, quaternions)
+
+
+def _samples(
+    i: int, j: int, axes: list[GridAxis], loop: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Joints, displacements and quaternions, one a row, of loops (4, alphas, betas)."""
+    alpha, beta = axes[i].displacements_rad, axes[j].displacements_rad
+    grid = np.stack(np.meshgrid(alpha, beta, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.tile(np.array([i, j]), (len(grid), 1)), grid, batch_first(loop).reshape(-1, 4)
+
+
+def _check_size(axes: list[GridAxis], step_deg: float) -> None:
+    counts = [axis.up + axis.down for axis in axes]
+    loops = sum(counts) ** 2 - sum(count * count for count in counts)
+    if loops > _MOST_MANEUVERS:
+        raise OrbitError(
+            what=f"A grid of {step_deg:g} deg has {loops} maneuvers; this works with up to {_MOST_MANEUVERS}.",
+            meaning="Nothing was computed.",
+            next_step=f"Give a step of at least {step_deg * (loops / _MOST_MANEUVERS) ** 0.5 * 1.005:.3g} deg.",
+        )
+
+
+COLUMNS = (
+    "joint_i,joint_j,alpha_deg,beta_deg,"
+    "euler_z_deg,euler_y_deg,euler_x_deg,"
+    "rotation_x_deg,rotation_y_deg,rotation_z_deg,"
+    "reorientation_deg,efficiency"
+)
+"""The first line of the CSV. Joints are counted from 1."""
+
+
+def write_csv(found: Distribution, file: TextIO) -> None:
+    """Writes one loop a line, below the names of the columns."""
+    table = np.column_stack(
+        [
+            found.joints + 1,
+            np.degrees(found.displacement_rad),
+            np.degrees(found.euler_zyx_rad),
+            np.degrees(found.rotation_vector_rad),
+            np.degrees(found.angle_rad),
+            found.efficiency,
+        ]
+    )
+    np.savetxt(file, table, fmt="%d,%d,%.6g,%.6g" + ",%.8f" * 8, header=COLUMNS, comments="")
+
+
+def draw_distribution(found: Distribution, title: str, path: Path, file_format: str) -> None:
+    """Draws every loop as a point, its color the efficiency, and the most efficient ones as stars.
+
+    They are two: a loop flown backwards is as efficient, and turns the other way.
+    """
+    from matplotlib.figure import Figure
+
+    angles = np.degrees(found.euler_zyx_rad)
+    best = angles[found.most_efficient()]
+    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
+    axes = figure.add_subplot(projection="3d", computed_zorder=False)
+    # Rasterized, a million points are a picture of some kilobytes in a PDF or an SVG, too.
+    points = axes.scatter(
+        *angles.T, c=found.efficiency, s=_area(len(angles)), cmap="viridis", linewidths=0.0, rasterized=True
+    )
+    axes.scatter(
+        *best.T,
+        marker="*",
+        s=220,
+        c="gold",
+        edgecolors="black",
+        depthshade=False,
+        zorder=3,
+        label="most efficient",
+    )
+    axes.set_xlabel("z / deg")
+    axes.set_ylabel("y / deg")
+    axes.set_zlabel("x / deg")
+    axes.set_title(title)
+    axes.legend(loc="upper left")
+    figure.colorbar(points, ax=axes, shrink=0.7, label="efficiency")
+    figure.savefig(path, format=file_format, dpi=150)
+
+
+def _area(count: int) -> float:
+    """Of a point, in square points: many must leave room for one another."""
+    return max(min(5.0, 10_000.0 / count), 0.5)
+
+
+# Errors of the drop test's reorientation, paper, section "Result": before and after its model was corrected.
+DROP_TEST_REORIENTATION_DEG = 23.3
+DROP_TEST_ERROR_DEG = 0.314
+DROP_TEST_CORRECTED_ERROR_DEG = 0.237
+
+
+def average_rate(joint_rate: float, efficiency: float) -> float:
+    """Average rate of reorientation, in the unit of the joint rate: loops follow one another without pause.
+
+    30 deg/s with an efficiency of 0.1092 make 3.28 deg/s.
+    """
+    return joint_rate * efficiency
+
+
+def slew_time_s(target_deg: float, rate_deg_s: float) -> float:
+    """Time to turn by `target_deg` at an average rate: 27.4 s for 90 deg at 3.28 deg/s.
+
+    Raises:
+        ValueError: the rate is not above zero.
+    """
+    if not rate_deg_s > 0.0:
+        raise ValueError(f"an average rate of {rate_deg_s:g} deg/s reaches no target")
+    return abs(target_deg) / rate_deg_s
+
+
+def expected_error(
+    target_deg: float,
+    *,
+    error_deg: float = DROP_TEST_ERROR_DEG,
+    at_deg: float = DROP_TEST_REORIENTATION_DEG,
+) -> float:
+    """Error in deg of a reorientation without feedback, if a known one of `at_deg` had `error_deg`.
+
+    In proportion to the angle, as the paper takes it: 1.21 deg for 90 deg, and with the corrected model 0.92 deg.
+
+    Raises:
+        ValueError: the known reorientation is not above zero.
+    """
+    if not at_deg > 0.0:
+        raise ValueError(f"a reorientation of {at_deg:g} deg is no measure")
+    return abs(target_deg) * error_deg / at_deg

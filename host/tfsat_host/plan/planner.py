@@ -1,0 +1,408 @@
+"""From the rotation that is needed to a chain of primitives: by lookup, or by a beam search for the shortest time.
+
+Robots of this kind are fast about one axis and slow about the others: the drop tower robot turns about its long
+axis some twenty times as fast as about any other. The angle that is left says little, then, and an estimate of the time
+leads the search. A rotation is either made of parts about three perpendicular axes, or the fast axis is turned into the
+right place for the second fastest, and back: R = R_1(a) R_2(b) R_1(c), as with z-x-z Euler angles. The last primitive
+need not lie on the grid: its displacements are solved for the rotation that is left.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from tfsat_host.angles import wrapped
+from tfsat_host.dynamics import quaternion
+from tfsat_host.plan.loops import Loops
+from tfsat_host.plan.primitives import Primitive, PrimitiveTable
+from tfsat_host.robot.model import FloatArray, IntArray
+
+# Slower than this is taken as this: a robot that cannot turn about an axis at all.
+_SLOWEST_RAD_S = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class TimeToGo:
+    """Estimates times.
+
+    Attributes:
+        axes: (3, 3) one axis a row, the fastest first, right-handed.
+        rate_rad_s: (3,) average rate about each.
+    """
+
+    axes: FloatArray
+    rate_rad_s: FloatArray
+
+    @classmethod
+    def of(cls, table: PrimitiveTable) -> TimeToGo:
+        """By the table's best primitives about each axis; what else they turn must be undone by the faster axes."""
+        vectors, duration = quaternion.logarithm(table.rotation), table.duration_s
+        first, fast = _fastest(vectors, duration)
+        first = first / np.linalg.norm(first)
+        repaid = duration + np.abs(first @ vectors) / fast
+        across = vectors - first[:, None] * (first @ vectors)
+        second, middle = _fastest(across, repaid)
+        if middle < _SLOWEST_RAD_S:
+            second, middle = _perpendicular(first), _SLOWEST_RAD_S
+        second = second / np.linalg.norm(second)
+        third = np.cross(first, second)
+        repaid = repaid + np.abs(second @ vectors) / middle
+        slow = max(float(np.max(np.abs(third @ vectors) / repaid)), _SLOWEST_RAD_S)
+        return cls(np.stack([first, second, third]), np.array([fast, middle, slow]))
+
+    def seconds(self, needed: FloatArray) -> FloatArray:
+        """(...) for rotations (4, ...)."""
+        fast, middle, slow = self.rate_rad_s
+        a, b, c = np.abs(np.tensordot(self.axes, quaternion.logarithm(needed), 1))
+        in_parts = a / fast + b / middle + c / slow
+        x, y, z = np.tensordot(self.axes, needed[:3], 1)
+        tilt = 2.0 * np.arctan2(np.hypot(y, z), np.hypot(needed[3], x))
+        # Half the sum and half the difference of the two turns about the fast axis.
+        half_sum, half_difference = np.arctan2(x, needed[3]), np.arctan2(z, y)
+        turns = np.abs(wrapped(half_sum + half_difference)) + np.abs(wrapped(half_sum - half_difference))
+        # The same with the tilt backwards: both turns half a turn further.
+        far = np.abs(wrapped(half_sum + half_difference + np.pi)) + np.abs(
+            wrapped(half_sum - half_difference + np.pi)
+        )
+        by_turns = np.minimum(turns, far) / fast + tilt / middle
+        return np.asarray(np.minimum(in_parts, by_turns))
+
+
+def _fastest(vectors: FloatArray, duration: FloatArray) -> tuple[FloatArray, float]:
+    """The rotation vector (3,) of (3, m) that goes farthest in its time, and its rate."""
+    rates = np.sqrt((vectors * vectors).sum(axis=0)) / duration
+    best = int(np.argmax(rates))
+    return vectors[:, best], float(rates[best])
+
+
+def _perpendicular(axis: FloatArray) -> FloatArray:
+    """Some vector (3,) perpendicular to `axis` (3,)."""
+    return np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+
+
+# Two states of the beam that differ by less are one.
+_SAME_RAD = 0.005
+# A primitive must bring the target nearer by this at least: rounding is no progress.
+_LEAST_GAIN_RAD = 1e-9
+# Where no chain reaches the goal, the search ends with those that would take so many times the estimate, and some
+# loops more.
+_PATIENCE = 1.5
+_LOOPS_MORE = 2.0
+
+
+class Route(NamedTuple):
+    """A chain of primitives.
+
+    Attributes:
+        primitives: Indices into the table, in order.
+        remaining_rad: What is left after the last, by the model.
+        duration_s: Of all.
+    """
+
+    primitives: tuple[int, ...]
+    remaining_rad: float
+    duration_s: float
+
+
+def nearest(table: PrimitiveTable, needed: FloatArray, count: int) -> IntArray:
+    """Indices of the `count` primitives that leave least of the rotation `needed` (4,), the best first."""
+    remaining = _remaining(table, needed)
+    few = np.argpartition(remaining, min(count, len(table)) - 1)[:count]
+    return np.asarray(few[np.argsort(remaining[few], kind="stable")])
+
+
+def lookup(table: PrimitiveTable, needed: FloatArray, goal_rad: float, most: int) -> Route:
+    """One best primitive after another, until `goal_rad` is reached or none brings the target nearer.
+
+    The successive table lookup of the paper's section "Feedback control", before it is flown.
+    """
+    chain: list[int] = []
+    left, duration = float(quaternion.angle(needed)), 0.0
+    while left > goal_rad and len(chain) < most:
+        best = int(nearest(table, needed, 1)[0])
+        after = quaternion.product(table.undone[:, best], needed)
+        remaining = float(quaternion.angle(after))
+        if remaining > left - _LEAST_GAIN_RAD:
+            break
+        needed, left, duration = after, remaining, duration + float(table.duration_s[best])
+        chain.append(best)
+    return Route(tuple(chain), left, duration)
+
+
+def search(
+    table: PrimitiveTable,
+    time_to_go: TimeToGo,
+    needed: FloatArray,
+    goal_rad: float,
+    *,
+    most: int,
+    width: int = 32,
+) -> Route:
+    """The fastest chain that a beam search finds, never slower than the lookup's where that reaches the goal.
+
+    Each level of the search tries every primitive after each of the `width` most promising chains: those with the
+    least time so far plus estimated time to go.
+
+    Args:
+        table: The primitives.
+        time_to_go: The estimate.
+        needed: (4,) rotation from the present attitude to the target, body axes.
+        goal_rad: What may be left.
+        most: Most primitives in the chain.
+        width: Chains that are kept a level.
+
+    Returns:
+        The chain; if none reaches the goal, the one that comes nearest.
+    """
+    best = lookup(table, needed, goal_rad, most)
+    patience_s = _PATIENCE * float(time_to_go.seconds(needed)) + _LOOPS_MORE * float(table.duration_s.max())
+    beam, times, chains = needed[:, None], np.zeros(1), np.empty((1, 0), dtype=np.int64)
+    for _level in range(most):
+        after = quaternion.product(table.undone[:, :, None], beam[:, None, :]).reshape(4, -1)
+        spent = (table.duration_s[:, None] + times).reshape(-1)
+        best = _better(best, after, spent, chains, goal_rad)
+        worth = spent + time_to_go.seconds(after)
+        limit = best.duration_s if best.remaining_rad <= goal_rad else patience_s
+        kept = _promising(after, worth, limit, width)
+        if not len(kept):
+            break
+        chains = np.column_stack([chains[kept % len(chains)], kept // len(chains)])
+        beam, times = after[:, kept], spent[kept]
+    return best
+
+
+def _better(best: Route, after: FloatArray, spent: FloatArray, chains: IntArray, goal: float) -> Route:
+    """The best of `best` and the new chains."""
+    remaining = quaternion.angle(after)
+    reached = np.flatnonzero(remaining <= goal)
+    if len(reached):
+        index = int(reached[np.argmin(spent[reached])])
+        better = best.remaining_rad > goal or spent[index] < best.duration_s
+    else:
+        index = int(np.argmin(remaining))
+        better = best.remaining_rad > goal and remaining[index] < best.remaining_rad
+    if not better:
+        return best
+    chain = (*chains[index % len(chains)].tolist(), index // len(chains))
+    return Route(chain, float(remaining[index]), float(spent[index]))
+
+
+def _promising(after: FloatArray, worth: FloatArray, limit: float, width: int) -> IntArray:
+    """Indices of the `width` best states that are worth less than `limit` and differ from one another."""
+    count = min(16 * width, len(worth))
+    few = np.argpartition(worth, count - 1)[:count]
+    few = few[np.argsort(worth[few], kind="stable")]
+    few = few[worth[few] < limit]
+    cells = np.round(quaternion.logarithm(after[:, few]) / _SAME_RAD).astype(np.int64)
+    _, first = np.unique(cells, axis=1, return_index=True)
+    return np.asarray(few[np.sort(first)][:width])
+
+
+def _remaining(table: PrimitiveTable, needed: FloatArray) -> FloatArray:
+    return quaternion.angle(quaternion.product(table.undone, needed[:, None]))
+
+
+# The nearest primitives of so many shapes are tried: some have a joint at its limit, or too little to say about an
+# axis. Among so many of the nearest they are looked for.
+_SHAPES = 6
+_NEAREST = 200
+_DIFFERENCE_RAD = 1e-6
+# The sequencer's resolution is 0.01 deg: what rounds to nothing is not flown.
+_STILL_RAD = np.radians(0.005)
+# What is left by the model's account matters little below this share of the tolerance. Then the shortest loop is
+# best, for the model's errors grow with what the joints turn.
+_SHARE_OF_TOLERANCE = 0.25
+
+
+def trimmed(table: PrimitiveTable, needed: FloatArray, tolerance_rad: float) -> tuple[Primitive, float]:
+    """The primitive with free displacements that comes nearest to a rotation, and what it leaves in rad.
+
+    Args:
+        table: Its primitives are where the solution starts, its body, limits and start pose what it keeps to.
+        needed: (4,) the rotation, body axes.
+        tolerance_rad: Of those that leave a quarter of this or less, the shortest is taken.
+    """
+    near = nearest(table, needed, _NEAREST)
+    _, first = np.unique(table.shape[near], return_index=True)
+    starts = near[np.sort(first)[:_SHAPES]]
+    tries = [_solved(table, table.primitive(int(index)), needed) for index in starts]
+    enough = max(min(remaining for _, remaining in tries), _SHARE_OF_TOLERANCE * tolerance_rad)
+    return min((found for found in tries if found[1] <= enough), key=lambda found: found[0].duration_s)
+
+
+def _solved(table: PrimitiveTable, primitive: Primitive, needed: FloatArray) -> tuple[Primitive, float]:
+    """Least squares in the displacements of one primitive, within the joints' limits."""
+    from scipy.optimize import least_squares
+
+    shape = primitive.shape
+    joints = list(shape.joints)
+    loops = Loops(table.body, joints, (shape.sequence,), start_rad=table.start_rad, steps=table.steps)
+    low, high = (table.limits_rad[joints] - table.start_rad[joints, None]).T
+
+    def left(displacements: FloatArray) -> FloatArray:
+        """Rotation vectors (3, b) that displacements (d, b) leave."""
+        undone = quaternion.inverse(loops.rotations(displacements)[:, 0])
+        return quaternion.logarithm(quaternion.product(undone, needed[:, None]))
+
+    def slopes(displacement: FloatArray) -> FloatArray:
+        about = displacement[:, None] + _DIFFERENCE_RAD * np.hstack(
+            [np.eye(len(joints)), -np.eye(len(joints))]
+        )
+        forward, backward = np.split(left(about), 2, axis=1)
+        return np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
+
+    def residual(displacement: FloatArray) -> FloatArray:
+        return np.asarray(left(displacement[:, None])[:, 0])
+
+    solution = least_squares(
+        residual,
+        np.clip(primitive.displacement_rad, low, high),
+        jac=slopes,
+        bounds=(low, high),
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-14,
+        max_nfev=20,
+    )
+    solved = np.clip(solution.x, low, high)
+    displacement = np.where(np.abs(solved) < _STILL_RAD, 0.0, solved)
+    rotation = loops.rotations(displacement[:, None])[:, 0, 0]
+    remaining = float(quaternion.angle(quaternion.product(quaternion.inverse(rotation), needed)))
+    return Primitive(shape, displacement, rotation, table.duration_of(shape, displacement)), remaining
+
+
+Method = Literal["greedy", "search"]
+
+# What the displacements of one loop can usually still mend.
+_TRIM_REACH_RAD = math.radians(1.0)
+# So near the target a detour would bring in more of the model's errors than it mends.
+_NO_DETOUR_RAD = math.radians(1.0)
+
+
+class Chain(NamedTuple):
+    """Primitives one after another.
+
+    Attributes:
+        primitives: In the order they are flown.
+        remaining_rad: What they leave of the rotation they were made for, by the model.
+    """
+
+    primitives: tuple[Primitive, ...]
+    remaining_rad: float
+
+    @property
+    def duration_s(self) -> float:
+        """Of all primitives."""
+        return sum(primitive.duration_s for primitive in self.primitives)
+
+    @property
+    def backwards(self) -> Chain:
+        """The chain for the inverse rotation: every primitive backwards, the last one first."""
+        return Chain(backwards(self.primitives), self.remaining_rad)
+
+    def after_first(self) -> Chain:
+        """The chain without its first primitive."""
+        return Chain(self.primitives[1:], self.remaining_rad)
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """Plans with the robot as its table has it.
+
+    Attributes:
+        table: The primitives.
+        time_to_go: Estimates for the search and for its progress.
+        method: `greedy` takes the primitive that leaves least, again and again; `search` looks for the
+            fastest chain and allows detours.
+        tolerance_rad: What may be left at the end.
+        trim: Solve the displacements of the last primitive instead of taking them from the grid.
+        most: Most primitives in a chain.
+    """
+
+    table: PrimitiveTable
+    time_to_go: TimeToGo
+    method: Method
+    tolerance_rad: float
+    trim: bool = True
+    most: int = 150
+
+    @classmethod
+    def of(
+        cls,
+        table: PrimitiveTable,
+        method: Method,
+        tolerance_rad: float,
+        *,
+        trim: bool = True,
+        most: int = 150,
+    ) -> Planner:
+        """A planner with the table's own estimates."""
+        return cls(table, TimeToGo.of(table), method, tolerance_rad, trim, most)
+
+    def chain(self, needed: FloatArray, *, most: int | None = None, detour: bool = True) -> Chain:
+        """The chain for a rotation `needed` (4,), body axes; empty if no primitive brings it nearer.
+
+        A chain that cannot reach the tolerance comes as near as was found; its `remaining_rad` says how near.
+        The search looks for the inverse rotation, too: that chain backwards may be faster.
+
+        Args:
+            needed: The rotation.
+            most: Most primitives; the planner's own number if None.
+            detour: Whether a primitive may lead away from the target. Nearer than 1 deg none does.
+        """
+        most = self.most if most is None else most
+        if self.method == "greedy" or not detour or quaternion.angle(needed) <= _NO_DETOUR_RAD:
+            return self._chain(needed, most, direct=True)
+        forth = self._chain(needed, most, direct=False)
+        back = self._chain(quaternion.inverse(needed), most, direct=False).backwards
+        return min(forth, back, key=self._order)
+
+    def to_go(self, needed: FloatArray) -> float:
+        """A measure of how far a rotation (4,) is away: the angle for the lookup, the time for the search."""
+        if self.method == "greedy":
+            return float(quaternion.angle(needed))
+        return float(self.time_to_go.seconds(needed))
+
+    def _order(self, chain: Chain) -> tuple[bool, float, float]:
+        """Those that reach the tolerance come first, the fastest of them before; of the others the nearest."""
+        missed = chain.remaining_rad > self.tolerance_rad
+        return missed, chain.remaining_rad if missed else 0.0, chain.duration_s
+
+    def _chain(self, needed: FloatArray, most: int, *, direct: bool) -> Chain:
+        if not self.trim:
+            return self._found(needed, self.tolerance_rad, most, direct=direct)
+        coarse = max(self.tolerance_rad, _TRIM_REACH_RAD)
+        chain = self._trimmed(self._found(needed, coarse, most, direct=direct), needed)
+        if chain.remaining_rad > self.tolerance_rad and coarse > self.tolerance_rad:
+            finer = self._trimmed(self._found(needed, self.tolerance_rad, most, direct=direct), needed)
+            chain = min(chain, finer, key=lambda chain: chain.remaining_rad)
+        return chain
+
+    def _found(self, needed: FloatArray, goal_rad: float, most: int, *, direct: bool) -> Chain:
+        if direct:
+            route = lookup(self.table, needed, goal_rad, most)
+        else:
+            route = search(self.table, self.time_to_go, needed, goal_rad, most=most)
+        return Chain(tuple(self.table.primitive(index) for index in route.primitives), route.remaining_rad)
+
+    def _trimmed(self, chain: Chain, needed: FloatArray) -> Chain:
+        """The chain with its last primitive solved for, if that leaves less."""
+        before = chain.primitives[:-1]
+        last, remaining = trimmed(self.table, remainder(before, needed), self.tolerance_rad)
+        return Chain((*before, last), remaining) if remaining < chain.remaining_rad else chain
+
+
+def backwards(primitives: tuple[Primitive, ...]) -> tuple[Primitive, ...]:
+    """The primitives that undo these, in the order they are flown."""
+    return tuple(primitive.backwards for primitive in reversed(primitives))
+
+
+def remainder(primitives: tuple[Primitive, ...], needed: FloatArray) -> FloatArray:
+    """What is left of a rotation (4,) after some primitives, by the model."""
+    for primitive in primitives:
+        needed = quaternion.product(quaternion.inverse(primitive.quaternion_xyzw), needed)
+    return needed

@@ -1,0 +1,306 @@
+"""How a rotation changes with each parameter, and a Monte Carlo study over their errors.
+
+Derivatives are central differences of order 4, all parameters in one batch. They are taken of the rotation that leads
+from the nominal final attitude to the changed one: that is small, so neither a half turn nor no turn at all troubles
+them.
+
+A study is cut into chunks that can be computed anywhere and in any order. Chunk i draws from the i-th child of the
+seed, and its size is fixed: a sample has the same numbers whatever the number of workers, and the first samples of a
+longer study are those of a shorter one. A source draws its deviates even if its standard deviation is 0: without one
+kind of error, all others stay as they were.
+
+    parameters = Parameters.of(robot, Plan.of(robot, [PlannedStroke(0, 1.03, 0.7), ...], rate_rad_s=2.97))
+    sources = error_sources(parameters, robot.uncertainty)
+    linear = linear_spread(derivatives(parameters), sources)
+    outcomes = run_locally(Study(parameters, sources, samples=10_000, seed=1))
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfsat_host.dynamics import quaternion
+from tfsat_host.dynamics.propagate import final_attitudes
+from tfsat_host.errors import TfsatError
+from tfsat_host.plan.parameters import Parameters
+from tfsat_host.plan.sources import ErrorSources
+from tfsat_host.robot.model import FloatArray
+
+CHUNK = 500
+"""Samples a chunk: small enough for a processor's cache, large enough for numpy."""
+LARGEST_DEVIATE = 4.5
+"""Deviates beyond it, seven of a million, are drawn to it: a share of up to 20 % leaves something of every mass."""
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What is drawn, how often, and from which seed.
+
+    Attributes:
+        parameters: Of the robot and its plan.
+        sources: What may be wrong with them.
+        samples: How many, at least one.
+        seed: From 0.
+    """
+
+    parameters: Parameters
+    sources: ErrorSources
+    samples: int
+    seed: int
+
+    @property
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return -(-self.samples // CHUNK)
+
+    def deviates(self, chunk: int) -> FloatArray:
+        """(s, d) standard normal deviates of a chunk; s is less than `CHUNK` in the last one only."""
+        return self.drawn(chunk)[: self.samples - chunk * CHUNK]
+
+    def drawn(self, chunk: int) -> FloatArray:
+        """(CHUNK, d) those of the whole chunk, whatever the number of samples."""
+        seeds = np.random.SeedSequence(self.seed, spawn_key=(chunk,))
+        drawn = np.random.Generator(np.random.PCG64(seeds)).standard_normal((CHUNK, len(self.sources.names)))
+        return np.clip(drawn, -LARGEST_DEVIATE, LARGEST_DEVIATE)
+
+    def vectors(self, deviates: FloatArray) -> FloatArray:
+        """(s, p) parameters of the samples."""
+        return np.asarray(self.parameters.nominal + self.sources.shifts(deviates))
+
+
+@dataclass(frozen=True, eq=False)
+class Outcomes:
+    """What s samples did.
+
+    Attributes:
+        quaternion_xyzw: (s, 4) final attitude of the base: from base axes to inertial axes.
+        moving_time_s: (s,) what the strokes take together.
+        end_s: (s,) when the last joint has arrived, after release.
+        error_rad: How wrong the worst of the attitudes may be by the error of the integration.
+    """
+
+    quaternion_xyzw: FloatArray
+    moving_time_s: FloatArray
+    end_s: FloatArray
+    error_rad: float
+
+    def __len__(self) -> int:
+        return len(self.end_s)
+
+    @classmethod
+    def joined(cls, parts: list[Outcomes]) -> Outcomes:
+        """The outcomes of chunks, in their order."""
+        return cls(
+            np.concatenate([part.quaternion_xyzw for part in parts]),
+            np.concatenate([part.moving_time_s for part in parts]),
+            np.concatenate([part.end_s for part in parts]),
+            max(part.error_rad for part in parts),
+        )
+
+    @property
+    def rotation_vector_deg(self) -> FloatArray:
+        """(s, 3)."""
+        return np.degrees(quaternion.logarithm(self.quaternion_xyzw.T)).T
+
+    @property
+    def reorientation_deg(self) -> FloatArray:
+        """(s,) rotation angles."""
+        return np.degrees(quaternion.angle(self.quaternion_xyzw.T))
+
+    def attitude_error_deg(self, nominal_xyzw: FloatArray) -> FloatArray:
+        """(s,) angles between the final attitudes and the nominal one (4,)."""
+        back = quaternion.inverse(nominal_xyzw)[:, None]
+        return np.degrees(quaternion.angle(quaternion.product(back, self.quaternion_xyzw.T)))
+
+
+def run_chunk(study: Study, chunk: int) -> Outcomes:
+    """The outcomes of one chunk; the same wherever it runs.
+
+    All of it is flown, though a study may end within it: its robots share their steps, and so a sample's bits do not
+    depend on how many follow.
+    """
+    parameters, vectors = study.parameters, study.vectors(study.drawn(chunk))
+    motion = parameters.motion(vectors)
+    attitude, error_rad = final_attitudes(
+        parameters.robots(vectors),
+        parameters.history(motion),
+        initial_rate_rad_s=parameters.initial_rate_rad_s,
+    )
+    count = len(study.deviates(chunk))
+    moving_time_s = (motion.end_s - motion.start_s).sum(axis=0)
+    return Outcomes(
+        np.ascontiguousarray(attitude.T[:count]),
+        moving_time_s[:count],
+        motion.end_s.max(axis=0)[:count],
+        error_rad,
+    )
+
+
+_OFFSETS = np.array([-2.0, -1.0, 1.0, 2.0])
+_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+_NO_TURN_RAD = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """At the nominal parameters; degrees per unit of each parameter.
+
+    Attributes:
+        reorientation_deg: Nominal rotation angle of the base.
+        rotation_vector_deg: (3,) nominal.
+        quaternion_xyzw: (4,) nominal final attitude of the base, w >= 0.
+        of_reorientation: (p,). Without any rotation the angle has a kink: then its slope away from there.
+        of_rotation_vector: (p, 3).
+        of_attitude: (p, 3) rotation of the final attitude, base axes: what a star tracker would see.
+        error_rad: How wrong an attitude may be by the error of the integration.
+    """
+
+    reorientation_deg: float
+    rotation_vector_deg: FloatArray
+    quaternion_xyzw: FloatArray
+    of_reorientation: FloatArray
+    of_rotation_vector: FloatArray
+    of_attitude: FloatArray
+    error_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSpread:
+    """Standard deviations to first order, deg.
+
+    Attributes:
+        reorientation_deg: Of the rotation angle.
+        rotation_vector_deg: (3,) of the rotation vector's components.
+        attitude_deg: Root mean square angle between the final attitude and the nominal one.
+        of_parameters_deg: (p,) |derivative| times standard deviation: what each parameter alone would give the angle.
+            Parameters with a common source do not add up in squares.
+        of_sources_deg: (d,) what each source alone gives the angle; in squares they add up to the whole.
+        shares: (d,) of the angle's variance; 0 if it has none.
+    """
+
+    reorientation_deg: float
+    rotation_vector_deg: FloatArray
+    attitude_deg: float
+    of_parameters_deg: FloatArray
+    of_sources_deg: FloatArray
+    shares: FloatArray
+
+
+def derivatives(parameters: Parameters, *, step_scale: float = 1.0) -> Derivatives:
+    """All derivatives, by one batched evaluation of 4 p + 1 robots.
+
+    Args:
+        parameters: Where.
+        step_scale: Factor on the parameters' steps, to check that the derivatives do not depend on them.
+    """
+    count, steps = len(parameters.nominal), step_scale * parameters.steps
+    changed = parameters.nominal + (_OFFSETS[:, None, None] * np.diag(steps)).reshape(-1, count)
+    vectors = np.vstack([parameters.nominal, changed])
+    attitude, error_rad = final_attitudes(
+        parameters.robots(vectors),
+        parameters.history(parameters.motion(vectors)),
+        initial_rate_rad_s=parameters.initial_rate_rad_s,
+    )
+    nominal = np.copysign(1.0, attitude[3, 0]) * attitude[:, 0]
+    relative = quaternion.product(quaternion.inverse(nominal)[:, None], attitude[:, 1:])
+    turns = np.degrees(quaternion.logarithm(relative)).reshape(3, len(_OFFSETS), count)
+    of_attitude = np.asarray(np.einsum("o,cop->pc", _WEIGHTS, turns) / steps[:, None])
+    vector = quaternion.logarithm(nominal)
+    size = float(np.linalg.norm(vector))
+    return Derivatives(
+        reorientation_deg=float(np.degrees(quaternion.angle(nominal))),
+        rotation_vector_deg=np.degrees(vector),
+        quaternion_xyzw=nominal,
+        of_reorientation=(
+            of_attitude @ (vector / size) if size > _NO_TURN_RAD else np.linalg.norm(of_attitude, axis=1)
+        ),
+        of_rotation_vector=quaternion.inverse_differential(
+            np.repeat(vector[:, None], count, axis=1), of_attitude.T
+        ).T,
+        of_attitude=of_attitude,
+        error_rad=error_rad,
+    )
+
+
+def linear_spread(found: Derivatives, sources: ErrorSources) -> LinearSpread:
+    """What independent normal errors from `sources` make of the rotation, to first order."""
+    of_sources = found.of_reorientation @ sources.matrix
+    total = float(np.linalg.norm(of_sources))
+    shares = (of_sources / total) ** 2 if total > 0.0 else np.zeros_like(of_sources)
+    return LinearSpread(
+        reorientation_deg=total,
+        rotation_vector_deg=np.linalg.norm(found.of_rotation_vector.T @ sources.matrix, axis=1),
+        attitude_deg=float(np.linalg.norm(found.of_attitude.T @ sources.matrix)),
+        of_parameters_deg=np.abs(found.of_reorientation) * sources.parameter_sigma,
+        of_sources_deg=np.abs(of_sources),
+        shares=shares,
+    )
+
+
+_WORTH_A_PROCESS = 8  # chunks; starting one takes as long as computing fewer
+
+
+def usable_cores() -> int:
+    """The processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def run_locally(
+    study: Study, *, workers: int | None = None, progress: Callable[[float], None] | None = None
+) -> Outcomes:
+    """All chunks, on `workers` processes.
+
+    Args:
+        study: What to compute.
+        workers: Processes at most; one for each usable core if None, and no more than are worth their start.
+        progress: Called with the number of samples that were done since its last call.
+
+    Raises:
+        TfsatError: a process was ended by somebody else.
+    """
+    wanted = usable_cores() if workers is None else workers
+    count = min(wanted, -(-study.chunks // _WORTH_A_PROCESS))
+    done = progress or (lambda _samples: None)
+    if count > 1:
+        return _by_processes(study, count, done)
+    parts = []
+    for chunk in range(study.chunks):
+        parts.append(run_chunk(study, chunk))
+        done(len(parts[-1]))
+    return Outcomes.joined(parts)
+
+
+def _by_processes(study: Study, count: int, done: Callable[[float], None]) -> Outcomes:
+    parts: dict[int, Outcomes] = {}
+    # Spawned: a fork would copy the locks of whatever threads this process has.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(count, mp_context=context, initializer=_end_at_interrupt) as pool:
+        chunk_of = {pool.submit(run_chunk, study, chunk): chunk for chunk in range(study.chunks)}
+        try:
+            for future in as_completed(chunk_of):
+                parts[chunk_of[future]] = future.result()
+                done(len(future.result()))
+        except BrokenProcessPool as error:
+            raise TfsatError(
+                what="A process that computed a part of the study was ended, perhaps for want of memory.",
+                meaning="Without all parts there is no result.",
+                next_step="Run the same command with --workers 1.",
+            ) from error
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+    return Outcomes.joined([parts[chunk] for chunk in range(study.chunks)])
+
+
+def _end_at_interrupt() -> None:
+    """Ctrl-C reaches this process too: it ends at once and leaves the words to the one that a person started."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
