@@ -131,7 +131,6 @@ def _record(spec: Spec, struct: Struct) -> list[str]:
     lines = [
         "",
         "",
-        "@dataclass(frozen=True, slots=True)",
         f"class {struct.name}({'Record' if struct.type_id is None else 'Payload'}):",
     ]
     doc = " ".join(struct.doc.split())
@@ -144,6 +143,8 @@ def _record(spec: Spec, struct: Struct) -> list[str]:
     if struct.type_id is not None:
         lines.append(f"    TYPE: ClassVar[int] = 0x{struct.type_id:02X}")
     lines.append(f"    SIZE: ClassVar[int] = {spec.size_of(struct)}")
+    slots = "".join(f'"{field.name}", ' for field in struct.fields).rstrip()
+    lines.append(f"    __slots__ = ({slots})")
     if struct.fields:
         lines.append("    LAYOUT: ClassVar[Layout] = (")
         lines += [f"        {_layout(field)}," for field in struct.fields]
@@ -159,7 +160,6 @@ def _messages(spec: Spec) -> str:
     lines = [
         *_head("Payloads of the link's frames and records of the log."),
         "",
-        "from dataclasses import dataclass",
         "from typing import ClassVar",
         "",
         f"from .enums import {used}",

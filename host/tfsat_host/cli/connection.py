@@ -162,17 +162,19 @@ def emulated_robot(
         BuildError: it cannot be built.
         TfsatError: what was kept is damaged.
     """
-    from tfsat_host.emulated.build import ensure_built
     from tfsat_host.emulated.imperfections import draw, draw_as_built
     from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
     from tfsat_host.emulated.state import KeptState
 
-    ensure_built(progress=out.note)
     kept = KeptState.of_user()
     before = kept.load()
     wrong = (draw_as_built if as_built else draw)(DEFAULT_SEED)
     with EmulatedRobot(
-        model, imperfections=wrong, eeprom=before.eeprom, logger_memory=before.logger_memory
+        model,
+        imperfections=wrong,
+        eeprom=before.eeprom,
+        logger_memory=before.logger_memory,
+        progress=out.note,
     ) as robot:
         before.put_card(robot)
         robot.advance(SETTLE_US)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.stored_record import VerifyError, repeat_until_stored
-from tfsat_host.maneuver import Schedule, TimedStroke
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.messages import (
@@ -22,6 +22,9 @@ from tfsat_host.protocol.messages import (
     ManeuverStrokeReply,
     ManeuverStrokeRequest,
 )
+
+if TYPE_CHECKING:
+    from tfsat_host.maneuver import Schedule, TimedStroke
 
 
 @dataclass(frozen=True, slots=True)

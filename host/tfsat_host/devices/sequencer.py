@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from tfsat_host.devices.client import BoardIdentity, Client
 from tfsat_host.devices.maneuver_transfer import (
@@ -20,7 +20,6 @@ from tfsat_host.devices.settings_transfer import (
 )
 from tfsat_host.devices.stored_record import VerifyError
 from tfsat_host.devices.transport import Transport
-from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.enums import Board, SequencerState
 from tfsat_host.protocol.messages import (
     ArmReply,
@@ -35,6 +34,9 @@ from tfsat_host.protocol.messages import (
     SequencerStatusRequest,
 )
 from tfsat_host.servo_settings import ServoSettings
+
+if TYPE_CHECKING:
+    from tfsat_host.maneuver import Schedule
 
 __all__ = [
     "SequencerClient",

@@ -14,11 +14,8 @@ import hashlib
 import os
 import shlex
 import shutil
-import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -150,6 +147,9 @@ def _compiler() -> str:
 
 def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Path) -> None:
     """Compiles and links in a scratch folder, then moves the library into place, its stamp last."""
+    import tempfile
+    from concurrent.futures import ThreadPoolExecutor  # all that a library in the cache need not wait for
+
     library.parent.mkdir(parents=True, exist_ok=True)
     defines = ("-DTFSAT_WITH_SIMAVR",) if variant.avr else ()
     with tempfile.TemporaryDirectory(dir=library.parent) as scratch:
@@ -174,6 +174,8 @@ def _build(compiler: str, variant: Variant, sources: Iterable[Path], library: Pa
 
 
 def _run(command: list[str], variant: Variant) -> None:
+    import subprocess
+
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode == 0:
         return

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.emulated.boards import BoardIndex as BoardIndex
 from tfsat_host.emulated.boards import Reset as Reset
-from tfsat_host.emulated.build import Variant, ensure_built
+from tfsat_host.emulated.build import Progress, Variant, ensure_built
 from tfsat_host.emulated.card import CardSlot
 from tfsat_host.emulated.errors import EmulationError as EmulationError
 from tfsat_host.emulated.faults import Faults
@@ -59,6 +59,7 @@ class EmulatedRobot:
         eeprom: The sequencer's EEPROM; erased by default.
         logger_memory: The logger's stored settings, as `logger_memory()` gave them; none by default.
         variant: Which build of the library to use.
+        progress: Hears that the library is being built.
 
     Raises:
         BuildError: the library cannot be built.
@@ -76,11 +77,12 @@ class EmulatedRobot:
         eeprom: bytes | None = None,
         logger_memory: bytes | None = None,
         variant: Variant | None = None,
+        progress: Progress = lambda _: None,
     ) -> None:
         self.model = model or load_robot()
         require_the_boards_numbers(self.model)
         chosen = variant or Variant(avr=hex_path is not None)
-        self._library = load_library(ensure_built(chosen))
+        self._library = load_library(ensure_built(chosen, progress))
         if session_seed is None:
             session_seed = secrets.randbits(64) if seed is None else seed
         drawn_from = DEFAULT_SEED if seed is None else seed

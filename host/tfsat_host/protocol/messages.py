@@ -5,14 +5,12 @@ Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from .enums import BlockKind, Board, CardState, DropPhase, ErrorCode, EventCode, LoggerState, Origin, ResetCause, SequencerState, StopReason
 from .record import Layout, Payload, Record
 
 
-@dataclass(frozen=True, slots=True)
 class ImuReading(Record):
     """One 14-byte burst of an MPU-6050, registers 0x3B to 0x48 (RM-MPU-6000A rev. 4.2, p. 29-32), raw counts.
 
@@ -23,6 +21,7 @@ class ImuReading(Record):
     """
 
     SIZE: ClassVar[int] = 14
+    __slots__ = ("accel", "temperature", "gyro",)
     LAYOUT: ClassVar[Layout] = (
         ("accel", "h", 3),
         ("temperature", "h", None),
@@ -34,7 +33,6 @@ class ImuReading(Record):
     gyro: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Sample(Record):
     """All sensors, each read at the sample's time and its offset in LogHeader.
 
@@ -46,6 +44,7 @@ class Sample(Record):
     """
 
     SIZE: ClassVar[int] = 74
+    __slots__ = ("time_offset_us", "flags", "imu", "angle",)
     LAYOUT: ClassVar[Layout] = (
         ("time_offset_us", "I", None),
         ("flags", "H", None),
@@ -59,7 +58,6 @@ class Sample(Record):
     angle: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Event(Record):
     """Something that happened, with its own time.
 
@@ -72,6 +70,7 @@ class Event(Record):
     """
 
     SIZE: ClassVar[int] = 16
+    __slots__ = ("time_us", "code", "index", "arg", "value",)
     LAYOUT: ClassVar[Layout] = (
         ("time_us", "Q", None),
         ("code", EventCode, None),
@@ -87,7 +86,6 @@ class Event(Record):
     value: int
 
 
-@dataclass(frozen=True, slots=True)
 class ServoSetting(Record):
     """How a joint's servo turns pulses into angles, and how far it may go.
 
@@ -100,6 +98,7 @@ class ServoSetting(Record):
     """
 
     SIZE: ClassVar[int] = 9
+    __slots__ = ("zero_us", "ns_per_deg", "reversed", "min_cdeg", "max_cdeg",)
     LAYOUT: ClassVar[Layout] = (
         ("zero_us", "H", None),
         ("ns_per_deg", "H", None),
@@ -115,7 +114,6 @@ class ServoSetting(Record):
     max_cdeg: int
 
 
-@dataclass(frozen=True, slots=True)
 class BlockHeader(Record):
     """The first 32 bytes of every block.
 
@@ -133,6 +131,7 @@ class BlockHeader(Record):
     """
 
     SIZE: ClassVar[int] = 32
+    __slots__ = ("magic", "version", "kind", "sample_count", "event_count", "session", "block_number", "first_sample", "samples_dropped", "time_us",)
     LAYOUT: ClassVar[Layout] = (
         ("magic", "I", None),
         ("version", "B", None),
@@ -158,7 +157,6 @@ class BlockHeader(Record):
     time_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogHeader(Record):
     """What was recorded, with which scales. Payload of a header block.
 
@@ -187,6 +185,7 @@ class LogHeader(Record):
     """
 
     SIZE: ClassVar[int] = 472
+    __slots__ = ("protocol_hash", "firmware_version", "imu_present", "board_serial", "image_crc", "rate_hz", "gyro_lsb_per_deg_s", "accel_lsb_per_g", "temperature_lsb_per_c", "temperature_offset_c", "angle_counts_per_turn", "gyro_range_deg_s", "accel_range_g", "dlpf_cfg", "who_am_i", "bus_khz", "after_landing_s", "schema", "wall_clock_us", "imu_offset_us", "angle_offset_us",)
     LAYOUT: ClassVar[Layout] = (
         ("protocol_hash", "B", 8),
         ("firmware_version", "B", 3),
@@ -234,7 +233,6 @@ class LogHeader(Record):
     angle_offset_us: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class LogFooter(Record):
     """Summary written when a recording is closed cleanly. Payload of a footer block.
 
@@ -254,6 +252,7 @@ class LogFooter(Record):
     """
 
     SIZE: ClassVar[int] = 45
+    __slots__ = ("samples", "samples_dropped", "blocks", "ring_peak_blocks", "interval_min_us", "interval_max_us", "jitter_rms_us", "late_ticks", "ring_blocks", "card_stall_max_ms", "blocks_rewritten", "stop_reason",)
     LAYOUT: ClassVar[Layout] = (
         ("samples", "I", None),
         ("samples_dropped", "I", None),
@@ -283,7 +282,6 @@ class LogFooter(Record):
     stop_reason: StopReason
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerSettings(Record):
     """How the logger samples and records.
 
@@ -298,6 +296,7 @@ class LoggerSettings(Record):
     """
 
     SIZE: ClassVar[int] = 12
+    __slots__ = ("rate_hz", "gyro_range_deg_s", "accel_range_g", "dlpf_cfg", "bus_khz", "after_landing_s", "file_mib",)
     LAYOUT: ClassVar[Layout] = (
         ("rate_hz", "H", None),
         ("gyro_range_deg_s", "H", None),
@@ -317,7 +316,6 @@ class LoggerSettings(Record):
     file_mib: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogEntry(Record):
     """A recording that the logger can hand over.
 
@@ -330,6 +328,7 @@ class LogEntry(Record):
     """
 
     SIZE: ClassVar[int] = 19
+    __slots__ = ("number", "session", "blocks", "wall_clock_us", "closed",)
     LAYOUT: ClassVar[Layout] = (
         ("number", "H", None),
         ("session", "I", None),
@@ -345,16 +344,15 @@ class LogEntry(Record):
     closed: int
 
 
-@dataclass(frozen=True, slots=True)
 class HelloRequest(Payload):
     """Who are you? Its number and layout never change, so that any two revisions understand it."""
 
     TYPE: ClassVar[int] = 0x01
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class HelloReply(Payload):
     """Who are you? Its number and layout never change, so that any two revisions understand it.
 
@@ -368,6 +366,7 @@ class HelloReply(Payload):
 
     TYPE: ClassVar[int] = 0x81
     SIZE: ClassVar[int] = 24
+    __slots__ = ("board", "firmware_version", "board_serial", "image_crc", "protocol_hash",)
     LAYOUT: ClassVar[Layout] = (
         ("board", Board, None),
         ("firmware_version", "B", 3),
@@ -383,16 +382,15 @@ class HelloReply(Payload):
     protocol_hash: bytes
 
 
-@dataclass(frozen=True, slots=True)
 class SequencerStatusRequest(Payload):
     """What the sequencer is doing."""
 
     TYPE: ClassVar[int] = 0x02
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class SequencerStatusReply(Payload):
     """What the sequencer is doing.
 
@@ -419,6 +417,7 @@ class SequencerStatusReply(Payload):
 
     TYPE: ClassVar[int] = 0x82
     SIZE: ClassVar[int] = 34
+    __slots__ = ("state", "fault", "last_refusal", "switches_open", "arm_token", "reset_cause", "resets_while_armed", "strokes_started", "knocks", "joint_angle_cdeg", "uptime_ms", "image_crc", "ram_never_used_bytes", "frames_rejected", "stores_damaged", "false_releases", "servos_driven", "brown_out_level",)
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
         ("fault", ErrorCode, None),
@@ -460,16 +459,15 @@ class SequencerStatusReply(Payload):
     brown_out_level: int
 
 
-@dataclass(frozen=True, slots=True)
 class RunReportRequest(Payload):
     """The last run, as measured by the sequencer's own timer."""
 
     TYPE: ClassVar[int] = 0x04
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class RunReportReply(Payload):
     """The last run, as measured by the sequencer's own timer.
 
@@ -486,6 +484,7 @@ class RunReportReply(Payload):
 
     TYPE: ClassVar[int] = 0x84
     SIZE: ClassVar[int] = 82
+    __slots__ = ("released", "bounces", "release_ms", "release_us", "stroke_count", "start_us", "earlier_us", "later_us",)
     LAYOUT: ClassVar[Layout] = (
         ("released", "B", None),
         ("bounces", "H", None),
@@ -507,16 +506,15 @@ class RunReportReply(Payload):
     later_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerStatusRequest(Payload):
     """What the logger is doing."""
 
     TYPE: ClassVar[int] = 0x03
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerStatusReply(Payload):
     """What the logger is doing.
 
@@ -545,6 +543,7 @@ class LoggerStatusReply(Payload):
 
     TYPE: ClassVar[int] = 0x83
     SIZE: ClassVar[int] = 54
+    __slots__ = ("state", "error", "imu_present", "switches_open", "session", "samples", "samples_dropped", "blocks_written", "ring_blocks", "ring_peak_blocks", "rate_hz", "who_am_i", "uptime_ms", "card", "card_free_mib", "phase", "ram_holds_drop", "late_ticks", "settings_origin", "unix_us",)
     LAYOUT: ClassVar[Layout] = (
         ("state", LoggerState, None),
         ("error", ErrorCode, None),
@@ -590,7 +589,6 @@ class LoggerStatusReply(Payload):
     unix_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverBeginRequest(Payload):
     """Starts an upload. The stored maneuver stays until commit, but ARM is refused (upload_interrupted) from here on, power cuts included.
 
@@ -601,6 +599,7 @@ class ManeuverBeginRequest(Payload):
 
     TYPE: ClassVar[int] = 0x10
     SIZE: ClassVar[int] = 3
+    __slots__ = ("stroke_count", "speed_cdeg_s",)
     LAYOUT: ClassVar[Layout] = (
         ("stroke_count", "B", None),
         ("speed_cdeg_s", "H", None),
@@ -610,7 +609,6 @@ class ManeuverBeginRequest(Payload):
     speed_cdeg_s: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverBeginReply(Payload):
     """Starts an upload. The stored maneuver stays until commit, but ARM is refused (upload_interrupted) from here on, power cuts included.
 
@@ -620,6 +618,7 @@ class ManeuverBeginReply(Payload):
 
     TYPE: ClassVar[int] = 0x90
     SIZE: ClassVar[int] = 1
+    __slots__ = ("stroke_count",)
     LAYOUT: ClassVar[Layout] = (
         ("stroke_count", "B", None),
     )
@@ -627,7 +626,6 @@ class ManeuverBeginReply(Payload):
     stroke_count: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverStrokeRequest(Payload):
     """One stroke of the upload.
 
@@ -640,6 +638,7 @@ class ManeuverStrokeRequest(Payload):
 
     TYPE: ClassVar[int] = 0x11
     SIZE: ClassVar[int] = 8
+    __slots__ = ("index", "joint", "angle_cdeg", "start_us",)
     LAYOUT: ClassVar[Layout] = (
         ("index", "B", None),
         ("joint", "B", None),
@@ -653,7 +652,6 @@ class ManeuverStrokeRequest(Payload):
     start_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverStrokeReply(Payload):
     """One stroke of the upload.
 
@@ -663,6 +661,7 @@ class ManeuverStrokeReply(Payload):
 
     TYPE: ClassVar[int] = 0x91
     SIZE: ClassVar[int] = 1
+    __slots__ = ("index",)
     LAYOUT: ClassVar[Layout] = (
         ("index", "B", None),
     )
@@ -670,7 +669,6 @@ class ManeuverStrokeReply(Payload):
     index: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverCommitRequest(Payload):
     """Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
 
@@ -680,6 +678,7 @@ class ManeuverCommitRequest(Payload):
 
     TYPE: ClassVar[int] = 0x12
     SIZE: ClassVar[int] = 2
+    __slots__ = ("crc",)
     LAYOUT: ClassVar[Layout] = (
         ("crc", "H", None),
     )
@@ -687,7 +686,6 @@ class ManeuverCommitRequest(Payload):
     crc: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverCommitReply(Payload):
     """Checks the whole maneuver and stores it. EEPROM is slow: the host repeats the commit until `stored` is 1.
 
@@ -698,6 +696,7 @@ class ManeuverCommitReply(Payload):
 
     TYPE: ClassVar[int] = 0x92
     SIZE: ClassVar[int] = 2
+    __slots__ = ("stored", "written",)
     LAYOUT: ClassVar[Layout] = (
         ("stored", "B", None),
         ("written", "B", None),
@@ -707,16 +706,15 @@ class ManeuverCommitReply(Payload):
     written: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverInfoRequest(Payload):
     """Which maneuver would fly."""
 
     TYPE: ClassVar[int] = 0x13
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverInfoReply(Payload):
     """Which maneuver would fly.
 
@@ -731,6 +729,7 @@ class ManeuverInfoReply(Payload):
 
     TYPE: ClassVar[int] = 0x93
     SIZE: ClassVar[int] = 14
+    __slots__ = ("origin", "stroke_count", "speed_cdeg_s", "crc", "end_us", "generation",)
     LAYOUT: ClassVar[Layout] = (
         ("origin", Origin, None),
         ("stroke_count", "B", None),
@@ -748,7 +747,6 @@ class ManeuverInfoReply(Payload):
     generation: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverReadRequest(Payload):
     """Reads one stroke back from what would fly.
 
@@ -758,6 +756,7 @@ class ManeuverReadRequest(Payload):
 
     TYPE: ClassVar[int] = 0x14
     SIZE: ClassVar[int] = 1
+    __slots__ = ("index",)
     LAYOUT: ClassVar[Layout] = (
         ("index", "B", None),
     )
@@ -765,7 +764,6 @@ class ManeuverReadRequest(Payload):
     index: int
 
 
-@dataclass(frozen=True, slots=True)
 class ManeuverReadReply(Payload):
     """Reads one stroke back from what would fly.
 
@@ -778,6 +776,7 @@ class ManeuverReadReply(Payload):
 
     TYPE: ClassVar[int] = 0x94
     SIZE: ClassVar[int] = 8
+    __slots__ = ("index", "joint", "angle_cdeg", "start_us",)
     LAYOUT: ClassVar[Layout] = (
         ("index", "B", None),
         ("joint", "B", None),
@@ -791,7 +790,6 @@ class ManeuverReadReply(Payload):
     start_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class ArmRequest(Payload):
     """From now on the release starts the maneuver.
 
@@ -801,6 +799,7 @@ class ArmRequest(Payload):
 
     TYPE: ClassVar[int] = 0x20
     SIZE: ClassVar[int] = 2
+    __slots__ = ("arm_token",)
     LAYOUT: ClassVar[Layout] = (
         ("arm_token", "H", None),
     )
@@ -808,7 +807,6 @@ class ArmRequest(Payload):
     arm_token: int
 
 
-@dataclass(frozen=True, slots=True)
 class ArmReply(Payload):
     """From now on the release starts the maneuver.
 
@@ -818,6 +816,7 @@ class ArmReply(Payload):
 
     TYPE: ClassVar[int] = 0xA0
     SIZE: ClassVar[int] = 1
+    __slots__ = ("state",)
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
     )
@@ -825,16 +824,15 @@ class ArmReply(Payload):
     state: SequencerState
 
 
-@dataclass(frozen=True, slots=True)
 class DisarmRequest(Payload):
     """Back to safe, from any state; stops the servo pulses and clears a latched fault."""
 
     TYPE: ClassVar[int] = 0x21
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class DisarmReply(Payload):
     """Back to safe, from any state; stops the servo pulses and clears a latched fault.
 
@@ -844,6 +842,7 @@ class DisarmReply(Payload):
 
     TYPE: ClassVar[int] = 0xA1
     SIZE: ClassVar[int] = 1
+    __slots__ = ("state",)
     LAYOUT: ClassVar[Layout] = (
         ("state", SequencerState, None),
     )
@@ -851,7 +850,6 @@ class DisarmReply(Payload):
     state: SequencerState
 
 
-@dataclass(frozen=True, slots=True)
 class RecordStartRequest(Payload):
     """Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 
@@ -862,6 +860,7 @@ class RecordStartRequest(Payload):
 
     TYPE: ClassVar[int] = 0x40
     SIZE: ClassVar[int] = 12
+    __slots__ = ("number", "unix_us",)
     LAYOUT: ClassVar[Layout] = (
         ("number", "I", None),
         ("unix_us", "Q", None),
@@ -871,7 +870,6 @@ class RecordStartRequest(Payload):
     unix_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class RecordStartReply(Payload):
     """Starts a recording, and sets the time of day. Refused by the card, it still goes on in RAM (state failed).
 
@@ -882,6 +880,7 @@ class RecordStartReply(Payload):
 
     TYPE: ClassVar[int] = 0xC0
     SIZE: ClassVar[int] = 5
+    __slots__ = ("state", "session",)
     LAYOUT: ClassVar[Layout] = (
         ("state", LoggerState, None),
         ("session", "I", None),
@@ -891,16 +890,15 @@ class RecordStartReply(Payload):
     session: int
 
 
-@dataclass(frozen=True, slots=True)
 class RecordStopRequest(Payload):
     """Ends the recording with a footer. The host repeats it until the state is stopped."""
 
     TYPE: ClassVar[int] = 0x41
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class RecordStopReply(Payload):
     """Ends the recording with a footer. The host repeats it until the state is stopped.
 
@@ -913,6 +911,7 @@ class RecordStopReply(Payload):
 
     TYPE: ClassVar[int] = 0xC1
     SIZE: ClassVar[int] = 13
+    __slots__ = ("state", "session", "samples", "samples_dropped",)
     LAYOUT: ClassVar[Layout] = (
         ("state", LoggerState, None),
         ("session", "I", None),
@@ -926,7 +925,6 @@ class RecordStopReply(Payload):
     samples_dropped: int
 
 
-@dataclass(frozen=True, slots=True)
 class LiveRequest(Payload):
     """Switches live sampling on or off. It also ends when the cable is pulled.
 
@@ -936,6 +934,7 @@ class LiveRequest(Payload):
 
     TYPE: ClassVar[int] = 0x42
     SIZE: ClassVar[int] = 1
+    __slots__ = ("enabled",)
     LAYOUT: ClassVar[Layout] = (
         ("enabled", "B", None),
     )
@@ -943,7 +942,6 @@ class LiveRequest(Payload):
     enabled: int
 
 
-@dataclass(frozen=True, slots=True)
 class LiveReply(Payload):
     """Switches live sampling on or off. It also ends when the cable is pulled.
 
@@ -961,6 +959,7 @@ class LiveReply(Payload):
 
     TYPE: ClassVar[int] = 0xC2
     SIZE: ClassVar[int] = 40
+    __slots__ = ("enabled", "rate_hz", "gyro_lsb_per_deg_s", "accel_lsb_per_g", "angle_counts_per_turn", "dlpf_cfg", "who_am_i", "imu_offset_us", "angle_offset_us",)
     LAYOUT: ClassVar[Layout] = (
         ("enabled", "B", None),
         ("rate_hz", "H", None),
@@ -984,7 +983,6 @@ class LiveReply(Payload):
     angle_offset_us: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerSettingsWriteRequest(Payload):
     """Checks, stores and uses new settings; not while recording. rate_too_high: detail = the highest rate in Hz that the buses carry.
 
@@ -994,6 +992,7 @@ class LoggerSettingsWriteRequest(Payload):
 
     TYPE: ClassVar[int] = 0x45
     SIZE: ClassVar[int] = 12
+    __slots__ = ("settings",)
     LAYOUT: ClassVar[Layout] = (
         ("settings", LoggerSettings, None),
     )
@@ -1001,7 +1000,6 @@ class LoggerSettingsWriteRequest(Payload):
     settings: LoggerSettings
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerSettingsWriteReply(Payload):
     """Checks, stores and uses new settings; not while recording. rate_too_high: detail = the highest rate in Hz that the buses carry.
 
@@ -1011,6 +1009,7 @@ class LoggerSettingsWriteReply(Payload):
 
     TYPE: ClassVar[int] = 0xC5
     SIZE: ClassVar[int] = 1
+    __slots__ = ("stored",)
     LAYOUT: ClassVar[Layout] = (
         ("stored", "B", None),
     )
@@ -1018,16 +1017,15 @@ class LoggerSettingsWriteReply(Payload):
     stored: int
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerSettingsReadRequest(Payload):
     """The settings in force."""
 
     TYPE: ClassVar[int] = 0x46
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class LoggerSettingsReadReply(Payload):
     """The settings in force.
 
@@ -1039,6 +1037,7 @@ class LoggerSettingsReadReply(Payload):
 
     TYPE: ClassVar[int] = 0xC6
     SIZE: ClassVar[int] = 15
+    __slots__ = ("origin", "settings", "rate_max_hz",)
     LAYOUT: ClassVar[Layout] = (
         ("origin", Origin, None),
         ("settings", LoggerSettings, None),
@@ -1050,7 +1049,6 @@ class LoggerSettingsReadReply(Payload):
     rate_max_hz: int
 
 
-@dataclass(frozen=True, slots=True)
 class ClockSetRequest(Payload):
     """Sets the time of day.
 
@@ -1060,6 +1058,7 @@ class ClockSetRequest(Payload):
 
     TYPE: ClassVar[int] = 0x47
     SIZE: ClassVar[int] = 8
+    __slots__ = ("unix_us",)
     LAYOUT: ClassVar[Layout] = (
         ("unix_us", "Q", None),
     )
@@ -1067,7 +1066,6 @@ class ClockSetRequest(Payload):
     unix_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class ClockSetReply(Payload):
     """Sets the time of day.
 
@@ -1077,6 +1075,7 @@ class ClockSetReply(Payload):
 
     TYPE: ClassVar[int] = 0xC7
     SIZE: ClassVar[int] = 8
+    __slots__ = ("uptime_us",)
     LAYOUT: ClassVar[Layout] = (
         ("uptime_us", "Q", None),
     )
@@ -1084,7 +1083,6 @@ class ClockSetReply(Payload):
     uptime_us: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogListRequest(Payload):
     """The first recording whose number is `from_number` or greater; not while recording.
 
@@ -1094,6 +1092,7 @@ class LogListRequest(Payload):
 
     TYPE: ClassVar[int] = 0x48
     SIZE: ClassVar[int] = 2
+    __slots__ = ("from_number",)
     LAYOUT: ClassVar[Layout] = (
         ("from_number", "H", None),
     )
@@ -1101,7 +1100,6 @@ class LogListRequest(Payload):
     from_number: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogListReply(Payload):
     """The first recording whose number is `from_number` or greater; not while recording.
 
@@ -1112,6 +1110,7 @@ class LogListReply(Payload):
 
     TYPE: ClassVar[int] = 0xC8
     SIZE: ClassVar[int] = 20
+    __slots__ = ("found", "entry",)
     LAYOUT: ClassVar[Layout] = (
         ("found", "B", None),
         ("entry", LogEntry, None),
@@ -1121,7 +1120,6 @@ class LogListReply(Payload):
     entry: LogEntry
 
 
-@dataclass(frozen=True, slots=True)
 class LogReadRequest(Payload):
     """Sends blocks of a recording as log_part and log_zeros; not while recording. A new log_read, or a closed port, ends the one before.
 
@@ -1134,6 +1132,7 @@ class LogReadRequest(Payload):
 
     TYPE: ClassVar[int] = 0x49
     SIZE: ClassVar[int] = 12
+    __slots__ = ("number", "session", "first_block", "count",)
     LAYOUT: ClassVar[Layout] = (
         ("number", "H", None),
         ("session", "I", None),
@@ -1147,7 +1146,6 @@ class LogReadRequest(Payload):
     count: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogReadReply(Payload):
     """Sends blocks of a recording as log_part and log_zeros; not while recording. A new log_read, or a closed port, ends the one before.
 
@@ -1157,6 +1155,7 @@ class LogReadReply(Payload):
 
     TYPE: ClassVar[int] = 0xC9
     SIZE: ClassVar[int] = 2
+    __slots__ = ("count",)
     LAYOUT: ClassVar[Layout] = (
         ("count", "H", None),
     )
@@ -1164,7 +1163,6 @@ class LogReadReply(Payload):
     count: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogEraseRequest(Payload):
     """Removes a recording from the card; number 0: gives up what RAM holds. Not while recording.
 
@@ -1175,6 +1173,7 @@ class LogEraseRequest(Payload):
 
     TYPE: ClassVar[int] = 0x4A
     SIZE: ClassVar[int] = 6
+    __slots__ = ("number", "session",)
     LAYOUT: ClassVar[Layout] = (
         ("number", "H", None),
         ("session", "I", None),
@@ -1184,7 +1183,6 @@ class LogEraseRequest(Payload):
     session: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogEraseReply(Payload):
     """Removes a recording from the card; number 0: gives up what RAM holds. Not while recording.
 
@@ -1194,6 +1192,7 @@ class LogEraseReply(Payload):
 
     TYPE: ClassVar[int] = 0xCA
     SIZE: ClassVar[int] = 1
+    __slots__ = ("erased",)
     LAYOUT: ClassVar[Layout] = (
         ("erased", "B", None),
     )
@@ -1201,7 +1200,6 @@ class LogEraseReply(Payload):
     erased: int
 
 
-@dataclass(frozen=True, slots=True)
 class LogPartStream(Payload):
     """A piece of a block, as asked for by log_read. A lost one is asked for again.
 
@@ -1213,6 +1211,7 @@ class LogPartStream(Payload):
 
     TYPE: ClassVar[int] = 0x61
     SIZE: ClassVar[int] = 69
+    __slots__ = ("block", "part", "data",)
     LAYOUT: ClassVar[Layout] = (
         ("block", "I", None),
         ("part", "B", None),
@@ -1224,7 +1223,6 @@ class LogPartStream(Payload):
     data: bytes
 
 
-@dataclass(frozen=True, slots=True)
 class LogZerosStream(Payload):
     """Blocks that hold only zeros, as asked for by log_read.
 
@@ -1235,6 +1233,7 @@ class LogZerosStream(Payload):
 
     TYPE: ClassVar[int] = 0x62
     SIZE: ClassVar[int] = 6
+    __slots__ = ("first_block", "count",)
     LAYOUT: ClassVar[Layout] = (
         ("first_block", "I", None),
         ("count", "H", None),
@@ -1244,7 +1243,6 @@ class LogZerosStream(Payload):
     count: int
 
 
-@dataclass(frozen=True, slots=True)
 class LiveSampleStream(Payload):
     """One sample as it is taken; sent unasked while live sampling is on. What the host does not read in time is skipped and shows as a gap in the index.
 
@@ -1256,6 +1254,7 @@ class LiveSampleStream(Payload):
 
     TYPE: ClassVar[int] = 0x60
     SIZE: ClassVar[int] = 86
+    __slots__ = ("index", "time_us", "sample",)
     LAYOUT: ClassVar[Layout] = (
         ("index", "I", None),
         ("time_us", "Q", None),
@@ -1267,7 +1266,6 @@ class LiveSampleStream(Payload):
     sample: Sample
 
 
-@dataclass(frozen=True, slots=True)
 class ErrorReply(Payload):
     """Answer to a request that was not served.
 
@@ -1279,6 +1277,7 @@ class ErrorReply(Payload):
 
     TYPE: ClassVar[int] = 0xFF
     SIZE: ClassVar[int] = 6
+    __slots__ = ("request", "code", "detail",)
     LAYOUT: ClassVar[Layout] = (
         ("request", "B", None),
         ("code", ErrorCode, None),
@@ -1290,7 +1289,6 @@ class ErrorReply(Payload):
     detail: int
 
 
-@dataclass(frozen=True, slots=True)
 class SettingsWriteRequest(Payload):
     """Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
 
@@ -1301,6 +1299,7 @@ class SettingsWriteRequest(Payload):
 
     TYPE: ClassVar[int] = 0x15
     SIZE: ClassVar[int] = 29
+    __slots__ = ("frame_us", "servo",)
     LAYOUT: ClassVar[Layout] = (
         ("frame_us", "H", None),
         ("servo", ServoSetting, 3),
@@ -1310,7 +1309,6 @@ class SettingsWriteRequest(Payload):
     servo: tuple[ServoSetting, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class SettingsWriteReply(Payload):
     """Checks and stores the servo settings. The host repeats it until `stored` is 1, then reads back.
 
@@ -1321,6 +1319,7 @@ class SettingsWriteReply(Payload):
 
     TYPE: ClassVar[int] = 0x95
     SIZE: ClassVar[int] = 2
+    __slots__ = ("stored", "written",)
     LAYOUT: ClassVar[Layout] = (
         ("stored", "B", None),
         ("written", "B", None),
@@ -1330,16 +1329,15 @@ class SettingsWriteReply(Payload):
     written: int
 
 
-@dataclass(frozen=True, slots=True)
 class SettingsReadRequest(Payload):
     """The servo settings in force."""
 
     TYPE: ClassVar[int] = 0x16
     SIZE: ClassVar[int] = 0
+    __slots__ = ()
     LAYOUT: ClassVar[Layout] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class SettingsReadReply(Payload):
     """The servo settings in force.
 
@@ -1352,6 +1350,7 @@ class SettingsReadReply(Payload):
 
     TYPE: ClassVar[int] = 0x96
     SIZE: ClassVar[int] = 34
+    __slots__ = ("origin", "generation", "frame_us", "servo",)
     LAYOUT: ClassVar[Layout] = (
         ("origin", Origin, None),
         ("generation", "I", None),
@@ -1365,7 +1364,6 @@ class SettingsReadReply(Payload):
     servo: tuple[ServoSetting, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class JointReportRequest(Payload):
     """What the joint angles are, as the host has them from the logger. ARM heeds it while it is fresh.
 
@@ -1375,6 +1373,7 @@ class JointReportRequest(Payload):
 
     TYPE: ClassVar[int] = 0x22
     SIZE: ClassVar[int] = 6
+    __slots__ = ("angle_cdeg",)
     LAYOUT: ClassVar[Layout] = (
         ("angle_cdeg", "h", 3),
     )
@@ -1382,7 +1381,6 @@ class JointReportRequest(Payload):
     angle_cdeg: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class JointReportReply(Payload):
     """What the joint angles are, as the host has them from the logger. ARM heeds it while it is fresh.
 
@@ -1392,6 +1390,7 @@ class JointReportReply(Payload):
 
     TYPE: ClassVar[int] = 0xA2
     SIZE: ClassVar[int] = 1
+    __slots__ = ("at_start_pose",)
     LAYOUT: ClassVar[Layout] = (
         ("at_start_pose", "B", None),
     )
@@ -1399,7 +1398,6 @@ class JointReportReply(Payload):
     at_start_pose: int
 
 
-@dataclass(frozen=True, slots=True)
 class JogRequest(Payload):
     """Moves one joint slowly; from SAFE or an earlier jog only. A limp joint has no known angle: the host says where it is, so that the first pulse does not jerk it. DISARM, a closed port, or a while without orders ends it.
 
@@ -1412,6 +1410,7 @@ class JogRequest(Payload):
 
     TYPE: ClassVar[int] = 0x23
     SIZE: ClassVar[int] = 9
+    __slots__ = ("joint", "from_cdeg", "to_cdeg", "confirm",)
     LAYOUT: ClassVar[Layout] = (
         ("joint", "B", None),
         ("from_cdeg", "h", None),
@@ -1425,7 +1424,6 @@ class JogRequest(Payload):
     confirm: int
 
 
-@dataclass(frozen=True, slots=True)
 class JogReply(Payload):
     """Moves one joint slowly; from SAFE or an earlier jog only. A limp joint has no known angle: the host says where it is, so that the first pulse does not jerk it. DISARM, a closed port, or a while without orders ends it.
 
@@ -1436,6 +1434,7 @@ class JogReply(Payload):
 
     TYPE: ClassVar[int] = 0xA3
     SIZE: ClassVar[int] = 3
+    __slots__ = ("angle_cdeg", "arrived",)
     LAYOUT: ClassVar[Layout] = (
         ("angle_cdeg", "h", None),
         ("arrived", "B", None),

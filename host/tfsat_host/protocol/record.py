@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import Field, FrozenInstanceError, dataclass
 from enum import IntEnum
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 from tfsat_host.errors import TfsatError
 
@@ -15,16 +15,49 @@ class ProtocolError(TfsatError):
     """Bytes that are no valid payload of the protocol."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass_transform(frozen_default=True)
 class Record:
-    """Base of the generated records.
+    """Base of the generated records: each is a frozen dataclass with the fields of its `LAYOUT`.
 
     A field's kind in `LAYOUT` is a `struct` letter, an enumeration or another record; its count is
     None for a single value. Arrays of bytes are `bytes`, other arrays are tuples.
+
+    What `dataclass` would compile for each class is here once: sixty classes took longer than a command's work.
     """
 
     SIZE: ClassVar[int] = 0
     LAYOUT: ClassVar[Layout] = ()
+    __slots__: tuple[str, ...] = ()
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        names = self.__slots__
+        if named or len(values) != len(names):
+            given = dict(zip(names, values, strict=False))
+            if len(given) != len(values) or given.keys() & named or {*given, *named} != {*names}:
+                raise TypeError(f"{type(self).__name__} takes {', '.join(names) or 'nothing'}")
+            values = tuple((given | named)[name] for name in names)
+        for name, value in zip(names, values, strict=True):
+            object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise FrozenInstanceError(f"cannot assign to field {name!r}")
+
+    def _values(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, name) for name in self.__slots__)
+
+    def __eq__(self, other: object) -> bool:
+        return self._values() == other._values() if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._values())
+
+    def __repr__(self) -> str:
+        values = zip(self.__slots__, self._values(), strict=True)
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values)})"
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        return type(self), self._values()
 
     def encode(self) -> bytes:
         """Return the little-endian bytes, `SIZE` long. Raises struct.error if a value is out of range."""
@@ -38,11 +71,24 @@ class Record:
         return _build(cls, _codec(cls).unpack(data), 0)
 
 
-@dataclass(frozen=True, slots=True)
+class _FieldsOnDemand:
+    """Makes a dataclass of a record when `asdict`, `replace` or `fields` asks for the first time."""
+
+    def __get__(self, record: Record | None, of: type[Record]) -> dict[str, Field[Any]] | None:
+        if not of.LAYOUT:
+            return None
+        dataclass(init=False, repr=False, eq=False)(of)
+        return of.__dataclass_fields__
+
+
+Record.__dataclass_fields__ = _FieldsOnDemand()  # type: ignore[assignment]
+
+
 class Payload(Record):
     """A record that is a frame's payload; `TYPE` is the frame's type."""
 
     TYPE: ClassVar[int]
+    __slots__ = ()
 
 
 Kind = str | type[IntEnum] | type[Record]
