@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-from tfsat_host.evaluation.attitude import integrate_rates
+from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-from tests.calibration_proof.budget import write_budget
 from tests.calibration_proof.page import COVERED, TARGETS, covered, page, rms
 from tests.calibration_proof.robots import Errors, calibrated, errors_of, recorded_day
 from tfsat_host.emulated.build import ensure_built
@@ -26,7 +25,7 @@ def one(seed: int) -> tuple[int, dict[str, Errors]]:
 
 
 def main() -> int:
-    """Writes the page and the budget; 1 if a target is missed."""
+    """Writes the page; 1 if a target is missed."""
     parser = argparse.ArgumentParser(prog="make calibration-report", description=__doc__)
     parser.add_argument("--robots", type=int, default=ROBOTS, help="how many, from number 1")
     robots = parser.parse_args().robots
@@ -35,7 +34,6 @@ def main() -> int:
         shown = Console(stderr=True)
         results = dict(track(pool.map(one, range(1, robots + 1)), "robots", total=robots, console=shown))
     (DOCS / "calibration-proof.md").write_text(page(results), encoding="utf-8")
-    write_budget(DOCS / "calibration.md")
     missed = 0
     for name, target in TARGETS.items():
         good = rms(results, name) <= target and COVERED[0] <= covered(results, name) <= COVERED[1]
@@ -44,7 +42,7 @@ def main() -> int:
         print(
             f"{name}: rms {rms(results, name):.4f} of {target:g}, {share:.1f} % covered: {'good' if good else 'MISSED'}"
         )
-    print("docs/calibration-proof.md and the budget in docs/calibration.md are written.")
+    print("docs/calibration-proof.md is written.")
     return 1 if missed else 0
 
 

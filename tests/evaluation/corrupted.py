@@ -15,10 +15,10 @@ from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.checks import Check, checks_of
 from tfsat_host.evaluation.model_fit.fit import fit_model
+from tfsat_host.evaluation.model_fit.momentum import flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.unexplained import flown_of
+from tfsat_host.evaluation.motion.gyro_signal import noise_densities
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
-from tfsat_host.evaluation.motion.noise import noise_densities
 from tfsat_host.evaluation.motion.samples import samples_of
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.sdlog import DropLog

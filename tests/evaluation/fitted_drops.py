@@ -13,10 +13,10 @@ from tests.evaluation.drops import DLPF_42_HZ, Drop, calibrated_from_truth, drop
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
+from tfsat_host.evaluation.model_fit.momentum import Flown, flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.unexplained import Flown, flown_of
+from tfsat_host.evaluation.motion.gyro_signal import noise_densities
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
-from tfsat_host.evaluation.motion.noise import noise_densities
 from tfsat_host.evaluation.motion.samples import samples_of
 from tfsat_host.robot import load_robot
 

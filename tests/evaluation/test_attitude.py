@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.evaluation.attitude import integrate_rates, reorientation_deg
+from tfsat_host.evaluation.motion.attitude import integrate_rates, reorientation_deg
 
 
 def rates(t_s: np.ndarray) -> np.ndarray:

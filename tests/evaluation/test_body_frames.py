@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.rehearsal.as_filed import dropped
 from tests.sdlog.motion import FALL_S, RATE_COUNTS, REST_S, moving_log
-from tfsat_host.evaluation.quick.body_frames import body_frames
+from tfsat_host.evaluation.body_frames import body_frames
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropEvent, DropLog, load

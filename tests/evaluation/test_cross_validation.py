@@ -16,8 +16,8 @@ from tfsat_host.evaluation.model_fit.cross_validation import (
     left_aside,
 )
 from tfsat_host.evaluation.model_fit.fit import fit_model, widened
+from tfsat_host.evaluation.model_fit.momentum import inertial_momentum, unexplained
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum, unexplained
 
 FloatArray = NDArray[np.float64]
 

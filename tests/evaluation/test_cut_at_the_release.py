@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tfsat_host.evaluation.errors import EvaluationError
 from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.rehearsal.rehearse import rehearse

@@ -12,8 +12,8 @@ import pytest
 from tests.evaluation.drops import MORNING, Drop
 from tests.evaluation.some_drops import certificate, flown
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
-from tfsat_host.evaluation.laser.tracks import LaserTracks
-from tfsat_host.evaluation.laser.velocity import windows_of
+from tfsat_host.evaluation.external.camera import LaserTracks
+from tfsat_host.evaluation.external.laser_velocity import windows_of
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.sdlog import DropLog

@@ -9,8 +9,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from scipy.signal import lsim, savgol_filter
 
-from tfsat_host.evaluation.motion.lag import FINE_S, Lag
-from tfsat_host.evaluation.motion.sensed_slopes import SMOOTHED, smoothed
+from tfsat_host.evaluation.motion.gyro_signal import FINE_S, Lag
+from tfsat_host.evaluation.motion.joints import SMOOTHED, smoothed
 
 FloatArray = NDArray[np.float64]
 

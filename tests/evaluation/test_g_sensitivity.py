@@ -17,10 +17,10 @@ from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.evaluation.checks.drop_consistency import consistency_of
-from tfsat_host.evaluation.checks.hanging import hanging_before_release
+from tfsat_host.evaluation.checks.consistency import consistency_of
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
 from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.fall.rest import hanging_before_release
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.robot import load_robot

@@ -14,8 +14,7 @@ from tests.evaluation.some_drops import certificate, flown, moved
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.checks import checks_of
 from tfsat_host.evaluation.motion import sensor_fusion
-from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.notes import notes_of
+from tfsat_host.evaluation.motion.motion import Motion, notes_of
 
 FloatArray = NDArray[np.float64]
 

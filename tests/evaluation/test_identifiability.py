@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tests.evaluation.fitted_drops import MODEL, fitted
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.identifiability import identifiability
+from tfsat_host.evaluation.model_fit.momentum import Flown
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.unexplained import Flown
 
 FloatArray = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
-from tfsat_host.evaluation.motion.joint_fit import SensedJoint, errors_by_sensors
+from tfsat_host.evaluation.motion.joints import SensedJoint, errors_by_sensors
 
 SAMPLES = 800
 NOISE_RAD = np.deg2rad(0.053)

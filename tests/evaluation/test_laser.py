@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.evaluation.clocks.clock_fit import Pair, fit_clock
-from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
-from tfsat_host.evaluation.laser.geometry import BodyTurning
-from tfsat_host.evaluation.laser.tracks import LaserFileError, LaserTracks, read_tracks
-from tfsat_host.evaluation.laser.velocity import (
+from tfsat_host.evaluation.clock_fit import Pair, fit_clock
+from tfsat_host.evaluation.external.camera import LaserFileError, LaserTracks, read_tracks
+from tfsat_host.evaluation.external.laser_velocity import (
+    BodyTurning,
     LaserError,
     ReleaseVelocity,
     Velocity,
@@ -25,6 +24,7 @@ from tfsat_host.evaluation.laser.velocity import (
     release_velocity,
     windows_of,
 )
+from tfsat_host.evaluation.fall.micro_gravity import com_in_bodies_m, sensor_arms_m
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 

@@ -11,11 +11,16 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.evaluation.attitude import integrate_rates
-from tfsat_host.evaluation.fall.arms import com_in_bodies_m
-from tfsat_host.evaluation.laser.geometry import UP, BodyTurning, LaserGeometry
-from tfsat_host.evaluation.laser.tracks import LaserTracks, read_tracks
-from tfsat_host.evaluation.laser.velocity import release_velocity, windows_of
+from tfsat_host.evaluation.external.camera import LaserTracks, read_tracks
+from tfsat_host.evaluation.external.laser_velocity import (
+    UP,
+    BodyTurning,
+    LaserGeometry,
+    release_velocity,
+    windows_of,
+)
+from tfsat_host.evaluation.fall.micro_gravity import com_in_bodies_m
+from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load

@@ -17,12 +17,17 @@ from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.fall.rest import rest_before_release
-from tfsat_host.evaluation.model_fit.comparison import predicted
-from tfsat_host.evaluation.model_fit.explained import EXPECTED_DISTANCE, UNEXPLAINED, Explained, explain
+from tfsat_host.evaluation.fallback_calibration import with_stand_ins
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
+from tfsat_host.evaluation.model_fit.momentum import Derivatives, Flown, derivatives, flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.unexplained import Derivatives, Flown, derivatives, flown_of
-from tfsat_host.evaluation.stand_ins import with_stand_ins
+from tfsat_host.evaluation.model_fit.prediction import (
+    EXPECTED_DISTANCE,
+    UNEXPLAINED,
+    Explained,
+    explain,
+    predicted,
+)
 from tfsat_host.robot import load_robot
 
 FILTERS = pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])

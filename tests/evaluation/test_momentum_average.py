@@ -7,7 +7,7 @@ import pytest
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ
 from tests.evaluation.fitted_drops import fitted
-from tfsat_host.evaluation.model_fit.momentum_average import (
+from tfsat_host.evaluation.model_fit.momentum import (
     PAPER_SIZE,
     averaged_momentum,
     cutoff_hz,

@@ -9,9 +9,9 @@ import pytest
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tests.evaluation.some_drops import certificate, flown, moved
-from tfsat_host.evaluation.errors import EvaluationError
-from tfsat_host.evaluation.motion.body_motion import BodyMotion
+from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.sdlog import DropLog
 
 FILTERS = pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])

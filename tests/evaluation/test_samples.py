@@ -6,8 +6,7 @@ import pytest
 
 from tests.evaluation.corrupted import without_samples
 from tests.evaluation.some_drops import certificate, flown
-from tfsat_host.evaluation.errors import EvaluationError
-from tfsat_host.evaluation.motion.samples import samples_of
+from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
 
 
 @pytest.mark.parametrize(("from_s", "until_s"), [(-0.25, -0.02), (-0.4, 0.0)])

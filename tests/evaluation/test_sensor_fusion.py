@@ -16,8 +16,7 @@ from tests.evaluation.corrupted import failed, unanswered, with_angles
 from tests.evaluation.drops import Drop
 from tests.evaluation.some_drops import certificate, flown, moved
 from tfsat_host.evaluation.checks import checks_of
-from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.notes import notes_of
+from tfsat_host.evaluation.motion.motion import Motion, notes_of
 from tfsat_host.sdlog import DropLog
 
 HOLE_S = 0.05

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ
 from tests.evaluation.fitted_drops import fitted
-from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum
+from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
 from tfsat_host.evaluation.spectra import (
     WINDOWS,
     Window,

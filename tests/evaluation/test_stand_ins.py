@@ -12,11 +12,10 @@ from tests.evaluation.drops import MORNING, Drop
 from tests.evaluation.some_drops import certificate, flown
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.evaluation.errors import EvaluationError
 from tfsat_host.evaluation.fall.rest import rest_before_release
+from tfsat_host.evaluation.fallback_calibration import StandIns, with_stand_ins
 from tfsat_host.evaluation.motion.motion import motion_of
-from tfsat_host.evaluation.motion.samples import samples_of
-from tfsat_host.evaluation.stand_ins import StandIns, with_stand_ins
+from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
 
 DROPPED = MORNING + timedelta(hours=1)
 

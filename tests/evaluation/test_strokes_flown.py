@@ -13,9 +13,14 @@ from numpy.typing import NDArray
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
 from tests.evaluation.fitted_drops import moved
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.strokes.motion_edge import falling_edge, rising_edge
-from tfsat_host.evaluation.strokes.standing_joints import Standing, standing_joints
-from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
+from tfsat_host.evaluation.strokes import (
+    FlownStroke,
+    Standing,
+    falling_edge,
+    rising_edge,
+    standing_joints,
+    strokes_flown,
+)
 from tfsat_host.maneuver import Schedule
 from tfsat_host.maneuver.schedule import TimedStroke
 

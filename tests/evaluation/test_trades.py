@@ -12,9 +12,9 @@ from tests.evaluation.drops import DLPF_42_HZ, calibrated_from_truth
 from tests.evaluation.fitted_drops import MODEL, fitted
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
+from tfsat_host.evaluation.model_fit.identifiability import trades
+from tfsat_host.evaluation.model_fit.momentum import Flown, flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.trades import trades
-from tfsat_host.evaluation.model_fit.unexplained import Flown, flown_of
 from tfsat_host.evaluation.motion.motion import motion_of
 
 BODY_2_Z = 5

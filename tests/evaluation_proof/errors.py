@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from tests.calibration_proof.robots import Errors
 from tests.evaluation.drops import Drop
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.initial_rates import quiet_samples
-from tfsat_host.evaluation.motion.body_motion import BodyMotion
-from tfsat_host.evaluation.strokes.strokes_flown import WINDOW, FlownStroke
+from tfsat_host.evaluation.motion.attitude import BodyMotion
+from tfsat_host.evaluation.motion.motion import quiet_samples
+from tfsat_host.evaluation.strokes import WINDOW, FlownStroke
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, minimize
 
 from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial
-from tfsat_host.evaluation.model_fit.explained import Driven
+from tfsat_host.evaluation.model_fit.prediction import Driven
 
 FloatArray = NDArray[np.float64]
 

@@ -13,6 +13,7 @@ HOST = Path(__file__).parents[2] / "host" / "tfsat_host"
 LAYERS = (
     (
         "angles",
+        "arrays",
         "config",
         "crash",
         "errors",

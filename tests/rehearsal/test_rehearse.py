@@ -13,9 +13,8 @@ import pytest
 from tests.cli.process import RunCli
 from tests.rehearsal.as_filed import dropped
 from tfsat_host.emulated.sequencer_image import sequencer_hex
-from tfsat_host.evaluation.errors import EvaluationError
-from tfsat_host.evaluation.quick.quick_look import quick_look
-from tfsat_host.evaluation.quick.strokes import disagreements
+from tfsat_host.evaluation.motion.samples import EvaluationError
+from tfsat_host.evaluation.quick_look import disagreements, quick_look
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.robot import load_robot

@@ -15,7 +15,7 @@ from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers
 from tfsat_host.evaluation.checks.check import judged
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
-from tfsat_host.evaluation.result.correction import significance, worth_of
+from tfsat_host.evaluation.result.model import significance, worth_of
 from tfsat_host.quantity import plus_minus
 from tfsat_host.report import render
 from tfsat_host.report.contents.building import document_of

@@ -21,7 +21,7 @@ from tests.cli.process import RunCli
 from tests.sdlog.encoder import drop_with_release
 from tests.sdlog.motion import RATE_COUNTS, moving_log
 from tests.sdlog.test_values import write
-from tfsat_host.evaluation.quick.body_frames import body_frames
+from tfsat_host.evaluation.body_frames import body_frames
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.export_mcap import METADATA_NAME, write_mcap

@@ -21,34 +21,36 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.evaluation.checks import Check, checks_of
-from tfsat_host.evaluation.checks.filed_maneuver import maneuver_check
-from tfsat_host.evaluation.checks.start_pose import start_pose_check
-from tfsat_host.evaluation.clocks.clocks import Clocks, align_clocks
-from tfsat_host.evaluation.clocks.video import Mark
-from tfsat_host.evaluation.fall.arms import com_in_bodies_m, sensor_arms_m
-from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
-from tfsat_host.evaluation.fall.micro_gravity import SETTLE_S, MicroGravity, micro_gravity, quiet_windows
-from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
-from tfsat_host.evaluation.initial_rates import InitialRate, initial_rates
-from tfsat_host.evaluation.laser.geometry import BodyTurning
-from tfsat_host.evaluation.laser.tracks import LaserFileError, LaserTracks
-from tfsat_host.evaluation.laser.velocity import (
+from tfsat_host.evaluation.checks.recording import maneuver_check
+from tfsat_host.evaluation.checks.rest import start_pose_check
+from tfsat_host.evaluation.clocks import Clocks, align_clocks
+from tfsat_host.evaluation.external.camera import LaserFileError, LaserTracks, Mark
+from tfsat_host.evaluation.external.laser_velocity import (
+    BodyTurning,
     LaserError,
     ReleaseVelocity,
     VelocityWindows,
     release_velocity,
 )
+from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.fall.micro_gravity import (
+    SETTLE_S,
+    MicroGravity,
+    com_in_bodies_m,
+    micro_gravity,
+    quiet_windows,
+    sensor_arms_m,
+)
+from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
+from tfsat_host.evaluation.fallback_calibration import with_stand_ins
 from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
-from tfsat_host.evaluation.model_fit.explained import Explained, explain
 from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
 from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
-from tfsat_host.evaluation.motion.body_motion import BodyMotion
-from tfsat_host.evaluation.motion.motion import Motion, motion_of
+from tfsat_host.evaluation.model_fit.prediction import Explained, explain
+from tfsat_host.evaluation.motion.attitude import BodyMotion
+from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
-from tfsat_host.evaluation.notes import notes_of
-from tfsat_host.evaluation.stand_ins import with_stand_ins
-from tfsat_host.evaluation.strokes.standing_joints import Standing, standing_joints
-from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke, strokes_flown
+from tfsat_host.evaluation.strokes import FlownStroke, Standing, standing_joints, strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

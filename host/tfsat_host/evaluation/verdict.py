@@ -14,9 +14,9 @@ import numpy as np
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.laser.velocity import ReleaseVelocity
-from tfsat_host.evaluation.model_fit.explained import Explained
-from tfsat_host.evaluation.strokes.strokes_flown import FlownStroke
+from tfsat_host.evaluation.external.laser_velocity import ReleaseVelocity
+from tfsat_host.evaluation.model_fit.prediction import Explained
+from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.doubts import two_releases
 from tfsat_host.sdlog.summary import grave_warnings

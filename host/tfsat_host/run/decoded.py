@@ -100,7 +100,7 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
 
 def _write_mcap(log: DropLog, path: Path) -> None:
     """With the bodies' transforms, of the drop tower robot."""
-    from tfsat_host.evaluation.quick.body_frames import body_frames
+    from tfsat_host.evaluation.body_frames import body_frames
     from tfsat_host.robot import load_robot
     from tfsat_host.sdlog.export_mcap import write_mcap
 

@@ -11,10 +11,9 @@ from typing import Any
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.evaluation.clocks.video import read_video_marks
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
-from tfsat_host.evaluation.laser.tracks import read_tracks
-from tfsat_host.evaluation.laser.velocity import windows_of
+from tfsat_host.evaluation.external.camera import read_tracks, read_video_marks
+from tfsat_host.evaluation.external.laser_velocity import windows_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of

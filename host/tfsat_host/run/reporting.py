@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.evaluation.result.comparison import comparison_tables
+from tfsat_host.evaluation.result.model import comparison_tables
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all

@@ -27,10 +27,9 @@ _RECORDING: Columns = (
 
 def result_of(run: EvaluatedRun) -> Json:
     """Everything that was found in a drop; plain numbers, lists and text, NaN where something is unknown."""
-    from tfsat_host.evaluation.result.checks import CHECKS
-    from tfsat_host.evaluation.result.fall import fall
+    from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
     from tfsat_host.evaluation.result.model import model
-    from tfsat_host.evaluation.result.motion import JOINTS, LAG, STANDING, STROKES, bodies, joints
+    from tfsat_host.evaluation.result.tables import CHECKS
 
     found = run.found
     of_bodies = bodies(found)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def comparison_as_dict(found: Comparison) -> dict[str, Any]:
     """For `--json`, under `comparison`."""
-    from tfsat_host.evaluation.result.comparison import comparison
+    from tfsat_host.evaluation.result.model import comparison
 
     return comparison([run.found for run in found.runs], found.combined, found.left_out, found.remarks)
 
@@ -42,7 +42,7 @@ def row_of(drop: object, run: EvaluatedRun | None) -> dict[str, Any]:
 
 def show_comparison(found: Comparison, out: Output, numbers: Sequence[int] = ()) -> None:
     """What the drops say together, and of each other; `numbers` are theirs, from 1 by default."""
-    from tfsat_host.evaluation.result.comparison import comparison_tables
+    from tfsat_host.evaluation.result.model import comparison_tables
 
     if found.combined is None:
         out.line("No correction of all drops together: that of each drop is withheld.")

@@ -19,8 +19,7 @@ def show(run: EvaluatedRun, out: Output) -> None:
 
     from tfsat_host.evaluation.result.key_numbers import key_numbers_of
     from tfsat_host.evaluation.result.model import remarks
-    from tfsat_host.evaluation.result.reasons import reasons_of
-    from tfsat_host.evaluation.result.tables import tables_of
+    from tfsat_host.evaluation.result.tables import reasons_of, tables_of
 
     labelled("Verdict", f"{run.verdict.level.upper()}. {run.verdict.sentence}", out)
     bullets(reasons_of(run.found, run.verdict), out)

@@ -199,8 +199,7 @@ def _found(evaluated: EvaluatedRun) -> Json:
 
 def quick_facts(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel) -> Json:
     """The quick look, for a drop that cannot be evaluated: no calibration, no uncertainty. Raises EvaluationError."""
-    from tfsat_host.evaluation.quick.quick_look import quick_look
-    from tfsat_host.evaluation.quick.strokes import reached_deg
+    from tfsat_host.evaluation.quick_look import quick_look, reached_deg
 
     fall_s = (drop.landed_s or 0.0) - (drop.released_s or 0.0)
     starts_s = [stroke.t_s for stroke in schedule.strokes]
@@ -217,7 +216,7 @@ def quick_facts(schedule: Schedule, drop: Drop, log: DropLog, filed: RobotModel)
 
 def stroke_warnings(schedule: Schedule, result: Json) -> list[str]:
     """Where strokes were not as commanded: by the evaluation, or by the quick look where there is none."""
-    from tfsat_host.evaluation.quick.strokes import disagreements
+    from tfsat_host.evaluation.quick_look import disagreements
 
     starts_s = [stroke.t_s for stroke in schedule.strokes]
     commanded_deg = [stroke.angle_deg for stroke in schedule.strokes]

@@ -13,13 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.checks.hypothesis import Hypothesis
+from tfsat_host.evaluation.checks.hypotheses import (
+    Hypothesis,
+    changed_gyros,
+    exchanged_axes,
+    exchanged_sensors,
+    late_sensors,
+    moved_zeros,
+    one_left_out,
+    other_low_passes,
+    reversed_sensors,
+    turned_mountings,
+    wrong_orders,
+)
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
-from tfsat_host.evaluation.checks.wrong_angles import exchanged_sensors, moved_zeros, reversed_sensors
-from tfsat_host.evaluation.checks.wrong_frames import exchanged_axes, turned_mountings, wrong_orders
-from tfsat_host.evaluation.checks.wrong_sensor import one_left_out
-from tfsat_host.evaluation.checks.wrong_times import late_sensors, other_low_passes
-from tfsat_host.evaluation.checks.wrong_values import changed_gyros
 
 FloatArray = NDArray[np.float64]
 

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.evaluation.checks.at_rest import BIAS, DOWN, GRAVITY, NOISE, noise_check, rest_checks
-from tfsat_host.evaluation.checks.attitudes import attitude_check
 from tfsat_host.evaluation.checks.check import Check
-from tfsat_host.evaluation.checks.completeness import completeness_checks
-from tfsat_host.evaluation.checks.conserved import momentum_checks
+from tfsat_host.evaluation.checks.consistency import consistency_of
 from tfsat_host.evaluation.checks.diagnosis import Diagnosis, diagnose
-from tfsat_host.evaluation.checks.drop_consistency import consistency_of
-from tfsat_host.evaluation.checks.hanging import hanging_before_release
-from tfsat_host.evaluation.checks.neighbours import (
+from tfsat_host.evaluation.checks.momentum import momentum_checks
+from tfsat_host.evaluation.checks.recording import completeness_checks
+from tfsat_host.evaluation.checks.rest import BIAS, DOWN, GRAVITY, NOISE, noise_check, rest_checks
+from tfsat_host.evaluation.checks.sensors import (
+    attitude_check,
+    lag_check,
     neighbour_checks,
     pair_checks,
     scale_checks,
     sensed_checks,
 )
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
-from tfsat_host.evaluation.checks.timing import lag_check
+from tfsat_host.evaluation.fall.rest import hanging_before_release
 from tfsat_host.evaluation.model_fit.fit import ModelFit
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.robot import RobotModel

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
-from tfsat_host.evaluation.motion.joint_fit import SHARED_CAUSE, sample_noise_rad
-from tfsat_host.evaluation.motion.joints import UNSENSED_STD_RAD
-from tfsat_host.evaluation.motion.lag import DELAY_STD_S, derivative, sheet_lag
+from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, derivative, sheet_lag
+from tfsat_host.evaluation.motion.joints import SHARED_CAUSE, UNSENSED_STD_RAD, sample_noise_rad
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

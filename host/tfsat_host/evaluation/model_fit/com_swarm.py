@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize as descend
 
 from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
 from tfsat_host.evaluation.model_fit.offsets import Offsets
-from tfsat_host.evaluation.model_fit.unexplained import Flown
 from tfsat_host.plan.swarm import SwarmSettings, minimize
 
 FloatArray = NDArray[np.float64]

@@ -31,9 +31,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from tfsat_host.evaluation.model_fit.fit import ModelFit, bounded_solution
-from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, averaged_momentum
+from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
 from tfsat_host.evaluation.model_fit.offsets import Offsets
-from tfsat_host.evaluation.model_fit.unexplained import Flown
 
 FloatArray = NDArray[np.float64]
 

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from tfsat_host.dynamics import momentum as conserved
-from tfsat_host.evaluation.model_fit.offsets import Offsets
-from tfsat_host.evaluation.model_fit.unexplained import (
+from tfsat_host.evaluation.model_fit.momentum import (
     Derivatives,
     Flown,
     derivatives,
     inertial_momentum,
     unexplained,
 )
+from tfsat_host.evaluation.model_fit.offsets import Offsets
 
 FloatArray = NDArray[np.float64]
 

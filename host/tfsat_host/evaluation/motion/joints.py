@@ -1,17 +1,236 @@
-"""One joint over the drop: its angle, what is uncertain about it, and what its two angle sensors say beside it."""
+"""The slow errors by the angle sensors: one least squares for all joints.
+
+The paper takes the initial angle from the absolute sensors and integrates the relative rate of adjacent gyros from
+there. Here the sensors go on helping: their samples bind the integrals' slow errors, the gyros bind the sensors' noise
+and bend, each by its uncertainty:
+
+    sensor k of joint j:  angle j + zero error + bend error + noise
+    angle j:              start + integral of the joint's rate + walk
+
+Joint rates by the slopes of the sensed angles: less exact than the gyros', and used where those do not tell them.
+
+One joint over the drop: its angle, what is uncertain about it, and what its two angle sensors say beside it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.linalg import block_diag
 
 from tfsat_host.angles import wrapped
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
-from tfsat_host.evaluation.motion.joint_fit import SensedJoint
+from tfsat_host.evaluation.motion.gyro_signal import derivative
 
-FloatArray = NDArray[np.float64]
+SHARED_CAUSE = 4.0
+"""Gyros' scale factors are calibrated against these very sensors, so that a bend that was missed is in both. Two
+numbers with one error have no better mean than either: its variance taken so often, a bend tells little of a scale."""
+SENSOR_FLOOR_RAD = np.deg2rad(0.01)
+"""No angle sensor is better than that, however quiet its samples look."""
+_NUISANCES = 10
+_APART_RAD = np.deg2rad(5.0)
+"""Two sensors of one joint that differ by more, and by more than their zero points and bends may be off, are not both
+right: a magnet has slipped, or a wire is loose."""
+_APART_STDS = 5.0
+_LASTING = 0.05
+"""Of the samples: what lasts shorter is an outlier."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensedJoint:
+    """What the two angle sensors of one joint say.
+
+    Attributes:
+        sensors: Their calibration.
+        shown_rad: (n, 2) what they show; NaN where one did not answer.
+        angle_rad: (n, 2) the joint's angle by each.
+        noise_rad: (2,) standard deviation of a sample of each.
+        distrusted: 0 or 1, the sensor that is not used, as the other one contradicts it; None: both are.
+    """
+
+    sensors: JointSensors
+    shown_rad: FloatArray
+    angle_rad: FloatArray
+    noise_rad: FloatArray
+    distrusted: int | None
+
+    @classmethod
+    def of(
+        cls, sensors: JointSensors, shown_rad: FloatArray, held_rad: float, turned_rad: FloatArray
+    ) -> SensedJoint:
+        """Of samples (n, 2) of a joint that its servo held at an angle to begin with.
+
+        By its gyros it turned by (n,) since the first of them, the low-pass not taken off; NaN where that is not known.
+        """
+        angle = sensors.each(shown_rad)
+        distrusted = _distrusted(sensors, angle, held_rad, turned_rad)
+        if distrusted is not None:
+            angle[:, distrusted] = np.nan
+        noise = np.array([sample_noise_rad(angle[:, k]) for k in range(2)])
+        return cls(sensors, shown_rad, angle, noise, distrusted)
+
+    @property
+    def answered(self) -> bool:
+        """One of them did, at least once."""
+        return bool(np.isfinite(self.angle_rad).any())
+
+    @property
+    def mean_rad(self) -> FloatArray:
+        """(n,) by those that answered, without the jump that one's silence would make; NaN where none did."""
+        apart = self.angle_rad[:, 1] - self.angle_rad[:, 0]
+        apart = apart[np.isfinite(apart)]
+        half = 0.5 * float(apart.mean()) if len(apart) else 0.0
+        each = self.angle_rad + np.array([half, -half])
+        known = np.isfinite(each)
+        total = np.where(known, each, 0.0).sum(axis=1)
+        return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
+
+
+def _distrusted(
+    sensors: JointSensors, angle_rad: FloatArray, held_rad: float, turned_rad: FloatArray
+) -> int | None:
+    """Of two that contradict each other, the one that moved against the gyros.
+
+    Where neither did, or no gyros tell: the one that began farther from where the servo held the joint.
+    """
+    both = np.isfinite(angle_rad).all(axis=1)
+    if not both.any():
+        return None
+    apart = wrapped(angle_rad[both, 1] - angle_rad[both, 0])
+    zeros = np.trace(sensors.zero_covariance) + np.trace(sensors.bend_covariance)
+    limit = max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros)))
+    if np.quantile(np.abs(apart), 1.0 - _LASTING) < limit:
+        return None
+    told = both & np.isfinite(turned_rad)
+    if told.any():
+        beside = np.unwrap(angle_rad[told] - turned_rad[told, None], axis=0)
+        low, high = np.quantile(beside, [_LASTING, 1.0 - _LASTING], axis=0)
+        first, second = high - low
+        if abs(second - first) > 0.5 * limit:
+            return int(second > first)
+    return int(np.abs(wrapped(angle_rad[both][0] - held_rad)).argmax())
+
+
+def errors_by_sensors(
+    joints: Sequence[SensedJoint],
+    angles_rad: FloatArray,
+    by_errors: FloatArray,
+    errors: FloatArray,
+    learnt: BoolArray,
+    known: tuple[FloatArray, FloatArray],
+) -> tuple[FloatArray, FloatArray]:
+    """(r,) the errors and (r, r) their covariance.
+
+    Args:
+        joints: What the sensors say.
+        angles_rad: (n, 3) with the errors as they are believed to be.
+        by_errors: (n, 3, r) what more of them does to the angles.
+        errors: (r,) as believed; each of variance one around zero before.
+        learnt: (r,) which ones the sensors may tell; the others keep their variance.
+        known: (r, r) information from elsewhere, and (r,) its right-hand side.
+    """
+    r, extra = len(errors), _NUISANCES * len(joints)
+    information = np.eye(r + extra)
+    right = np.zeros(r + extra)
+    information[:r, :r] += known[0]
+    right[:r] += known[1]
+    for j, joint in enumerate(joints):
+        nuisance = r + _NUISANCES * j + np.arange(_NUISANCES)
+        information[np.ix_(nuisance, nuisance)] = np.linalg.inv(_nuisance_covariance(joint.sensors))
+        for k in range(2):
+            there = np.isfinite(joint.angle_rad[:, k])
+            rows = np.zeros((int(there.sum()), r + extra))
+            rows[:, :r] = by_errors[there, j] * learnt
+            off = (joint.angle_rad[:, k] - angles_rad[:, j])[there] + rows[:, :r] @ errors
+            rows[:, nuisance[k]] = -joint.sensors.direction[k]
+            bend = nuisance[2 + 4 * k : 6 + 4 * k]
+            # Where the joint is, not where a noisy sample has it: a bend that follows the noise would explain it.
+            shown = joint.sensors.zero_rad[k] + joint.sensors.direction[k] * angles_rad[there, j]
+            curve = joint.sensors.bend_curve(k, shown)
+            rows[:, bend] = -joint.sensors.direction[k] * curve
+            information += rows.T @ rows / joint.noise_rad[k] ** 2
+            right += rows.T @ off / joint.noise_rad[k] ** 2
+    covariance = np.linalg.inv(information)
+    return (covariance @ right)[:r], np.asarray(covariance[:r, :r])
+
+
+def _nuisance_covariance(sensors: JointSensors) -> FloatArray:
+    bend = SHARED_CAUSE * sensors.bend_covariance + 1e-16 * np.eye(8)
+    return np.asarray(block_diag(sensors.zero_covariance + 1e-16 * np.eye(2), bend))
+
+
+def sample_noise_rad(angle_rad: FloatArray) -> float:
+    """Of one sample, by second differences, which hardly know of the motion."""
+    second = np.diff(angle_rad, 2)
+    second = second[np.isfinite(second)]
+    if len(second) < 10:
+        return float(np.deg2rad(0.1))
+    spread = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    return float(max(spread, SENSOR_FLOOR_RAD))
+
+
+_SMOOTHING_ORDER = 3
+SMOOTHED = 9
+"""Over so many samples a cubic is laid through a joint's sensed angles: a servo's ramp takes a dozen."""
+SMOOTHED_SHARE = 0.505
+"""So much of a sample's noise that cubic leaves at its middle: the square root of its largest coefficient, 59 / 231."""
+_UNSENSED_VARIANCE = np.deg2rad(200.0) ** 2
+"""Of the rate of a joint that nothing tells: servos turn no faster."""
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """Of each joint at n samples.
+
+    Attributes:
+        rate_rad_s: (n, 3); 0 where no sensor ever answered.
+        variance: (3,) of those, (rad/s)^2.
+        angle_std_rad: (3,) of one sample of the angle that the slope is of.
+    """
+
+    rate_rad_s: FloatArray
+    variance: FloatArray
+    angle_std_rad: FloatArray
+
+
+def sensed_slopes(t_s: FloatArray, joints: Sequence[SensedJoint], rate_hz: float) -> Slopes:
+    """Of one drop.
+
+    Args:
+        t_s: (n,).
+        joints: Their sensors' samples.
+        rate_hz: Sampling rate.
+    """
+    rates = np.zeros((len(t_s), len(joints)))
+    variances = np.full(len(joints), _UNSENSED_VARIANCE)
+    stds = np.full(len(joints), np.pi)
+    for j, joint in enumerate(joints):
+        angle = joint.mean_rad
+        known = np.isfinite(angle)
+        if known.sum() > SMOOTHED:
+            smooth = smoothed(np.interp(t_s, t_s[known], angle[known]))
+            rates[:, j] = derivative(t_s, smooth)
+            stds[j] = sample_noise_rad(angle)
+            # The slope between two samples m steps apart has the variance 2 (sigma / (m step))^2.
+            variances[j] = 2.0 * (stds[j] * rate_hz / SMOOTHED) ** 2
+    return Slopes(rates, variances, stds)
+
+
+def smoothed(values: FloatArray) -> FloatArray:
+    """(n,) each of n > SMOOTHED equidistant samples by the cubic through those around it (Savitzky and Golay, 1964).
+
+    The first and the last few share the cubic of the first and the last window.
+    """
+    half = SMOOTHED // 2
+    powers = np.vander(np.arange(-half, half + 1) / half, _SMOOTHING_ORDER + 1)
+    fitted = powers @ np.linalg.pinv(powers)
+    inner = sliding_window_view(values, SMOOTHED) @ fitted[half]
+    return np.concatenate([fitted[:half] @ values[:SMOOTHED], inner, fitted[half + 1 :] @ values[-SMOOTHED:]])
+
 
 UNSENSED_STD_RAD = np.deg2rad(6.0)
 """Of a start that no sensor tells: the paper's joint 1 hung 6 deg from where its servo should have held it."""

@@ -1,4 +1,9 @@
-"""From calibrated samples to what the robot did: joint angles, rates and attitudes of all bodies."""
+"""From calibrated samples to what the robot did: joint angles, rates and attitudes of all bodies.
+
+How the bodies turned between the release and the first stroke.
+
+What a motion could not use, and what stood in for it, in sentences.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.evaluation.motion.body_motion import BodyMotion, Rates, body_motion
-from tfsat_host.evaluation.motion.fusion import Fused
-from tfsat_host.evaluation.motion.integral import turned_from
-from tfsat_host.evaluation.motion.joint_fit import SensedJoint
-from tfsat_host.evaluation.motion.joints import JointMotion
-from tfsat_host.evaluation.motion.lag import Lag
-from tfsat_host.evaluation.motion.samples import GREATEST_GAP_S, Samples
+from tfsat_host.evaluation.motion.attitude import BodyMotion, Rates, body_motion
+from tfsat_host.evaluation.motion.gyro_signal import Lag
+from tfsat_host.evaluation.motion.joints import JointMotion, SensedJoint
+from tfsat_host.evaluation.motion.rate_fusion import Fused
+from tfsat_host.evaluation.motion.samples import GREATEST_GAP_S, Samples, turned_from
 from tfsat_host.evaluation.motion.sensor_fusion import SensorFusion, Solved
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.sdlog.summary import single_misses
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,3 +142,85 @@ def _turned_by_gyros(samples: Samples, model: RobotModel, joint: int) -> FloatAr
     ):
         return np.full_like(rate, np.nan)
     return turned_from(samples.t_s, np.interp(samples.t_s, samples.t_s[known], rate[known]))
+
+
+SETTLED_S = 0.03
+"""After the release: before, the springs still push and the low-pass remembers the hold."""
+BEFORE_STROKE_S = 0.02
+LEAST_SAMPLES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class InitialRate:
+    """Mean rate of one body over the quiet samples, body axes.
+
+    Attributes:
+        rate_rad_s: (3,).
+        std_rad_s: (3,) from noise and the gyro's parameters.
+    """
+
+    rate_rad_s: FloatArray
+    std_rad_s: FloatArray
+
+
+def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> NDArray[np.bool_]:
+    """(n,) after the release has settled and before the first stroke; at least a few."""
+    quiet = (t_s >= SETTLED_S) & (t_s < first_stroke_s - BEFORE_STROKE_S)
+    if quiet.sum() < LEAST_SAMPLES:
+        first = int(np.searchsorted(t_s, SETTLED_S))
+        quiet = np.zeros(len(t_s), bool)
+        quiet[first : first + LEAST_SAMPLES] = True
+    return quiet
+
+
+def initial_rates(motion: Motion, first_stroke_s: float) -> tuple[InitialRate, ...]:
+    """Of each body: the mean rate is what it turned over the time, and as uncertain as that."""
+    found = []
+    for moved in motion.bodies:
+        rows = np.flatnonzero(quiet_samples(moved.t_s, first_stroke_s))
+        first, last = rows[0], rows[-1]
+        by = moved.by_errors[last] - moved.by_errors[first]
+        turned = by @ moved.error_covariance @ by.T
+        turned = turned + moved.noise_covariance[last] - moved.noise_covariance[first]
+        duration_s = moved.t_s[last] - moved.t_s[first]
+        rate = moved.rate_rad_s[rows].mean(axis=0)
+        found.append(InitialRate(rate, np.sqrt(np.diag(turned)) / duration_s))
+    return tuple(found)
+
+
+def notes_of(motion: Motion) -> list[str]:
+    """Of one drop."""
+    notes = []
+    fall = motion.samples.fall
+    answered = motion.samples.answered[fall]
+    for body, bridged in enumerate((~answered).sum(axis=0), 1):
+        if not single_misses(answered[:, body - 1]):
+            share = 100.0 * bridged / fall.sum()
+            notes.append(
+                f"The gyro of body {body} lacks {bridged} of {int(fall.sum())} samples ({share:.0f} %): they are "
+                "bridged from its neighbours and the angle sensors, and its uncertainty is larger."
+            )
+    notes += [
+        f"No angle sensor of joint {joint.joint} answered: its angle is counted from where its servo starts."
+        for joint in motion.joints
+        if not joint.sensed
+    ]
+    notes += [
+        f"Angle sensor {sensed.distrusted + 1} of joint {sensed.sensors.joint} contradicts the other one, which agrees "
+        "better with the gyros, or with where the servo held the joint: it is not used."
+        for sensed in motion.fusion.joints
+        if sensed.distrusted is not None
+    ]
+    if motion.lag.implausible_s is not None:
+        notes.append(
+            f"The strokes tell a delay of {1e3 * motion.lag.implausible_s:.1f} ms for the gyros, which no chip has "
+            "with this low-pass: the data sheet's is taken off instead. The gyros contradict the angle sensors."
+        )
+    if motion.contradicted:
+        notes.append(
+            "The sensors would have the gyros farther off than their calibration allows: one of them is wrong, and "
+            "none was corrected by another."
+        )
+    if motion.lag.implausible_s is None and not motion.lag.measured:
+        notes.append("No joint moved far enough to measure the gyros' delay: the data sheet's is taken off.")
+    return notes

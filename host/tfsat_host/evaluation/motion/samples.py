@@ -1,24 +1,37 @@
-"""The samples of one drop, from just before the release to just before the landing, in body axes and SI units."""
+"""What an evaluation refuses.
+
+The samples of one drop, from just before the release to just before the landing, in body axes and SI units.
+
+Where no gyro has a sample, and how far something may have turned there beside what was carried over.
+
+Integrals over the samples of a drop, from the release on.
+
+What the gyros read, made fit for derivatives: holes bridged by straight lines, and where not to believe that.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.apply import apply_calibration, weightless
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.evaluation.errors import EvaluationError
+from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import FALL_US, SAMPLE_RATE_HZ
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.droplog import rows_of
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+
+class EvaluationError(TfsatError):
+    """The recording does not hold what an evaluation needs."""
+
 
 LEAD_S = 0.3
 """So much before the release belongs to it: differences of neighbouring samples need some on either side. The robot
@@ -130,3 +143,112 @@ def _require_no_hole(t_s: FloatArray, until_s: float) -> None:
             meaning=f"Over more than {GREATEST_GAP_S:g} s no attitude can be carried: nothing can be evaluated.",
             next_step="Look at the gaps: tfsat-host decode; fetch the recording's second copy: tfsat-host log fetch",
         )
+
+
+GAP_PERIODS = 1.5
+"""A step longer than so many sampling periods has samples missing in it."""
+_NEAR_S = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Holes:
+    """Of one rate.
+
+    Attributes:
+        from_s: (h,) last sample before each.
+        until_s: (h,) first sample after it.
+        variance: (h,) of the turn in it, rad^2.
+    """
+
+    from_s: FloatArray
+    until_s: FloatArray
+    variance: FloatArray
+
+    def variance_between(self, left_s: FloatArray, right_s: FloatArray) -> FloatArray:
+        """(k,) of all holes between times (k,)."""
+        within = (self.from_s >= left_s[:, None] - 1e-9) & (self.until_s <= right_s[:, None] + 1e-9)
+        return np.asarray((within * self.variance).sum(axis=1))
+
+
+def holes_of(t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float) -> Holes:
+    """Of a rate (n,) or (n, 3) whose integral is by straight lines between its samples.
+
+    A rate that bends once in a hole g by its acceleration a is missed by a g^2 / 12; one that jumps from one side's
+    value to the other's anywhere in it by their difference times g / sqrt(12).
+    """
+    steps = np.diff(t_s)
+    first = np.flatnonzero(steps > GAP_PERIODS / rate_hz)
+    rate = rate_rad_s.reshape(len(t_s), -1)
+    slope = np.linalg.norm(np.diff(rate, axis=0), axis=1) / steps
+    variance = []
+    for gap in first:
+        near = np.abs(t_s[:-1] - t_s[gap]) < _NEAR_S + steps[gap]
+        jumped = slope[gap] * steps[gap] ** 2 / np.sqrt(12.0)
+        bent = slope[near].max() * steps[gap] ** 2 / 12.0
+        variance.append(max(jumped, bent) ** 2)
+    return Holes(t_s[first], t_s[first + 1], np.array(variance))
+
+
+def turned_from(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
+    """(n, ...) integral of rates by straight lines between samples, zero up to the first sample after the release.
+
+    Servos hold the joints until then: no gyro, of another bias while it hangs, is asked whether they stand.
+    """
+    steps = 0.5 * (rate_rad_s[1:] + rate_rad_s[:-1]) * np.diff(t_s).reshape(-1, *[1] * (rate_rad_s.ndim - 1))
+    total = np.concatenate([np.zeros((1, *rate_rad_s.shape[1:])), np.cumsum(steps, axis=0)])
+    released = int(np.searchsorted(t_s, 0.0))
+    total = total - total[released]
+    total[:released] = 0.0
+    return np.asarray(total)
+
+
+_NEIGHBOURS = 2
+"""Taking off the lag needs so many on either side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Of all gyros at n samples.
+
+    Attributes:
+        gyros: As calibrated.
+        reading_rad_s: (n, 4, 3) sensor axes, late by their low-pass, without NaN.
+        usable: (n, 4) its neighbours are there as well; at least one gyro at every sample.
+    """
+
+    gyros: tuple[GyroCalibration, ...]
+    reading_rad_s: FloatArray
+    usable: BoolArray
+
+    @classmethod
+    def of(cls, samples: Samples, gyros: Sequence[GyroCalibration]) -> Readings:
+        """Of one drop, calibrated with `gyros`."""
+        own = [g.readings(samples.rate_rad_s[:, b]) + g.bias_rad_s for b, g in enumerate(gyros)]
+        bridged = _bridged_over(samples.t_s, np.stack(own, axis=1))
+        return cls(tuple(gyros), bridged, _away_from_holes(samples.answered))
+
+    def with_errors(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(n, 4, 3) rates in body axes if the gyros' parameters are off by (4, 9), and (n, 4, 3, 9) by those."""
+        right = [gyro.corrected(off) for gyro, off in zip(self.gyros, parameters, strict=True)]
+        rates = [gyro.body_rates(self.reading_rad_s[:, b]) for b, gyro in enumerate(right)]
+        by = [gyro.jacobian(self.reading_rad_s[:, b]) for b, gyro in enumerate(right)]
+        return np.stack(rates, axis=1), np.stack(by, axis=1)
+
+
+def _bridged_over(t_s: FloatArray, readings: FloatArray) -> FloatArray:
+    """Without NaN, by straight lines in time, so that neighbours of a lost sample still have a derivative."""
+    filled = readings.copy()
+    for index in np.ndindex(readings.shape[1:]):
+        column = readings[(slice(None), *index)]
+        known = np.isfinite(column)
+        filled[(slice(None), *index)] = np.interp(t_s, t_s[known], column[known]) if known.any() else 0.0
+    return filled
+
+
+def _away_from_holes(answered: BoolArray) -> BoolArray:
+    near = ~answered
+    for shift in range(1, _NEIGHBOURS + 1):
+        near[shift:] |= ~answered[:-shift]
+        near[:-shift] |= ~answered[shift:]
+    nobody = np.logical_and.reduce(near, axis=1)
+    return np.where(nobody[:, None], answered, ~near)

@@ -14,20 +14,32 @@ from numpy.typing import NDArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.motion.carried import rates_by_angles
-from tfsat_host.evaluation.motion.fusion import Fused, fuse
-from tfsat_host.evaluation.motion.holes import holes_of
-from tfsat_host.evaluation.motion.integral import turned_from
-from tfsat_host.evaluation.motion.joint_fit import SensedJoint, errors_by_sensors
-from tfsat_host.evaluation.motion.joints import UNSENSED_STD_RAD
-from tfsat_host.evaluation.motion.lag import LEAST_STROKE_RAD, PLAUSIBLE_STDS, Lag, sheet_lag
-from tfsat_host.evaluation.motion.neighbour_fit import information_by_neighbours
-from tfsat_host.evaluation.motion.noise import sample_variance
-from tfsat_host.evaluation.motion.readings import Readings
-from tfsat_host.evaluation.motion.samples import Samples
-from tfsat_host.evaluation.motion.sensed_slopes import SMOOTHED, SMOOTHED_SHARE, Slopes, slopes_of
-from tfsat_host.evaluation.motion.slow_errors import SlowErrors, Spread, gyro_errors, slow_errors
-from tfsat_host.evaluation.motion.walk import Walk, walk_of
+from tfsat_host.evaluation.motion.gyro_signal import (
+    LEAST_STROKE_RAD,
+    PLAUSIBLE_STDS,
+    Lag,
+    sample_variance,
+    sheet_lag,
+)
+from tfsat_host.evaluation.motion.joints import (
+    SMOOTHED,
+    SMOOTHED_SHARE,
+    UNSENSED_STD_RAD,
+    SensedJoint,
+    Slopes,
+    errors_by_sensors,
+    sensed_slopes,
+)
+from tfsat_host.evaluation.motion.rate_fusion import Fused, fuse, information_by_neighbours, rates_by_angles
+from tfsat_host.evaluation.motion.samples import Readings, Samples, holes_of, turned_from
+from tfsat_host.evaluation.motion.slow_errors import (
+    RandomWalk,
+    SlowErrors,
+    Spread,
+    gyro_errors,
+    random_walk,
+    slow_errors,
+)
 from tfsat_host.robot import RobotModel
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +126,7 @@ class SensorFusion:
         )
         t, (shown, _) = samples.t_s, readings.with_errors(np.zeros((len(calibration.gyros), 9)))
         variance = sample_variance(densities, t, shown, samples.rate_hz, low_pass)
-        slopes = slopes_of(t, joints, samples.rate_hz)
+        slopes = sensed_slopes(t, joints, samples.rate_hz)
         held = np.array([servo.start_rad for servo in model.servos])
         answered = np.array([joint.answered for joint in joints])
         geometry = _geometry(t, joints, held)
@@ -235,9 +247,9 @@ def _geometry(t_s: FloatArray, joints: tuple[SensedJoint, ...], held_rad: FloatA
     return np.column_stack(columns)
 
 
-def _walk(samples: Samples, fused: Fused, joint: int, densities: FloatArray, slopes: Slopes) -> Walk:
+def _walk(samples: Samples, fused: Fused, joint: int, densities: FloatArray, slopes: Slopes) -> RandomWalk:
     """Of one joint between two gyros with these noise densities (2,)."""
-    return walk_of(
+    return random_walk(
         samples.t_s,
         float(np.sqrt((densities**2).sum())),
         fused.by_slopes[:, joint] > _BY_SLOPE,

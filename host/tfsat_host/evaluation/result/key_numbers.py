@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.comparison import AttitudeError
-from tfsat_host.evaluation.model_fit.explained import BODY_1
-from tfsat_host.evaluation.result.correction import distance_words, worth_of
+from tfsat_host.evaluation.model_fit.prediction import BODY_1, AttitudeError
+from tfsat_host.evaluation.result.model import distance_words, worth_of
 from tfsat_host.quantity import Quantity, number
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2

@@ -1,19 +1,74 @@
-"""What of the model should be corrected, what the data leave open, and the attitude error of either model."""
+"""Whether the correction of the model is one to make: told by the data, plausible, and more than noise.
+
+What of the model should be corrected, what the data leave open, and the attitude error of either model.
+
+What several drops say of the model together, and how the others' corrections do in each of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.comparison import AttitudeError
+from tfsat_host.evaluation.model_fit.cross_validation import Combined, LeftOut
 from tfsat_host.evaluation.model_fit.fit import ModelFit
+from tfsat_host.evaluation.model_fit.identifiability import trades
 from tfsat_host.evaluation.model_fit.offsets import COM_BODIES
-from tfsat_host.evaluation.model_fit.trades import trades
-from tfsat_host.evaluation.result.correction import correction_sentences, significance, worth_of
+from tfsat_host.evaluation.model_fit.prediction import EXPECTED_DISTANCE, AttitudeError
 from tfsat_host.quantity import Column, Columns, Table, fields, nested, number, record, records
+
+NOT_CALLED_FOR = 0.05
+"""A correction as great as this one comes of noise alone in more than this share of drops: none is called for."""
+MISSED = f"95 % lie below {EXPECTED_DISTANCE:g}"
+
+Worth = Literal["to be made", "not called for", "withheld"]
+
+
+def significance(found: Evaluation) -> float:
+    """Distance of the p offsets from zero over what 95 % of corrections of a right model stay below."""
+    fit = found.explained.fit
+    p = len(fit.values)
+    squared = fit.values @ np.linalg.solve(fit.covariance[:p, :p], fit.values)
+    return float(np.sqrt(squared / chdtri(p, NOT_CALLED_FOR)))
+
+
+def worth_of(found: Evaluation) -> Worth:
+    """Of the correction that was found."""
+    if found.explained.withheld:
+        return "withheld"
+    before = found.explained.before.error.mahalanobis
+    if before <= EXPECTED_DISTANCE and significance(found) <= 1.0:
+        return "not called for"
+    return "to be made"
+
+
+def correction_sentences(found: Evaluation) -> tuple[str, ...]:
+    """For a person who has to decide what to change in the robot file."""
+    worth, untold = worth_of(found), found.identifiability.untold
+    if worth == "withheld":
+        return ("The correction is withheld: change nothing by it.", *found.explained.withheld)
+    if worth == "not called for":
+        return (
+            "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
+            "within its own uncertainty.",
+        )
+    if untold:
+        told = len(found.identifiability.directions) - len(untold)
+        return (
+            f"Only {told} of {len(found.identifiability.directions)} directions are told by the data. The offsets go "
+            "together: single ones along the others are the prior's, and none of those is to be filed.",
+        )
+    return ()
+
+
+def distance_words(error: AttitudeError) -> str:
+    """How far an attitude error is from zero, in its own uncertainty."""
+    return f"{error.mahalanobis:.1f} standard deviations ({MISSED})"
+
 
 _ANGLES = ("φz", "φy", "φx")
 
@@ -202,3 +257,74 @@ def error_table(found: Evaluation) -> Table:
         "Measured less predicted z-y-x Euler angles of body 1 at the end. z-scores: in units of the standard "
         "deviation, the same order.",
     )
+
+
+INDEPENDENT = (
+    "Standard deviations of all drops together take the drops as independent: errors of a calibration that they share "
+    "are not made smaller."
+)
+_AGREEMENT = fields("agree chi_square degrees_of_freedom widened_by")
+LEFT_OUT: Columns = (
+    Column("drop", "left out", of="name"),
+    Column("error_before_deg", "model as filed", of="error_before"),
+    Column("error_after_deg", "with the others'", of="error_after"),
+    Column("error_own_deg", "with its own", of="error_own"),
+    Column("own_off_stds", "own off (stds)", of="own_off_std", form=".1f"),
+    *fields("improved objective_before_kg_m2_s=objective_before objective_after_kg_m2_s=objective_after"),
+)
+
+
+def comparison(
+    found: Sequence[Evaluation],
+    combined: Combined | None,
+    left_out: Sequence[LeftOut],
+    remarks: Sequence[str],
+) -> dict[str, Any]:
+    """For JSON; the arguments are those of `comparison_tables`."""
+    free = found[0].explained.fit.offsets
+    return {
+        "offsets": None
+        if combined is None
+        else [
+            {"name": name, "unit": unit, "value": value, "std": std}
+            for name, unit, value, std in zip(
+                free.names, free.units, combined.values.tolist(), combined.std.tolist(), strict=True
+            )
+        ],
+        "agreement": nested(_AGREEMENT, combined),
+        "remarks": list(remarks),
+        "cross_validation": records(LEFT_OUT, left_out),
+    }
+
+
+def comparison_tables(
+    found: Mapping[str, Evaluation], combined: Combined, left_out: Sequence[LeftOut], remarks: Sequence[str]
+) -> list[Table]:
+    """The common correction, and each drop judged by the others.
+
+    Args:
+        found: The drops by what they are called.
+        combined: All of them together.
+        left_out: Each drop that others can judge.
+        remarks: What of it to take with care; sentences.
+    """
+    fits = {name: one.explained.fit for name, one in found.items()}
+    label = "all drops" if combined.agree else "all drops, DOUBTFUL"
+    columns = combined_columns(label, combined.values.tolist(), combined.std.tolist(), fits)
+    better = sum(one.improved for one in left_out)
+    return [
+        Table(
+            "Correction of the model, by all drops together",
+            columns,
+            offsets(next(iter(fits.values()))),
+            " ".join([*remarks, INDEPENDENT]),
+        ),
+        Table(
+            "Each drop by the corrections of the others",
+            LEFT_OUT,
+            left_out,
+            "Attitude error of body 1 at the end, norm. The other drops' corrections made the model better in "
+            f"{better} of {len(left_out)} drops. Own off: its own offsets less the others', in standard deviations of "
+            "that difference; about 1 where drops agree.",
+        ),
+    ]

@@ -1,13 +1,29 @@
-"""All tables of what was found in a drop, in the order in which one reads them."""
+"""All tables of what was found in a drop, in the order in which one reads them.
+
+The integrity checks.
+
+The reasons of a verdict as a reader can use them: each once, a failed check's with its cause and cure.
+
+What the sensors were calibrated with.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from datetime import UTC, datetime
+from math import isfinite
+
+import numpy as np
+
+from tfsat_host.calibration.certificate.certificate import quantities
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.checks import check_table
-from tfsat_host.evaluation.result.fall import clock_table
+from tfsat_host.evaluation.result.drop import clock_table, joint_table, standing_table, stroke_table
 from tfsat_host.evaluation.result.model import error_table, offset_table
-from tfsat_host.evaluation.result.motion import joint_table, standing_table, stroke_table
-from tfsat_host.quantity import Table
+from tfsat_host.evaluation.verdict import Verdict
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, number, vector
+from tfsat_host.sdlog import DropLog
 
 
 def tables_of(found: Evaluation) -> list[Table]:
@@ -23,3 +39,153 @@ def tables_of(found: Evaluation) -> list[Table]:
     )
     tables = [table(found) for table in made]
     return [table for table in tables if table.rows]
+
+
+_ORDER = ("failed", "not possible", "passed")
+
+
+def _with_unit(attribute: str) -> Callable[[Check], str]:
+    def text(check: Check) -> str:
+        value = getattr(check, attribute)
+        return f"{number(value, '.3g')} {check.unit}".rstrip() if isfinite(value) else UNKNOWN
+
+    return text
+
+
+def _advised(check: Check) -> str:
+    """The sentence; of a failure also the likely cause, and what to do."""
+    cause = f"Likely cause: {check.cause.rstrip('.')}." if check.cause else ""
+    return " ".join(part for part in (check.sentence, cause, check.next_step) if part)
+
+
+CHECKS: Columns = (
+    Column("name", "check"),
+    Column("verdict", "verdict"),
+    Column("value", "found", words=_with_unit("value")),
+    Column("threshold", "at most", words=_with_unit("threshold")),
+    Column("sentence", "what it says", words=_advised),
+    *fields("unit cause next_step"),
+)
+
+
+def check_table(found: Evaluation) -> Table:
+    """What failed stands first; what passed is folded."""
+    checks = sorted(found.checks, key=lambda check: _ORDER.index(check.verdict))
+    passed = sum(check.verdict == "passed" for check in checks)
+    return Table(
+        "Integrity checks",
+        CHECKS,
+        checks,
+        "They need no truth: sensors that contradict each other, or free fall, cannot all be right.",
+        folded=passed,
+        fold=f"{passed} of {len(checks)} checks passed",
+    )
+
+
+NEARLY_ALL = 0.5
+"""Of the checks that were possible: no single sensor makes so many fail."""
+
+
+def reasons_of(found: Evaluation, verdict: Verdict) -> tuple[str, ...]:
+    """Sentences.
+
+    Where nearly everything failed at once, the causes that single checks name would mend nothing: then all checks are
+    one sentence.
+
+    Args:
+        found: One drop.
+        verdict: Its verdict.
+    """
+    failed = {check.sentence: check for check in found.failed_checks}
+    possible = sum(check.verdict != "not possible" for check in found.checks)
+    if len(found.failed_checks) <= NEARLY_ALL * possible:
+        return tuple(_explained(failed[text]) if text in failed else text for text in verdict.reasons)
+    everything = (
+        f"{len(found.failed_checks)} of {possible} checks failed at once, which no single sensor brings about: most "
+        "likely the calibration, the robot file or the order of the bodies is not this robot's."
+    )
+    return (everything, *(text for text in verdict.reasons if text not in failed))
+
+
+def _explained(check: Check) -> str:
+    """What was found, why, and what to do."""
+    parts = [f"{check.name}: {check.sentence}"]
+    parts += [f"Likely cause: {check.cause}"] if check.cause else []
+    parts += [check.next_step] if check.next_step else []
+    return " ".join(part if part.endswith((".", "!", "?")) else f"{part}." for part in parts)
+
+
+_COLUMNS = tuple(Column(name, name) for name in ("quantity", "value", "unit", "taken"))
+
+
+def release_time(log: DropLog) -> datetime | None:
+    """None if the logger did not know the time of day, or recorded no release."""
+    if log.release_us is None or log.unix_offset_us is None:
+        return None
+    return datetime.fromtimestamp((log.release_us + log.unix_offset_us) * 1e-6, UTC)
+
+
+def utc(moment: datetime | None) -> str:
+    """A time of day to the minute."""
+    return UNKNOWN if moment is None else f"{moment.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+
+
+def calibration_table(found: Evaluation) -> Table:
+    """Of what was used, with when each quantity was measured."""
+    calibration, taken = found.calibration, _Taken(found)
+    rows = []
+    for gyro in calibration.gyros:
+        name = f"bias of body {gyro.body}"
+        std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
+        rows.append([name, vector(np.rad2deg(gyro.bias_rad_s), std), "deg/s", taken(name)])
+    rows += [
+        [*_mounting(gyro, found), taken(f"misalignment of body {gyro.body}")] for gyro in calibration.gyros
+    ]
+    rows += [[*_scale(gyro), taken("scale factor", f"of body {gyro.body}")] for gyro in calibration.gyros]
+    for joint in calibration.joints:
+        name = f"zero point of joint {joint.joint}"
+        std = np.rad2deg(np.sqrt(np.diag(joint.zero_covariance)))
+        rows.append([name, vector(np.rad2deg(joint.zero_rad) % 360.0, std), "deg", taken(name)])
+    return Table(
+        "Calibration",
+        _COLUMNS,
+        [dict(zip(("quantity", "value", "unit", "taken"), row, strict=True)) for row in rows],
+        "± is the greatest standard deviation of a row. What stands in for something that was never measured, "
+        "or not since a landing, is told beside the verdict.",
+    )
+
+
+class _Taken:
+    """When quantities were measured: the earliest of those that a row holds, and whether they hold yet."""
+
+    def __init__(self, found: Evaluation) -> None:
+        self._quantities = quantities(found.calibration)
+        self._lacking = {
+            one.name: one.reason for one in found.calibration.shortcomings(release_time(found.log))
+        }
+
+    def __call__(self, *parts: str) -> str:
+        """Of the quantities in whose names all parts are."""
+        of_row = [one for one in self._quantities if all(part in one.name for part in parts)]
+        missing = sum(one.taken is None for one in of_row)
+        if missing == len(of_row):
+            return "never"
+        earliest = min(one.taken for one in of_row if one.taken is not None)
+        remarks = [f"{missing} of {len(of_row)} never"] if missing else []
+        if any(self._lacking.get(one.name) == "stale" for one in of_row):
+            remarks.append("before a landing")
+        return ", ".join([utc(earliest), *remarks])
+
+
+def _mounting(gyro: GyroCalibration, found: Evaluation) -> list[str]:
+    """How far the sensor is turned from where the design has it."""
+    turn = gyro.rotation @ found.model.imus[gyro.body - 1].sensor_to_body.T
+    angle = np.rad2deg(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
+    std = np.rad2deg(np.sqrt(np.linalg.eigvalsh(gyro.covariance[3:6, 3:6])))
+    return [f"misalignment of body {gyro.body}", vector(np.array([angle]), std), "deg"]
+
+
+def _scale(gyro: GyroCalibration) -> list[str]:
+    """About each body axis."""
+    values, std = np.array([gyro.scale_about(axis) for axis in range(3)]).T
+    return [f"scale factors of body {gyro.body}", vector(values, std), "1"]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.explained import BODY_1, Sides
+from tfsat_host.evaluation.model_fit.prediction import BODY_1, Sides
 from tfsat_host.report.contents.chart import padded
 
 FloatArray = NDArray[np.float64]

@@ -10,10 +10,8 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from tfsat_host import __version__
-from tfsat_host.evaluation.result.calibration import calibration_table
 from tfsat_host.evaluation.result.key_numbers import key_numbers_of
-from tfsat_host.evaluation.result.reasons import reasons_of
-from tfsat_host.evaluation.result.tables import tables_of
+from tfsat_host.evaluation.result.tables import calibration_table, reasons_of, tables_of
 from tfsat_host.report.contents import tables as written
 from tfsat_host.report.contents.chart import plot_of
 from tfsat_host.report.contents.charts.of_drop import charts_of

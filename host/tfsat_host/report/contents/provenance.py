@@ -7,7 +7,7 @@ import numpy as np
 from tfsat_host import __version__
 from tfsat_host.calibration.certificate.certificate import quantities
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.result.calibration import release_time, utc
+from tfsat_host.evaluation.result.tables import release_time, utc
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.quantity import UNKNOWN, Column, Table
 from tfsat_host.report.contents.reported import Reported

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.evaluation.body_frames import WORLD, frame_name
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.explained import Sides
-from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum
-from tfsat_host.evaluation.quick.body_frames import WORLD, frame_name
+from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
+from tfsat_host.evaluation.model_fit.prediction import Sides
 from tfsat_host.report.contents.attitudes import euler_angles
 from tfsat_host.report.contents.charts.momentum import PER_KG_M2_S, averages_of, bodies_of
 from tfsat_host.report.contents.poses import body_poses

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.evaluation.quick.body_frames import frame_name
+from tfsat_host.evaluation.body_frames import frame_name
 from tfsat_host.report.contents.events import events_of
 from tfsat_host.report.contents.replay import boxes_of
 from tfsat_host.report.contents.reported import Reported

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.comparison import AttitudeError
+from tfsat_host.evaluation.model_fit.prediction import AttitudeError
 from tfsat_host.report.contents.attitudes import EulerAngles, euler_angles
 from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line, padded
 from tfsat_host.report.contents.charts.words import WORDS

@@ -7,8 +7,12 @@ from numpy.typing import NDArray
 
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.momentum_average import PAPER_SIZE, Averaged, averaged_momentum
-from tfsat_host.evaluation.model_fit.unexplained import inertial_momentum
+from tfsat_host.evaluation.model_fit.momentum import (
+    PAPER_SIZE,
+    Averaged,
+    averaged_momentum,
+    inertial_momentum,
+)
 from tfsat_host.evaluation.spectra import compare_spectra
 from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, padded
 from tfsat_host.report.contents.charts.spectrum import spectrum_chart

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.explained import BODY_1
-from tfsat_host.evaluation.model_fit.unexplained import unexplained
+from tfsat_host.evaluation.model_fit.momentum import unexplained
+from tfsat_host.evaluation.model_fit.prediction import BODY_1
 from tfsat_host.evaluation.spectra import compare_spectra
 from tfsat_host.report.contents.chart import AXES, Chart, FloatArray, Kind, Line, padded
 from tfsat_host.report.contents.charts.spectrum import spectrum_chart

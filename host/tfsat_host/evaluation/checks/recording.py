@@ -1,0 +1,232 @@
+"""What the recording lacks, and whether it is of the maneuver in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
+from tfsat_host.evaluation.checks.check import Check, judged, not_possible
+from tfsat_host.evaluation.checks.hypotheses import sensor_name
+from tfsat_host.evaluation.checks.momentum import QUIET_RAD_S
+from tfsat_host.evaluation.checks.stated_errors import LONGEST_HOLE_S
+from tfsat_host.evaluation.clocks import MOST_EDGES, RESONATOR_PPM, stroke_edges
+from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.strokes import FlownStroke, at_rest, change_of
+from tfsat_host.robot import RobotModel
+from tfsat_host.sdlog import DropLog
+
+MISSING_SHARE = 0.01
+"""Of a sensor's readings; so many are bridged by its neighbours without a trace in any result."""
+
+SERVO_DEG_S2 = 4000.0
+"""As a servo speeds up; over a hole of h the trapezoid then misses this times h^2 / 12."""
+_NEXT_S = 1e-4
+"""A sample so near to the end of a hole is the one that ends it."""
+
+
+def completeness_checks(log: DropLog, motion: Motion, model: RobotModel) -> Iterator[Check]:
+    """Of the fall, from the release to just before the landing."""
+    fall = (log.t_s >= 0.0) & (log.t_s <= motion.samples.until_s)
+    yield _clipped(log, fall)
+    yield _answered(log, fall, model)
+    yield _holes(log, fall, motion)
+
+
+def _clipped(log: DropLog, fall: BoolArray) -> Check:
+    count = (log.clipped & log.imu_valid)[fall].sum(axis=0)
+    bodies = _numbers(count > 0)
+    sentence = (
+        f"{int(count.sum())} readings of the IMU of body {bodies} were at full scale and were not used."
+        if count.any()
+        else "No IMU was at full scale in the fall."
+    )
+    return judged("full scale in the fall", float(count.sum()), 0.0, "readings", sentence).caused_by(
+        f"a knock, or a range that is too small, at the IMU of body {bodies}",
+        "Compare the ranges with the strokes' rates: tfsat-host logger-settings",
+    )
+
+
+def _answered(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
+    valid = np.concatenate([log.imu_valid[fall], log.angle_valid[fall]], axis=1)
+    missing = 100.0 * (1.0 - valid.mean(axis=0))
+    worst = int(missing.argmax())
+    imus = log.imu_valid.shape[1]
+    name, bridged = f"IMU of body {worst + 1}", "its neighbours and the angle sensors bridge it"
+    if worst >= imus:
+        joint = model.angle_sensors[worst - imus].joint
+        pair = sensor_columns(model, joint + 1)
+        name = sensor_name(joint, pair.index(worst - imus))
+        silent = ~log.angle_valid[fall][:, pair].any(axis=1)
+        bridged = "the joint's other sensor and the gyros go on without it"
+        if silent.any():
+            bridged = f"in {100.0 * silent.mean():.1f} % neither of the joint's did, and its gyros alone tell its angle"
+    others = int((missing > 100.0 * MISSING_SHARE).sum()) - 1
+    more = f" {others} more did not answer in over {100.0 * MISSING_SHARE:g} %." if others > 0 else ""
+    sentence = (
+        f"The {name} did not answer in {missing[worst]:.1f} % of the fall; {bridged}.{more}"
+        if missing[worst] > 0.0
+        else "All sensors answered throughout the fall."
+    )
+    check = judged("answers in the fall", float(missing[worst]), 100.0 * MISSING_SHARE, "%", sentence)
+    return check.caused_by(f"{name}: cable, connector or bus", "Watch the sensor live: tfsat-host monitor")
+
+
+def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
+    """Times without any gyro: a sample is lost, or none of the IMUs answered to it."""
+    samples = motion.samples
+    edges = np.concatenate([[0.0], samples.t_s[samples.fall], [samples.until_s]])
+    holes = np.diff(edges)
+    worst = int(holes.argmax())
+    hole_s, from_s = float(holes[worst]), float(edges[worst])
+    sentence = f"The longest time without any gyro is {1e3 * hole_s:.1f} ms, at {from_s:.2f} s."
+    if hole_s > LONGEST_HOLE_S:
+        sentence += f" {_cost(motion, from_s, from_s + hole_s)}"
+    check = judged("holes in the fall", 1e3 * hole_s, 1e3 * LONGEST_HOLE_S, "ms", sentence)
+    within = fall & (log.t_s > from_s + _NEXT_S) & (log.t_s < from_s + hole_s - _NEXT_S)
+    if within.any():
+        return check.caused_by(
+            "no IMU answered although the logger sampled: what all IMUs share, their bus or their supply",
+            "Watch the IMUs live: tfsat-host monitor",
+        )
+    if any(gap.samples for gap in log.gaps):
+        return check.caused_by(
+            "blocks of the recording are lost", "Fetch the recording's second copy: tfsat-host log fetch"
+        )
+    return check.caused_by("the logger took its samples late", "tfsat-host log list")
+
+
+def _cost(motion: Motion, from_s: float, until_s: float) -> str:
+    """What a hole does to the results."""
+    ends = np.searchsorted(motion.t_s, [from_s, until_s]).clip(0, len(motion.t_s) - 1)
+    rates = np.abs(motion.fused.joint_rate_rad_s[ends]).max(axis=0)
+    turning = rates > QUIET_RAD_S
+    if not turning.any():
+        return "No joint moved at its ends: rates are taken to have changed evenly in it."
+    off_deg = SERVO_DEG_S2 * (until_s - from_s) ** 2 / 12.0
+    return (
+        f"Joint {_numbers(turning)} moved at its ends: a servo that sped up or slowed down in it leaves its angle, "
+        f"and every attitude from then on, off by up to {off_deg:.2f} deg where no angle sensor tells it."
+    )
+
+
+def _numbers(chosen: BoolArray) -> str:
+    return ", ".join(str(b + 1) for b in np.flatnonzero(chosen))
+
+
+MANEUVER = "maneuver as filed"
+OFF_TIME_S = 5e-3
+"""Nothing on the board delays a stroke by so much; to this comes what clocks and a lost release edge leave open."""
+OTHER_JOINT_RAD = np.deg2rad(5.0)
+"""A joint that went so far in place of the one that was commanded was commanded itself."""
+MOVED_RAD = np.deg2rad(1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Rise:
+    """One rise of the stroke line, and what moved then; joint 0: nothing did."""
+
+    t_s: float
+    joint: int
+    size_rad: float
+    std_rad: float
+
+    def __str__(self) -> str:
+        moved = "no joint"
+        if self.joint:
+            size, std = np.rad2deg([self.size_rad, self.std_rad])
+            moved = f"joint {self.joint} by {size:+.2f} ± {max(std, 0.01):.2f} deg"
+        return f"{self.t_s:.3f} s {moved}"
+
+
+def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke]) -> Check:
+    """Of one drop.
+
+    Args:
+        log: The recording.
+        motion: Of the joints.
+        strokes: As filed, and what became of each; none: no file says.
+    """
+    if not strokes:
+        return not_possible(MANEUVER, "strokes", "No file says what was to be flown.")
+    edges_s = stroke_edges(log)
+    if len(edges_s) > MOST_EDGES:
+        return not_possible(MANEUVER, "strokes", "The stroke line chatters: no stroke can be told from it.")
+    wrong = _off_time(log, strokes) | _other_joint(motion, strokes)
+    surplus = [t_s for t_s in edges_s if not any(abs(one.logged_s - t_s) < 1e-6 for one in strokes)]
+    unseen = {one.number for one in strokes if not np.isfinite(one.logged_s)}
+    if surplus and unseen:
+        wrong |= unseen
+    sentence = "Nothing says that another maneuver was flown than the file's."
+    if wrong:
+        flown = "; ".join(map(str, _rises(motion, edges_s)))
+        filed = "; ".join(
+            f"{one.scheduled_s:.3f} s joint {one.joint} by {np.rad2deg(one.commanded_rad):+.2f} deg"
+            for one in strokes
+        )
+        sentence = (
+            f"Another maneuver was flown than the file says. The file: {filed}. Flown, by the stroke line and the "
+            f"angle sensors: {flown}. What is said of single strokes compares these two."
+        )
+    check = judged(MANEUVER, float(len(wrong)), 0.0, "strokes", sentence)
+    return check.caused_by(
+        "the file is not the one that was uploaded last, or the cables of two servos are exchanged",
+        "Evaluate again with the file that was uploaded: --maneuver FILE",
+    )
+
+
+def _off_time(log: DropLog, strokes: Sequence[FlownStroke]) -> set[int]:
+    """Numbers of strokes whose line rose where no clock would have it."""
+    release_s = 0.0 if log.release is None else (log.release.latest_us - log.release.earliest_us) / 1e6
+    return {
+        one.number
+        for one in strokes
+        if abs(one.logged_s - one.scheduled_s)
+        > OFF_TIME_S + RESONATOR_PPM * 1e-6 * one.scheduled_s + release_s
+    }
+
+
+def _other_joint(motion: Motion, strokes: Sequence[FlownStroke]) -> set[int]:
+    """Numbers of strokes at which another joint moved than the one that was to."""
+    begins = [one.logged_s if np.isfinite(one.logged_s) else one.scheduled_s for one in strokes]
+    untils = [*begins[1:], float(motion.t_s[-1])]
+    return {
+        one.number
+        for one, begin_s, until_s in zip(strokes, begins, untils, strict=True)
+        if not one.moved
+        and np.isfinite(one.size_rad)
+        and _mover(motion, begin_s, until_s, OTHER_JOINT_RAD) not in (0, one.joint)
+    }
+
+
+def _rises(motion: Motion, edges_s: FloatArray) -> list[_Rise]:
+    """Each with the joint that moved most before the next, and how far that went until it moved again or to the end."""
+    t, end_s = motion.t_s, float(motion.t_s[-1])
+    untils_s = [*edges_s[1:].tolist(), end_s]
+    movers = [_mover(motion, t_s, until_s) for t_s, until_s in zip(edges_s.tolist(), untils_s, strict=True)]
+    found = []
+    for i, (t_s, joint) in enumerate(zip(edges_s.tolist(), movers, strict=True)):
+        again = (k for k in range(i + 1, len(movers)) if movers[k] == joint)
+        before, after = (
+            at_rest(t, t_s),
+            at_rest(t, edges_s[k] if (k := next(again, None)) is not None else end_s),
+        )
+        if not joint or before is None or after is None:
+            found.append(_Rise(t_s, 0, 0.0, 0.0))
+        else:
+            found.append(_Rise(t_s, joint, *change_of(motion.joints[joint - 1], before, after)))
+    return found
+
+
+def _mover(motion: Motion, from_s: float, until_s: float, least_rad: float = MOVED_RAD) -> int:
+    """The joint that moved most between two times; 0: none did by more than so much."""
+    before, after = at_rest(motion.t_s, from_s), at_rest(motion.t_s, until_s)
+    if before is None or after is None:
+        return 0
+    changes = [change_of(joint, before, after) for joint in motion.joints]
+    size, std = max(changes, key=lambda change: abs(change[0]))
+    moved = abs(size) > max(3.0 * std, least_rad)
+    return 1 + [change[0] for change in changes].index(size) if moved else 0

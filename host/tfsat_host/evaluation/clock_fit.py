@@ -1,0 +1,235 @@
+"""Offset and rate of one clock against the logger's, from events that both have timed.
+
+With t of the clock, logger = offset + t / (1 + rate): a clock that runs faster counts more between two events. The
+slope 1 / (1 + rate) has a prior of 1 ± 0.5 %, so that a single event still gives an answer, and which two dozen
+microseconds outweigh a thousandfold: a clock that is off by 1 % is measured as that.
+
+An event that the others contradict is left out and named. Which ones agree is found by trying the line through each
+two of them (and, with the prior's slope, through each one): the most events win, then the least sum of squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from tfsat_host.arrays import BoolArray, FloatArray
+
+RATE_PRIOR = 5e-3
+"""Standard deviation of the rate before anything is measured: the tolerance of a ceramic resonator."""
+GATE_STDS = 4.0
+"""An event further from the line than this is not explained: chance does that once in 16,000."""
+_ROUNDS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """One event on two clocks.
+
+    Attributes:
+        event: `release`, `stroke 1` and so on, `landing`.
+        clock_s: On the clock that is fitted.
+        logger_s: On the logger's, as `DropLog.t_s`.
+        std_s: Of both readings together, above zero.
+    """
+
+    event: str
+    clock_s: float
+    logger_s: float
+    std_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """What the fit leaves of one event.
+
+    Attributes:
+        pair: The event.
+        residual_s: Its time by the logger less its time by the fit.
+        std_s: Standard deviation of `residual_s` if the event is what it is taken for.
+        used: Whether it took part in the fit; if not, the others contradict it.
+    """
+
+    pair: Pair
+    residual_s: float
+    std_s: float
+    used: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ClockFit:
+    """A clock as the logger's clock has it.
+
+    Attributes:
+        name: Whose clock.
+        offset_s: The logger's time at zero of the clock, as `DropLog.t_s`.
+        rate_ppm: By how much the clock runs faster than the logger's.
+        covariance: (2, 2) of `offset_s` and of the slope 1 / (1 + rate).
+        residuals: One for each event, by time.
+        findings: What does not fit, one sentence each.
+    """
+
+    name: str
+    offset_s: float
+    rate_ppm: float
+    covariance: FloatArray
+    residuals: tuple[Residual, ...]
+    findings: tuple[str, ...] = ()
+
+    @property
+    def slope(self) -> float:
+        """Seconds of the logger's clock in one of this clock."""
+        return 1.0 / (1.0 + 1e-6 * self.rate_ppm)
+
+    @property
+    def offset_std_s(self) -> float:
+        """Standard deviation of `offset_s`."""
+        return float(np.sqrt(self.covariance[0, 0]))
+
+    @property
+    def rate_ppm_std(self) -> float:
+        """Standard deviation of `rate_ppm`."""
+        return float(1e6 * np.sqrt(self.covariance[1, 1]) / self.slope**2)
+
+    @property
+    def fits(self) -> bool:
+        """Nothing contradicts it."""
+        return not self.findings
+
+    def to_logger_s(self, t_s: FloatArray | float) -> FloatArray:
+        """Times of this clock on the scale of `DropLog.t_s`, of the shape of `t_s`."""
+        return self.offset_s + np.asarray(t_s, dtype=np.float64) * self.slope
+
+    def to_logger_std_s(self, t_s: FloatArray | float) -> FloatArray:
+        """Standard deviations of `to_logger_s`; none that is in `t_s` itself."""
+        return np.sqrt(_line_variance(np.asarray(t_s, dtype=np.float64), self.covariance))
+
+
+def fit_clock(name: str, pairs: Sequence[Pair]) -> ClockFit:
+    """The clock's offset and rate by weighted least squares over the events that agree.
+
+    Args:
+        name: Whose clock, as the findings call it.
+        pairs: One event at least.
+    """
+    if not pairs:
+        raise ValueError("a clock needs an event that both have seen")
+    pairs = sorted(pairs, key=lambda pair: pair.logger_s)
+    clock, logger, std = np.array([(p.clock_s, p.logger_s, p.std_s) for p in pairs]).T
+    judged = _judge(clock, logger, std, _agreeing(clock, logger, std))
+    for _ in range(_ROUNDS):
+        if not judged.within.any() or (judged.within == judged.used).all():
+            break
+        judged = _judge(clock, logger, std, judged.within)
+    residuals = tuple(
+        Residual(pair, *row)
+        for pair, *row in zip(
+            pairs, judged.residual.tolist(), judged.residual_std.tolist(), judged.used.tolist(), strict=True
+        )
+    )
+    offset, slope = judged.line.tolist()
+    return ClockFit(
+        name, offset, 1e6 * (1.0 / slope - 1.0), judged.covariance, residuals, _findings(residuals)
+    )
+
+
+class _Judged(NamedTuple):
+    """A line through the events in use, and what it leaves of all n."""
+
+    used: BoolArray
+    line: FloatArray
+    covariance: FloatArray
+    residual: FloatArray
+    residual_std: FloatArray
+    within: BoolArray
+
+
+def _judge(clock: FloatArray, logger: FloatArray, std: FloatArray, used: BoolArray) -> _Judged:
+    line, covariance = _solve(clock[used], logger[used], std[used])
+    # Of a used event the fit has taken a part of the error over; of another it adds its own.
+    of_line = _line_variance(clock, covariance)
+    residual_std = np.sqrt(np.where(used, np.maximum(std**2 - of_line, 1e-2 * std**2), std**2 + of_line))
+    residual = logger - line[0] - line[1] * clock
+    return _Judged(
+        used, line, covariance, residual, residual_std, np.abs(residual) <= GATE_STDS * residual_std
+    )
+
+
+def _solve(clock: FloatArray, logger: FloatArray, std: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(2,) offset and slope with the slope's prior, and their covariance; about the mean, to lose no digits."""
+    weight = std**-2
+    mean = float(weight @ clock / weight.sum())
+    away = clock - mean
+    slope_information = float(weight @ away**2) + RATE_PRIOR**-2
+    slope = 1.0 + float(weight @ (away * (logger - away))) / slope_information
+    at_mean = float(weight @ (logger - slope * away) / weight.sum())
+    of_mean, of_slope = 1.0 / float(weight.sum()), 1.0 / slope_information
+    covariance = np.array([[of_mean + mean**2 * of_slope, -mean * of_slope], [-mean * of_slope, of_slope]])
+    return np.array([at_mean - slope * mean, slope]), covariance
+
+
+def _line_variance(clock: FloatArray, covariance: FloatArray) -> FloatArray:
+    variance = covariance[0, 0] + 2.0 * clock * covariance[0, 1] + clock**2 * covariance[1, 1]
+    above: FloatArray = np.maximum(variance, 0.0)
+    return above
+
+
+def _agreeing(clock: FloatArray, logger: FloatArray, std: FloatArray) -> BoolArray:
+    """(n,) the events that one line explains."""
+    best, best_score = np.ones(len(clock), bool), (0, -np.inf)
+    for i, k in [*((i, i) for i in range(len(clock))), *combinations(range(len(clock)), 2)]:
+        ends = np.array([i, k]) if clock[k] != clock[i] else np.array([i])
+        line, covariance = _solve(clock[ends], logger[ends], std[ends])
+        agree = _within(line, covariance, clock, logger, std)
+        if not agree.any():
+            continue
+        # A line through two events may pass near others that it cannot pass near all at once.
+        again, covariance = _solve(clock[agree], logger[agree], std[agree])
+        agree &= _within(again, covariance, clock, logger, std)
+        left = (logger - again[0] - again[1] * clock)[agree] / std[agree]
+        score = (int(agree.sum()), -float(left @ left) - float(((again[1] - 1.0) / RATE_PRIOR) ** 2))
+        if score > best_score:
+            best, best_score = agree, score
+    return best
+
+
+def _within(
+    line: FloatArray, covariance: FloatArray, clock: FloatArray, logger: FloatArray, std: FloatArray
+) -> BoolArray:
+    """(n,) whether each event is explained by a line that is known so well."""
+    spread = np.sqrt(std**2 + _line_variance(clock, covariance))
+    near: BoolArray = np.abs(logger - line[0] - line[1] * clock) <= GATE_STDS * spread
+    return near
+
+
+def _findings(residuals: tuple[Residual, ...]) -> tuple[str, ...]:
+    """A sentence for each event that the others contradict, or for two that were taken for one another."""
+    left_out = [one for one in residuals if not one.used]
+    found = []
+    while left_out:
+        one = left_out.pop(0)
+        other = next((other for other in left_out if _swapped(one, other)), None)
+        if other is not None:
+            left_out.remove(other)
+            found.append(
+                f"{one.pair.event.capitalize()} and {other.pair.event} seem to be swapped: exchanged, both fit."
+            )
+            continue
+        late = "late" if one.residual_s > 0.0 else "early"
+        found.append(
+            f"{one.pair.event.capitalize()} is {1e3 * abs(one.residual_s):.3g} ms too {late} for the other events, "
+            f"which place it within {1e3 * GATE_STDS * one.std_s:.2g} ms: it was left out."
+        )
+    return tuple(found)
+
+
+def _swapped(one: Residual, other: Residual) -> bool:
+    """Whether each event lies where the other is expected."""
+    apart = other.pair.logger_s - one.pair.logger_s
+    return abs(one.residual_s + apart) <= GATE_STDS * max(one.std_s, other.std_s) and abs(
+        other.residual_s - apart
+    ) <= GATE_STDS * max(one.std_s, other.std_s)

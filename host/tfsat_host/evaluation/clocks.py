@@ -1,0 +1,282 @@
+"""The clocks of sequencer and video on the logger's scale of time.
+
+The sequencer counts its strokes from the release, which it takes from the same two switches by the same rule as the
+logger does; a stroke begins within half a microsecond of its time, by the sequencer's own clock
+(docs/sequencer-proof.md). The logger sees the rise of the stroke line. What is left between the two is the rate of
+one crystal against the other, and whatever went wrong.
+
+Which edge of the stroke line is which stroke: edges carry no name, may be missing, and some may be too many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.clock_fit import ClockFit, Pair, fit_clock
+from tfsat_host.evaluation.external.camera import Mark
+from tfsat_host.maneuver import Schedule
+from tfsat_host.protocol.limits import FALL_US
+from tfsat_host.sdlog import DropLog
+
+EDGE_STD_S = 10e-6
+"""Of an edge that the logger's interrupt notes: its clock counts microseconds, and other interrupts make it wait."""
+LANDING_STD_S = 0.01
+"""Of the landing: the shock takes a sample or two to be one, and longer on a soft cushion."""
+BEFORE_S = 0.1
+AFTER_S = 0.5
+"""Edges of the stroke line count this long before the release and after the longest fall."""
+CRYSTAL_PPM = 300.0
+"""Two crystals differ by less: three times 100 ppm."""
+RESONATOR_PPM = 15_000.0
+"""No ceramic resonator is off by more: three times 0.5 %."""
+FRAME_RATE_PPM = 2_000.0
+"""A video of 60 frames a second that is really one of 59.94 is off by 1000 ppm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clocks:
+    """The clocks of one drop.
+
+    Attributes:
+        sequencer: None if neither the release nor two strokes are known.
+        video: None without a video, or if it shares no event with the log.
+        stroke_s: (m,) when each stroke of the schedule began as the logger saw it, `DropLog.t_s`; NaN if it did not.
+        notes: What could not be aligned, and why.
+    """
+
+    sequencer: ClockFit | None
+    video: ClockFit | None
+    stroke_s: tuple[float, ...]
+    notes: tuple[str, ...]
+
+
+def align_clocks(log: DropLog, schedule: Schedule, video: Sequence[Mark] = ()) -> Clocks:
+    """The sequencer's clock and the video's, by release, strokes and landing.
+
+    Args:
+        log: A decoded drop.
+        schedule: What the sequencer was told to fly.
+        video: See `video.read_video_marks`.
+    """
+    edges_s = stroke_edges(log)
+    release = _release(log)
+    scheduled_s = np.array([stroke.t_s for stroke in schedule.strokes])
+    notes: list[str] = []
+    if len(edges_s) > MOST_EDGES:
+        notes.append(
+            f"The stroke line rose {len(edges_s)} times in the drop: it chatters, and no stroke can be told from it."
+        )
+        edges_s = np.zeros(0)
+    matched = match_strokes(scheduled_s, edges_s, None if release is None else release.t_s)
+    seen = [
+        Mark(f"stroke {stroke + 1}", float(edges_s[edge]), EDGE_STD_S)
+        for stroke, edge in matched.edge_of_stroke.items()
+    ]
+    known = [*([release] if release else []), *seen]
+    pairs = [
+        Pair(mark.event, float(scheduled_s[int(mark.event.split()[1]) - 1]), mark.t_s, mark.std_s)
+        for mark in seen
+    ]
+    if release is not None:
+        pairs.append(Pair("release", 0.0, release.t_s, release.std_s))
+    sequencer = None
+    if pairs:
+        sequencer = _sequencer_fit(pairs, _of_matching(matched, edges_s))
+    else:
+        notes.append(
+            "The sequencer's clock is unknown: the log holds neither a release nor strokes that fit."
+        )
+    video_fit = _video_fit(video, [*known, *_landing(log)], notes) if video else None
+    by_stroke = {mark.event: mark.t_s for mark in seen}
+    stroke_s = tuple(by_stroke.get(f"stroke {n}", float("nan")) for n in range(1, len(scheduled_s) + 1))
+    return Clocks(sequencer, video_fit, stroke_s, tuple(notes))
+
+
+def stroke_edges(log: DropLog) -> FloatArray:
+    """(k,) rises of the stroke line in the drop; in all of the recording where no release bounds it."""
+    edges = np.array(
+        sorted(log.seconds(event.t_us) for event in log.events if event.name == "stroke"), dtype=np.float64
+    )
+    if log.release is None:
+        return edges
+    return edges[(edges >= -BEFORE_S) & (edges <= FALL_US / 1e6 + AFTER_S)]
+
+
+def _release(log: DropLog) -> Mark | None:
+    """The logger's release; where blocks are lost, anywhere between the earliest and the latest."""
+    if log.release is None:
+        return None
+    middle_us = (log.release.earliest_us + log.release.latest_us) / 2
+    half_s = (log.release.latest_us - log.release.earliest_us) / 2e6
+    return Mark("release", (middle_us - log.release.t_us) / 1e6, float(np.hypot(EDGE_STD_S, half_s / 3**0.5)))
+
+
+def _landing(log: DropLog) -> list[Mark]:
+    """The landing, if the logger felt it; one that it only counted off says nothing of a clock."""
+    shocks = [event for event in log.events if event.name == "landing" and event.arg == 1]
+    felt = [event for event in shocks if log.release is None or event.t_us > log.release.t_us]
+    return [Mark("landing", log.seconds(event.t_us), LANDING_STD_S) for event in felt[:1]]
+
+
+def _of_matching(matched: Matched, edges_s: FloatArray) -> list[str]:
+    found = [f"Stroke {stroke + 1} was not seen by the logger." for stroke in matched.unseen]
+    return found + [
+        f"The stroke line rose at {edges_s[edge]:.4f} s, where no stroke was scheduled."
+        for edge in matched.extra
+    ]
+
+
+def _sequencer_fit(pairs: list[Pair], of_matching: list[str]) -> ClockFit:
+    fit = fit_clock("sequencer", pairs)
+    found = [*fit.findings, *of_matching]
+    off, sure = abs(fit.rate_ppm), abs(fit.rate_ppm) - 2.0 * fit.rate_ppm_std
+    last = max(pairs, key=lambda pair: pair.clock_s)
+    how = "fast" if fit.rate_ppm > 0.0 else "slow"
+    if sure > RESONATOR_PPM:
+        found.append(
+            f"The sequencer's clock seems to run {off / 1e4:.2f} % {how}, as no oscillator does: "
+            "the schedule is not the one that was flown."
+        )
+    elif sure > CRYSTAL_PPM:
+        found.append(
+            f"The sequencer's clock runs {off / 1e4:.3f} % {how} against the logger's, "
+            f"more than two crystals differ ({CRYSTAL_PPM / 1e4:g} %): {last.event} came "
+            f"{1e3 * abs(last.clock_s * (fit.slope - 1.0)):.2g} ms {'early' if how == 'fast' else 'late'}."
+        )
+    return replace(fit, findings=tuple(found))
+
+
+def _video_fit(video: Sequence[Mark], logged: Sequence[Mark], notes: list[str]) -> ClockFit | None:
+    by_event = {mark.event: mark for mark in logged}
+    pairs = [
+        Pair(
+            mark.event,
+            mark.t_s,
+            by_event[mark.event].t_s,
+            float(np.hypot(mark.std_s, by_event[mark.event].std_s)),
+        )
+        for mark in video
+        if mark.event in by_event
+    ]
+    missing = [mark.event for mark in video if mark.event not in by_event]
+    if missing:
+        notes.append(f"The video's {', '.join(missing)} could not be used: the log does not hold it.")
+    if not pairs:
+        notes.append("The video's clock is unknown: it shares no event with the log.")
+        return None
+    fit = fit_clock("video", pairs)
+    found = list(fit.findings)
+    if abs(fit.rate_ppm) - 2.0 * fit.rate_ppm_std > FRAME_RATE_PPM:
+        found.append(
+            f"The video's clock differs by {fit.rate_ppm / 1e4:+.2f} % from the logger's: "
+            "its times were made with another frame rate than it was taken with."
+        )
+    return replace(fit, findings=tuple(found))
+
+
+MOST_EDGES = 64
+"""More than four times what a maneuver can have: a line that chatters, of which nothing is believed."""
+NEAR_S = 1e-3
+"""An edge as near as this to where a line expects it is that stroke's."""
+ASTRAY_S = 0.15
+"""Within this an edge that is left is a stroke that is left, only early or late: strokes lie further apart."""
+_STEEPEST = 0.03
+"""Clocks that differ by more than 3 % are not tried."""
+
+
+@dataclass(frozen=True, slots=True)
+class Matched:
+    """Edges by stroke.
+
+    Attributes:
+        edge_of_stroke: For each stroke that has one the index of its edge; both ascend.
+        unseen: Strokes without an edge, from 0.
+        extra: Edges without a stroke.
+    """
+
+    edge_of_stroke: dict[int, int]
+    unseen: tuple[int, ...]
+    extra: tuple[int, ...]
+
+
+def match_strokes(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> Matched:
+    """The assignment that puts the most events on one line of time, the release among them.
+
+    Args:
+        scheduled_s: (m,) ascending, above zero, after the release.
+        edge_s: (k,) ascending, `MOST_EDGES` at most, on the logger's clock.
+        release_s: The release on the logger's clock; None if it is unknown. Two edges tell without it.
+    """
+    lines = _lines(scheduled_s, edge_s, release_s)
+    assignments = [_near(slope, start, scheduled_s, edge_s, NEAR_S) for start, slope in lines]
+    if not assignments:
+        return Matched({}, tuple(range(len(scheduled_s))), tuple(range(len(edge_s))))
+
+    def merit(index: int) -> tuple[int, float]:
+        start, slope = lines[index]
+        at_release = release_s is not None and abs(start - release_s) <= NEAR_S
+        return len(assignments[index]) + at_release, -abs(slope - 1.0)
+
+    best = max(range(len(lines)), key=merit)
+    start, slope = lines[best]
+    chosen = dict(assignments[best])
+    late = _astray(scheduled_s * slope + start, edge_s, chosen)
+    chosen.update(late)
+    return Matched(
+        dict(sorted(chosen.items())),
+        tuple(i for i in range(len(scheduled_s)) if i not in chosen),
+        tuple(k for k in range(len(edge_s)) if k not in chosen.values()),
+    )
+
+
+def _lines(scheduled_s: FloatArray, edge_s: FloatArray, release_s: float | None) -> list[tuple[float, float]]:
+    """Start and slope of every line worth a try."""
+    lines = []
+    if release_s is not None:
+        slopes = (edge_s[None, :] - release_s) / scheduled_s[:, None]
+        lines = [(release_s, 1.0)] + [
+            (release_s, float(slope)) for slope in slopes[np.abs(slopes - 1.0) <= _STEEPEST]
+        ]
+    for i, k in combinations(range(len(scheduled_s)), 2):
+        planned = float(scheduled_s[k] - scheduled_s[i])
+        slopes = (edge_s[None, :] - edge_s[:, None]) / planned
+        for first, last in np.argwhere(np.abs(slopes - 1.0) <= _STEEPEST).tolist():
+            slope = float(slopes[first, last])
+            lines.append((float(edge_s[first] - slope * scheduled_s[i]), slope))
+    return lines
+
+
+def _near(
+    slope: float, start: float, scheduled_s: FloatArray, edge_s: FloatArray, reach_s: float
+) -> dict[int, int]:
+    """The nearest edge of each stroke, if within `reach_s`; no edge twice."""
+    if not len(edge_s):
+        return {}
+    apart = np.abs(start + slope * scheduled_s[:, None] - edge_s[None, :])
+    nearest = apart.argmin(axis=1)
+    found: dict[int, int] = {}
+    for stroke, edge in enumerate(nearest.tolist()):
+        if apart[stroke, edge] <= reach_s and edge not in found.values():
+            found[stroke] = edge
+    return found
+
+
+def _astray(expected_s: FloatArray, edge_s: FloatArray, chosen: dict[int, int]) -> dict[int, int]:
+    """Of what is left, the nearest edge and stroke first, so long as the order of strokes stays."""
+    found: dict[int, int] = {}
+    apart = np.abs(expected_s[:, None] - edge_s[None, :])
+    nearest = np.column_stack(np.unravel_index(np.argsort(apart, axis=None, kind="stable"), apart.shape))
+    for stroke, edge in nearest.tolist():
+        taken = {**chosen, **found}
+        if apart[stroke, edge] > ASTRAY_S:
+            break
+        if stroke in taken or edge in taken.values():
+            continue
+        if all((stroke < other) == (edge < at) for other, at in taken.items()):
+            found[stroke] = edge
+    return found

@@ -1,1 +1,0 @@
-"""The clocks of sequencer and video against the logger's."""

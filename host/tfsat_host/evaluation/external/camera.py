@@ -1,0 +1,320 @@
+"""Rows of a CSV file that a person typed or a tracking program wrote, read by the names of its columns.
+
+What cannot be read is refused with file, line, column and cure; see `CsvForm.fail`.
+
+Events of the drop as a camera saw them, read off the frames of its video: a CSV file.
+
+    event,t_s
+    release,12.3833
+    stroke 1,13.1000
+    landing,14.8833
+
+| column | |
+|---|---|
+| `event` | `release`, `stroke 1`, `stroke 2` and so on, or `landing`; each once at most, in any order, one is enough |
+| `t_s` | seconds on the video's own clock, from anywhere: (frame number) / (frames per second) of the player will do |
+| `std_s` | optional column or cell: standard deviation of `t_s` |
+
+How to read them off. *release*: the first frame with a gap between magnet and robot. *stroke n*: the first frame in
+which the joint has moved, by the frame before. *landing*: the first frame with the robot at the cushion. What changed
+between two frames was half a frame earlier than the later of them, give or take half a frame: write that middle, and
+the frame's duration / sqrt(12) as `std_s`.
+
+Without `std_s` a video of 60 frames a second is assumed, and that a joint has turned by 1 deg before anyone sees it
+(22 ms from rest at 4000 deg/s², besides the servo's own delay).
+
+Where the two laser spots were on the graph paper, over time: a CSV file from a tracking program or by hand.
+
+    t_s,spot,along_mm,up_mm
+    0.1500,1,12.4,310.2
+    0.1500,2,-3.1,287.9
+
+| column | |
+|---|---|
+| `t_s` | seconds after the release; or instead of it: |
+| `video_t_s` | seconds on the video's own clock, which the events of the same video (`video.py`) tie to the release |
+| `spot` | 1 or 2: which laser, as `laser.LaserGeometry` has them |
+| `along_mm` | horizontal place on the wall, from any zero, growing towards +y of body 2 (spot 1) or +x (spot 2) |
+| `up_mm` | vertical place on the wall, from any zero, growing upwards: it falls as the robot does |
+| `std_mm` | optional column or cell: standard deviation of both places; empty is 0.5 mm (paper with 1 mm squares) |
+
+Rows may come in any order, the spots at different times. Correct for the camera's perspective before: millimetres are
+those of the graph paper.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.clock_fit import ClockFit
+from tfsat_host.protocol.limits import MAX_STROKES
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_SHOWN = 40
+"""Characters of a wrong cell that a message shows: a damaged file may hold a line of millions."""
+
+
+@dataclass(frozen=True, slots=True)
+class CsvForm:
+    """What a file is to hold, and what it means if it does not.
+
+    Attributes:
+        path: The file.
+        subject: What it is, in words.
+        required: Columns that must be there; others are free.
+        meaning: What cannot be told without it.
+        error: What is raised.
+    """
+
+    path: Path
+    subject: str
+    required: tuple[str, ...]
+    meaning: str
+    error: type[TfsatError]
+
+    def fail(self, what: str, next_step: str, line: int | None = None) -> NoReturn:
+        """Raises `error`; `what` is led by the file, and the line if one is to blame."""
+        where = f"{self.path}:{line}" if line is not None else f"{self.path}"
+        raise self.error(what=f"{where}: {what}", meaning=self.meaning, next_step=next_step)
+
+
+@dataclass(frozen=True, slots=True)
+class CsvRow:
+    """One row; cells without their surrounding blanks, missing ones empty."""
+
+    form: CsvForm
+    line: int
+    cells: dict[str, str]
+
+    def text(self, column: str) -> str:
+        """The cell; empty where the file has no such column."""
+        return self.cells.get(column, "")
+
+    def number(self, column: str, *, largest: float, above: float | None = None) -> float:
+        """A finite number of magnitude `largest` at most, greater than `above` if that is given."""
+        cell = self.text(column)
+        if not _NUMBER.fullmatch(cell):
+            shown = repr(cell[:_SHOWN]) if cell else "missing"
+            cure = "Write a number there, with a point for the decimals, or leave out the whole row."
+            self.form.fail(f"{column} is {shown}.", cure, self.line)
+        value = float(cell)
+        if abs(value) > largest:
+            self.form.fail(
+                f"{column} is {value:g}, beyond {largest:g}.",
+                "Correct the number or its unit, or leave out the whole row.",
+                self.line,
+            )
+        if above is not None and not value > above:
+            self.form.fail(
+                f"{column} is {value:g}; it must be above {above:g}.",
+                f"Correct it, or leave the column {column} out.",
+                self.line,
+            )
+        return value
+
+
+def read_rows(form: CsvForm) -> list[CsvRow]:
+    """All rows below the header that are not blank.
+
+    Raises:
+        TfsatError: of the form's kind; the file cannot be read, or a column is missing or there twice.
+    """
+    try:
+        with form.path.open(encoding="utf-8-sig", newline="") as file:
+            return list(_rows(form, file))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text in UTF-8"
+        form.fail(f"The {form.subject} cannot be read: {reason}.", "Give the path of a CSV file.")
+    except csv.Error as error:
+        form.fail(f"this is no CSV file: {error}.", f"Begin it with the line {','.join(form.required)}")
+
+
+def _rows(form: CsvForm, file: Iterable[str]) -> Iterator[CsvRow]:
+    rows = csv.reader(file, strict=True)
+    names = [name.strip() for name in next(rows, [])]
+    for name in form.required:
+        if name not in names:
+            cure = f"Begin the file with the line {','.join(form.required)} and separate columns by commas."
+            form.fail(f"there is no column {name}.", cure, 1)
+    for name in names:
+        if name and names.count(name) > 1:
+            cure = "Keep the one that is meant, and rename or remove the other."
+            form.fail(f"the column {name[:_SHOWN]} is there {names.count(name)} times.", cure, 1)
+    for row in rows:
+        if any(cell.strip() for cell in row):
+            cells = (cell.strip() for cell in row)
+            yield CsvRow(form, rows.line_num, dict(zip(names, cells, strict=False)))
+
+
+FRAME_STD_S = 1 / 60 / 12**0.5
+"""Of what changed between two frames, 60 a second."""
+STROKE_STD_S = 0.02
+"""Of a stroke's first visible motion."""
+_LARGEST_S = 1e6
+_STROKE = re.compile(r"stroke ([1-9]\d?)", re.ASCII)
+
+
+class VideoFileError(TfsatError):
+    """The file does not give the times of events in a video (exit code 1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """An event as one clock has it.
+
+    Attributes:
+        event: `release`, `stroke 1` and so on, `landing`.
+        t_s: On that clock.
+        std_s: Standard deviation, above zero.
+    """
+
+    event: str
+    t_s: float
+    std_s: float
+
+
+def read_video_marks(path: Path) -> tuple[Mark, ...]:
+    """The events in a file, by time.
+
+    Raises:
+        VideoFileError: the file cannot be read or understood; names file, line and cure.
+    """
+    form = CsvForm(
+        path=path,
+        subject="video's events",
+        required=("event", "t_s"),
+        meaning="The video's clock is unknown: nothing that was filmed can be set beside the log.",
+        error=VideoFileError,
+    )
+    found: dict[str, Mark] = {}
+    for row in read_rows(form):
+        event = _event(row)
+        if event in found:
+            cure = "Keep the row that is meant."
+            form.fail(f"the event {event} is there a second time.", cure, row.line)
+        found[event] = Mark(event, row.number("t_s", largest=_LARGEST_S), _std_s(row, event))
+    if not found:
+        form.fail("there is no event.", "Add a row, such as release,12.3833", None)
+    return tuple(sorted(found.values(), key=lambda mark: mark.t_s))
+
+
+def _event(row: CsvRow) -> str:
+    event = " ".join(row.text("event").lower().split())
+    number = _STROKE.fullmatch(event)
+    known = event in ("release", "landing") or (number is not None and int(number[1]) <= MAX_STROKES)
+    if not known:
+        shown = repr(row.text("event")[:40]) if event else "missing"
+        cure = f"Write release, landing or stroke 1 to stroke {MAX_STROKES}, or leave out the row."
+        row.form.fail(f"the event is {shown}.", cure, row.line)
+    return event
+
+
+def _std_s(row: CsvRow, event: str) -> float:
+    if row.text("std_s"):
+        return row.number("std_s", largest=_LARGEST_S, above=0.0)
+    return STROKE_STD_S if event.startswith("stroke") else FRAME_STD_S
+
+
+READING_STD_M = 0.5e-3
+_LARGEST_TIME_S = 1e6
+_LARGEST_MM = 1e4
+_MEANING = "How fast the robot left the release mechanism cannot be told from the lasers."
+
+
+class LaserFileError(TfsatError):
+    """The file does not give the tracks of the laser spots (exit code 1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LaserTracks:
+    """n places of a laser spot, by time.
+
+    Attributes:
+        path: The file.
+        t_s: (n,) after the release; on the video's clock if `on_video_clock`.
+        spot: (n,) 1 or 2.
+        along_m: (n,) horizontally, see the module's table.
+        up_m: (n,) upwards.
+        std_m: (n,) standard deviation of a place, each coordinate.
+        on_video_clock: What `t_s` counts.
+    """
+
+    path: Path
+    t_s: FloatArray
+    spot: NDArray[np.int64]
+    along_m: FloatArray
+    up_m: FloatArray
+    std_m: FloatArray
+    on_video_clock: bool
+
+    def after_release(self, video: ClockFit | None) -> LaserTracks:
+        """The same tracks by the logger's clock, whose zero is the release.
+
+        Raises:
+            LaserFileError: they are on the video's clock, and that is unknown.
+        """
+        if not self.on_video_clock:
+            return self
+        if video is None:
+            raise LaserFileError(
+                what=f"{self.path}: video_t_s counts on the video's clock, which nothing ties to the release.",
+                meaning=_MEANING,
+                next_step="Give the video's events too, or write seconds after the release into a column t_s.",
+            )
+        return replace(self, t_s=video.to_logger_s(self.t_s), on_video_clock=False)
+
+
+def read_tracks(path: Path) -> LaserTracks:
+    """The tracks in a file, by time.
+
+    Raises:
+        LaserFileError: the file cannot be read or understood; names file, line and cure.
+    """
+    required = ("spot", "along_mm", "up_mm")
+    form = CsvForm(path, "tracks of the laser spots", required, _MEANING, LaserFileError)
+    rows = read_rows(form)
+    if not rows:
+        form.fail("there is no place of a spot.", "Add rows, such as 0.15,1,12.4,310.2")
+    clock = _clock(form, rows[0])
+    table = np.array([_place(row, clock) for row in rows])
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    t_s, spot, along_mm, up_mm, std_m = table.T
+    return LaserTracks(
+        path, t_s, spot.astype(np.int64), 1e-3 * along_mm, 1e-3 * up_mm, std_m, clock == "video_t_s"
+    )
+
+
+def _clock(form: CsvForm, row: CsvRow) -> str:
+    """The one column of times."""
+    there = [name for name in ("t_s", "video_t_s") if name in row.cells]
+    if len(there) != 1:
+        found = "both t_s and video_t_s are" if there else "neither t_s nor video_t_s is"
+        cure = "Keep one: t_s counts from the release, video_t_s on the video's own clock."
+        form.fail(f"{found} a column of this file.", cure, 1)
+    return there[0]
+
+
+def _place(row: CsvRow, clock: str) -> tuple[float, ...]:
+    if row.text("spot") not in ("1", "2"):
+        shown = repr(row.text("spot")[:40]) if row.text("spot") else "missing"
+        row.form.fail(f"the spot is {shown}.", "Write 1 or 2, or leave out the row.", row.line)
+    std_m = READING_STD_M
+    if row.text("std_mm"):
+        std_m = 1e-3 * row.number("std_mm", largest=_LARGEST_MM, above=0.0)
+    return (
+        row.number(clock, largest=_LARGEST_TIME_S),
+        float(row.text("spot")),
+        row.number("along_mm", largest=_LARGEST_MM),
+        row.number("up_mm", largest=_LARGEST_MM),
+        std_m,
+    )

@@ -1,0 +1,197 @@
+"""What is used in place of a calibration that is missing or that a landing has ended, and what that costs.
+
+How much less is known of what was measured before a landing that may have changed it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.angles import wrapped
+from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
+from tfsat_host.calibration.gyros.seen import LANDING_TILT_STD_RAD
+from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.evaluation.fall.rest import GUARD_S, Rest
+from tfsat_host.evaluation.motion.samples import EvaluationError
+from tfsat_host.robot import RobotModel
+from tfsat_host.sdlog import DropLog
+
+HUNG_STD_RAD = np.deg2rad(6.0)
+"""Of a joint that is taken to hang where its servo holds it: the paper's joint 1 sagged by 6 deg."""
+_HANGING_S = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class StandIns:
+    """A calibration without holes.
+
+    Attributes:
+        calibration: To evaluate with; what stands in has the uncertainty that it deserves.
+        notes: What stands in for what; a sentence each.
+        rest_biases: (4,) the gyro's bias is from the rest before the release.
+    """
+
+    calibration: Calibration
+    notes: tuple[str, ...]
+    rest_biases: NDArray[np.bool_]
+
+
+def with_stand_ins(
+    calibration: Calibration | None, log: DropLog, model: RobotModel, rest: Rest, recorded: datetime | None
+) -> StandIns:
+    """Fills what a drop needs and the calibration lacks.
+
+    Args:
+        calibration: As the certificate has it; None: there is none.
+        log: A decoded drop.
+        model: How the robot is meant to be.
+        rest: Before its release.
+        recorded: When the drop was: later landings end nothing. None: nobody knows.
+
+    Raises:
+        EvaluationError: a gyro's bias can be had from nowhere.
+    """
+    given = calibration or _nothing(log, model)
+    lacking = {one.name: one for one in given.shortcomings(recorded)}
+    notes = (
+        [] if calibration else ["There is no calibration: mountings, scale factors and bends are by design."]
+    )
+    gyros, rested = [], np.zeros(len(given.gyros), bool)
+    for index, gyro in enumerate(given.gyros):
+        why = lacking.get(f"bias of body {gyro.body}")
+        rested[index] = why is not None and bool(np.isfinite(rest.rate_rad_s[index]).all())
+        if why is not None and not rested[index] and log.imu_valid[log.t_s >= 0.0, index].any():
+            notes.append(_require_some_bias(gyro, why))
+        since = gyro_since(gyro, lacking)
+        gyros.append(_with_bias(since, rest, index) if rested[index] else since)
+    if rested.any():
+        bodies = ", ".join(str(body + 1) for body in np.flatnonzero(rested))
+        notes.append(
+            f"The bias of body {bodies} is that of the {rest.duration_s:.1f} s before the release, "
+            "when the robot is taken to have hung still."
+        )
+    joints = []
+    for sensors in given.joints:
+        if sensors.zero_taken is None:
+            sensors = _hung(sensors, log, model)
+            notes += _of_hung(sensors)
+        joints.append(sensors_since(sensors, lacking))
+    notes += _rest_of(tuple(lacking.values()), calibration is not None)
+    return StandIns(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes), rested)
+
+
+def _nothing(log: DropLog, model: RobotModel) -> Calibration:
+    gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
+    joints = tuple(sensors_by_design(model, joint + 1) for joint in range(model.n_joints))
+    subject = Subject(model.name, log.header.board_serial.hex(), log.header.who_am_i.hex(), False)
+    return Calibration(subject, gyros, joints, (), (), (), (), datetime.now(UTC))
+
+
+def _with_bias(gyro: GyroCalibration, rest: Rest, index: int) -> GyroCalibration:
+    covariance = gyro.covariance.copy()
+    covariance[:3, :] = covariance[:, :3] = 0.0
+    covariance[:3, :3] = np.diag(rest.rate_std_rad_s[index] ** 2)
+    # It was taken at the temperature of the fall.
+    return replace(gyro, bias_rad_s=rest.rate_rad_s[index], covariance=covariance, temperature_c=float("nan"))
+
+
+def _require_some_bias(gyro: GyroCalibration, why: Shortcoming) -> str:
+    if why.reason == "stale":
+        return (
+            f"The bias of body {gyro.body} was measured before a landing that may have changed it, and the robot did "
+            "not hang still before this release: the old one is used."
+        )
+    raise EvaluationError(
+        what=f"The bias of body {gyro.body} was never measured, and the robot did not hang still before the release.",
+        meaning="Its gyro may show 20 deg/s of nothing: no attitude follows from it.",
+        next_step="Evaluate with a calibration (--calibration FILE); measure the bias before the next drop: "
+        "tfsat-host calibrate bias",
+    )
+
+
+def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensors:
+    """Zero points that let the joint hang where its servo holds it at the start; NaN for a sensor that showed nothing
+    then, so that it counts as silent from there on."""
+    columns = sensor_columns(model, sensors.joint)
+    before = (log.t_s < -GUARD_S) & (log.t_s >= -GUARD_S - _HANGING_S)
+    shown = Recording.from_counts(Counts.from_log(log)).sensor_angle_rad[:, columns]
+    zeros = np.full_like(sensors.zero_rad, np.nan)
+    for k, column in enumerate(columns):
+        rows = before & log.angle_valid[:, column]
+        if rows.any():
+            mean = float(np.angle(np.exp(1j * shown[rows, k]).mean()))
+            zeros[k] = mean - sensors.direction[k] * model.servos[sensors.joint - 1].start_rad
+    # Both sensors sit on one joint: what it sags, both are off by, each in its own direction.
+    shared = HUNG_STD_RAD * sensors.direction
+    own = np.deg2rad(0.05) ** 2 * np.eye(2)
+    return replace(sensors, zero_rad=wrapped(zeros), zero_covariance=np.outer(shared, shared) + own)
+
+
+def _of_hung(sensors: JointSensors) -> list[str]:
+    """A sentence on the zero points that the rest gave, and one on those that it did not."""
+    silent = np.isnan(sensors.zero_rad)
+    notes = []
+    if not silent.all():
+        notes.append(
+            f"The zero point of joint {sensors.joint} was never measured: it is taken to have hung where its servo "
+            f"starts, to {np.rad2deg(HUNG_STD_RAD):.0f} deg."
+        )
+    notes += [
+        f"Angle sensor {k + 1} of joint {sensors.joint} has no zero point and did not answer before the release: what "
+        "it shows later is not used."
+        for k in np.flatnonzero(silent)
+    ]
+    return notes
+
+
+def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
+    """A sentence on what has no stand-in: it keeps its design or its last value, with that uncertainty."""
+    if not certified:
+        return []
+    notes = []
+    for reason, without, words in (
+        ("stale", ("bias", "servo", "scale"), "Measured before a landing that may have changed it"),
+        ("missing", ("bias", "zero", "servo"), "Never measured"),
+    ):
+        names = [one.name for one in lacking if one.reason == reason and not one.name.startswith(without)]
+        if names:
+            shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            notes.append(f"{words}: {shown}; what it may be off is counted in.")
+    return notes
+
+
+LANDING_BIAS_STD_RAD_S = np.deg2rad(0.5)
+"""Of a bias: shocks of 10,000 g are survived, not unnoticed; assumed, as no data sheet says."""
+LANDING_ZERO_STD_RAD = np.deg2rad(1.0)
+"""Of an angle sensor's zero point: as far as a sensor may turn in its mount, assumed like the gyros' tilt."""
+
+Lacking = Mapping[str, Shortcoming]
+
+
+def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
+    """With what a landing may have done to the stale part of it."""
+    covariance = gyro.covariance.copy()
+    if _is_stale(lacking, f"bias of body {gyro.body}"):
+        covariance[:3, :3] += LANDING_BIAS_STD_RAD_S**2 * np.eye(3)
+    if any(_is_stale(lacking, f"misalignment of body {gyro.body} about {axis}") for axis in "xyz"):
+        covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
+    return replace(gyro, covariance=covariance)
+
+
+def sensors_since(sensors: JointSensors, lacking: Lacking) -> JointSensors:
+    """The same of a joint's angle sensors, each of which may have turned by itself."""
+    if not _is_stale(lacking, f"zero point of joint {sensors.joint}"):
+        return sensors
+    return replace(sensors, zero_covariance=sensors.zero_covariance + LANDING_ZERO_STD_RAD**2 * np.eye(2))
+
+
+def _is_stale(lacking: Lacking, name: str) -> bool:
+    return name in lacking and lacking[name].reason == "stale"

@@ -1,1 +1,0 @@
-"""The release velocity from the tracks of two laser spots."""

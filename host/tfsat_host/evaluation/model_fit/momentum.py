@@ -1,0 +1,348 @@
+"""The part of the base's measured rate that the model does not explain, and what each uncertain number does to it.
+
+With the momentum H constant, a model predicts the base's rate at every sample from the joints' motion alone:
+
+    predicted = I(q)^-1 (R^T H - A(q) q'),    unexplained = measured - predicted = I^-1 (h - R^T H)
+
+where h is the angular momentum that the model makes of the measured rates. That is the paper's momentum error, counted
+in deg/s of the base instead of kg m^2/s: the weights are then those of the sensors. To first order the difference
+between the measured and the predicted attitude is its integral, so one set of derivatives serves the fit of the
+model and the uncertainty of the comparison.
+
+The paper's measure of a model: how far the averaged angular momentum strays from its first value.
+
+    J = sum over j of | hbar(t_j) - hbar(t_0) |        (paper, section Result)
+
+with hbar the moving average of the momentum in inertial axes over N samples, a simple low-pass: 25 samples at 280 Hz
+have the cutoff 5 Hz. Cutoff and N follow from each other by
+
+    f_co = 0.443 f_s / sqrt(N^2 - 1),
+
+where the average lets 1 / sqrt(2) of an amplitude pass (after S. W. Smith, The Scientist and Engineer's Guide to
+Digital Signal Processing, 1997, chapter 15).
+
+Samples are not quite even, and some are missing, so the average is one over time: a sample stands for the time up to
+the middles between it and its neighbours, and the window is N mean sampling periods long. On an even grid that is the
+mean of N samples, for odd N. Only whole windows count: the first and the last N / 2 samples have no average.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.calibration.statistics import root_of
+from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.motion.attitude import integrate_rates
+from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
+from tfsat_host.evaluation.motion.samples import holes_of
+from tfsat_host.evaluation.motion.sensor_fusion import Solved
+
+_ANGLE_STEP_RAD = 1e-4
+_OFFSET_STEP = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """What the model is driven by and compared with, at m samples of the fall.
+
+    Attributes:
+        t_s: (m,) after the release.
+        angles_rad: (m, 3) of the joints.
+        joint_rate_rad_s: (m, 3).
+        base_rate_rad_s: (m, 3) of the base, base axes, from all gyros.
+        rate_covariance: (m, 6, 6) of base and joint rates, noise alone.
+        attitude: (m, 3, 3) from base axes to those of the first sample.
+        taken: (r,) the sensors' errors that have been taken off.
+        rate_errors: (m, 6, r) base and joint rates by the sensors' errors, which are independent and of variance one.
+        angle_errors: (m, 3, r) joint angles by the same.
+        sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
+            moments of their lag and what is the joint angles' own, in units of what they may be.
+        missed: (m,) variance of the base's turn in holes of the samples, since the first, rad^2.
+        own: What each body's own gyro says beside them.
+    """
+
+    t_s: FloatArray
+    angles_rad: FloatArray
+    joint_rate_rad_s: FloatArray
+    base_rate_rad_s: FloatArray
+    rate_covariance: FloatArray
+    attitude: FloatArray
+    taken: FloatArray
+    rate_errors: FloatArray
+    angle_errors: FloatArray
+    sensor_errors: FloatArray
+    missed: FloatArray
+    own: OwnGyros
+
+    def corrected(self, errors: FloatArray) -> Flown:
+        """With the sensors' errors (r,) taken off to first order; what each body's own gyro shows stays as it is."""
+        off = errors - self.taken
+        rates = self.rate_errors @ off
+        base = self.base_rate_rad_s + rates[:, :3]
+        return replace(
+            self,
+            angles_rad=self.angles_rad + self.angle_errors @ off,
+            joint_rate_rad_s=self.joint_rate_rad_s + rates[:, 3:],
+            base_rate_rad_s=base,
+            attitude=integrate_rates(self.t_s, base).as_matrix(),
+            taken=errors,
+        )
+
+    def turned_by(self, errors: FloatArray) -> float:
+        """By how much a joint angle would be off at most, were the errors (r,), rad."""
+        return float(np.abs(self.angle_errors @ (errors - self.taken)).max())
+
+
+@dataclass(frozen=True, eq=False)
+class OwnGyros:
+    """What each body's own gyro shows, and what in it the rates from all gyros leave over.
+
+    Attributes:
+        rate_rad_s: (m, 4, 3) as the gyros show it, late by their low-pass; bridged where one did not answer.
+        seen: (m, 4, 3, 6) each body's rate by base and joint rates.
+        errors: (m, 4, 3, r) what is left over, by the sensors' errors.
+        variance: (m, 4) of a sample.
+        bridged: (m, 4) the gyro did not answer: nothing is left over.
+    """
+
+    rate_rad_s: FloatArray
+    seen: FloatArray
+    errors: FloatArray
+    variance: FloatArray
+    bridged: BoolArray
+
+
+def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
+    """Collects from a motion what a model needs, with errors (r,) of its sensors taken off in earnest."""
+    root = root_of(motion.solved.slow.covariance)
+    if taken is None:
+        taken, solved = np.zeros(len(root)), motion.solved
+    else:
+        solved = motion.fusion.without(motion.solved, root @ taken)
+    fall = motion.t_s >= SETTLED_S
+    fused, slow = solved.fused, solved.slow
+    t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
+    holes = holes_of(t, base, motion.samples.rate_hz)
+    left = np.where(fused.bridged[..., None, None], 0.0, slow.gyros - slow.bodies)
+    return Flown(
+        t,
+        solved.angles_rad[fall],
+        fused.joint_rate_rad_s[fall],
+        base,
+        fused.covariance[fall],
+        integrate_rates(t, base).as_matrix(),
+        taken,
+        slow.rates[fall] @ root,
+        slow.angles[fall] @ root,
+        slow.in_own_units @ root,
+        holes.variance_between(np.full_like(t, t[0]), t),
+        OwnGyros(
+            _shown(motion, solved)[fall],
+            fused.seen[fall],
+            left[fall] @ root,
+            motion.variance[fall],
+            fused.bridged[fall],
+        ),
+    )
+
+
+def _shown(motion: Motion, solved: Solved) -> FloatArray:
+    """(n, 4, 3) what each body's gyro shows without its errors, late as it is; by the others where it is silent."""
+    rates = solved.fused.body_rates()
+    late = [solved.lag.applied(motion.t_s, rates[:, b]) for b in range(rates.shape[1])]
+    answered = motion.samples.answered[..., None]
+    return np.where(answered, solved.late_rate_rad_s, np.stack(late, axis=1))
+
+
+def momentum_of(body: Multibody, flown: Flown) -> FloatArray:
+    """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
+    inertia = conserved.locked_inertia(body, flown.angles_rad)
+    joints = conserved.joint_momentum(body, flown.angles_rad)
+    return np.asarray(
+        np.einsum("...nij,nj->...ni", inertia, flown.base_rate_rad_s)
+        + np.einsum("...nij,nj->...ni", joints, flown.joint_rate_rad_s)
+    )
+
+
+def inertial_momentum(body: Multibody, flown: Flown) -> FloatArray:
+    """(..., m, 3) the same in inertial axes: constant, were model and measurement exact."""
+    return np.asarray(np.einsum("nij,...nj->...ni", flown.attitude, momentum_of(body, flown)))
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """Of the unexplained rate (m, 3), base axes.
+
+    Attributes:
+        by_offsets: (m, 3, p) in the offsets' units.
+        by_momentum: (m, 3, 3).
+        by_errors: (m, 3, r) by the sensors' errors, which are independent and of variance one.
+        noise: (m, 3, 3) covariance of a sample.
+    """
+
+    by_offsets: FloatArray
+    by_momentum: FloatArray
+    by_errors: FloatArray
+    noise: FloatArray
+
+
+def unexplained(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArray:
+    """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
+    left = momentum_of(body, flown) - flown.attitude.swapaxes(1, 2) @ momentum
+    return np.asarray(
+        np.linalg.solve(conserved.locked_inertia(body, flown.angles_rad), left[..., None])[..., 0]
+    )
+
+
+def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: FloatArray) -> Derivatives:
+    """At offsets `vector` (p,) and momentum (3,), inertial axes.
+
+    They are taken at the rates that the model predicts: with the measured ones, noise times itself would pull masses
+    and inertias down together, which nothing but their prior holds.
+    """
+    left = unexplained(offsets.corrected(vector), flown, momentum)
+    flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - left)
+    steps = _OFFSET_STEP * np.eye(len(offsets))
+    ends = momentum_of(offsets.applied(np.concatenate([vector + steps, vector - steps])), flown)
+    slope = (ends[: len(offsets)] - ends[len(offsets) :]) / (2.0 * _OFFSET_STEP)
+    body = offsets.corrected(vector)
+    inertia = conserved.locked_inertia(body, flown.angles_rad)
+    inverse = np.linalg.inv(inertia)
+    joints = inverse @ conserved.joint_momentum(body, flown.angles_rad)
+    both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
+    by_angles = inverse @ _momentum_by_angles(body, flown)
+    return Derivatives(
+        np.einsum("nij,pnj->nip", inverse, slope),
+        -inverse @ flown.attitude.swapaxes(1, 2),
+        both @ flown.rate_errors + by_angles @ flown.angle_errors,
+        both @ flown.rate_covariance @ both.swapaxes(1, 2),
+    )
+
+
+def _momentum_by_angles(body: Multibody, flown: Flown) -> FloatArray:
+    """(m, 3, 3): momentum, base axes, by each joint angle at the same rates."""
+    columns = []
+    for joint in range(body.n_joints):
+        ends = []
+        for sign in (1.0, -1.0):
+            angles = flown.angles_rad.copy()
+            angles[:, joint] += sign * _ANGLE_STEP_RAD
+            ends.append(momentum_of(body, replace(flown, angles_rad=angles)))
+        columns.append((ends[0] - ends[1]) / (2.0 * _ANGLE_STEP_RAD))
+    return np.stack(columns, axis=-1)
+
+
+PAPER_SIZE = 25
+_HALF_POWER = 0.443
+_LEAST_SHARE = 0.75
+"""A window in which more than a quarter of the samples are missing has no average."""
+
+
+@dataclass(frozen=True, eq=False)
+class Averaged:
+    """A moving average.
+
+    Attributes:
+        t_s: (k,) the sample times that have a whole window around them.
+        values: (..., k, d).
+        size: N.
+        width_s: Of the window.
+    """
+
+    t_s: FloatArray
+    values: FloatArray
+    size: int
+    width_s: float
+
+    @property
+    def cutoff_hz(self) -> float:
+        """Where the average lets 1 / sqrt(2) pass; infinite for one sample."""
+        return cutoff_hz(self.size, self.size / self.width_s)
+
+    @property
+    def strayed(self) -> FloatArray:
+        """(..., k) distance from the first value."""
+        return np.asarray(np.linalg.norm(self.values - self.values[..., :1, :], axis=-1))
+
+    @property
+    def objective(self) -> FloatArray:
+        """(...) the paper's J: the sum of those, in the values' unit. It grows with the number of samples."""
+        return np.asarray(self.strayed.sum(axis=-1))
+
+
+def window_size(cutoff_hz: float, rate_hz: float) -> int:
+    """N, at least 1, that comes nearest to a cutoff.
+
+    Raises:
+        ValueError: a frequency is not above zero.
+    """
+    if not (cutoff_hz > 0.0 and rate_hz > 0.0):
+        raise ValueError(f"cutoff and sampling rate must be above 0 Hz, not {cutoff_hz} and {rate_hz}")
+    return max(1, round(float(np.hypot(1.0, _HALF_POWER * rate_hz / cutoff_hz))))
+
+
+def cutoff_hz(size: int, rate_hz: float) -> float:
+    """Of the average over `size` samples; infinite for one.
+
+    Raises:
+        ValueError: `size` is below one.
+    """
+    if size < 1:
+        raise ValueError(f"a moving average needs one sample or more, not {size}")
+    return float("inf") if size == 1 else _HALF_POWER * rate_hz / float(np.sqrt(size**2 - 1.0))
+
+
+def passed(frequency_hz: FloatArray, size: int, rate_hz: float) -> FloatArray:
+    """(k,) share of an amplitude that passes at each frequency, on an even grid; negative where it is turned over."""
+    phase = np.pi * np.asarray(frequency_hz) / rate_hz
+    below = np.sin(phase)
+    whole = np.abs(below) < 1e-12
+    # At whole multiples of the sampling rate the limit: cos of either, in quotient.
+    limit = np.cos(size * phase) / np.cos(np.where(whole, phase, 0.0))
+    return np.where(whole, limit, np.sin(size * phase) / (size * np.where(whole, 1.0, below)))
+
+
+def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) -> Averaged:
+    """Averages around every sample that has a whole window.
+
+    Args:
+        t_s: (m,) ascending.
+        values: (..., m, d).
+        size: N.
+
+    Raises:
+        ValueError: there are fewer than `size` samples, or `size` is below one.
+    """
+    if not 1 <= size <= len(t_s) or len(t_s) < 2:
+        raise ValueError(f"an average over {size} samples needs as many, and two; there are {len(t_s)}")
+    period = float(np.median(np.diff(t_s)))
+    middles = 0.5 * (t_s[1:] + t_s[:-1])
+    edges = np.concatenate([[t_s[0] - 0.5 * period], middles, [t_s[-1] + 0.5 * period]])
+    width = size * period
+    low, high = t_s - 0.5 * width, t_s + 0.5 * width
+    slack = 1e-6 * period
+    whole = (low >= edges[0] - slack) & (high <= edges[-1] + slack)
+    inside = np.searchsorted(t_s, high) - np.searchsorted(t_s, low)
+    kept = np.flatnonzero(whole & (inside >= _LEAST_SHARE * size))
+    sums = np.concatenate(
+        [np.zeros_like(values[..., :1, :]), np.cumsum(values * np.diff(edges)[:, None], axis=-2)], axis=-2
+    )
+    means = (_between(edges, sums, high[kept]) - _between(edges, sums, low[kept])) / width
+    return Averaged(t_s[kept], means, size, width)
+
+
+def averaged_momentum(body: Multibody, flown: Flown, size: int = PAPER_SIZE) -> Averaged:
+    """Of the momentum that a model (or a batch of models) makes of a drop: kg m^2/s, inertial axes."""
+    return moving_average(flown.t_s, inertial_momentum(body, flown), size)
+
+
+def _between(edges: FloatArray, sums: FloatArray, at: FloatArray) -> FloatArray:
+    """(..., k, d) of sums that grow in straight lines from edge to edge; beyond the ends by the last one's slope."""
+    index = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, len(edges) - 2)
+    share = (at - edges[index]) / (edges[index + 1] - edges[index])
+    return np.asarray(sums[..., index, :] + share[:, None] * (sums[..., index + 1, :] - sums[..., index, :]))

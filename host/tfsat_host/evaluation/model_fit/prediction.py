@@ -1,0 +1,376 @@
+"""The model driven by the measured joint history, beside the measured attitude: did the model know?
+
+Nothing but the joints' motion and the momentum before the first stroke goes into the prediction. It is then passed
+through the gyros' low-pass and integrated as the gyros' readings are, so that both sides have the same lag.
+
+One drop explained by the model as it is and by the model corrected: fit, predictions, attitude errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.poses import poses
+from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model, widened
+from tfsat_host.evaluation.model_fit.momentum import (
+    Derivatives,
+    Flown,
+    derivatives,
+    flown_of,
+    inertial_momentum,
+)
+from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.motion.attitude import integrate_rates
+from tfsat_host.evaluation.motion.gyro_signal import Lag
+from tfsat_host.evaluation.motion.motion import Motion, quiet_samples
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What a model says that the base did, at the m samples that it was driven with.
+
+    Attributes:
+        momentum_kg_m2_s: (3,) that it was given, inertial axes.
+        rate_rad_s: (m, 3) of the base, base axes.
+        attitude: (m, 3, 3) from base axes to those of the first sample.
+    """
+
+    momentum_kg_m2_s: FloatArray
+    rate_rad_s: FloatArray
+    attitude: FloatArray
+
+
+def initial_momentum(body: Multibody, flown: Flown, quiet: NDArray[np.bool_]) -> FloatArray:
+    """(3,) mean over the quiet samples before the first stroke, inertial axes."""
+    return np.asarray(inertial_momentum(body, flown)[quiet].mean(axis=0))
+
+
+def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction:
+    """Integrates w = I^-1 (R^T H - A q') along the measured joint history, by the trapezoid with one correction.
+
+    Args:
+        body: The model, one robot.
+        flown: Joint angles and rates that drive it.
+        momentum: (3,) H, inertial axes.
+    """
+    inverse = np.linalg.inv(conserved.locked_inertia(body, flown.angles_rad))
+    joints = conserved.joint_momentum(body, flown.angles_rad) @ flown.joint_rate_rad_s[..., None]
+    driven = -(inverse @ joints)[..., 0]
+    rates, attitudes = np.empty_like(driven), np.empty((len(driven), 3, 3))
+    attitude = np.eye(3)
+    for k in range(len(driven)):
+        if k:
+            step_s = flown.t_s[k] - flown.t_s[k - 1]
+            # H is small: where it is seen from the last sample's attitude, it is off by a hundredth of itself.
+            ahead = inverse[k] @ (attitude.T @ momentum) + driven[k]
+            attitude = attitude @ _turn(0.5 * step_s * (rates[k - 1] + ahead))
+        rates[k] = inverse[k] @ (attitude.T @ momentum) + driven[k]
+        attitudes[k] = attitude
+    return Prediction(momentum, rates, integrate_rates(flown.t_s, rates).as_matrix())
+
+
+def _turn(rotation: FloatArray) -> FloatArray:
+    """(3, 3) of a rotation vector."""
+    angle = float(np.sqrt(rotation @ rotation))
+    x, y, z = rotation
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    square = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + square * (cross @ cross))
+
+
+@dataclass(frozen=True, eq=False)
+class AttitudeError:
+    """Measured less predicted attitude of one body, as the gyros see both.
+
+    Attributes:
+        t_s: (m,) after the release.
+        euler_zyx_rad: (m, 3) Euler angles measured less predicted.
+        rate_rad_s: (m, 3) rate measured less predicted, body axes.
+        std_rad: (m, 3) of the Euler angles' difference, from everything that the sensors may be off.
+        covariance: (3, 3) of the last one, rad^2.
+    """
+
+    t_s: FloatArray
+    euler_zyx_rad: FloatArray
+    rate_rad_s: FloatArray
+    std_rad: FloatArray
+    covariance: FloatArray
+
+    @property
+    def final_rad(self) -> FloatArray:
+        """(3,) at the end."""
+        return np.asarray(self.euler_zyx_rad[-1])
+
+    @property
+    def final_norm_rad(self) -> float:
+        """The paper's figure: the norm of the three."""
+        return float(np.linalg.norm(self.final_rad))
+
+    @property
+    def rms_rad(self) -> float:
+        """Root mean square over time of that norm."""
+        return float(np.sqrt((self.euler_zyx_rad**2).sum(axis=1).mean()))
+
+    @property
+    def z_scores(self) -> FloatArray:
+        """(3,) the final error in units of its standard deviation."""
+        return np.asarray(self.final_rad / self.std_rad[-1])
+
+    @property
+    def mahalanobis(self) -> float:
+        """The final error's distance from zero in its own uncertainty: for three angles 2.8 holds 95 % of cases."""
+        return float(np.sqrt(self.final_rad @ np.linalg.solve(self.covariance, self.final_rad)))
+
+
+def attitude_error(
+    prediction: Prediction, flown: Flown, rotation: FloatArray, body: int, lag: Lag, covariance: FloatArray
+) -> AttitudeError:
+    """Compares one body.
+
+    Args:
+        prediction: Of the base.
+        flown: What drove it.
+        rotation: (m, 3, 3) from the body's axes to the base's.
+        body: Index of the body.
+        lag: Of the gyros.
+        covariance: (m, 3, 3) by `difference_covariance`, of the same body.
+    """
+    shown = flown.own.rate_rad_s[:, body]
+    joint_part = np.einsum("nij,nj->ni", flown.own.seen[:, body, :, 3:], flown.joint_rate_rad_s)
+    exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
+    seen = lag.applied(flown.t_s, exact)
+    ours, theirs = integrate_rates(flown.t_s, shown), integrate_rates(flown.t_s, seen)
+    by_turn = euler_zyx_by_turn(theirs.as_matrix())
+    spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
+    difference = euler_zyx_rad(ours.as_matrix()) - euler_zyx_rad(theirs.as_matrix())
+    std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 1e-24))
+    return AttitudeError(flown.t_s, wrapped(difference), shown - seen, std, spread[-1])
+
+
+def difference_covariance(
+    flown: Flown,
+    rotation: FloatArray,
+    body: int,
+    found: Derivatives,
+    errors: FloatArray,
+    quiet: NDArray[np.bool_],
+    *,
+    fitted: bool,
+) -> FloatArray:
+    """(m, 3, 3) of a body's measured less predicted attitude, its own axes at the first sample.
+
+    To first order that difference is the integral of the base's unexplained rate and of what the body's own gyro says
+    beside all gyros together. The momentum was taken from the quiet samples: an error that was there already is not
+    counted twice.
+
+    Args:
+        flown: What drove the prediction.
+        rotation: (m, 3, 3) from the body's axes to the base's.
+        body: Index of the body.
+        found: Derivatives of the unexplained rate.
+        errors: Covariance of the sensors' errors (r, r), or of offsets and those (p + r, p + r) if `fitted`.
+        quiet: Samples before the first stroke.
+        fitted: The offsets were fitted to this drop; else the model is as it is.
+    """
+    own = flown.own
+    left = own.errors[:, body]
+    columns = found.by_errors
+    if fitted:
+        columns = np.concatenate([found.by_offsets, columns], axis=2)
+        left = np.concatenate([np.zeros_like(found.by_offsets), left], axis=2)
+    # by_momentum = -I^-1 R^T, so its inverse turns a rate back into a momentum.
+    to_momentum = np.linalg.inv(found.by_momentum[quiet])
+    taken = -np.einsum("nij,njk->ik", to_momentum, columns[quiet]) / quiet.sum()
+    explained = columns + found.by_momentum @ taken
+    steps = np.gradient(flown.t_s)[:, None, None]
+    turned = np.cumsum((flown.attitude @ (explained + rotation @ left)) * steps, axis=0)
+    beside = own.seen[:, body] @ flown.rate_covariance @ own.seen[:, body].swapaxes(1, 2)
+    apart = own.bridged[:, body, None, None]
+    alone = np.where(apart, 0.0, own.variance[:, body, None, None] * np.eye(3) - beside)
+    noise = (
+        flown.attitude
+        @ (found.noise + rotation @ alone @ rotation.swapaxes(1, 2))
+        @ flown.attitude.swapaxes(1, 2)
+    )
+    start = (found.noise[quiet].mean(axis=0)) / quiet.sum()
+    since = (flown.t_s - flown.t_s[0])[:, None, None]
+    total = turned @ errors @ turned.swapaxes(1, 2) + np.cumsum(noise * steps**2, axis=0) + start * since**2
+    # What both sides miss in a hole is alike in their rates, but the one is filtered with it and the other without.
+    total = total + flown.missed[:, None, None] * np.eye(3)
+    return np.asarray(rotation[0].T @ total @ rotation[0])
+
+
+EXPECTED_DISTANCE = 2.8
+"""Of three angles that are as uncertain as is said, in their own uncertainty: 95 % lie within."""
+UNEXPLAINED = 4.6
+"""Three normal angles are so far from zero, in their own uncertainty, once in ten thousand drops."""
+IMPLAUSIBLE_STDS = 3.0
+"""Of the prior: an offset that was not thought possible is more likely something else's error."""
+_LINEAR_RAD = 1e-3
+"""Joint angles that were off by less than this carried rates from body to body as well as right ones."""
+_RELINEARIZED = 5
+BODY_1 = 0
+"""The body whose attitude the paper compares."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """A model beside the measurement.
+
+    Attributes:
+        values: (p,) offsets of the model, in their units.
+        prediction: Of the base.
+        error: Of body 1: measured less predicted.
+    """
+
+    values: FloatArray
+    prediction: Prediction
+    error: AttitudeError
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """What any model of the robot is driven by and compared with.
+
+    Attributes:
+        flown: Measured joint motion and rates.
+        rotation: (m, 4, 3, 3) from each body's axes to the base's.
+        quiet: (m,) samples before the first stroke, which tell the momentum.
+        lag: Of the gyros.
+        offsets: What may be corrected, and of which model.
+    """
+
+    flown: Flown
+    rotation: FloatArray
+    quiet: NDArray[np.bool_]
+    lag: Lag
+    offsets: Offsets
+
+    def beside(self, values: FloatArray) -> Sides:
+        """The model with given offsets (p,), such as none, or those of other drops."""
+        momentum = initial_momentum(self.offsets.corrected(values), self.flown, self.quiet)
+        found = derivatives(self.offsets, values, self.flown, momentum)
+        return self._beside(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
+
+    def beside_fit(self, fit: ModelFit) -> Sides:
+        """The model with offsets that were fitted to this very drop."""
+        p = len(self.offsets)
+        kept = np.r_[0:p, p + 3 : len(fit.covariance)]
+        return self._beside(fit.values, fit.derivatives, fit.covariance[np.ix_(kept, kept)], fitted=True)
+
+    def _beside(self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool) -> Sides:
+        body, turned = self.offsets.corrected(values), self.rotation[:, BODY_1]
+        prediction = predicted(body, self.flown, initial_momentum(body, self.flown, self.quiet))
+        covariance = difference_covariance(
+            self.flown, turned, BODY_1, found, errors, self.quiet, fitted=fitted
+        )
+        error = attitude_error(prediction, self.flown, turned, BODY_1, self.lag, covariance)
+        return Sides(values, prediction, error)
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """What the model makes of a drop.
+
+    Attributes:
+        driven: What drives it.
+        fit: The offsets that explain the motion best. Where even they miss the attitude by more than the sensors'
+            errors allow, something unknown is at work in them as well: the data are taken to be worse by as much.
+        before: The model as its file has it.
+        after: The model with those offsets, beside sensors without the errors that the fit found in them; its
+            uncertainty is not widened by what even it misses.
+    """
+
+    driven: Driven
+    fit: ModelFit
+    before: Sides
+    after: Sides
+
+    @property
+    def explains_before(self) -> bool:
+        """The model as it is predicts the attitude within the stated errors."""
+        return self.before.error.mahalanobis <= UNEXPLAINED
+
+    @property
+    def explains_after(self) -> bool:
+        """The corrected model does."""
+        return self.after.error.mahalanobis <= UNEXPLAINED
+
+    @property
+    def offered(self) -> bool:
+        """The correction may be applied, as far as the fit can tell: nothing is `withheld`."""
+        return not self.withheld
+
+    @property
+    def withheld(self) -> tuple[str, ...]:
+        """Why the correction must not be applied, a sentence each; empty if it may be."""
+        return tuple(self._against())
+
+    def _against(self) -> Iterator[str]:
+        fit = self.fit
+        if not fit.converged:
+            yield f"The fit of the correction found no end in {fit.steps} steps: where it was broken off means nothing."
+        if fit.bounded:
+            names = ", ".join(fit.bounded)
+            yield f"The correction stopped at its bound: {names}. The true one lies beyond, or is another one."
+        far = np.abs(fit.values) > IMPLAUSIBLE_STDS * fit.offsets.prior_std
+        if far.any():
+            names = ", ".join(np.array(fit.offsets.names)[far])
+            yield (
+                f"The correction is more than {IMPLAUSIBLE_STDS:g} times what was allowed for {names}: more likely it "
+                "stands for another error."
+            )
+        if not self.explains_after:
+            yield self._missed()
+
+    def _missed(self) -> str:
+        before, after = self.before.error, self.after.error
+        missed = (
+            f"misses the attitude by {np.rad2deg(after.final_norm_rad):.2f} deg, {after.mahalanobis:.1f} times what "
+            "all stated uncertainties together explain"
+        )
+        if self.explains_before:
+            return (
+                f"The corrected model {missed}, and the model as it is by {np.rad2deg(before.final_norm_rad):.2f} deg, "
+                f"{before.mahalanobis:.1f} times: the correction is wrong, and nothing is said against the model."
+            )
+        return f"Even the corrected model {missed}."
+
+
+def explain(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Explained:
+    """Fits the offsets and compares both models with the measured attitude of body 1.
+
+    Args:
+        motion: What the robot did.
+        offsets: What may be corrected, and of which model.
+        first_stroke_s: Until then nothing but the release has moved the robot.
+    """
+
+    def driven_by(flown: Flown, lag: Lag) -> Driven:
+        rotation, _ = poses(offsets.body, flown.angles_rad)
+        return Driven(flown, rotation, quiet_samples(flown.t_s, first_stroke_s), lag, offsets)
+
+    flown = flown_of(motion)
+    driven = driven_by(flown, motion.lag)
+    fit = fit_model(offsets, flown)
+    for _ in range(_RELINEARIZED):
+        if flown.turned_by(fit.errors) < _LINEAR_RAD:
+            break
+        flown = flown_of(motion, fit.errors)
+        fit = fit_model(offsets, flown)
+    sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
+    after = sensed.beside_fit(fit)
+    misfit = after.error.mahalanobis / EXPECTED_DISTANCE
+    if misfit > 1.0:
+        stated, fit = fit, widened(fit, flown, misfit)
+        after = sensed.beside_fit(replace(fit, covariance=stated.covariance))
+    return Explained(driven, fit, driven.beside(np.zeros(len(offsets))), after)

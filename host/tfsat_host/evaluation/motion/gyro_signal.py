@@ -1,0 +1,155 @@
+"""Two things that a gyro adds to the rate: noise, and the lag of its low-pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import solve_banded
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.calibration.steps.low_pass import LowPass
+
+BLOCK_S = 0.1
+"""Longer than any low-pass remembers: means over blocks are as independent as those of white noise."""
+_DENSITY_BLOCK_S = 0.25
+"""Of a density: means over 0.1 s of what the 5 Hz low-pass lets through scatter by a sixth less than white noise's."""
+LEAST_BLOCKS = 10
+AGE_SHARE = 0.4
+"""Ages of successive readings run evenly through the chip's output period, so in an integral they nearly cancel: over a
+servo's ramp of a dozen samples this share of what independent ages would do is left."""
+SHEET_DENSITY_RAD_S_RTHZ = np.deg2rad(0.005)
+"""One-sided (PS-MPU-6000A rev. 3.4, section 6.1)."""
+
+
+def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
+    """(4,) one-sided noise density of each gyro, rad/s/sqrt(Hz), from a rest; the data sheet's without one.
+
+    By the differences of means over neighbouring blocks, so that a robot that sways slowly on its magnet does not
+    count: the median tells, so that a knock does not either. The mean over T of white noise of density N has the
+    variance N^2 / 2T.
+
+    Args:
+        t_s: (n,) samples of a rest.
+        rate_rad_s: (n, 4, 3); NaN where a gyro did not answer.
+    """
+    if len(t_s) < 2:
+        return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
+    blocks = np.floor((t_s - t_s[0]) / _DENSITY_BLOCK_S).astype(int)
+    edges = np.flatnonzero(np.diff(blocks, prepend=-1))
+    if len(edges) < LEAST_BLOCKS:
+        return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
+    counts = np.diff(edges, append=len(t_s))
+    means = np.add.reduceat(rate_rad_s, edges, axis=0) / counts[:, None, None]
+    squares = (np.diff(means, axis=0) / np.sqrt(2.0)) ** 2
+    return np.array([_density(squares[:, gyro]) for gyro in range(rate_rad_s.shape[1])])
+
+
+def _density(squares: FloatArray) -> float:
+    """From (blocks, 3) variances of a block's mean, one each; NaN where the gyro did not answer."""
+    known = squares[np.isfinite(squares)]
+    if len(known) < 3 * LEAST_BLOCKS or not known.any():
+        return float(SHEET_DENSITY_RAD_S_RTHZ)
+    # The median of a squared normal deviate is 0.4549 of its variance.
+    return float(np.sqrt(2.0 * _DENSITY_BLOCK_S * np.median(known) / 0.4549))
+
+
+def sample_variance(
+    densities: FloatArray, t_s: FloatArray, rate_rad_s: FloatArray, rate_hz: float, low_pass: LowPass
+) -> FloatArray:
+    """(n, 4) variance of a gyro's sample that white noise of the same effect would have, (rad/s)^2.
+
+    The noise itself, and that of the reading's age: a reading is between nothing and one output period of the chip old,
+    which matters while the rate changes.
+
+    Args:
+        densities: (4,) one-sided.
+        t_s: (n,).
+        rate_rad_s: (n, 4, 3), no NaN.
+        rate_hz: Sampling rate.
+        low_pass: Of the gyros.
+    """
+    age_variance = (AGE_SHARE * low_pass.output_period_s) ** 2 / 12.0
+    change = (derivative(t_s, rate_rad_s) ** 2).sum(axis=2) / 3.0
+    return np.asarray(0.5 * rate_hz * densities**2 + age_variance * change)
+
+
+DELAY_STD_S = 1e-3
+"""How far a chip may be from its sheet, and a reading from its time stamp: before anything is measured."""
+PLAUSIBLE_STDS = 3.0
+"""A delay farther from the data sheet's, by what chips may differ, is none: the data sheet's is taken off instead."""
+FINE_S = 0.5e-3
+"""Steps in which rates are passed through the low-pass: finer than any of its settings but the widest."""
+_HOLE_STEPS = 3.0
+"""Across so many sampling periods two samples tell no slope."""
+LEAST_STROKE_RAD = np.deg2rad(10.0)
+"""A joint that moved less tells nothing of the delay."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """The first moments of the gyros' response.
+
+    Attributes:
+        delay_s: d, from the motion to the time stamp of the reading.
+        delay_std_s: Its standard deviation.
+        second_s2: e, see the module.
+        expected_s: d by the data sheet.
+        measured: Strokes have told it; else it is the data sheet's.
+        implausible_s: What strokes told that no chip can be; the data sheet's is used instead. None: nothing such.
+    """
+
+    delay_s: float
+    delay_std_s: float
+    second_s2: float
+    expected_s: float
+    measured: bool
+    implausible_s: float | None = None
+
+    def removed(self, t_s: FloatArray, shown: FloatArray) -> FloatArray:
+        """(n, ...) what was to be shown at each time, of what was shown."""
+        first = derivative(t_s, shown)
+        return np.asarray(shown + self.delay_s * first + self.second_s2 * derivative(t_s, first))
+
+    def applied(self, t_s: FloatArray, exact: FloatArray) -> FloatArray:
+        """(n, k) what the gyros show of rates (n, k): one pole and a pure delay with these moments.
+
+        With the time constant T and the delay D, d = T + D and e = (d^2 - T^2) / 2.
+        """
+        constant_s = min(float(np.sqrt(max(self.delay_s**2 - 2.0 * self.second_s2, 1e-12))), self.delay_s)
+        fine_s = np.arange(t_s[0], t_s[-1] + FINE_S, FINE_S)
+        fine = CubicSpline(t_s, exact)(np.minimum(fine_s, t_s[-1]))
+        filtered = _one_pole(fine, constant_s / FINE_S)
+        late_s = t_s - (self.delay_s - constant_s)
+        return np.column_stack([np.interp(late_s, fine_s, column) for column in filtered.T])
+
+
+def _one_pole(shown: FloatArray, constant: float) -> FloatArray:
+    """(n, k) of signals that are linear between two samples; the time constant is in samples. It begins settled."""
+    pole = np.exp(-1.0 / constant)
+    mean = (1.0 - pole) * constant
+    driven = np.concatenate([shown[:1], (1.0 - mean) * shown[1:] + (mean - pole) * shown[:-1]])
+    # y[n] - pole y[n - 1] = driven[n], all rows at once.
+    rows = np.stack([np.ones(len(shown)), np.full(len(shown), -pole)])
+    return np.asarray(solve_banded((1, 0), rows, driven))
+
+
+def sheet_lag(low_pass: LowPass) -> Lag:
+    """By the data sheet; e that of two equal poles."""
+    delay_s = low_pass.gyro_delay_s + 0.5 * low_pass.output_period_s
+    return Lag(delay_s, DELAY_STD_S, 0.25 * delay_s**2, delay_s, measured=False)
+
+
+def derivative(t_s: FloatArray, values: FloatArray) -> FloatArray:
+    """(n, ...) by the parabola through each three neighbours; none of them across a hole."""
+    steps = np.diff(t_s)
+    holes = np.flatnonzero(steps > _HOLE_STEPS * np.median(steps)) + 1
+    parts = [np.arange(first, last) for first, last in pairwise([0, *holes.tolist(), len(t_s)])]
+    return np.concatenate(
+        [
+            np.gradient(values[part], t_s[part], axis=0) if len(part) > 1 else np.zeros_like(values[part])
+            for part in parts
+        ]
+    )

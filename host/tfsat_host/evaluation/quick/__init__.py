@@ -1,1 +1,0 @@
-"""The first look after a drop, without a calibration."""

@@ -1,0 +1,261 @@
+"""Attitudes, strokes and joints.
+
+The fall itself: clocks, release, landing, micro-gravity, release velocity.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.evaluation.clock_fit import ClockFit
+from tfsat_host.evaluation.evaluation import Evaluation, Turn
+from tfsat_host.evaluation.external.laser_velocity import Velocity
+from tfsat_host.evaluation.motion.joints import SensorDisagreement
+from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.strokes import Standing
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, nested, number, plus_minus, record
+
+
+def _quaternion(turn: Turn) -> Any:
+    return Rotation.from_rotvec(turn.rotation_vector_rad).as_quat(canonical=True)
+
+
+TURN: Columns = (
+    Column("reorientation_deg", of="angle_rad", std="std_rad"),
+    *fields("rotation_vector_deg euler_zyx_deg bridged"),
+    Column("attitude_covariance_deg2", of=lambda turn: np.rad2deg(np.rad2deg(turn.covariance))),
+    Column("quaternion_xyzw", of=_quaternion),
+)
+INITIAL_RATE: Columns = (Column("initial_rate_deg_s", of="rate_rad_s", std="std_rad_s"),)
+LAG: Columns = (
+    *fields("measured expected_ms"),
+    Column("delay_ms", "late", std="delay_std_s", form=".1f"),
+)
+
+STROKES: Columns = (
+    Column("stroke", "stroke", of="number", words=lambda stroke: f"{stroke.number}: joint {stroke.joint}"),
+    *fields("joint scheduled_s logged_s moved"),
+    Column("commanded_deg", "commanded", form="+.2f"),
+    Column("size_deg", "flown", std="size_std_rad", form="+.2f"),
+    Column("start_s", "start", std="start_std_s"),
+    Column("dead_time_s", "dead time", form=".1f", shown_in="ms"),
+    Column("end_s", "end"),
+    Column("peak_rate_deg_s", "peak rate", form="+.0f"),
+    Column("overshoot_deg", "overshoot", form=".2f"),
+    *fields("short_deg mean_rate_deg_s settling_s unfinished remark"),
+)
+
+
+def _joint(one: Standing | JointEnds) -> str:
+    return f"joint {one.joint}"
+
+
+def _state(one: Standing) -> str:
+    return "moved" if one.unexpected else "crept" if one.crept else "stood"
+
+
+def _farthest(one: Standing) -> str:
+    return f"{number(float(np.rad2deg(one.greatest_rad)), '+.3f')} at {number(one.greatest_at_s, '.2f')} s"
+
+
+def _time(one: Standing) -> str:
+    return f"{one.from_s:.2f} to {one.until_s:.2f}"
+
+
+STANDING: Columns = (
+    Column("joint", "joint", words=_joint),
+    Column("from_s", "time", words=_time),
+    Column("drift_deg", "drift", std="drift_std_rad", form="+.2f"),
+    Column("greatest_deg", "farthest", words=_farthest),
+    Column("", "it", words=_state),
+    *fields("until_s greatest_at_s unexpected crept remark"),
+)
+
+
+class JointEnds(NamedTuple):
+    """A joint at the release and at the end; standard deviations; whether and how far its sensors are off."""
+
+    joint: int
+    initial_rad: float
+    initial_std_rad: float
+    final_rad: float
+    final_std_rad: float
+    sensed: bool
+    sensors: tuple[SensorDisagreement, ...]
+
+    def off(self, sensor: int) -> str:
+        """An angle sensor against the fused angle."""
+        one = self.sensors[sensor]
+        mean, expected, rms = np.rad2deg([one.mean_rad, one.expected_rad, one.rms_rad])
+        if not np.isfinite(mean):
+            return "never answered"
+        return f"{plus_minus(mean, expected, sign=True, unknown=UNKNOWN)}, rms {number(rms, '.2f')}"
+
+
+JOINTS: Columns = (
+    Column("joint", "joint", words=_joint),
+    Column("initial_deg", "at the release", std="initial_std_rad", form="+.2f"),
+    Column("final_deg", "at the end", std="final_std_rad", form="+.2f"),
+    Column("", "sensor 1 (deg)", words=lambda joint: joint.off(0)),
+    Column("", "sensor 2 (deg)", words=lambda joint: joint.off(1)),
+    *fields("sensed"),
+    Column("sensors", columns=fields("sensor mean_deg rms_deg greatest_deg expected_deg")),
+)
+
+
+def joints(motion: Motion) -> list[JointEnds]:
+    """All of them."""
+    release = int(np.searchsorted(motion.t_s, 0.0))
+    return [
+        JointEnds(
+            one.joint,
+            float(one.angle_rad[release]),
+            float(one.std_rad()[release]),
+            float(one.angle_rad[-1]),
+            float(one.std_rad()[-1]),
+            one.sensed,
+            tuple(one.sensors),
+        )
+        for one in motion.joints
+    ]
+
+
+def bodies(found: Evaluation) -> list[dict[str, Any]]:
+    """For JSON: how each body turned, and how it was released."""
+    return [
+        {"body": number, **record(TURN, turn), **record(INITIAL_RATE, rate)}
+        for number, (turn, rate) in enumerate(zip(found.turns, found.initial_rates, strict=True), 1)
+    ]
+
+
+def stroke_table(found: Evaluation) -> Table:
+    """Commanded and flown; without rows if no maneuver is known."""
+    remarks = [f"Stroke {stroke.number}: {stroke.remark}" for stroke in found.strokes if stroke.remark]
+    caption = "Dead time: from the rise of the stroke line to the start of the joint."
+    return Table("Strokes", STROKES, found.strokes, " ".join([caption, *remarks]))
+
+
+def joint_table(found: Evaluation) -> Table:
+    """Where the joints were at the release and at the end, and whether their sensors agree."""
+    return Table(
+        "Joints",
+        JOINTS,
+        joints(found.motion),
+        "Sensors: mean difference from the fused angle ± what their calibration allows, and the rms of all "
+        "differences, noise included.",
+    )
+
+
+def standing_table(found: Evaluation) -> Table:
+    """Joints while nothing commanded them; without rows if no maneuver is known."""
+    return Table(
+        "Joints between their strokes",
+        STANDING,
+        found.standing,
+        "Drift: from the first samples to the last. Farthest: from the first samples, noise included.",
+    )
+
+
+_INSTANT: Columns = (Column("t_s", std="std_s"),)
+_EVENT: Columns = (
+    *fields("event=pair.event clock_s=pair.clock_s logger_s=pair.logger_s used"),
+    Column("residual_s", std="std_s"),
+)
+
+
+def _used(fit: ClockFit) -> str:
+    return f"{sum(one.used for one in fit.residuals)} of {len(fit.residuals)}"
+
+
+def _greatest_residual_s(fit: ClockFit) -> float:
+    return max((abs(one.residual_s) for one in fit.residuals if one.used), default=float("nan"))
+
+
+CLOCK: Columns = (
+    Column("", "clock", words=lambda fit: fit.name),
+    Column("offset_s", "offset", std="offset_std_s", form="+.3f", shown_in="ms"),
+    Column("rate_ppm", "fast by", std="rate_ppm_std", form="+.1f"),
+    Column("", "events used", words=_used),
+    Column("events", of="residuals", columns=_EVENT),
+    *fields("findings"),
+)
+_SHOWN_CLOCK: Columns = (
+    *CLOCK,
+    Column("greatest_residual_s", "greatest residual", of=_greatest_residual_s, shown_in="ms"),
+)
+
+_MICRO_GRAVITY: Columns = (
+    Column(
+        "windows",
+        columns=(
+            *fields("name=window.name from_s=window.from_s until_s=window.until_s"),
+            Column(
+                "bodies",
+                columns=(
+                    *fields("body samples motion_rms_g"),
+                    Column("residual_g", std="residual_std_g"),
+                ),
+            ),
+        ),
+    ),
+    Column("changes_g", std="changes_std_g"),
+    Column(
+        "gravity_before_release",
+        of="gravity",
+        columns=(
+            *fields("body"),
+            Column("felt_g", of="norm_g", std="norm_std_g"),
+            Column("less_fall_g", of="less_fall_norm_g", std="less_fall_std_g"),
+            Column("passes", of=lambda one: bool(one.passes)),
+        ),
+    ),
+)
+
+
+def _interval(velocity: Velocity) -> list[float]:
+    return [velocity.low_mm_s, velocity.high_mm_s]
+
+
+_VELOCITY: Columns = (
+    Column("mm_s", of="value_mm_s"),
+    Column("mm_s_std", of="std_mm_s"),
+    Column("interval_mm_s", of=_interval),
+)
+_RELEASE_VELOCITY: Columns = (
+    *(
+        Column(name, columns=_VELOCITY)
+        for name in ("downward", "transversal_x", "transversal_y", "transversal_speed")
+    ),
+    *fields("downward_judged transversal_judged samples samples_left_out scatter_mm from_s until_s"),
+)
+
+
+def fall(found: Evaluation) -> dict[str, Any]:
+    """The keys of JSON that speak of the fall."""
+    clocks, instants = found.clocks, found.instants
+    return {
+        "clocks": {
+            "sequencer": nested(CLOCK, clocks.sequencer if clocks else None),
+            "video": nested(CLOCK, clocks.video if clocks else None),
+        },
+        "rest": {"duration_s": found.rest.duration_s},
+        "release": {"std_s": instants.release_std_s, "felt": nested(_INSTANT, instants.release)},
+        "landing": {"logged_s": instants.landing_logged_s, "felt": nested(_INSTANT, instants.landing)},
+        "micro_gravity": record(_MICRO_GRAVITY, found.micro_gravity),
+        "release_velocity": nested(_RELEASE_VELOCITY, found.release_velocity),
+        "fall_findings": [*instants.findings, *found.micro_gravity.findings],
+    }
+
+
+def clock_table(found: Evaluation) -> Table:
+    """Of the clocks besides the logger's."""
+    fits = (found.clocks.sequencer, found.clocks.video) if found.clocks else ()
+    return Table(
+        "Clocks",
+        _SHOWN_CLOCK,
+        [fit for fit in fits if fit is not None],
+        "Against the logger's clock, by which all times are given.",
+    )

@@ -1,0 +1,436 @@
+"""Each stroke as it was flown: how far, when, how fast, how it arrived; and joints that moved when they should stand.
+
+`strokes` has a quick look at one angle sensor; this one reads the fused joint angles and rates, with their uncertainty.
+A motion's ends are read off its rate: a servo that speeds up at its limit gives the rate a straight edge, whose line
+meets zero where the motion began. No threshold of the rate is then in the result, and no low-pass's rounding of the
+corners.
+
+Joints while they should stand: creep between strokes, and motions that nobody commanded.
+
+When a motion began or ended, by the straight edge of its rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.motion.joints import JointMotion
+from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.maneuver import Schedule
+
+WINDOW = 8
+"""Samples averaged for an angle at rest: 29 ms at 280 Hz."""
+EARLY_S = 0.03
+"""A motion is looked for from so long before its command."""
+ARRIVED_S = 0.1
+"""So long after the end of a motion its joint is taken to have come to rest."""
+MOVING_RAD_S = np.deg2rad(5.0)
+"""A joint slower than that at its fastest did not make a stroke."""
+NOISES = 6.0
+"""Nor did one that is not so many times faster than the rate's noise."""
+CAME_BACK_SHARE = 0.1
+"""Nor did one that ended so near to where it began, as a share of how far it went."""
+SETTLING_BAND = 0.02
+"""Of the stroke's size: the band of the settling time, as usual for step responses."""
+_UNKNOWN = float("nan")
+_BROKEN_OFF = "It was still on its way when what can be evaluated ended: its size is that so far."
+
+
+@dataclass(frozen=True, slots=True)
+class FlownStroke:
+    """One commanded stroke; NaN where the log does not tell a number.
+
+    Attributes:
+        number: From 1, in the schedule's order.
+        joint: 1 to 3.
+        scheduled_s: After the release, on the sequencer's clock.
+        logged_s: When the logger saw the stroke line rise, after the release.
+        commanded_rad: Change of the joint's angle.
+        moved: The joint made a motion of its own within the stroke's time.
+        remark: What is missing or wrong, one sentence or more; empty if nothing is.
+        size_rad: Change from just before the stroke to just before the same joint's next, or the end; so far, if
+            `unfinished`.
+        size_std_rad: Its standard deviation.
+        start_s: Of the motion, after the release.
+        start_std_s: Its standard deviation.
+        dead_time_s: From the logged rise to the start.
+        end_s: Of the motion.
+        mean_rate_rad_s: Between start and end, signed.
+        peak_rate_rad_s: Signed; over three samples.
+        overshoot_rad: How far it was beyond where it came to rest; 0 or more.
+        settling_s: From the start until it stays within 2 % of the size around where it came to rest.
+        unfinished: It was on its way when what can be evaluated ended: nothing is known of how it arrived.
+    """
+
+    number: int
+    joint: int
+    scheduled_s: float
+    logged_s: float
+    commanded_rad: float
+    moved: bool
+    remark: str
+    size_rad: float = _UNKNOWN
+    size_std_rad: float = _UNKNOWN
+    start_s: float = _UNKNOWN
+    start_std_s: float = _UNKNOWN
+    dead_time_s: float = _UNKNOWN
+    end_s: float = _UNKNOWN
+    mean_rate_rad_s: float = _UNKNOWN
+    peak_rate_rad_s: float = _UNKNOWN
+    overshoot_rad: float = _UNKNOWN
+    settling_s: float = _UNKNOWN
+    unfinished: bool = False
+
+    @property
+    def short_rad(self) -> float:
+        """How much smaller than commanded the stroke was; negative if it was larger."""
+        return float(np.sign(self.commanded_rad)) * (self.commanded_rad - self.size_rad)
+
+
+def strokes_flown(
+    motion: Motion, schedule: Schedule, logged_s: Sequence[float] = ()
+) -> tuple[FlownStroke, ...]:
+    """What became of each stroke of a schedule.
+
+    Args:
+        motion: Of one drop.
+        schedule: What was commanded.
+        logged_s: When the logger saw each stroke's line rise (`Clocks.stroke_s`), NaN where it did not; none: all NaN.
+
+    Raises:
+        ValueError: there is a logged time for some strokes only.
+    """
+    strokes = schedule.strokes
+    if len(logged_s) not in (0, len(strokes)):
+        raise ValueError(
+            f"{len(logged_s)} logged times for {len(strokes)} strokes; give NaN for those without one"
+        )
+    seen = np.array(logged_s, dtype=np.float64) if len(logged_s) else np.full(len(strokes), _UNKNOWN)
+    begins = np.where(np.isfinite(seen), seen, [stroke.t_s for stroke in strokes])
+    found = []
+    for i, stroke in enumerate(strokes):
+        again = [begins[k] for k in range(i + 1, len(strokes)) if strokes[k].joint == stroke.joint]
+        until_s = float(min([*again, motion.t_s[-1]]))
+        asked = _Asked(
+            i + 1,
+            stroke.joint,
+            stroke.t_s,
+            float(seen[i]),
+            float(np.deg2rad(stroke.angle_deg)),
+            float(begins[i]),
+            until_s,
+        )
+        found.append(_flown(motion, asked))
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A stroke as commanded, and the time that is its own: from its command to the same joint's next."""
+
+    number: int
+    joint: int
+    scheduled_s: float
+    logged_s: float
+    commanded_rad: float
+    begin_s: float
+    until_s: float
+
+    def stroke(self, moved: bool, remark: str) -> FlownStroke:
+        """With nothing measured yet."""
+        return FlownStroke(
+            self.number, self.joint, self.scheduled_s, self.logged_s, self.commanded_rad, moved, remark
+        )
+
+
+def _flown(motion: Motion, asked: _Asked) -> FlownStroke:
+    t, joint = motion.t_s, motion.joints[asked.joint - 1]
+    if asked.begin_s >= t[-1] - EARLY_S:
+        return asked.stroke(False, "Not recorded: it was due after the end of what can be evaluated.")
+    unheard = (
+        "" if np.isfinite(asked.logged_s) else "The stroke line did not rise: its time is the schedule's."
+    )
+    before, after = at_rest(t, asked.begin_s), at_rest(t, asked.until_s)
+    if before is None or after is None or asked.begin_s >= asked.until_s - EARLY_S:
+        return asked.stroke(False, _join(unheard, "It lies outside the time that can be evaluated."))
+    size, size_std = change_of(joint, before, after)
+    own = (t >= asked.begin_s - EARLY_S) & (t < asked.until_s)
+    times, rate = t[own], motion.fused.joint_rate_rad_s[own, asked.joint - 1]
+    way = float(np.sign(size)) or 1.0
+    peak = float((way * smoothed(rate)).max())
+    slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, asked.joint))
+    farthest = float(np.abs(joint.angle_rad[own] - joint.angle_rad[before].mean()).max())
+    left_s = float(t[-1]) - asked.begin_s
+    if peak < slowest and left_s < ARRIVED_S:
+        remark = f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
+        return asked.stroke(False, _join(unheard, remark))
+    if peak < slowest or abs(size) < max(3.0 * size_std, CAME_BACK_SHARE * farthest):
+        got, wanted = np.rad2deg([size, asked.commanded_rad])
+        how = "did not move" if peak < slowest else "moved and came back"
+        still = f"Joint {asked.joint} {how}: {got:+.2f} deg instead of {wanted:+g} deg."
+        return replace(asked.stroke(False, _join(unheard, still)), size_rad=size, size_std_rad=size_std)
+    start, end = rising_edge(times, way * rate), falling_edge(times, way * rate)
+    if asked.until_s >= t[-1] and abs(rate[-2:]).max() > slowest:
+        return replace(
+            asked.stroke(True, _join(unheard, *_before(asked, size, way * rate, slowest), _BROKEN_OFF)),
+            size_rad=size,
+            size_std_rad=size_std,
+            start_s=start.t_s,
+            start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
+            dead_time_s=start.t_s - asked.logged_s,
+            peak_rate_rad_s=way * peak,
+            unfinished=True,
+        )
+    overshoot, settling = _arrival(times, way * joint.angle_rad[own], start.t_s, end.t_s, abs(size))
+    turned = np.interp([start.t_s, end.t_s], t, joint.angle_rad)
+    return replace(
+        asked.stroke(True, _join(unheard, *_wrong(asked, size, way * rate, slowest, end))),
+        size_rad=size,
+        size_std_rad=size_std,
+        start_s=start.t_s,
+        start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
+        dead_time_s=start.t_s - asked.logged_s,
+        end_s=end.t_s,
+        mean_rate_rad_s=float((turned[1] - turned[0]) / (end.t_s - start.t_s)),
+        peak_rate_rad_s=way * peak,
+        overshoot_rad=overshoot,
+        settling_s=settling,
+    )
+
+
+def _wrong(asked: _Asked, size: float, rate: FloatArray, slowest: float, end: Edge) -> list[str]:
+    found = _before(asked, size, rate, slowest)
+    if abs(rate[-2:]).max() > slowest or not end.whole:
+        found.append("It had not come to rest when its time was over.")
+    return found
+
+
+def _before(asked: _Asked, size: float, rate: FloatArray, slowest: float) -> list[str]:
+    """What can be said without the stroke's end."""
+    found = []
+    if size * asked.commanded_rad < 0.0:
+        found.append("It went the wrong way.")
+    if abs(rate[:2]).max() > slowest:
+        found.append("The joint was still moving when it was commanded.")
+    return found
+
+
+def _arrival(
+    t_s: FloatArray, angle_rad: FloatArray, start_s: float, end_s: float, size_rad: float
+) -> tuple[float, float]:
+    """Overshoot and settling time of a motion towards larger angles."""
+    rest = int(np.searchsorted(t_s, end_s + ARRIVED_S))
+    window = slice(rest, rest + WINDOW) if rest + WINDOW <= len(t_s) else slice(-WINDOW, None)
+    settled = float(angle_rad[window].mean())
+    beyond = angle_rad[(t_s >= start_s) & (t_s <= t_s[window].mean())] - settled
+    overshoot = max(0.0, float(beyond.max())) if len(beyond) else _UNKNOWN
+    outside = np.flatnonzero(np.abs(angle_rad - settled) > SETTLING_BAND * size_rad)
+    if not len(outside) or outside[-1] + 1 >= len(t_s):
+        return overshoot, _UNKNOWN
+    last = int(outside[-1])
+    # Where the straight line between the last sample outside the band and the first inside crosses its border.
+    off = np.abs(angle_rad[last : last + 2] - settled) - SETTLING_BAND * size_rad
+    crossing = t_s[last] + (t_s[last + 1] - t_s[last]) * off[0] / (off[0] - off[1])
+    return overshoot, float(crossing - start_s)
+
+
+def at_rest(t_s: FloatArray, before_s: float) -> slice | None:
+    """The last samples before a time, for a mean; None without them."""
+    last = int(np.searchsorted(t_s, before_s))
+    return slice(last - WINDOW, last) if last >= WINDOW else None
+
+
+def change_of(joint: JointMotion, before: slice, after: slice) -> tuple[float, float]:
+    """The angle's change between the means over two windows, and its standard deviation."""
+    change = joint.basis[after].mean(axis=0) - joint.basis[before].mean(axis=0)
+    variance = float(change @ joint.covariance @ change)
+    for window in (before, after):
+        variance += float(joint.angle_rad[window].var(ddof=1)) / WINDOW
+    size = float(joint.angle_rad[after].mean() - joint.angle_rad[before].mean())
+    return size, float(np.sqrt(variance))
+
+
+def rate_noise(motion: Motion, joint: int) -> float:
+    """Of one sample of a joint's rate, rad/s, by what second differences do not explain while it stands or coasts."""
+    second = np.diff(motion.fused.joint_rate_rad_s[:, joint - 1], 2)
+    return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
+
+
+def _join(*sentences: str) -> str:
+    return " ".join(sentence for sentence in sentences if sentence)
+
+
+UNEXPECTED_RAD = np.deg2rad(1.0)
+"""A standing joint that was so far from where it stood has moved."""
+CREPT_STDS = 3.0
+CREPT_RAD = np.deg2rad(0.05)
+"""A drift above so many standard deviations and above this is creep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """One joint between two of its strokes, or before, after or without them.
+
+    Attributes:
+        joint: 1 to 3.
+        from_s: After the release.
+        until_s: After the release.
+        drift_rad: Change of its angle from the first samples to the last.
+        drift_std_rad: Its standard deviation.
+        greatest_rad: Where it was farthest from its first samples, signed.
+        greatest_at_s: When.
+    """
+
+    joint: int
+    from_s: float
+    until_s: float
+    drift_rad: float
+    drift_std_rad: float
+    greatest_rad: float
+    greatest_at_s: float
+
+    @property
+    def unexpected(self) -> bool:
+        """It moved although nothing commanded it."""
+        return bool(abs(self.greatest_rad) > UNEXPECTED_RAD)
+
+    @property
+    def crept(self) -> bool:
+        """It drifted by more than the sensors' errors explain, but made no motion of its own."""
+        significant = abs(self.drift_rad) > max(CREPT_STDS * self.drift_std_rad, CREPT_RAD)
+        return bool(significant) and not self.unexpected
+
+    @property
+    def remark(self) -> str:
+        """What is wrong, in words; empty if nothing is."""
+        span = f"between {self.from_s:.2f} and {self.until_s:.2f} s"
+        if self.unexpected:
+            return (
+                f"Joint {self.joint} moved by {np.rad2deg(self.greatest_rad):+.1f} deg {span}, "
+                "where nothing commanded it."
+            )
+        if self.crept:
+            drift, std = np.rad2deg([self.drift_rad, self.drift_std_rad])
+            return f"Joint {self.joint} crept by {drift:+.2f} deg (± {std:.2f} deg) {span}."
+        return ""
+
+
+def standing_joints(motion: Motion, strokes: Sequence[FlownStroke]) -> tuple[Standing, ...]:
+    """Every joint wherever it should stand long enough to tell, by joint and time.
+
+    Args:
+        motion: Of one drop.
+        strokes: Of the same drop, by time.
+    """
+    found = []
+    for joint in range(1, len(motion.joints) + 1):
+        from_s = 0.0
+        for stroke in (s for s in strokes if s.joint == joint):
+            begin_s = stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s
+            found.append(_standing(motion, joint, from_s, min(begin_s, _started_s(stroke))))
+            if stroke.unfinished:
+                from_s = float("inf")
+                break
+            from_s = (stroke.end_s if stroke.moved else begin_s) + ARRIVED_S
+        found.append(_standing(motion, joint, from_s, float(motion.t_s[-1])))
+    return tuple(standing for standing in found if standing is not None)
+
+
+def _started_s(stroke: FlownStroke) -> float:
+    """Before its command only by as much as a stroke is looked for early; never of a stroke that was not flown."""
+    early = stroke.scheduled_s - EARLY_S
+    return max(stroke.start_s, early) if stroke.moved else float("inf")
+
+
+def _standing(motion: Motion, joint: int, from_s: float, until_s: float) -> Standing | None:
+    t, found = motion.t_s, motion.joints[joint - 1]
+    first = int(np.searchsorted(t, from_s))
+    last = at_rest(t, min(until_s, float(t[-1])))
+    if last is None or last.start < first + WINDOW:
+        return None
+    begin = slice(first, first + WINDOW)
+    drift, std = change_of(found, begin, last)
+    off = found.angle_rad[first : last.stop] - found.angle_rad[begin].mean()
+    worst = int(np.abs(off).argmax())
+    return Standing(
+        joint,
+        float(t[first]),
+        float(t[last.stop - 1]),
+        drift,
+        std,
+        float(off[worst]),
+        float(t[first + worst]),
+    )
+
+
+FOOT, SHOULDER = 0.2, 0.8
+"""Shares of the peak between which an edge is straight."""
+_SMOOTHED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Where the line through an edge meets zero.
+
+    Attributes:
+        t_s: On the samples' scale.
+        std_s: Standard deviation by the scatter about the line; NaN with two samples on it.
+        whole: The rate comes from below a fifth of its peak inside the samples; else it moved already at their end, and
+            `t_s` is that end.
+    """
+
+    t_s: float
+    std_s: float
+    whole: bool
+
+
+def smoothed(values: FloatArray) -> FloatArray:
+    """(n,) means over three neighbours; the ends as they are."""
+    if len(values) < _SMOOTHED:
+        return values
+    inner = np.convolve(values, np.full(_SMOOTHED, 1 / _SMOOTHED), mode="valid")
+    return np.concatenate([values[:1], inner, values[-1:]])
+
+
+def rising_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
+    """The first edge of a motion.
+
+    Args:
+        t_s: (n,) ascending.
+        rate: (n,) of the motion, positive at its peak; any unit.
+    """
+    calm = smoothed(rate)
+    peak = calm.max()
+    shoulder = int(np.argmax(calm >= SHOULDER * peak))
+    below = np.flatnonzero(calm[:shoulder] <= FOOT * peak)
+    if not len(below):
+        return Edge(float(t_s[0]), float("nan"), whole=False)
+    first = int(below[-1]) + 1
+    if shoulder - first < 2:  # steeper than the samples lie: the foot helps
+        first = int(below[-1])
+    return _meets_zero(t_s[first : shoulder + 1], rate[first : shoulder + 1])
+
+
+def falling_edge(t_s: FloatArray, rate: FloatArray) -> Edge:
+    """The last edge of a motion; arguments as `rising_edge`."""
+    mirrored = rising_edge(-t_s[::-1], rate[::-1])
+    return Edge(-mirrored.t_s, mirrored.std_s, mirrored.whole)
+
+
+def _meets_zero(t_s: FloatArray, rate: FloatArray) -> Edge:
+    middle = float(t_s.mean())
+    spread = float(((t_s - middle) ** 2).sum())
+    slope = float((t_s - middle) @ rate) / spread
+    if slope <= 0.0:  # a spike, of which the foot is as high as the shoulder
+        return Edge(middle, float("nan"), whole=True)
+    zero = -float(rate.mean()) / slope
+    if len(t_s) < 3:
+        return Edge(middle + zero, float("nan"), whole=True)
+    off = rate - rate.mean() - slope * (t_s - middle)
+    scatter = float(off @ off) / (len(t_s) - 2)
+    std = np.sqrt(scatter * (1.0 / len(t_s) + zero**2 / spread)) / abs(slope)
+    return Edge(middle + zero, float(std), whole=True)

@@ -1,1 +1,0 @@
-"""What became of each commanded stroke, and of the joints that should stand."""
