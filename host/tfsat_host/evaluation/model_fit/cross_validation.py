@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from tfsat_host.evaluation.model_fit.fit import ModelFit, bounded_solution
 from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
@@ -99,7 +99,7 @@ class Combined:
             return ""
         return (
             f"The drops contradict each other: chi-square {self.chi_square:.0f} with {self.degrees_of_freedom:.0f} "
-            f"degrees of freedom, where chance makes more than {chi2.isf(CHANCE_LEAST, self.degrees_of_freedom):.0f} "
+            f"degrees of freedom, where chance makes more than {chdtri(self.degrees_of_freedom, CHANCE_LEAST):.0f} "
             "once in a thousand times. Their common correction is DOUBTFUL; its standard deviations were multiplied by "
             f"{self.widened_by:.1f} (Birge ratio). Something of the robot changed between the drops, or one of them is "
             "wrong: look at each drop's own correction, and take none of them for the others before it is found."
@@ -182,7 +182,7 @@ def _disagreement(
 
 
 def _chance(chi_square: float, freedom: float) -> float:
-    return float(chi2.sf(chi_square, freedom)) if freedom > 0.0 else 1.0
+    return float(chdtrc(freedom, chi_square)) if freedom > 0.0 else 1.0
 
 
 def _birge_ratio(chi_square: float, freedom: float) -> float:
