@@ -60,7 +60,7 @@ def recordings_lines(
     """That a file holds several recordings, which one the command took and how to get another.
 
     Args:
-        facts: Of the one that was taken, by `sdlog.metadata.metadata`.
+        facts: Of the one that was taken, by `sdlog.summary.metadata`.
         file: Its name.
         command: Which asks.
         done: What it did with that recording.

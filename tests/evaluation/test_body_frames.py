@@ -16,7 +16,7 @@ from tfsat_host.evaluation.body_frames import body_frames
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropEvent, DropLog, load
-from tfsat_host.sdlog.frames import FrameTrack
+from tfsat_host.sdlog.export_mcap import FrameTrack
 
 MODEL = load_robot()
 

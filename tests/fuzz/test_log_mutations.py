@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from tests.fuzz.log_mutations import Script, check, mutated, pristine
-from tfsat_host.sdlog import blocks, copies, survey
-from tfsat_host.sdlog.footers import Footers
+from tfsat_host.sdlog import blocks, copies
+from tfsat_host.sdlog.records import Footers
 
 RUNS = 600
 
@@ -54,7 +54,6 @@ def test_blocks_of_the_wrong_recording_are_found(tmp_path: Path, monkeypatch: py
         looked.heads["session"] = 0x1234ABCD
         return looked
 
-    monkeypatch.setattr(survey, "look", one_session)
     monkeypatch.setattr(copies, "look", one_session)
     monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "look", one_session)
     with pytest.raises((AssertionError, KeyError)):

@@ -21,7 +21,7 @@ from tfsat_host.report import render
 from tfsat_host.report.contents.building import document_of
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog.events import DropEvent
-from tfsat_host.sdlog.gaps import Gap
+from tfsat_host.sdlog.ledger import Gap
 
 MOST_BYTES = 1_500_000
 

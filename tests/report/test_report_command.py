@@ -19,7 +19,7 @@ from tfsat_host.cli.main import main
 from tfsat_host.report.figures import files as figure_files
 from tfsat_host.run.files import names_of
 from tfsat_host.run.reporting import PAGE_MARKER
-from tfsat_host.sdlog import extras
+from tfsat_host.sdlog import errors as extras
 
 FIGURES = {
     f"{name}.{kind}"

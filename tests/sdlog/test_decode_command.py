@@ -1,11 +1,10 @@
-"""`tfsat-host decode` as a process."""
+"""`tfsat-host decode`."""
 
 from __future__ import annotations
 
 import json
 import os
 import subprocess
-import sys
 import zlib
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.cli.process import RunCli
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
 from tests.sdlog.test_values import write
 from tfsat_host.protocol.enums import BlockKind
@@ -22,13 +22,7 @@ from tfsat_host.sdlog import load
 
 
 def decode(*args: object, expect: int = 0) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "tfsat_host", "decode", *map(str, args)]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"}
-    )
-    assert "Traceback" not in done.stderr
-    assert done.returncode == expect, (done.stdout, done.stderr)
-    return done
+    return RunCli(Path.cwd())("decode", *args, expect=expect)
 
 
 def decode_json(*args: object, expect: int = 0) -> dict[str, Any]:

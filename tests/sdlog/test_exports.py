@@ -16,11 +16,10 @@ from pyarrow import csv as arrow_csv
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release
 from tests.sdlog.test_values import write
 from tfsat_host.errors import TfsatError
-from tfsat_host.sdlog import DropLog, export_mat, load
-from tfsat_host.sdlog.export_csv import write_csv, write_events_csv
-from tfsat_host.sdlog.export_mat import write_mat
-from tfsat_host.sdlog.export_npz import si_columns, write_npz
-from tfsat_host.sdlog.metadata import metadata
+from tfsat_host.sdlog import DropLog, export_arrays, load
+from tfsat_host.sdlog.export_arrays import si_columns, write_mat, write_npz
+from tfsat_host.sdlog.export_tables import write_csv, write_events_csv
+from tfsat_host.sdlog.summary import metadata
 
 
 @pytest.fixture
@@ -192,16 +191,16 @@ def test_invalid_readings_are_nan_in_mat_and_npz(tmp_path: Path) -> None:
 def test_a_recording_too_long_for_a_mat_file_is_refused(
     log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export_mat, "_LARGEST_BYTES", 100_000)
+    monkeypatch.setattr(export_arrays, "_LARGEST_BYTES", 100_000)
     with pytest.raises(TfsatError, match="do not fit into a MAT-file") as caught:
         write_mat(log, tmp_path / "SD.mat")
     assert "--format parquet" in caught.value.next_step
     assert not (tmp_path / "SD.mat").exists()
-    monkeypatch.setattr(export_mat, "_LARGEST_BYTES", 200_000)
+    monkeypatch.setattr(export_arrays, "_LARGEST_BYTES", 200_000)
     write_mat(log, tmp_path / "SD.mat")
     # What is refused is reckoned from what is written.
     size = (tmp_path / "SD.mat").stat().st_size
-    assert 1.0 < size / (len(log) * export_mat.bytes_per_sample()) < 1.2
+    assert 1.0 < size / (len(log) * export_arrays.bytes_per_sample()) < 1.2
 
 
 def test_an_empty_event_list_can_be_written(tmp_path: Path) -> None:

@@ -9,8 +9,9 @@ import pytest
 from tests.sdlog.encoder import recording
 from tests.sdlog.test_values import write
 from tfsat_host.run.decoded import FORMATS, write_decoded
-from tfsat_host.sdlog import extras, load
-from tfsat_host.sdlog.extras import MissingExtraError
+from tfsat_host.sdlog import errors as extras
+from tfsat_host.sdlog import load
+from tfsat_host.sdlog.errors import MissingExtraError
 
 
 @pytest.mark.parametrize("name", ["parquet", "mcap"])

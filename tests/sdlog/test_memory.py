@@ -17,7 +17,8 @@ import pytest
 
 from tests.sdlog.encoder import SESSION, recording, renumbered
 from tfsat_host.protocol.log_layout import CRC_OFFSET
-from tfsat_host.sdlog import LogError, load, survey
+from tfsat_host.sdlog import LogError, load
+from tfsat_host.sdlog.load import survey
 from tfsat_host.sdlog.source import LogSource
 
 ALLOWED_BYTES = 100_000_000
@@ -152,17 +153,17 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
 
     with LogSource(path) as source:
         monkeypatch.setattr(LogSource, "chunks", endless)
-        found = survey.survey(source, session=1)
+        found = survey(source, session=1)
     assert found.pieces["count"].sum() == 64 * 200
     assert found.pieces.nbytes < 200 * 64
-    assert found.early_records is not None
-    assert not len(found.early_records.t_us)
+    assert found.early is not None
+    assert not len(found.early.builder.columns()["t_us"])
 
 
 def test_a_jumble_of_more_pieces_than_any_card_holds_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tfsat_host.sdlog.pieces.MOST_PIECES", 30)
+    monkeypatch.setattr("tfsat_host.sdlog.blocks.MOST_PIECES", 30)
     blocks = recording(70).blocks
     path = tmp_path / "SD.bin"
     path.write_bytes(b"".join(blocks[::2]))
@@ -179,7 +180,7 @@ def test_what_does_not_fit_in_memory_is_said(tmp_path: Path, monkeypatch: pytest
     def refuse(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("tfsat_host.sdlog.survey.RecordsBuilder", refuse)
+    monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "RecordsBuilder", refuse)
     with pytest.raises(LogError, match="does not fit in this computer's memory"):
         load(path)
 
@@ -191,7 +192,7 @@ def test_a_file_too_large_to_decode_in_passing_gives_the_same(
     blocks = recording(5000).blocks
     path.write_bytes(b"".join([*blocks[:3000], *blocks[3005:], *blocks[100:150]]))
     at_once = load(path)
-    monkeypatch.setattr("tfsat_host.sdlog.survey.DECODED_AT_ONCE_BYTES", 0)
+    monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "DECODED_AT_ONCE_BYTES", 0)
     in_two = load(path)
     assert (at_once.session, at_once.gaps, at_once.set_aside) == (SESSION, in_two.gaps, in_two.set_aside)
     for name in ("sample_index", "t_us", "imu_counts", "angle_counts", "imu_valid", "switch_open"):

@@ -12,10 +12,10 @@ from pyarrow import parquet
 from tests.cli.process import RunCli
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
 from tests.sdlog.test_values import write
-from tfsat_host.sdlog import DropLog, export_parquet, load
-from tfsat_host.sdlog.columns import flag_columns, physical_columns
-from tfsat_host.sdlog.export_parquet import METADATA_KEY, write_events_parquet, write_parquet
-from tfsat_host.sdlog.metadata import metadata
+from tfsat_host.sdlog import DropLog, export_tables, load
+from tfsat_host.sdlog.droplog import flag_columns, physical_columns
+from tfsat_host.sdlog.export_tables import METADATA_KEY, write_events_parquet, write_parquet
+from tfsat_host.sdlog.summary import metadata
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def test_every_value_is_the_log_s_own_to_the_last_bit(log: DropLog, tmp_path: Pa
         np.testing.assert_array_equal(columns[f"switch{switch + 1}_open"], log.switch_open[:, switch])
     expected = ["sample", "t_us", "t_s"]
     expected += [column.name for column in physical_columns(log)]
-    expected += [column.name for column in flag_columns(log)]
+    expected += [*flag_columns(log)]
     assert table.column_names == expected
 
 
@@ -62,7 +62,7 @@ def test_units_and_the_recording_s_metadata_travel_with_it(log: DropLog, tmp_pat
     assert units["imu2_temperature_c"] == "degC"
     assert units["joint3_sensor2_angle_deg"] == "deg"
     assert (units["t_us"], units["t_s"]) == ("us", "s")
-    assert set(schema.names) - set(units) == {"sample", *(column.name for column in flag_columns(log))}
+    assert set(schema.names) - set(units) == {"sample", *flag_columns(log)}
 
 
 def test_invalid_readings_are_null_and_nothing_else_is(tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def test_invalid_readings_are_null_and_nothing_else_is(tmp_path: Path) -> None:
 def test_long_recordings_are_written_piece_by_piece(
     log: DropLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(export_parquet, "_ROW_GROUP", 100)
+    monkeypatch.setattr(export_tables, "_ROW_GROUP", 100)
     write_parquet(log, tmp_path / "SD.parquet")
     assert parquet.read_metadata(tmp_path / "SD.parquet").num_row_groups == 6
     table = parquet.read_table(tmp_path / "SD.parquet")

@@ -13,8 +13,7 @@ from tests.sdlog.test_values import write
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.enums import ErrorCode, EventCode
 from tfsat_host.sdlog import DropLog, load
-from tfsat_host.sdlog.header import temperature_scales
-from tfsat_host.sdlog.parts import parts_of
+from tfsat_host.sdlog.header import parts_of, temperature_scales
 
 FAULT, RECOVERED = EventCode.SENSOR_FAULT, EventCode.SENSOR_RECOVERED
 SCALES = {0x68: (340.0, 36.53125), 0x70: (333.87, 21.0), 0x98: (326.8, 25.0)}

@@ -19,7 +19,7 @@ from tfsat_host.evaluation.quick_look import BIAS_GUARD_S, LEAST_BIAS_S
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
-from tfsat_host.sdlog.frames import BodyFrames, FrameTrack, JointTrack
+from tfsat_host.sdlog.export_mcap import BodyFrames, FrameTrack, JointTrack
 
 WORLD = "world"
 REST_S = 3.0

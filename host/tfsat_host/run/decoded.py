@@ -38,7 +38,7 @@ def write_decoded(log: DropLog, stem: Path, formats: Sequence[str], *, force: bo
     Raises:
         TfsatError: a file exists that is not ours, or a format's library is missing; nothing was written.
     """
-    from tfsat_host.sdlog.extras import check_extra
+    from tfsat_host.sdlog.errors import check_extra
 
     for name in formats:
         check_extra(name)
@@ -74,23 +74,23 @@ def _outputs(log: DropLog, stem: Path, formats: Sequence[str]) -> dict[str, Outp
         files[key] = OutputFile(_named(stem, ending), marker, partial(write, log))
 
     if "csv" in formats:
-        from tfsat_host.sdlog import export_csv as to_csv
+        from tfsat_host.sdlog import export_tables as tables
 
-        add("csv", ".csv", to_csv.header_line(log), to_csv.write_csv)
-        add("events_csv", ".events.csv", to_csv.events_header_line(), to_csv.write_events_csv)
+        add("csv", ".csv", tables.header_line(log), tables.write_csv)
+        add("events_csv", ".events.csv", tables.events_header_line(), tables.write_events_csv)
     if "npz" in formats:
-        from tfsat_host.sdlog.export_npz import NPZ_MARKER, write_npz
+        from tfsat_host.sdlog.export_arrays import NPZ_MARKER, write_npz
 
         add("npz", ".npz", NPZ_MARKER, write_npz)
     if "mat" in formats:
-        from tfsat_host.sdlog.export_mat import MAT_MARKER, write_mat
+        from tfsat_host.sdlog.export_arrays import MAT_MARKER, write_mat
 
         add("mat", ".mat", MAT_MARKER, write_mat)
     if "parquet" in formats:
-        from tfsat_host.sdlog import export_parquet as to_parquet
+        from tfsat_host.sdlog.export_tables import PARQUET_MARKER, write_events_parquet, write_parquet
 
-        add("parquet", ".parquet", to_parquet.PARQUET_MARKER, to_parquet.write_parquet)
-        add("events_parquet", ".events.parquet", to_parquet.PARQUET_MARKER, to_parquet.write_events_parquet)
+        add("parquet", ".parquet", PARQUET_MARKER, write_parquet)
+        add("events_parquet", ".events.parquet", PARQUET_MARKER, write_events_parquet)
     if "mcap" in formats:
         from tfsat_host.sdlog.export_mcap import MCAP_MARKER
 

@@ -40,7 +40,7 @@ from tfsat_host.run.files import (
 )
 from tfsat_host.run.options import AS_FOUND, EvaluationOptions
 from tfsat_host.sdlog import DropLog, load
-from tfsat_host.sdlog.metadata import metadata
+from tfsat_host.sdlog.summary import metadata
 
 _NO_MANEUVER = (
     "No maneuver is known: what the strokes were meant to be, and how far the sequencer's clock runs off, is not "

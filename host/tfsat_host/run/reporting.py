@@ -28,7 +28,7 @@ from tfsat_host.run.evaluated import EvaluatedRun, robot_of
 from tfsat_host.run.files import names_of, run_files
 from tfsat_host.run.options import AS_FOUND, EvaluationOptions
 from tfsat_host.run.several import Comparison, Refused, tried
-from tfsat_host.sdlog.extras import check_extra
+from tfsat_host.sdlog.errors import check_extra
 
 PAGE = "report.html"
 PAGE_MARKER = b"<title>tfsat report</title>"

@@ -1,10 +1,15 @@
-"""Tells the undamaged blocks of a log from everything else that a file can hold."""
+"""The undamaged blocks of a file, told from everything else that it can hold, and where they stand.
+
+Where they stand is kept as pieces: a recording of hours is a handful of them.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from itertools import starmap
+from collections import Counter
+from itertools import pairwise, starmap
+from pathlib import Path
 from struct import Struct
+from typing import NamedTuple
 
 import numpy as np
 from fastcrc.crc32 import iso_hdlc as crc32
@@ -20,6 +25,8 @@ from tfsat_host.protocol.limits import (
 )
 from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, HEADER_BYTES
 
+from .errors import LogError
+
 LATEST_TIME_US = 1 << 60
 """A logger's clock cannot show more; a block that says so is not believed."""
 
@@ -34,68 +41,42 @@ _RESIDUE = 0x2144DF1C
 """CRC-32 of any bytes followed by their own CRC-32, little-endian (ISO-HDLC's check residue)."""
 
 
-@dataclass
-class Unusable:
-    """Blocks that are not taken, by reason.
+MOST_PIECES = 1 << 19
+"""A log with more of them is refused: it would take more memory than is promised, and no card holds one."""
 
-    Attributes:
-        never_written: Blocks of zeros.
-        torn: Blocks that begin like ours and whose CRC is wrong; a ragged end of the file is one.
-        foreign: Blocks that are not ours.
-        malformed: Blocks with a right CRC and impossible contents.
-        newer: Blocks with a right CRC and another layout version.
-    """
-
-    never_written: int = 0
-    torn: int = 0
-    foreign: int = 0
-    malformed: int = 0
-    newer: int = 0
-
-    def add(self, other: Unusable) -> None:
-        """Count the blocks of `other` too."""
-        for field in fields(self):
-            setattr(self, field.name, getattr(self, field.name) + getattr(other, field.name))
+PIECE = np.dtype([("position", "<i8"), ("number", "<i8"), ("count", "<i8"), ("session", "<u4")])
+"""`count` blocks of one session that follow each other both in the file, from block `position` on, and by number."""
 
 
-@dataclass(frozen=True, eq=False)
-class Looked:
+class Looked(NamedTuple):
     """What some blocks that follow each other in the file are.
 
     Attributes:
         heads: (n,) of HEAD; meaningless where the block is not usable.
         usable: (n,) bool: ours, undamaged, of a known version and possible.
-        unusable: The others, counted.
+        unusable: How many others there are, by the reason as in `SetAside`.
     """
 
     heads: NDArray[np.void]
     usable: NDArray[np.bool_]
-    unusable: Unusable
+    unusable: Counter[str]
 
 
 def look(data: memoryview) -> Looked:
     """Look at every block of `data`, which is whole blocks; each block that begins like ours has its CRC checked."""
     heads = _heads(data)
     ours = heads["magic"] == BLOCK_MAGIC
-    if not ours.any():
-        zero = _count_zero(data)
-        return Looked(heads, ours, Unusable(never_written=zero, foreign=len(ours) - zero))
-    sound = ours & _crc_is_right(data)
+    sound = ours & _crc_is_right(data) if ours.any() else ours
     known = sound & (heads["version"] >= _OLDEST_VERSION) & (heads["version"] <= BLOCK_VERSION)
     usable = known & _possible(heads)
     if usable.all():
-        return Looked(heads, usable, Unusable())
-    counts = [int(np.count_nonzero(mask)) for mask in (ours, sound, known, usable)]
-    others = len(ours) - counts[0]
+        return Looked(heads, usable, Counter())
+    left = [int(np.count_nonzero(mask)) for mask in (ours, sound, known, usable)]
+    others = len(ours) - left[0]
     zero = _count_zero(data) if others else 0
-    unusable = Unusable(
-        never_written=zero,
-        foreign=others - zero,
-        torn=counts[0] - counts[1],
-        newer=counts[1] - counts[2],
-        malformed=counts[2] - counts[3],
-    )
-    return Looked(heads, usable, unusable)
+    torn, newer, malformed = (before - after for before, after in pairwise(left))
+    reasons = Counter(never_written=zero, foreign=others - zero, torn=torn, newer=newer, malformed=malformed)
+    return Looked(heads, usable, reasons)
 
 
 def is_sound(block: bytes) -> bool:
@@ -103,11 +84,9 @@ def is_sound(block: bytes) -> bool:
     return crc32(block) == _RESIDUE
 
 
-def look_at_tail(tail: bytes) -> Unusable:
+def look_at_tail(tail: bytes) -> Counter[str]:
     """What the bytes behind the last whole block are."""
-    if tail.startswith(MAGIC):
-        return Unusable(torn=1)
-    return Unusable(foreign=int(any(tail)))
+    return Counter(torn=1) if tail.startswith(MAGIC) else Counter(foreign=int(any(tail)))
 
 
 def _heads(data: memoryview) -> NDArray[np.void]:
@@ -133,3 +112,64 @@ def _possible(heads: NDArray[np.void]) -> NDArray[np.bool_]:
     counts = (heads["sample_count"] <= SAMPLES_PER_BLOCK) & (heads["event_count"] <= EVENTS_PER_BLOCK)
     possible: NDArray[np.bool_] = kinds & counts & (heads["time_us"] < LATEST_TIME_US)
     return possible
+
+
+class PieceList:
+    """Grows in the order of the file."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._done: list[NDArray[np.void]] = []
+        self._length = 0
+
+    def append(self, new: NDArray[np.void]) -> None:
+        """Append pieces that stand behind all before.
+
+        Raises:
+            LogError: there are more than MOST_PIECES.
+        """
+        if self._done and len(new) and _continues(self._done[-1][-1:], new[:1])[0]:
+            self._done[-1]["count"][-1] += new["count"][0]
+            new = new[1:]
+        if len(new):
+            self._done.append(new.copy())
+            self._length += len(new)
+        if self._length > MOST_PIECES:
+            raise LogError(
+                f"{self._path} holds undamaged blocks in more than {MOST_PIECES} separate pieces.",
+                "Decode the recording's own file (DROP0001.BIN and up) instead of an image that mixes many.",
+                "Nothing was decoded: this is no recording that a logger wrote, nor what a failing card leaves of one.",
+            )
+
+    def all(self) -> NDArray[np.void]:
+        """The pieces so far, (k,) of PIECE."""
+        if len(self._done) != 1:
+            self._done = [np.concatenate([np.empty(0, PIECE), *self._done])]
+        return self._done[0]
+
+
+def as_pieces(positions: NDArray[np.int64], heads: NDArray[np.void]) -> NDArray[np.void]:
+    """Blocks, by rising position, as the fewest pieces."""
+    blocks = np.empty(len(positions), PIECE)
+    blocks["position"], blocks["number"] = positions, heads["block_number"]
+    blocks["session"], blocks["count"] = heads["session"], 1
+    return joined(blocks)
+
+
+def joined(pieces: NDArray[np.void]) -> NDArray[np.void]:
+    """The same blocks in the same order as fewer pieces, where one continues the piece before it."""
+    if len(pieces) < 2:
+        return pieces
+    first = np.flatnonzero(np.concatenate(([True], ~_continues(pieces[:-1], pieces[1:]))))
+    fewer = pieces[first]
+    fewer["count"] = np.add.reduceat(pieces["count"], first)
+    return fewer
+
+
+def _continues(before: NDArray[np.void], after: NDArray[np.void]) -> NDArray[np.bool_]:
+    follows: NDArray[np.bool_] = (
+        (before["session"] == after["session"])
+        & (before["position"] + before["count"] == after["position"])
+        & (before["number"] + before["count"] == after["number"])
+    )
+    return follows

@@ -7,7 +7,6 @@ may hold a whole recording twice, so most are copies. They are compared some at 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -15,13 +14,11 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
-from . import errors
-from .blocks import look
-from .pieces import PIECE, joined
+from .blocks import PIECE, joined, look
+from .errors import changed_while_read
 from .source import CHUNK_BLOCKS, LogSource
 
 _NUMBERS_AT_A_TIME = 16384
-_CANDIDATE = np.dtype([("sample_count", "u1"), ("crc", "<u4")])
 _BEST = np.dtype(
     [
         ("number", "<i8"),
@@ -35,27 +32,15 @@ _BEST = np.dtype(
 """The best block of a number so far, how many were seen with that number, and how many like it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Taken:
-    """Each number of a recording once.
-
-    Attributes:
-        pieces: By number, (k,) of PIECE.
-        duplicate: Blocks equal to one that was taken.
-        conflicting: Blocks with the number of one that was taken, and different.
-    """
-
-    pieces: NDArray[np.void]
-    duplicate: int
-    conflicting: int
-
-
-def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> Taken:
+def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> tuple[NDArray[np.void], int, int]:
     """Of blocks with one number take the one with the most samples, then the first of the file.
 
     Args:
         source: The file.
         pieces: As they stand in it.
+
+    Returns:
+        The blocks by number, (k,) of PIECE; how many others are equal to one of them; how many are different.
 
     Raises:
         LogError: the file cannot be read, or is not what it was.
@@ -64,7 +49,7 @@ def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> Taken:
         pieces = pieces[np.lexsort((pieces["position"], pieces["number"]))]
     cuts, contested = _contested(pieces)
     if not len(cuts):
-        return Taken(joined(pieces), 0, 0)
+        return joined(pieces), 0, 0
     parts = _cut(pieces, cuts)
     del pieces
     stretch = np.searchsorted(cuts, parts["number"], side="right")
@@ -78,7 +63,7 @@ def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> Taken:
         duplicate += again
         conflicting += different
     taken = np.concatenate(settled)
-    return Taken(joined(taken[np.argsort(taken["number"], kind="stable")]), duplicate, conflicting)
+    return joined(taken[np.argsort(taken["number"], kind="stable")]), duplicate, conflicting
 
 
 def _contested(pieces: NDArray[np.void]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
@@ -158,19 +143,19 @@ def _settle(source: LogSource, rivals: NDArray[np.void]) -> tuple[NDArray[np.voi
     """
     best = _one_each(rivals)
     for positions, numbers in _in_file_order(rivals):
-        blocks = _candidates(source, positions, numbers)
+        counts, crcs = _read(source, positions, numbers)
         at = np.searchsorted(best["number"], numbers)
-        order = np.lexsort((positions, -blocks["sample_count"].astype(np.int16), at))
+        order = np.lexsort((positions, -counts, at))
         first = order[np.flatnonzero(np.diff(at[order], prepend=-1))]
-        better = first[blocks["sample_count"][first] > best["sample_count"][at[first]]]
+        better = first[counts[first] > best["sample_count"][at[first]]]
         better_at = at[better]
         best["position"][better_at] = positions[better]
-        best["sample_count"][better_at] = blocks["sample_count"][better]
-        best["crc"][better_at] = blocks["crc"][better]
+        best["sample_count"][better_at] = counts[better]
+        best["crc"][better_at] = crcs[better]
         # No block before was equal to one with more samples.
         best["same"][better_at] = 0
         np.add.at(best["seen"], at, 1)
-        np.add.at(best["same"], at[blocks["crc"] == best["crc"][at]], 1)
+        np.add.at(best["same"], at[crcs == best["crc"][at]], 1)
     taken = np.empty(len(best), PIECE)
     taken["position"], taken["number"] = best["position"], best["number"]
     taken["count"], taken["session"] = 1, rivals["session"][0]
@@ -205,10 +190,10 @@ def _in_file_order(parts: NDArray[np.void]) -> Iterator[tuple[NDArray[np.int64],
         yield parts["position"][which] + inside, parts["number"][which] + inside
 
 
-def _candidates(
+def _read(
     source: LogSource, positions: NDArray[np.int64], numbers: NDArray[np.int64]
-) -> NDArray[np.void]:
-    """What decides between blocks, of each of some; (n,) of _CANDIDATE. Neighbours are read together."""
+) -> tuple[NDArray[np.int16], NDArray[np.uint32]]:
+    """What decides between blocks: how many samples each has, and its CRC. Neighbours are read together."""
     data = memoryview(bytearray(len(positions) * BLOCK_BYTES))
     cuts = [0, *(np.flatnonzero(np.diff(positions) != 1) + 1).tolist(), len(positions)]
     for begin, end in pairwise(cuts):
@@ -216,8 +201,6 @@ def _candidates(
         source.read_into(target, int(positions[begin]) * BLOCK_BYTES)
     looked = look(data)
     if not looked.usable.all() or not np.array_equal(looked.heads["block_number"], numbers):
-        raise errors.changed_while_read(source.path)
-    found = np.empty(len(positions), _CANDIDATE)
-    found["sample_count"] = looked.heads["sample_count"]
-    found["crc"] = np.frombuffer(data, "<u4")[BLOCK_BYTES // 4 - 1 :: BLOCK_BYTES // 4]
-    return found
+        raise changed_while_read(source.path)
+    crcs = np.frombuffer(data, "<u4")[BLOCK_BYTES // 4 - 1 :: BLOCK_BYTES // 4]
+    return looked.heads["sample_count"].astype(np.int16), crcs

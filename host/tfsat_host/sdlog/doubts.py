@@ -2,40 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .assembly import SetAside
-from .events import DropEvent
-from .footers import Footers
-from .gaps import Gap
-from .header import FoundHeader
-from .ledger import Account
-from .noted import read_noted
+from tfsat_host.protocol.imus import IMU_PARTS
+from tfsat_host.protocol.messages import LogHeader
+
+from .events import DropEvent, Exchange
+from .ledger import Gap, Ledger
+from .records import Footers
 from .release import Release
-from .timing import Steps
+from .release_rule import recorded_releases
+
+_ROWS_AT_A_TIME = 1 << 15
+_MISSED_FROM_PERIODS = 1.5
 
 
-def find_doubts(
-    found: FoundHeader, footers: Footers, account: Account, steps: Steps, set_aside: SetAside
+def steps_of_time(
+    t_us: NDArray[np.int64], index: NDArray[np.int64], rate_hz: float
+) -> tuple[int, NDArray[np.int64]]:
+    """Find the steps that are no step forward, and those that are too long; no column of them is ever held.
+
+    Args:
+        t_us: (n,) sample times.
+        index: (n,) sample numbers.
+        rate_hz: The sampling rate that was commanded.
+
+    Returns:
+        How often time stands still or goes back; (m,) rows of samples that came more than one and a half periods
+        after the one before although none was lost between: the sampling timer's ticks passed without a sample.
+    """
+    longest_us = _MISSED_FROM_PERIODS * 1e6 / rate_hz
+    not_advancing = 0
+    late = [np.empty(0, np.int64)]
+    for begin in range(0, len(t_us) - 1, _ROWS_AT_A_TIME):
+        step_us = np.diff(t_us[begin : begin + _ROWS_AT_A_TIME + 1])
+        not_advancing += int(np.count_nonzero(step_us <= 0))
+        rows = np.flatnonzero(step_us > longest_us) + begin + 1
+        if len(rows):
+            late.append(rows[index[rows] == index[rows - 1] + 1])
+    return not_advancing, np.concatenate(late)
+
+
+def block_doubts(
+    header_copies: int, conflicting: int, not_advancing: int, ledger: Ledger, footers: Footers
 ) -> Iterator[str]:
-    """Yield a sentence for each contradiction."""
-    if found.disagreements:
-        yield f"{found.disagreements} copies of the header disagree with the one that was used"
-    if set_aside.conflicting:
-        yield f"{set_aside.conflicting} blocks carry the number of another, different block"
-    if steps.not_advancing:
-        yield f"time does not advance at {steps.not_advancing} samples"
-    if account.overlaps:
-        yield f"{account.overlaps} blocks repeat sample numbers of the block before"
-    if account.drops_taken_back:
+    """Yield a sentence for each contradiction between blocks.
+
+    Args:
+        header_copies: That differ from the header that is used.
+        conflicting: Blocks with the number of another.
+        not_advancing: Samples at which time stands still or goes back.
+        ledger: Of all blocks.
+        footers: Of the recording.
+    """
+    if header_copies:
+        yield f"{header_copies} copies of the header disagree with the one that was used"
+    if conflicting:
+        yield f"{conflicting} blocks carry the number of another, different block"
+    if not_advancing:
+        yield f"time does not advance at {not_advancing} samples"
+    if ledger.overlaps:
+        yield f"{ledger.overlaps} blocks repeat sample numbers of the block before"
+    if ledger.drops_taken_back:
         yield "the count of dropped samples goes down"
-    yield from _footer_doubts(footers, account)
-
-
-def _footer_doubts(footers: Footers, account: Account) -> Iterator[str]:
     if footers.not_understood:
         yield f"{footers.not_understood} ends of the recording hold impossible values and are not used"
     if footers.last is None:
@@ -43,20 +75,30 @@ def _footer_doubts(footers: Footers, account: Account) -> Iterator[str]:
     if footers.differ:
         yield "the recording has several different ends"
     footer, number = footers.last, footers.last_number
-    if number != account.last_number:
+    if number != ledger.last_number:
         yield "blocks follow the end of the recording"
     if footer.blocks != number + 1:
         yield f"the end of the recording counts {footer.blocks} blocks and is number {number}"
-    if footer.samples < account.samples_end:
-        yield f"the end of the recording counts {footer.samples} samples; there are {account.samples_end}"
-    if footer.samples_dropped < account.samples_dropped:
+    if footer.samples < ledger.samples_end:
+        yield f"the end of the recording counts {footer.samples} samples; there are {ledger.samples_end}"
+    if footer.samples_dropped < ledger.samples_dropped:
         yield "the end of the recording counts fewer dropped samples than a block before it"
 
 
-def event_doubts(impossible: int) -> Iterator[str]:
-    """Yield a sentence if events have times that no clock can show; nothing is concluded from them."""
-    if impossible:
-        yield f"{impossible} events have impossible times"
+def exchange_doubts(header: LogHeader, exchanges: Iterable[Exchange]) -> Iterator[str]:
+    """Yield a sentence for each IMU that came back as another part: what, what it means, and what to do."""
+    for one in exchanges:
+        yield (
+            f"IMU {one.index + 1} came back as another part at {one.back_us / 1e6:.6f} s of the logger's clock: "
+            f"{_name(one.who_am_i)}, and the header has {_name(header.who_am_i[one.index])}. Its readings from the "
+            "fault on are taken for invalid, for neither the header's scales nor the calibration are that part's. "
+            "Calibrate with the part that is to stay, and record again"
+        )
+
+
+def _name(who_am_i: int) -> str:
+    part = IMU_PARTS.get(who_am_i)
+    return f"{'an unknown part' if part is None else part.name} (WHO_AM_I 0x{who_am_i:02x})"
 
 
 def two_releases(release: Release | None) -> str | None:
@@ -79,10 +121,10 @@ def release_doubts(
 ) -> Iterator[str]:
     """Yield a sentence if the release is not certain to the microsecond, or missing where one must be."""
     if release is None:
-        noted = read_noted(events).believed_us
-        if noted:
+        recorded, _ = recorded_releases(events)
+        if recorded:
             yield (
-                f"the logger noted a release at {noted[-1] / 1e6:.6f} s of its clock that its switch edges "
+                f"the logger noted a release at {recorded[-1] / 1e6:.6f} s of its clock that its switch edges "
                 "do not tell, or not where it can be the drop's: times count from the first sample"
             )
         elif gaps and any(event.name == "stroke" for event in events):

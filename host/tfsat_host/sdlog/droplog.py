@@ -5,22 +5,34 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, JOINT_COUNT
 from tfsat_host.protocol.messages import LogFooter, LogHeader
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
-from .assembly import SetAside
 from .events import DropEvent
-from .gaps import Gap
 from .header import temperature_scales
-from .recordings import ChosenBy, Recording
+from .ledger import Gap
+from .recordings import ChosenBy, Recording, SetAside
 from .release import Release
 
 Verdict = Literal["complete", "truncated", "damaged"]
+SENSORS_PER_JOINT = ANGLE_SENSOR_COUNT // JOINT_COUNT
+_ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
+_BY_SAMPLE = (
+    "sample_index",
+    "t_us",
+    "imu_counts",
+    "angle_counts",
+    "imu_valid",
+    "angle_valid",
+    "switch_open",
+    "clipped",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,18 +154,18 @@ class DropLog:
     @cached_property
     def rate_rad_s(self) -> NDArray[np.float64]:
         """(n, 4, 3) angular rate of bodies 1 to 4 about their sensor's x, y, z, rad/s."""
-        return self._imu_columns(slice(4, 7), np.pi / 180 / self.header.gyro_lsb_per_deg_s)
+        return self._imu_columns(_GYRO, np.pi / 180 / self.header.gyro_lsb_per_deg_s)
 
     @cached_property
     def specific_force_m_s2(self) -> NDArray[np.float64]:
         """(n, 4, 3) specific force at the sensor along its x, y, z, m/s² (0 in free fall)."""
-        return self._imu_columns(slice(0, 3), STANDARD_GRAVITY_M_S2 / self.header.accel_lsb_per_g)
+        return self._imu_columns(_ACCEL, STANDARD_GRAVITY_M_S2 / self.header.accel_lsb_per_g)
 
     @cached_property
     def temperature_c(self) -> NDArray[np.float64]:
         """(n, 4) die temperature of each IMU, °C."""
         lsb_per_c, offset_c = np.array(temperature_scales(self.header)).T
-        return np.asarray(self._imu_columns(slice(3, 4), 1.0)[:, :, 0] * (1 / lsb_per_c) + offset_c)
+        return np.asarray(self._imu_columns(_TEMPERATURE, 1.0) * (1 / lsb_per_c) + offset_c)
 
     @cached_property
     def sensor_angle_rad(self) -> NDArray[np.float64]:
@@ -182,7 +194,7 @@ class DropLog:
         """A time of the logger's clock on the scale of `t_s`."""
         return (time_us - self.origin_us) / 1e6
 
-    def _imu_columns(self, columns: slice, scale: float) -> NDArray[np.float64]:
+    def _imu_columns(self, columns: slice | int, scale: float) -> NDArray[np.float64]:
         values: NDArray[np.float64] = np.multiply(self.imu_counts[:, :, columns], scale, dtype=np.float64)
         values[~self.imu_valid] = np.nan
         return values
@@ -190,17 +202,65 @@ class DropLog:
 
 def rows_of(log: DropLog, rows: slice) -> DropLog:
     """Some rows of a log's columns, on the same scale of time; what is said of all of it stays."""
-    part = replace(
-        log,
-        sample_index=log.sample_index[rows],
-        t_us=log.t_us[rows],
-        imu_counts=log.imu_counts[rows],
-        angle_counts=log.angle_counts[rows],
-        imu_valid=log.imu_valid[rows],
-        angle_valid=log.angle_valid[rows],
-        switch_open=log.switch_open[rows],
-        clipped=log.clipped[rows],
-    )
+    columns: dict[str, Any] = {name: getattr(log, name)[rows] for name in _BY_SAMPLE}
+    part = replace(log, **columns)
     # Without a release a log counts from its own first sample.
     part.__dict__["t_s"] = (part.t_us - log.origin_us) / np.float64(1e6)
     return part
+
+
+@dataclass(frozen=True, eq=False)
+class CountColumn:
+    """A physical column, as people read it, that is a linear function of raw counts.
+
+    Attributes:
+        name: With the unit.
+        counts: (n,) int16 or uint16.
+        scale: Physical units per count.
+        offset: Physical value at zero counts.
+        decimals: Enough that different counts have different texts.
+        valid: (n,) bool; elsewhere there is no value.
+    """
+
+    name: str
+    counts: NDArray[np.int16] | NDArray[np.uint16]
+    scale: float
+    offset: float
+    decimals: int
+    valid: NDArray[np.bool_]
+
+    def values(self, rows: slice | NDArray[np.intp]) -> NDArray[np.float64]:
+        """In physical units, whether valid or not."""
+        return np.asarray(self.counts[rows] * np.float64(self.scale) + self.offset)
+
+
+def physical_columns(log: DropLog) -> list[CountColumn]:
+    """Degrees, m/s² and °C: by body the rates, specific forces and temperature, then the angle sensors."""
+    header = log.header
+    per_deg_s, per_g = 1 / header.gyro_lsb_per_deg_s, STANDARD_GRAVITY_M_S2 / header.accel_lsb_per_g
+    per_turn = 360 / header.angle_counts_per_turn
+    columns = []
+    for body, (lsb_per_c, offset_c) in enumerate(temperature_scales(header)):
+        readings = (
+            *((f"rate_{axis}_deg_s", _GYRO.start + i, per_deg_s, 0.0, 4) for i, axis in enumerate("xyz")),
+            *((f"specific_force_{axis}_m_s2", i, per_g, 0.0, 5) for i, axis in enumerate("xyz")),
+            ("temperature_c", _TEMPERATURE, 1 / lsb_per_c, offset_c, 3),
+        )
+        counts, valid = log.imu_counts[:, body], log.imu_valid[:, body]
+        columns += [
+            CountColumn(f"imu{body + 1}_{name}", counts[:, at], scale, offset, decimals, valid)
+            for name, at, scale, offset, decimals in readings
+        ]
+    for index in range(ANGLE_SENSOR_COUNT):
+        joint, sensor = divmod(index, SENSORS_PER_JOINT)
+        name = f"joint{joint + 1}_sensor{sensor + 1}_angle_deg"
+        angles, valid = log.angle_counts[:, index], log.angle_valid[:, index]
+        # The middle of the count.
+        columns.append(CountColumn(name, angles, per_turn, per_turn / 2, 4, valid))
+    return columns
+
+
+def flag_columns(log: DropLog) -> dict[str, NDArray[np.bool_]]:
+    """Switches and clipping, (n,) each, by name. Validity shows as missing values."""
+    switches = {f"switch{i + 1}_open": column for i, column in enumerate(log.switch_open.T)}
+    return switches | {f"imu{i + 1}_clipped": column for i, column in enumerate(log.clipped.T)}

@@ -1,13 +1,15 @@
-"""What happened during a recording."""
+"""What happened during a recording, and which IMUs were exchanged by it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.enums import EventCode
+from tfsat_host.protocol.messages import LogHeader
 
 
 @dataclass(frozen=True)
@@ -37,3 +39,59 @@ def read_events(raw: NDArray[np.void]) -> tuple[DropEvent, ...]:
         for time_us, code, index, arg, value in raw.tolist()
     ]
     return tuple(sorted(events, key=lambda event: event.t_us))
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """An IMU that came back as another part than the header's.
+
+    Attributes:
+        index: Which, from 0.
+        from_us: When it failed, on the logger's clock.
+        until_us: When the header's part was back; None if it never was.
+        back_us: When it came back as the other part.
+        who_am_i: Of that part.
+    """
+
+    index: int
+    from_us: int
+    until_us: int | None
+    back_us: int
+    who_am_i: int
+
+
+def completed(header: LogHeader, events: Iterable[DropEvent]) -> LogHeader:
+    """The header with the parts of those IMUs that answered only after the recording began."""
+    who_am_i = bytearray(header.who_am_i)
+    for event in events:
+        if event.name == "sensor_recovered" and event.index < len(who_am_i) and 0 < event.value <= 0xFF:
+            who_am_i[event.index] = who_am_i[event.index] or event.value
+    return replace(header, who_am_i=bytes(who_am_i))
+
+
+def find_exchanges(header: LogHeader, events: Sequence[DropEvent]) -> tuple[Exchange, ...]:
+    """IMUs that came back as other parts.
+
+    Args:
+        header: Completed.
+        events: By time.
+    """
+    found = []
+    for index, named in enumerate(header.who_am_i):
+        failed_us: int | None = None
+        open_: Exchange | None = None
+        for event in (event for event in events if event.index == index):
+            if event.name == "sensor_fault" and failed_us is None:
+                failed_us = event.t_us
+            elif event.name == "sensor_recovered":
+                is_other = 0 < event.value <= 0xFF and event.value != named
+                if open_ and event.value == named:
+                    found.append(replace(open_, until_us=event.t_us))
+                    open_ = None
+                elif is_other and open_ is None:
+                    from_us = event.t_us if failed_us is None else failed_us
+                    open_ = Exchange(index, from_us, None, event.t_us, event.value)
+                failed_us = None
+        if open_:
+            found.append(open_)
+    return tuple(found)

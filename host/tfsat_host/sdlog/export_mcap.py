@@ -14,23 +14,137 @@ from __future__ import annotations
 
 import heapq
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .droplog import DropLog
-from .extras import check_extra
-from .frames import BodyFrames
-from .metadata import metadata
+import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .mcap_channels import Channel, Stamp
+from tfsat_host.protocol.limits import IMU_COUNT, SWITCH_COUNT
+
+from .droplog import SENSORS_PER_JOINT, CountColumn, DropLog, physical_columns
+from .errors import check_extra
+from .summary import metadata, warnings
+
+FloatArray = NDArray[np.float64]
 
 MCAP_MARKER = b"made by tfsat-host decode"
 """The library's name in the file's first record: how the command knows a file of its own."""
 METADATA_NAME = "tfsat"
 """The metadata record that describes the recording: values are text, or JSON."""
+QUICK_LOOK = "uncalibrated quick look: to see what happened, not to measure with"
+_CHUNK_ROWS = 8192
+_HARMLESS = {
+    "switch_edge",
+    "stroke",
+    "release",
+    "landing",
+    "sensor_recovered",
+    "card_back",
+    "rewritten",
+}
+"""Events of a drop as it should be; all others are warnings."""
+
+_PACKAGE = "tfsat"
+_TIMESTAMP = ".google.protobuf.Timestamp"
+_VECTOR = ".foxglove.Vector3"
+
+Stamp = Callable[[Any, int], None]
+"""Writes a time of the logger's clock into a message's timestamp."""
+Messages = Iterator[tuple[int, bytes]]
+"""Time of the logger's clock in µs and an encoded message, by time."""
+Rows = Iterator[tuple[int, Sequence[Any]]]
+"""Time of the logger's clock in µs and the values of a message, by time."""
+Put = Callable[[Any, Sequence[Any]], None]
+"""Sets a message's fields to such values; every field each time, for the message is used again."""
+Fields = tuple[tuple[str, str], ...]
+"""Name and type of each field; a type with a leading dot is a message."""
+
+_MESSAGES: dict[str, Fields] = {
+    "Imu": (
+        ("timestamp", _TIMESTAMP),
+        ("rate_deg_s", _VECTOR),
+        ("specific_force_m_s2", _VECTOR),
+        ("temperature_c", "double"),
+        ("clipped", "bool"),
+    ),
+    "AngleSensor": (("timestamp", _TIMESTAMP), ("angle_deg", "double")),
+    "JointAngle": (("timestamp", _TIMESTAMP), ("angle_deg", "double")),
+    "ReleaseSwitches": (("timestamp", _TIMESTAMP), ("switch1_open", "bool"), ("switch2_open", "bool")),
+    "Event": (
+        ("timestamp", _TIMESTAMP),
+        ("t_us", "uint64"),
+        ("t_s", "double"),
+        ("event", "string"),
+        ("index", "uint32"),
+        ("arg", "uint32"),
+        ("value", "int32"),
+    ),
+}
+"""Fields are numbered in this order: append, never insert, so that older files keep their meaning."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One topic.
+
+    Attributes:
+        topic: Its name.
+        message_class: Protobuf class of its messages.
+        messages: Makes them.
+        metadata: What a reader should know of the topic.
+    """
+
+    topic: str
+    message_class: Any
+    messages: Callable[[], Messages]
+    metadata: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTrack:
+    """One frame in another, at m moments.
+
+    Attributes:
+        parent: Name of the frame that it is given in.
+        child: Its own name.
+        t_us: (m,) int64, the logger's clock, increasing.
+        translation_m: (m, 3) the child's origin in the parent.
+        quaternion_xyzw: (m, 4) unit quaternions that turn the child's axes into the parent's.
+    """
+
+    parent: str
+    child: str
+    t_us: NDArray[np.int64]
+    translation_m: FloatArray
+    quaternion_xyzw: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrack:
+    """One joint's angle: `t_us` (m,) int64, the logger's clock; `angle_rad` (m,)."""
+
+    name: str
+    t_us: NDArray[np.int64]
+    angle_rad: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFrames:
+    """A tree of frames.
+
+    Attributes:
+        tracks: One a body, parents before children; none where a body's place is unknown.
+        joints: One a joint that could be read.
+        notes: Sentences: what this rests on, what is missing and why.
+    """
+
+    tracks: tuple[FrameTrack, ...]
+    joints: tuple[JointTrack, ...]
+    notes: tuple[str, ...]
 
 
 def write_mcap(
@@ -56,8 +170,6 @@ def write_mcap(
     from mcap.writer import Writer
     from mcap_protobuf.schema import register_schema
 
-    from .mcap_channels import channels
-
     offset_us = log.unix_offset_us or 0
     with path.open("wb") as file:
         writer = Writer(file)
@@ -65,7 +177,7 @@ def write_mcap(
         schemas: dict[Any, int] = {}
         streams = []
         stamp = partial(_stamp, offset_us=offset_us)
-        for channel in (*channels(log, frames, stamp), *(also(stamp) if also else ())):
+        for channel in (*_channels(log, frames, stamp), *(also(stamp) if also else ())):
             kind = channel.message_class
             if kind not in schemas:
                 schemas[kind] = register_schema(writer, kind)
@@ -97,3 +209,138 @@ def _texts(log: DropLog, frames: BodyFrames, offset_us: int) -> dict[str, str]:
         "quick_look": list(frames.notes),
     }
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in facts.items()}
+
+
+def _channels(log: DropLog, frames: BodyFrames, stamp: Stamp) -> Iterator[Channel]:
+    """All topics of a recording. A reading that was not valid is no message: Protobuf would show it as 0."""
+    from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+    from foxglove_schemas_protobuf.Log_pb2 import Log
+
+    def channel(topic: str, kind: Any, put: Put, rows: Callable[[], Rows], **known: str) -> Channel:
+        def messages() -> Messages:
+            message = kind()
+            for t_us, row in rows():
+                stamp(message, t_us)
+                put(message, row)
+                yield t_us, message.SerializeToString()
+
+        return Channel(topic, kind, messages, known)
+
+    classes = classes_of("tfsat/drop_log.proto", _MESSAGES)
+    columns = physical_columns(log)
+    yield channel("/log", Log, _put("level message name"), partial(_log_lines, log, frames, Log))
+    yield channel("/events", classes["Event"], _put("t_us t_s event index arg value"), partial(_events, log))
+    switches = " ".join(f"switch{i + 1}_open" for i in range(SWITCH_COUNT))
+    rows = partial(_samples, log, np.ones(len(log), np.bool_), partial(_values, [], list(log.switch_open.T)))
+    yield channel("/release_switches", classes["ReleaseSwitches"], _put(switches), rows)
+    for body in range(IMU_COUNT):
+        own = [column for column in columns if column.name.startswith(f"imu{body + 1}_")]
+        rows = partial(_samples, log, own[0].valid, partial(_values, own, [log.clipped[:, body]]))
+        yield channel(f"/body_{body + 1}/imu", classes["Imu"], _put_imu, rows)
+    for index, column in enumerate(column for column in columns if column.name.startswith("joint")):
+        joint, sensor = divmod(index, SENSORS_PER_JOINT)
+        rows = partial(_samples, log, column.valid, partial(_values, [column], []))
+        topic = f"/joint_{joint + 1}/sensor_{sensor + 1}"
+        yield channel(topic, classes["AngleSensor"], _put("angle_deg"), rows)
+    for track in frames.joints:
+        rows = partial(_tracked, track.t_us, np.rad2deg(track.angle_rad)[:, None])
+        kind, put = classes["JointAngle"], _put("angle_deg")
+        yield channel(f"/quick_look/{track.name}", kind, put, rows, quality=QUICK_LOOK)
+    for frame in frames.tracks:
+        rows = partial(_tracked, frame.t_us, np.hstack((frame.translation_m, frame.quaternion_xyzw)))
+        put = partial(_put_frame, frame.parent, frame.child)
+        yield channel(f"/quick_look/tf/{frame.child}", FrameTransform, put, rows, quality=QUICK_LOOK)
+
+
+def _put(names: str) -> Put:
+    """What sets these fields of a message."""
+    fields = names.split()
+
+    def put(message: Any, row: Sequence[Any]) -> None:
+        for name, value in zip(fields, row, strict=True):
+            setattr(message, name, value)
+
+    return put
+
+
+def _put_imu(message: Any, row: Sequence[Any]) -> None:
+    rate, force = message.rate_deg_s, message.specific_force_m_s2
+    rate.x, rate.y, rate.z, force.x, force.y, force.z, message.temperature_c, message.clipped = row
+
+
+def _put_frame(parent: str, child: str, message: Any, row: Sequence[Any]) -> None:
+    place, turn = message.translation, message.rotation
+    message.parent_frame_id, message.child_frame_id = parent, child
+    place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w = row
+
+
+def _samples(
+    log: DropLog, valid: NDArray[np.bool_], values: Callable[[NDArray[np.intp]], Iterable[NDArray[Any]]]
+) -> Rows:
+    """What a sensor gave, at the samples at which it answered, some thousand at once."""
+    for start in range(0, len(log), _CHUNK_ROWS):
+        rows = start + np.flatnonzero(valid[start : start + _CHUNK_ROWS])
+        columns = (column.tolist() for column in values(rows))
+        yield from zip(log.t_us[rows].tolist(), zip(*columns, strict=True), strict=True)
+
+
+def _values(
+    columns: list[CountColumn], flags: list[NDArray[np.bool_]], rows: NDArray[np.intp]
+) -> list[NDArray[Any]]:
+    return [*(column.values(rows) for column in columns), *(flag[rows] for flag in flags)]
+
+
+def _tracked(t_us: NDArray[np.int64], numbers: FloatArray) -> Rows:
+    yield from zip(t_us.tolist(), numbers.tolist(), strict=True)
+
+
+def _events(log: DropLog) -> Rows:
+    for event in log.events:
+        numbers = (event.index, event.arg, event.value)
+        yield event.t_us, (event.t_us, log.seconds(event.t_us), event.name, *numbers)
+
+
+def _log_lines(log: DropLog, frames: BodyFrames, kind: Any) -> Rows:
+    """First what to know of the recording, then every event in words."""
+    start_us = int(log.t_us[0])
+    lines = [(start_us, kind.WARNING, text.strip()) for text in (*warnings(log), *frames.notes)]
+    for event in log.events:
+        level = kind.INFO if event.name in _HARMLESS else kind.WARNING
+        words = f"{event.name} index={event.index} arg={event.arg} value={event.value}"
+        lines.append((event.t_us, level, words))
+    if log.release_us is not None:
+        lines.append((log.release_us, kind.INFO, f"t = 0: {log.t_s_origin}"))
+    for t_us, level, text in sorted(lines, key=lambda line: line[0]):
+        yield t_us, (level, text, "tfsat")
+
+
+def classes_of(file_name: str, messages: Mapping[str, Fields]) -> dict[str, Any]:
+    """Messages of the package `tfsat` as classes, by name.
+
+    Built from descriptors, so that no generated code must be kept in step.
+
+    Args:
+        file_name: The descriptors' own; each has its own set of messages.
+        messages: Fields of each by its name, in the order of their numbers.
+    """
+    from foxglove_schemas_protobuf import Vector3_pb2
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
+
+    file = descriptor_pb2.FileDescriptorProto(name=file_name, package=_PACKAGE, syntax="proto3")
+    file.dependency.extend([timestamp_pb2.DESCRIPTOR.name, Vector3_pb2.DESCRIPTOR.name])
+    for name, fields in messages.items():
+        message = file.message_type.add(name=name)
+        for number, (field_name, kind) in enumerate(fields, 1):
+            added = message.field.add(
+                name=field_name, number=number, label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL
+            )
+            if kind.startswith("."):
+                added.type, added.type_name = descriptor_pb2.FieldDescriptorProto.TYPE_MESSAGE, kind
+            else:
+                added.type = descriptor_pb2.FieldDescriptorProto.Type.Value(f"TYPE_{kind.upper()}")
+    pool = descriptor_pool.Default()
+    pool.AddSerializedFile(file.SerializeToString())
+    return {
+        name: message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{_PACKAGE}.{name}"))
+        for name in messages
+    }

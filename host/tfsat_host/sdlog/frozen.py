@@ -1,4 +1,4 @@
-"""Takes back what an IMU said before the logger noticed that it had stopped measuring, or had other scales."""
+"""Readings of an IMU that are no measurements: it had stopped before the logger noticed, or was another part."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import FROZEN_US
 
-from .events import DropEvent
+from .events import DropEvent, Exchange
 
 _REACHING_BACK = (
     ErrorCode.SENSOR_MISSING,
@@ -59,6 +59,23 @@ def invalidate_by_events(
         for first, last in bounds.tolist():
             imu_valid[order[max(first, done) : last], imu] = False
             done = max(done, last)
+
+
+def invalidate_exchanged(
+    exchanges: Iterable[Exchange], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
+) -> None:
+    """Clear the validity, in place, of what another part than the header's measured.
+
+    Args:
+        exchanges: Of the recording.
+        t_us: (n,) sample times.
+        imu_valid: (n, 4) bool; changed.
+    """
+    for one in exchanges:
+        other = t_us >= one.from_us
+        if one.until_us is not None:
+            other &= t_us < one.until_us
+        imu_valid[other, one.index] = False
 
 
 def invalidate_repeated(

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from tfsat_host.protocol.imus import IMU_PARTS, ImuPart
+from tfsat_host.protocol.log_layout import LOG_HEADER_DTYPE
 from tfsat_host.protocol.messages import LogHeader
 from tfsat_host.protocol.record import ProtocolError
 
-from . import errors
-from .parts import MPU_6050, parts_of
+from .errors import LOOK_AGAIN, LogError
 
-WALL_CLOCK = slice(444, 452)
-"""What stands beside it is the same in every copy; the time of day may be set while recording."""
+_FIELDS: Mapping[str, Any] = np.dtype(LOG_HEADER_DTYPE).fields or {}
+_WALL_CLOCK_AT: int = _FIELDS["wall_clock_us"][1]
+WALL_CLOCK = slice(_WALL_CLOCK_AT, _WALL_CLOCK_AT + 8)
+"""Where it stands in a header; all other bytes are the same in every copy, but it may be set while recording."""
+MPU_6050 = next(iter(IMU_PARTS))
+"""What an IMU is taken for that did not say what it is, where no other one did."""
 _FULL_SCALE_COUNTS = 32768
 _SCALE_TOLERANCE = 0.05
 _RATE_HZ = (0.1, 8000.0)
@@ -23,58 +32,52 @@ _TEMPERATURE_LSB_PER_C = (1.0, 10_000.0)
 _TEMPERATURE_OFFSET_C = (-300.0, 300.0)
 
 
-@dataclass(frozen=True)
-class FoundHeader:
-    """A header that was believed.
+class HeaderChoice:
+    """Takes a recording's headers by number and keeps the first that makes sense.
 
     Attributes:
-        header: Scales, sensors, versions.
-        is_copy: The first block is lost; this is a repetition.
-        disagreements: Copies that say something else.
-        time_us: The logger's clock when this header was written (wall_clock_us belongs to it).
+        is_copy: The first block is lost; what was kept is a repetition.
+        time_us: The logger's clock when that header was written (its wall_clock_us belongs to it).
+        disagreements: Copies that differ from it.
     """
 
-    header: LogHeader
-    is_copy: bool
-    disagreements: int
-    time_us: int
-
-
-class HeaderChoice:
-    """Takes a recording's headers by number and keeps the first that makes sense."""
-
     def __init__(self) -> None:
-        self._chosen: FoundHeader | None = None
-        self._chosen_lasting = b""
-        self._refused_lasting = b""
+        self.is_copy = False
+        self.time_us = self.disagreements = 0
+        self._header: LogHeader | None = None
+        self._lasting = self._refused = b""
         self._reason = ""
-        self._others = 0
 
     def add(self, number: int, time_us: int, payload: bytes) -> None:
         """A header block: its number, its time, and its payload, of which a LogHeader is the beginning."""
         lasting = payload[: WALL_CLOCK.start] + payload[WALL_CLOCK.stop :]
-        if self._chosen is not None:
-            self._others += lasting != self._chosen_lasting
-            return
-        if lasting != self._refused_lasting:
-            header, absurd = _understand(payload[: LogHeader.SIZE])
-            if header is not None:
-                self._chosen, self._chosen_lasting = FoundHeader(header, number != 0, 0, time_us), lasting
+        if self._header is None and lasting != self._refused:
+            self._header, absurd = _understand(payload[: LogHeader.SIZE])
+            if self._header is not None:
+                self.is_copy, self.time_us, self._lasting = number != 0, time_us, lasting
                 return
-            self._reason, self._refused_lasting = self._reason or absurd, lasting
-        self._others += 1
+            self._reason, self._refused = self._reason or absurd, lasting
+        self.disagreements += self._header is None or lasting != self._lasting
 
-    def found(self, path: Path, session: int) -> FoundHeader:
-        """The header to believe.
+    def header(self, path: Path, session: int) -> LogHeader:
+        """Scales, sensors, versions.
 
         Raises:
-            LogError: there is none, or none makes sense.
+            LogError: there is no header, or none makes sense.
         """
-        if self._chosen is None:
-            if not self._reason:
-                raise errors.no_header(path, session)
-            raise errors.absurd_header(path, session, self._reason)
-        return replace(self._chosen, disagreements=self._others)
+        if self._header is not None:
+            return self._header
+        if not self._reason:
+            raise LogError(
+                f"{path}: recording {session:08x} has lost its header and every copy of it.",
+                LOOK_AGAIN,
+                "The scales of its numbers are unknown, so no value can be given.",
+            )
+        raise LogError(
+            f"{path}: the header of recording {session:08x} makes no sense: {self._reason}.",
+            "Flash the logger from this release and record again; keep the file as evidence.",
+            "Its values would be wrong by an unknown factor, so none are given.",
+        )
 
 
 def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
@@ -83,8 +86,15 @@ def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
         header = LogHeader.decode(payload)
     except ProtocolError as error:
         return None, error.what
-    absurd = absurdity(header)
+    absurd = _absurdity(header)
     return (None, absurd) if absurd else (header, "")
+
+
+def parts_of(who_am_i: Sequence[int]) -> tuple[ImuPart, ...]:
+    """What each IMU is; one that did not say it is what most others are, for they are bought together."""
+    known = Counter(one for one in who_am_i if one in IMU_PARTS)
+    likely = known.most_common(1)[0][0] if known else MPU_6050
+    return tuple(IMU_PARTS.get(one, IMU_PARTS[likely]) for one in who_am_i)
 
 
 def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:
@@ -96,7 +106,7 @@ def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:
     ]
 
 
-def absurdity(header: LogHeader) -> str:
+def _absurdity(header: LogHeader) -> str:
     """Say what is impossible about a header; empty if nothing is."""
     checks = (
         ("sampling rate", header.rate_hz, "Hz", _RATE_HZ),

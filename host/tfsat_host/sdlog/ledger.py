@@ -1,128 +1,123 @@
-"""Follows the numbers that a recording's blocks carry, and notes where they do not go on as they should."""
+"""The numbers that a recording's blocks carry, and what is missing by them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.protocol.enums import BlockKind
+from tfsat_host.protocol.messages import LogFooter
 
-from .blocks import HEAD
-
-_BATCH_BLOCKS = 16384
 _DATA = int(BlockKind.DATA)
-_HEAD_WORDS = HEAD.itemsize // 8
-BREAK = np.dtype(
-    [
-        ("row", "<i8"),
-        ("after_sample", "<i8"),
-        ("samples", "<i8"),
-        ("samples_dropped", "<i8"),
-        ("blocks", "<i8"),
-    ]
-)
-"""Before sample row `row`, after sample number `after_sample`: how much is missing, and how much of it was dropped."""
 
 
-@dataclass(frozen=True, eq=False)
-class Account:
-    """What the numbers of a recording's blocks say.
+@dataclass(frozen=True)
+class Gap:
+    """A place where something is missing: between two samples that are there, or at either end.
 
     Attributes:
-        breaks: Where something is missing before a data block, (k,) of BREAK.
+        after_sample: Index of the last sample before it; -1 at the start.
+        samples: Samples lost here. 0 where only blocks without samples are missing (events may be lost).
+        samples_dropped: Of those, the ones that the logger itself dropped because its ring was full.
+        blocks: Blocks lost here.
+        start_us: The logger's clock at the last sample before; None at the start.
+        end_us: The same at the first sample after; None at the end.
+        late_start: Nothing is damaged here: the file begins later than the recording, as one fetched from
+            the logger's RAM does, which keeps the newest blocks.
+    """
+
+    after_sample: int
+    samples: int
+    samples_dropped: int
+    blocks: int
+    start_us: int | None
+    end_us: int | None
+    late_start: bool = False
+
+
+class Ledger:
+    """Takes the heads of a recording's blocks by number; what it keeps does not grow with them.
+
+    Attributes:
         overlaps: Data blocks that begin before the one before them ends.
         drops_taken_back: Data blocks that count fewer dropped samples than the one before.
         samples_end: Number after the last sample.
         samples_dropped: As the last data block counts them.
         most_samples_dropped: As any data block counts them.
-        blocks_missing_at_end: Behind the last data block.
-        block_count: Blocks of the recording that are there.
-        last_number: Of the last block.
+        blocks: That are there.
+        blocks_absent: Before the last one that is there.
+        last_number: Of that one.
     """
 
-    breaks: NDArray[np.void]
-    overlaps: int
-    drops_taken_back: int
-    samples_end: int
-    samples_dropped: int
-    most_samples_dropped: int
-    blocks_missing_at_end: int
-    block_count: int
-    last_number: int
-
-
-class Ledger:
-    """Takes the heads of a recording's blocks by number; what it keeps does not grow with them."""
-
     def __init__(self) -> None:
-        self._waiting = np.empty((_BATCH_BLOCKS, _HEAD_WORDS), np.uint64)
-        self._waiting_count = 0
-        self._breaks: list[NDArray[np.void]] = []
-        self._overlaps = self._drops_taken_back = 0
-        self._blocks = self._rows = self._absent = self._absent_at_data = 0
-        self._end = self._dropped = self._most_dropped = 0
-        self._last_number = -1
+        self.overlaps = self.drops_taken_back = 0
+        self.samples_end = self.samples_dropped = self.most_samples_dropped = 0
+        self.blocks = self.blocks_absent = 0
+        self.last_number = -1
+        self._breaks: list[NDArray[np.int64]] = []
+        self._rows = self._absent_at_data = 0
 
     def add(self, heads: NDArray[np.void]) -> None:
-        """Append blocks, their numbers rising."""
-        words = heads.view(np.uint64).reshape(-1, _HEAD_WORDS)
-        while len(words):
-            fitting = words[: _BATCH_BLOCKS - self._waiting_count]
-            self._waiting[self._waiting_count : self._waiting_count + len(fitting)] = fitting
-            self._waiting_count += len(fitting)
-            words = words[len(fitting) :]
-            if self._waiting_count == _BATCH_BLOCKS:
-                self._settle()
-
-    def account(self) -> Account:
-        """What is known when all blocks have been added."""
-        self._settle()
-        return Account(
-            breaks=np.concatenate([np.empty(0, BREAK), *self._breaks]),
-            overlaps=self._overlaps,
-            drops_taken_back=self._drops_taken_back,
-            samples_end=self._end,
-            samples_dropped=self._dropped,
-            most_samples_dropped=self._most_dropped,
-            blocks_missing_at_end=self._absent - self._absent_at_data,
-            block_count=self._blocks,
-            last_number=self._last_number,
-        )
-
-    def _settle(self) -> None:
-        heads = self._waiting[: self._waiting_count].view(HEAD)[:, 0]
-        self._waiting_count = 0
-        if not len(heads):
-            return
+        """Append blocks, at least one, their numbers rising."""
         numbers = heads["block_number"].astype(np.int64)
-        absent = numbers - np.arange(self._blocks, self._blocks + len(heads))
-        is_data = heads["kind"] == _DATA
-        if is_data.any():
-            self._settle_data(heads.take(np.flatnonzero(is_data)), absent[is_data])
-        self._blocks += len(heads)
-        self._absent, self._last_number = int(absent[-1]), int(numbers[-1])
+        absent = numbers - np.arange(self.blocks, self.blocks + len(heads))
+        is_data = np.flatnonzero(heads["kind"] == _DATA)
+        if len(is_data):
+            self._add_data(heads.take(is_data), absent[is_data])
+        self.blocks += len(heads)
+        self.blocks_absent, self.last_number = int(absent[-1]), int(numbers[-1])
 
-    def _settle_data(self, heads: NDArray[np.void], absent: NDArray[np.int64]) -> None:
+    def gaps(self, t_us: NDArray[np.int64], footer: LogFooter | None, starts_with: int) -> tuple[Gap, ...]:
+        """Every gap.
+
+        Args:
+            t_us: (n,) sample times.
+            footer: If there is one.
+            starts_with: Number of the block that the file itself begins with; 0 if that is none of the recording's.
+        """
+        gaps = [_gap(t_us, *each) for breaks in self._breaks for each in breaks.tolist()]
+        if gaps and gaps[0].start_us is None and 0 < starts_with == gaps[0].blocks:
+            gaps[0] = replace(gaps[0], late_start=True)
+        blocks = self.blocks_absent - self._absent_at_data
+        samples = max(footer.samples - self.samples_end, 0) if footer else 0
+        if blocks or samples:
+            dropped = footer.samples_dropped - self.samples_dropped if footer else 0
+            gaps.append(_gap(t_us, len(t_us), self.samples_end - 1, samples, dropped, blocks))
+        return tuple(gaps)
+
+    def _add_data(self, heads: NDArray[np.void], absent: NDArray[np.int64]) -> None:
         first, counts = heads["first_sample"].astype(np.int64), heads["sample_count"].astype(np.int64)
         dropped = heads["samples_dropped"].astype(np.int64)
         end = first + counts
-        end_before = np.concatenate(([self._end], end[:-1]))
+        end_before = np.concatenate(([self.samples_end], end[:-1]))
         samples = first - end_before
         blocks = np.diff(absent, prepend=self._absent_at_data)
-        newly_dropped = np.diff(dropped, prepend=self._dropped)
-        row = self._rows + np.cumsum(counts) - counts
+        newly_dropped = np.diff(dropped, prepend=self.samples_dropped)
         where = np.flatnonzero((blocks > 0) | (samples > 0))
         if len(where):
-            breaks = np.empty(len(where), BREAK)
-            breaks["row"], breaks["after_sample"] = row[where], end_before[where] - 1
-            breaks["samples"], breaks["blocks"] = samples[where], blocks[where]
-            breaks["samples_dropped"] = newly_dropped[where]
-            self._breaks.append(breaks)
-        self._overlaps += int(np.count_nonzero(samples < 0))
-        self._drops_taken_back += int(np.count_nonzero(newly_dropped < 0))
+            row = self._rows + np.cumsum(counts) - counts
+            found = (row, end_before - 1, samples, newly_dropped, blocks)
+            self._breaks.append(np.stack([column[where] for column in found], axis=1))
+        self.overlaps += int(np.count_nonzero(samples < 0))
+        self.drops_taken_back += int(np.count_nonzero(newly_dropped < 0))
         self._rows += int(counts.sum())
         self._absent_at_data = int(absent[-1])
-        self._end, self._dropped = int(end[-1]), int(dropped[-1])
-        self._most_dropped = max(self._most_dropped, int(dropped.max()))
+        self.samples_end, self.samples_dropped = int(end[-1]), int(dropped[-1])
+        self.most_samples_dropped = max(self.most_samples_dropped, int(dropped.max()))
+
+
+def _gap(
+    t_us: NDArray[np.int64], row: int, after_sample: int, samples: int, dropped: int, blocks: int
+) -> Gap:
+    """The gap before row `row`: samples lost, those of them that the logger dropped, and blocks lost."""
+    samples = max(samples, 0)
+    return Gap(
+        after_sample=after_sample,
+        samples=samples,
+        samples_dropped=min(max(dropped, 0), samples),
+        blocks=max(blocks, 0),
+        start_us=int(t_us[row - 1]) if row else None,
+        end_us=int(t_us[row]) if row < len(t_us) else None,
+    )

@@ -1,8 +1,14 @@
-"""From a file to a `DropLog`."""
+"""From a file to a `DropLog`.
+
+A first pass looks at every block and decodes in passing what seems to be the recording. Where that turns out to be
+something else than the recording's blocks in order, a second pass reads those.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
@@ -11,21 +17,38 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
-from . import errors
-from .assembly import Assembly, assemble
-from .blocks import LATEST_TIME_US, look
-from .doubts import event_doubts, find_doubts, release_doubts
+from .blocks import LATEST_TIME_US, Looked, PieceList, as_pieces, look, look_at_tail
+from .doubts import block_doubts, exchange_doubts, release_doubts, steps_of_time
 from .droplog import DropLog, Verdict
-from .events import read_events
-from .frozen import invalidate_by_events, invalidate_repeated
-from .gaps import find_gaps
-from .misaligned import find_shift
-from .parts import completed, exchange_doubts, find_exchanges, invalidate_exchanged
-from .records import Records, RecordsBuilder
+from .errors import LogError, changed_while_read
+from .events import completed, find_exchanges, read_events
+from .frozen import invalidate_by_events, invalidate_exchanged, invalidate_repeated
+from .recordings import Assembly, Census, assemble
+from .records import RecordsBuilder
 from .release import find_release
-from .source import CHUNK_BLOCKS, LogSource
-from .survey import Progress, survey
-from .timing import look_at_steps
+from .source import CHUNK_BLOCKS, LogSource, find_shift
+
+DECODED_AT_ONCE_BYTES = 2 << 30
+"""In a larger file the recording is first looked for, so that no memory is reserved for what is not one."""
+
+Progress = Callable[[float], object]
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What a file holds.
+
+    Attributes:
+        pieces: All usable blocks, in the order of the file; (k,) of PIECE.
+        unusable: The others, counted by reason.
+        census: What was seen of each recording.
+        early: What was decoded in passing; None if nothing was.
+    """
+
+    pieces: NDArray[np.void]
+    unusable: Counter[str]
+    census: Census
+    early: _EarlyDecoder | None
 
 
 def load(
@@ -52,24 +75,31 @@ def load(
         try:
             assembly, records = _read(source, session, progress)
         except MemoryError:
-            raise errors.too_large(source.path) from None
+            raise LogError(
+                f"The recording in {source.path} does not fit in this computer's memory.",
+                "Close other programs, or decode on a computer with more memory: "
+                "a recording takes about 1.3 times its file.",
+                "Nothing was decoded; the file itself may be in order.",
+            ) from None
     return _drop_log(source.path, assembly, records)
 
 
-def _read(source: LogSource, session: int | None, progress: Progress | None) -> tuple[Assembly, Records]:
+def _read(
+    source: LogSource, session: int | None, progress: Progress | None
+) -> tuple[Assembly, RecordsBuilder]:
     found = survey(source, session, progress)
-    looks_written = found.unusable.foreign or found.unusable.torn
+    looks_written = found.unusable["foreign"] or found.unusable["torn"]
     if not len(found.pieces) and looks_written and (shift := find_shift(source)):
         source.begin_at(shift)
         found = survey(source, session)
     assembly = assemble(source, found.pieces, found.unusable, found.census, session)
-    if found.early_records is not None and np.array_equal(found.early_pieces, assembly.pieces):
-        return assembly, found.early_records
+    if found.early is not None and np.array_equal(found.early.pieces.all(), assembly.pieces):
+        return assembly, found.early.builder
     del found
     return assembly, _read_in_order(source, assembly)
 
 
-def _read_in_order(source: LogSource, assembly: Assembly) -> Records:
+def _read_in_order(source: LogSource, assembly: Assembly) -> RecordsBuilder:
     """The second pass, over the recording's blocks by number; their CRCs are checked once more."""
     total = int(assembly.pieces["count"].sum())
     builder = RecordsBuilder(total)
@@ -85,9 +115,9 @@ def _read_in_order(source: LogSource, assembly: Assembly) -> Records:
         expected = np.concatenate([np.arange(number, number + count) for _, number, count in parts])
         own = looked.usable & (looked.heads["session"] == assembly.session)
         if not own.all() or not np.array_equal(looked.heads["block_number"], expected):
-            raise errors.changed_while_read(source.path)
+            raise changed_while_read(source.path)
         builder.take(data, looked.heads, own)
-    return builder.records()
+    return builder
 
 
 def _chunks(pieces: NDArray[np.void]) -> Iterator[list[tuple[int, int, int]]]:
@@ -107,67 +137,155 @@ def _chunks(pieces: NDArray[np.void]) -> Iterator[list[tuple[int, int, int]]]:
         yield parts
 
 
-def _drop_log(path: Path, assembly: Assembly, records: Records) -> DropLog:
-    if not len(records.t_us):
-        raise errors.no_samples(path, assembly.session, assembly.other_sessions)
-    found = records.headers.found(path, assembly.session)
-    account, footer = records.account, records.footers.last
+def _drop_log(path: Path, assembly: Assembly, records: RecordsBuilder) -> DropLog:
+    columns, ledger, footer = records.columns(), records.ledger, records.footers.last
+    t_us, index, imu_valid = columns["t_us"], columns["sample_index"], columns["imu_valid"]
+    switch_open, session = columns["switch_open"], assembly.session
+    if not len(t_us):
+        raise _no_samples(path, session, assembly.other_sessions)
+    header = records.headers.header(path, session)
     first = assembly.pieces[0]
-    gaps = find_gaps(account, records.t_us, footer, int(first["number"]) if first["position"] == 0 else 0)
-    steps = look_at_steps(records.t_us, records.index, found.header.rate_hz)
-    events = read_events(records.events)
+    gaps = ledger.gaps(t_us, footer, int(first["number"]) if first["position"] == 0 else 0)
+    not_advancing, late_rows = steps_of_time(t_us, index, header.rate_hz)
+    events = read_events(records.events())
     believed = [event for event in events if event.t_us < LATEST_TIME_US]
-    header = completed(found.header, believed)
+    header = completed(header, believed)
     exchanges = find_exchanges(header, believed)
-    invalidate_exchanged(exchanges, records.t_us, records.imu_valid)
-    invalidate_by_events(believed, records.t_us, records.imu_valid)
-    invalidate_repeated(records.imu, records.index, records.t_us, records.imu_valid)
-    release = find_release(believed, records.t_us, records.switch_open, gaps)
+    invalidate_exchanged(exchanges, t_us, imu_valid)
+    invalidate_by_events(believed, t_us, imu_valid)
+    invalidate_repeated(columns["imu_counts"], index, t_us, imu_valid)
+    release = find_release(believed, t_us, switch_open, gaps)
+    copies, conflicting = records.headers.disagreements, assembly.set_aside.conflicting
+    impossible = len(events) - len(believed)
     doubts = (
-        *find_doubts(found, records.footers, account, steps, assembly.set_aside),
-        *event_doubts(len(events) - len(believed)),
+        *block_doubts(copies, conflicting, not_advancing, ledger, records.footers),
+        *([f"{impossible} events have impossible times"] if impossible else ()),
         *exchange_doubts(header, exchanges),
-        *release_doubts(release, believed, gaps, records.switch_open),
+        *release_doubts(release, believed, gaps, switch_open),
     )
-    dropped = max(account.most_samples_dropped, footer.samples_dropped if footer else 0)
+    dropped = max(ledger.most_samples_dropped, footer.samples_dropped if footer else 0)
     before = [gap for gap in gaps if gap.late_start]
     lost = [gap for gap in gaps if not gap.late_start]
     # What the logger dropped shows as gaps too, except after the last block.
     samples_lost = max(sum(gap.samples for gap in lost), dropped - sum(gap.samples_dropped for gap in before))
-    blocks_lost = account.last_number + 1 - account.block_count - sum(gap.blocks for gap in before)
+    blocks_lost = ledger.last_number + 1 - ledger.blocks - sum(gap.blocks for gap in before)
+    verdict: Verdict = "complete" if footer is not None and not before else "truncated"
+    if lost or samples_lost or blocks_lost or doubts:
+        verdict = "damaged"
     return DropLog(
         path=path,
-        session=assembly.session,
+        session=session,
         other_sessions=assembly.other_sessions,
         recordings=assembly.recordings,
         chosen_by=assembly.chosen_by,
         header=header,
-        header_is_copy=found.is_copy,
-        header_time_us=found.time_us,
+        header_is_copy=records.headers.is_copy,
+        header_time_us=records.headers.time_us,
         footer=footer,
-        sample_index=records.index,
-        t_us=records.t_us,
         release=release,
-        imu_counts=records.imu,
-        angle_counts=records.angle,
-        imu_valid=records.imu_valid,
-        angle_valid=records.angle_valid,
-        switch_open=records.switch_open,
-        clipped=records.clipped,
         events=events,
         gaps=gaps,
-        late_rows=steps.late_rows,
+        late_rows=late_rows,
         set_aside=assembly.set_aside,
         samples_lost=samples_lost,
         blocks_lost=blocks_lost,
         doubts=doubts,
-        verdict=_verdict(
-            bool(lost or samples_lost or blocks_lost or doubts), footer is not None and not before
-        ),
+        verdict=verdict,
+        **columns,
     )
 
 
-def _verdict(is_damaged: bool, has_both_ends: bool) -> Verdict:
-    if is_damaged:
-        return "damaged"
-    return "complete" if has_both_ends else "truncated"
+def _no_samples(path: Path, session: int, others: tuple[int, ...]) -> LogError:
+    step = "Look for another file on the card."
+    if others:
+        step = "The file also holds " + ", ".join(f"--session {other:08x}" for other in others) + "."
+    meaning = "The recording ended before anything was measured."
+    return LogError(f"{path}: recording {session:08x} has no samples.", step, meaning)
+
+
+def survey(source: LogSource, session: int | None, progress: Progress | None = None) -> Survey:
+    """Look at every block of the file, and decode in passing what seems to be the recording.
+
+    Args:
+        source: The file.
+        session: The recording asked for; None for the newest.
+        progress: Is given the share of the file that was looked at since the call before.
+
+    Raises:
+        LogError: the file cannot be read, or is a jumble.
+    """
+    pieces, unusable, census = PieceList(source.path), Counter[str](), Census()
+    early = _EarlyDecoder(source, session) if source.size_bytes <= DECODED_AT_ONCE_BYTES else None
+    reached = 0
+    for first, data in source.chunks():
+        looked = look(data)
+        unusable.update(looked.unusable)
+        where = np.flatnonzero(looked.usable)
+        heads = looked.heads if len(where) == len(looked.heads) else looked.heads.take(where)
+        found = as_pieces(where + first, heads)
+        pieces.append(found)
+        if early is not None and not early.take(first, data, looked, found):
+            early = None
+        census.add(data, heads, where)
+        if progress is not None:
+            reached, before = first + len(looked.heads), reached
+            progress((reached - before) / source.block_count)
+    if progress is not None and source.block_count:
+        progress((source.block_count - reached) / source.block_count)
+    unusable["never_written"] += source.blocks_in_holes
+    unusable.update(look_at_tail(source.tail()))
+    return Survey(pieces.all(), unusable, census, early)
+
+
+class _EarlyDecoder:
+    """Decodes the first recording of the file for as long as its blocks come in order.
+
+    Whether that was the right recording, and all of it, is decided afterwards (`assembly`).
+    """
+
+    def __init__(self, source: LogSource, session: int | None) -> None:
+        self.builder = RecordsBuilder(source.block_count)
+        self.pieces = PieceList(source.path)
+        self._session = session
+        self._asked_for = session is not None
+        self._another_began = False
+        self._last_number = -1
+
+    def take(self, first: int, data: memoryview, looked: Looked, pieces: NDArray[np.void]) -> bool:
+        """Take what continues the recording; False once it is certain that the order is another.
+
+        Args:
+            first: Position of the chunk's first block.
+            data: The chunk.
+            looked: What it is.
+            pieces: Its usable blocks.
+        """
+        if not len(pieces):
+            return True
+        if self._session is None:
+            self._session = int(pieces["session"][0])
+        if len(pieces) == 1 and pieces["session"][0] == self._session and not self._another_began:
+            if pieces["number"][0] > self._last_number:
+                self._take(data, looked.heads, looked.usable, pieces)
+            return True
+        own = looked.usable & (looked.heads["session"] == self._session)
+        numbers = np.where(own, looked.heads["block_number"].astype(np.int64), -1)
+        before = np.maximum.accumulate(np.concatenate(([self._last_number], numbers[:-1])))
+        new = own & (numbers > before)
+        if not self._asked_for:
+            others = np.flatnonzero(looked.usable & ~own)
+            begins = 0 if self._another_began else others[0] if len(others) else len(new)
+            if new[begins:].any():
+                return False
+            self._another_began = self._another_began or len(others) > 0
+        if new.any():
+            where = np.flatnonzero(new)
+            self._take(data, looked.heads, new, as_pieces(where + first, looked.heads.take(where)))
+        return True
+
+    def _take(
+        self, data: memoryview, heads: NDArray[np.void], new: NDArray[np.bool_], pieces: NDArray[np.void]
+    ) -> None:
+        self.pieces.append(pieces)
+        self.builder.take(data, heads, new)
+        self._last_number = int(pieces["number"][-1] + pieces["count"][-1] - 1)

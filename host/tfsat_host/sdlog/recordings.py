@@ -1,7 +1,13 @@
-"""The recordings that a file holds, and which of them is the newest."""
+"""The recordings that a file holds, which of them is the newest, and which blocks it is made of.
+
+Where the time of day does not tell the newest recording, its place does: the logger writes a recording from the
+start of its file, over whatever an older recording left there. The middle (median) position of its blocks decides,
+because a single old block may survive at the very start where a write was lost.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -13,7 +19,10 @@ from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
 
+from .copies import take_each_number_once
+from .errors import LogError, NoBlockError, SessionError
 from .header import WALL_CLOCK
+from .source import LogSource
 
 ChosenBy = Literal["only one", "asked for", "time of day", "place"]
 MOST_COUNTED = 4096
@@ -41,6 +50,52 @@ class Recording:
     blocks: int
     is_unbroken: bool
     has_end: bool
+
+
+@dataclass(frozen=True)
+class SetAside:
+    """Blocks of the file that are no part of the recording, by reason.
+
+    Attributes:
+        never_written: Zero blocks: room that the logger prepared and did not need.
+        torn: Begin like a block of ours; their CRC is wrong. A ragged end of the file is one.
+        foreign: Not ours.
+        malformed: The CRC is right, the contents impossible.
+        newer: The CRC is right, the layout version unknown.
+        stale: Undamaged, of the file's other recordings, whole or not.
+        duplicate: A second copy of a block that was taken: the logger writes the last seconds twice.
+        conflicting: Undamaged, with the number of a block that was taken, and different.
+    """
+
+    never_written: int = 0
+    torn: int = 0
+    foreign: int = 0
+    malformed: int = 0
+    newer: int = 0
+    stale: int = 0
+    duplicate: int = 0
+    conflicting: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """The blocks of one recording.
+
+    Attributes:
+        session: Its random id.
+        pieces: Where its blocks stand, by number, each number once; (k,) of PIECE, joined where possible.
+        other_sessions: Ids of the file's other recordings, as they stand in the file.
+        recordings: All of the file, as they stand in it; of very many the first ones.
+        chosen_by: Why it was this one.
+        set_aside: What was left out.
+    """
+
+    session: int
+    pieces: NDArray[np.void]
+    other_sessions: tuple[int, ...]
+    recordings: tuple[Recording, ...]
+    chosen_by: ChosenBy
+    set_aside: SetAside
 
 
 @dataclass
@@ -112,7 +167,48 @@ def _started(tally: _Tally) -> int | None:
     return None if tally.unix_offset_us is None else tally.unix_offset_us + tally.first_time_us
 
 
-def newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, ChosenBy]:
+def assemble(
+    source: LogSource,
+    pieces: NDArray[np.void],
+    unusable: Counter[str],
+    census: Census,
+    session: int | None,
+) -> Assembly:
+    """Choose a recording (`session`, or the newest) and put its blocks in order.
+
+    Args:
+        source: The file; read again only where blocks of one number compete.
+        pieces: All usable blocks, as they stand in the file.
+        unusable: The other blocks, counted by reason.
+        census: What was seen of each recording.
+        session: The recording asked for.
+
+    Raises:
+        LogError: the file has no block to choose from, or cannot be read.
+        SessionError: it has none of `session`.
+    """
+    if not len(pieces):
+        raise _nothing_found(source, unusable)
+    sessions = _sessions_by_position(pieces)
+    recordings = census.recordings(sessions, _unbroken_sessions(pieces))
+    chosen_by: ChosenBy = "asked for"
+    if session is None:
+        session, chosen_by = _newest(recordings, counted_all=len(recordings) == len(sessions))
+    elif session not in sessions:
+        raise SessionError(
+            what=f"{source.path} holds no recording {session:08x}.",
+            meaning="Nothing was decoded.",
+            next_step="It holds: " + ", ".join(f"{one:08x}" for one in sessions),
+        )
+    own = pieces[pieces["session"] == session]
+    taken, duplicate, conflicting = take_each_number_once(source, own)
+    stale = int(pieces["count"].sum() - own["count"].sum())
+    set_aside = SetAside(**unusable, stale=stale, duplicate=duplicate, conflicting=conflicting)
+    others = tuple(other for other in sessions if other != session)
+    return Assembly(session, taken, others, recordings, chosen_by, set_aside)
+
+
+def _newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, ChosenBy]:
     """The session to decode, and what decided.
 
     The time of day does where every unbroken recording has one. Otherwise the place: a recording is
@@ -131,7 +227,7 @@ def newest(recordings: Sequence[Recording], counted_all: bool) -> tuple[int, Cho
     return recordings[0].session, "place"
 
 
-def unbroken_sessions(pieces: NDArray[np.void]) -> frozenset[int]:
+def _unbroken_sessions(pieces: NDArray[np.void]) -> frozenset[int]:
     """The sessions of which every block from number 0 to the last one is there.
 
     Args:
@@ -147,3 +243,44 @@ def unbroken_sessions(pieces: NDArray[np.void]) -> frozenset[int]:
             broken.add(session)
         reached[session] = max(reach, number + count)
     return frozenset(reached.keys() - broken)
+
+
+def _sessions_by_position(pieces: NDArray[np.void]) -> tuple[int, ...]:
+    """The ids of all recordings, by the median position of their blocks."""
+    if (pieces["session"] == pieces["session"][0]).all():
+        return (int(pieces["session"][0]),)
+    ordered = pieces[np.lexsort((pieces["position"], pieces["session"]))]
+    ids, first = np.unique(ordered["session"], return_index=True)
+    upto = np.cumsum(ordered["count"])
+    before = upto[first] - ordered["count"][first]
+    middle = before + (np.append(before[1:], upto[-1]) - before - 1) // 2
+    piece = np.searchsorted(upto, middle, side="right")
+    median = ordered["position"][piece] + middle - (upto[piece] - ordered["count"][piece])
+    return tuple(ids[np.argsort(median, kind="stable")].tolist())
+
+
+def _nothing_found(source: LogSource, unusable: Counter[str]) -> LogError:
+    path = source.path
+    if unusable["newer"]:
+        return LogError(
+            f"{path} was recorded with a block layout that this program does not know.",
+            "Take the release of tfsat that the logger runs, and in its folder: python -m pip install .",
+            "Nothing was decoded; the recording itself is undamaged.",
+        )
+    if unusable["never_written"] and not unusable["torn"] + unusable["malformed"] + unusable["foreign"]:
+        return NoBlockError(
+            f"{path} holds {source.size_bytes} zero bytes and no block: "
+            "it was prepared for a recording that never began.",
+            "Look for another file on the card; before the next drop, tfsat-host status must show "
+            "the logger recording.",
+            "Nothing was recorded in this file.",
+        )
+    detail = "it holds no block that begins with the log's magic number"
+    if unusable["torn"]:
+        detail = f"{unusable['torn']} of its blocks look like ours and all of them are damaged"
+    elif unusable["malformed"]:
+        detail = "its blocks hold impossible values"
+    return NoBlockError(
+        f"{path} is not a tfsat log: {detail}.",
+        "Give a recording off the logger's card (DROP0001.BIN and up), a copy, or an image of the card.",
+    )

@@ -21,9 +21,15 @@ from tfsat_host.protocol.limits import (
 )
 
 from .events import DropEvent
-from .gaps import Gap
-from .noted import Noted, read_noted, set_against
-from .release_rule import ALL_OPEN, RuledRelease, SwitchEdge, releases_by_rule
+from .ledger import Gap
+from .release_rule import (
+    ALL_OPEN,
+    RuledRelease,
+    SwitchEdge,
+    compared,
+    recorded_releases,
+    releases_by_rule,
+)
 
 _BACKLOG_BLOCKS = 2
 """Edges wait for a free event slot, so a lost block may hold edges from before its first sample."""
@@ -45,7 +51,7 @@ class Release:
         latest_us: It cannot have been after.
         left_us: Between when the robot left: not the same time twice where the edges fit two releases.
         touches_gap: Blocks or samples that are lost may hold its edges.
-        contradicts_us: Another time, at which the logger noted a release that the edges do not tell, and
+        contradicts_us: Another time, at which the logger recorded a release that the edges do not show, and
             nothing is lost that would explain it.
     """
 
@@ -76,7 +82,7 @@ def find_release(
 ) -> Release | None:
     """The last release before the first stroke, else before the landing, else of all; None without one.
 
-    A release that the logger revoked is none. One that it noted is certain, whatever edges are lost.
+    A release that the logger revoked is none. One that it recorded itself is certain, whatever edges are lost.
 
     Args:
         events: By time.
@@ -111,20 +117,20 @@ def find_release(
     start = _state_at_start(edges, int(t_us[0]), switch_open[0])
     ruled = releases_by_rule(edges, start, max(int(t_us[-1]), edges[-1][0] if edges else 0))
     left_us = {release.at_us: release.left_us for release in ruled}
-    told = [release.at_us for release in ruled if not _is_false(release, events)]
+    shown = [release.at_us for release in ruled if not _is_false(release, events)]
     before_start = [(-_NEVER_US, int(t_us[0])) for gap in gaps if gap.start_us is None]
-    noted = read_noted(events)
-    releases = set_against(told, noted, unseen + holes + before_start)
-    latest_us, chosen = _choose(releases.at_us, events, period_us)
+    believed, revoked = recorded_releases(events)
+    releases, certain = compared(shown, believed, revoked, unseen + holes + before_start)
+    latest_us, chosen = _choose(releases, events, period_us)
     if chosen is None:
         return None
     begin, end = _window(chosen, edges, start, unseen + holes)
     if latest_us is not None:
         end = max(end, latest_us)
-    is_noted = chosen in releases.noted_us
+    is_certain = chosen in certain
 
     def may_move_it(span: Span) -> bool:
-        if is_noted:
+        if is_certain:
             # Only an unseen closing and another release could: that takes longer than most gaps.
             return chosen < span[1] and span[0] <= end and span[1] - span[0] >= RELEASE_SEATED_US
         return span[1] >= begin and span[0] <= end and not _is_chatter(span, chosen)
@@ -132,11 +138,11 @@ def find_release(
     near = [span for span in unseen + holes if may_move_it(span)]
     return Release(
         chosen,
-        chosen if is_noted else min([chosen, *(span[0] for span in near)]),
+        chosen if is_certain else min([chosen, *(span[0] for span in near)]),
         max([chosen, *(span[1] for span in near)]),
         left_us.get(chosen, (chosen, chosen)),
         any(may_move_it(span) for span in holes),
-        None if is_noted or near else _last_before(noted, latest_us),
+        None if is_certain or near else _last_before(believed, latest_us),
     )
 
 
@@ -182,10 +188,10 @@ def _choose(
     return latest_us, before[-1] if before else None
 
 
-def _last_before(noted: Noted, latest_us: int | None) -> int | None:
+def _last_before(believed: Sequence[int], latest_us: int | None) -> int | None:
     """The logger's own choice: its last release before `latest_us`, else the first after it."""
-    before = [time_us for time_us in noted.believed_us if latest_us is None or time_us <= latest_us]
-    return next(iter([*before[-1:], *noted.believed_us]), None)
+    before = [time_us for time_us in believed if latest_us is None or time_us <= latest_us]
+    return next(iter([*before[-1:], *believed]), None)
 
 
 def _lost_before_edges(events: Sequence[DropEvent]) -> list[Span]:

@@ -1,9 +1,14 @@
-"""The release rule of protocol/tfsat.toml, [release], on recorded edges, as the firmware's `ReleaseDetector`."""
+"""Releases by the rule of protocol/tfsat.toml, [release], on recorded edges, as the firmware's `ReleaseDetector`.
+
+And those that the logger itself recorded, compared with them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from tfsat_host.protocol.limits import (
     RELEASE_BOUNCE_US,
@@ -14,10 +19,14 @@ from tfsat_host.protocol.limits import (
     SWITCH_COUNT,
 )
 
+from .events import DropEvent
+
 ALL_OPEN = (1 << SWITCH_COUNT) - 1
 
 SwitchEdge = tuple[int, int, bool]
 """Time in µs, switch from 0, whether it opened."""
+SAME_US = 4
+"""Edges and recorded releases are stamped alike; only the rule's half-microsecond ticks round between them."""
 
 
 @dataclass(slots=True)
@@ -94,3 +103,58 @@ def releases_by_rule(edges: Sequence[SwitchEdge], start: int, end_us: int) -> li
             if time_us - opening.at_us > RELEASE_BOUNCE_US:
                 opening.at_us = time_us
     return releases
+
+
+def recorded_releases(events: Iterable[DropEvent]) -> tuple[list[int], list[int]]:
+    """The logger's own `release` events: when those were that it never revoked, and those that it revoked.
+
+    An event that revokes a release, because both switches closed again, has that release's time.
+    """
+    events = [event for event in events if event.name == "release"]
+    revoked = {event.t_us for event in events if event.arg == 0}
+    believed = {event.t_us for event in events if event.arg != 0} - revoked
+    return sorted(believed), sorted(revoked)
+
+
+def compared(
+    ruled: Sequence[int], believed: Sequence[int], revoked: Sequence[int], unseen: Iterable[tuple[int, int]]
+) -> tuple[list[int], frozenset[int]]:
+    """Leave out what was revoked; where edges are lost, take the time that the logger recorded.
+
+    A recorded release whose edges are not in the log counts if they may be lost. If they cannot be, it
+    contradicts the edges: they stand, and the caller says so.
+
+    Args:
+        ruled: Releases by the switch edges, by time.
+        believed, revoked: Of `recorded_releases`.
+        unseen: Times between which edges may be missing.
+
+    Returns:
+        Releases that may be the drop's, by time; and those that the logger recorded too, certain to the microsecond.
+    """
+    spans = sorted(unseen)
+    starts = [span[0] for span in spans]
+    reach = list(accumulate((span[1] for span in spans), max))
+    left: list[int | None] = list(ruled)
+    kept: set[int] = set()
+    unmatched = []
+    for time_us in sorted((*believed, *revoked)):
+        i = bisect_left(ruled, time_us - SAME_US)
+        if i == len(ruled) or ruled[i] > time_us + SAME_US or left[i] is None:
+            unmatched.append(time_us)
+            continue
+        left[i] = None
+        if time_us not in revoked:
+            kept.add(ruled[i])
+    for time_us in unmatched:
+        before = bisect_right(starts, time_us)
+        if not before or reach[before - 1] < time_us:
+            continue
+        # Its edges are lost: what shows it is the first that was seen again, unless that is another's.
+        i = bisect_left(ruled, time_us)
+        if i < len(ruled) and ruled[i] <= reach[before - 1] + RELEASE_CHATTER_US:
+            left[i] = None
+        if time_us not in revoked:
+            kept.add(time_us)
+    rest = {time_us for time_us in left if time_us is not None}
+    return sorted(rest | kept), frozenset(kept)

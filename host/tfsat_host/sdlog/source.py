@@ -16,7 +16,8 @@ from typing import Self
 
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
-from . import errors
+from .blocks import MAGIC, is_sound
+from .errors import LOOK_AGAIN, LogError, NoBlockError, changed_while_read, not_seekable, unreadable
 
 CHUNK_BLOCKS = 4096
 """Blocks that are read at a time (2 MiB, which stay in the processor's cache)."""
@@ -38,23 +39,29 @@ class LogSource:
         self._begin = 0
         try:
             if path.is_dir():
-                raise errors.not_a_file(path, sorted(path.glob("*.[bB][iI][nN]")))
+                raise _a_folder(path)
             kind = path.stat().st_mode
             if stat.S_ISFIFO(kind) or stat.S_ISSOCK(kind):
-                raise errors.not_seekable(path)
+                raise not_seekable(path)
             self._file = path.open("rb", buffering=0)
         except FileNotFoundError:
-            raise errors.missing(path) from None
+            raise LogError(
+                f"There is no file {path}.",
+                "Check the name; on the card the recordings are called DROP0001.BIN and up.",
+            ) from None
         except OSError as error:
-            raise errors.unreadable(path, error.strerror or str(error)) from None
+            raise unreadable(path, error) from None
         try:
             self.size_bytes = self._file.seek(0, os.SEEK_END)
         except OSError as error:
             self._file.close()
-            raise errors.unreadable(path, error.strerror or str(error)) from None
+            raise unreadable(path, error) from None
         if self.size_bytes == 0:
             self._file.close()
-            raise errors.not_seekable(path) if stat.S_ISCHR(kind) else errors.empty(path)
+            if stat.S_ISCHR(kind):
+                raise not_seekable(path)
+            meaning = "The logger never opened a recording in it, or the copy failed."
+            raise NoBlockError(f"{path} is empty (0 bytes).", LOOK_AGAIN, meaning)
 
     def __enter__(self) -> Self:
         return self
@@ -121,8 +128,40 @@ class LogSource:
             while done < len(target):
                 got = self._file.readinto(target[done:])
                 if not got:
-                    raise errors.changed_while_read(self.path)
+                    raise changed_while_read(self.path)
                 done += got
         except OSError as error:
-            raise errors.unreadable(self.path, error.strerror or str(error)) from None
+            raise unreadable(self.path, error) from None
         return target
+
+
+def find_shift(source: LogSource) -> int:
+    """How many bytes behind a multiple of BLOCK_BYTES the first undamaged block begins; 0 if there is none.
+
+    So do the blocks of an image with something before it, or with its start cut off. Slower than a look at the
+    sectors, so it is for files where that found nothing.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
+    # What is kept of the chunk before is one block, so an index in the window tells the shift.
+    kept = bytes(BLOCK_BYTES)
+    for _, data in source.chunks():
+        window = kept + data
+        at = window.find(MAGIC)
+        while 0 <= at <= len(window) - BLOCK_BYTES:
+            if at % BLOCK_BYTES and is_sound(window[at : at + BLOCK_BYTES]):
+                return at % BLOCK_BYTES
+            at = window.find(MAGIC, at + 1)
+        kept = window[-BLOCK_BYTES:]
+    return 0
+
+
+def _a_folder(path: Path) -> LogError:
+    logs = sorted(path.glob("*.[bB][iI][nN]"))
+    step = "Name the file that came off the card: tfsat-host decode DROP0001.BIN"
+    if len(logs) == 1:
+        step = f"It holds one log: tfsat-host decode {logs[0]}"
+    elif logs:
+        step = "It holds several logs, name one: " + ", ".join(map(str, logs))
+    return LogError(f"{path} is a directory, not a log.", step)

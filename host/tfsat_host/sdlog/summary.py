@@ -1,7 +1,8 @@
-"""A recording in numbers: what `decode` shows and prints as JSON."""
+"""A recording in numbers and sentences: the metadata of its files, and what `decode` shows and prints as JSON."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,36 +11,90 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 
 from .doubts import two_releases
-from .droplog import DropLog
-from .gaps import Gap
-from .metadata import late_samples, metadata
+from .droplog import SENSORS_PER_JOINT, DropLog
+from .ledger import Gap
 
 Json = dict[str, Any]
+
+
+def metadata(log: DropLog) -> Json:
+    """All that `DropLog` knows besides its columns; bytes as hexadecimal text, but for the schema."""
+    return {
+        "source": log.path.name,
+        "session": f"{log.session:08x}",
+        "other_sessions": [f"{other:08x}" for other in log.other_sessions],
+        "chosen_by": log.chosen_by,
+        "recordings": [asdict(one) | {"session": f"{one.session:08x}"} for one in log.recordings],
+        "verdict": log.verdict,
+        "samples": len(log),
+        "samples_lost": log.samples_lost,
+        "blocks_lost": log.blocks_lost,
+        "first_s": log.seconds(int(log.t_us[0])),
+        "last_s": log.seconds(int(log.t_us[-1])),
+        "duration_s": log.duration_s,
+        "rate_hz": log.rate_hz if log.rate_hz == log.rate_hz else None,
+        "release_us": log.release_us,
+        "release_uncertainty_us": log.release_uncertainty_us,
+        "release_interval_us": list(log.release.interval_us) if log.release else None,
+        "t_s_origin": log.t_s_origin,
+        "doubts": list(log.doubts),
+        "header": _plain(log.header) | {"is_copy": log.header_is_copy, "time_us": log.header_time_us},
+        "unix_offset_us": log.unix_offset_us,
+        "footer": _plain(log.footer) if log.footer else None,
+        "set_aside": asdict(log.set_aside),
+        "gaps": [asdict(gap) for gap in log.gaps],
+        "late_samples": _late_samples(log),
+        "events": [asdict(event) | {"t_s": log.seconds(event.t_us)} for event in log.events],
+    }
+
+
+def _late_samples(log: DropLog) -> Json:
+    """How often the sampling timer's ticks passed without a sample, how many did, and the longest time."""
+    rows = log.late_rows
+    if not len(rows):
+        return {"count": 0, "ticks_missed": 0, "longest_us": None, "longest_s": None}
+    step_us = log.t_us[rows] - log.t_us[rows - 1]
+    longest = int(np.argmax(step_us))
+    return {
+        "count": len(rows),
+        "ticks_missed": int((np.rint(step_us * (log.header.rate_hz / 1e6)) - 1).sum()),
+        "longest_us": int(step_us[longest]),
+        "longest_s": log.seconds(int(log.t_us[rows[longest]])),
+    }
+
+
+def _plain(record: Any) -> Json:
+    values = asdict(record)
+    if "schema" in values:
+        values["schema"] = values["schema"].rstrip(b"\0").decode("ascii", errors="replace")
+    return {
+        name: value.hex() if isinstance(value, bytes) else list(value) if isinstance(value, tuple) else value
+        for name, value in values.items()
+    }
 
 
 def summary(log: DropLog) -> Json:
     """The metadata, and per sensor how many samples were valid, invalid and clipped."""
     return metadata(log) | {
-        "sensors": sensor_rows(log),
-        "clipping": clipping(log),
+        "sensors": _sensor_rows(log),
+        "clipping": _clipping(log),
         "warnings": warnings(log),
     }
 
 
-def sensor_rows(log: DropLog) -> list[Json]:
+def _sensor_rows(log: DropLog) -> list[Json]:
     """One row a sensor: name, samples valid, invalid and clipped (None for angle sensors)."""
     rows: list[Json] = []
     for i in range(log.imu_valid.shape[1]):
         clipped = int(np.count_nonzero(log.clipped[:, i] & log.imu_valid[:, i]))
         rows.append(_row(f"IMU of body {i + 1}", log.imu_valid[:, i], clipped))
-    rows += [
-        _row(f"joint {i // 2 + 1} angle sensor {i % 2 + 1}", log.angle_valid[:, i], None)
-        for i in range(log.angle_valid.shape[1])
-    ]
+    for i in range(log.angle_valid.shape[1]):
+        joint, sensor = divmod(i, SENSORS_PER_JOINT)
+        rows.append(_row(f"joint {joint + 1} angle sensor {sensor + 1}", log.angle_valid[:, i], None))
     return rows
 
 
-def clipping(log: DropLog) -> Json | None:
+def _clipping(log: DropLog) -> Json | None:
     """When IMUs were at their full scale, and how many such samples lie in the fall; None if never.
 
     The landing clips: that is no fault. In the fall a clipped value is a lower bound of the truth.
@@ -78,7 +133,7 @@ def single_misses(valid: NDArray[np.bool_]) -> bool:
 def grave_warnings(log: DropLog) -> list[str]:
     """Of `warnings`, those on more than single readings."""
     valid = np.concatenate([log.imu_valid, log.angle_valid], axis=1)
-    rows = zip(sensor_rows(log), valid.T, strict=True)
+    rows = zip(_sensor_rows(log), valid.T, strict=True)
     light = {_missed_line(log, row) for row, given in rows if single_misses(given)}
     return [line for line in warnings(log) if line not in light]
 
@@ -109,10 +164,10 @@ def warnings(log: DropLog) -> list[str]:
         lines.append(_late_line(log))
     if log.footer is None:
         lines.append(_open_end_line(log))
-    clipped = clipping(log)
+    clipped = _clipping(log)
     if clipped is not None and clipped["in_fall"]:
         lines.append(f"{clipped['in_fall']} samples in the fall are clipped: they are lower bounds.")
-    lines += [_missed_line(log, row) for row in sensor_rows(log) if row["invalid"]]
+    lines += [_missed_line(log, row) for row in _sensor_rows(log) if row["invalid"]]
     return lines
 
 
@@ -120,7 +175,7 @@ _GAPS_SHOWN = 5
 
 
 def _late_line(log: DropLog) -> str:
-    late = late_samples(log)
+    late = _late_samples(log)
     return (
         f"The logger took {late['count']} samples late and none in {late['ticks_missed']} ticks before them "
         f"(longest step {late['longest_us'] / 1e3:.3f} ms, up to {late['longest_s']:.3f} s): "

@@ -12,7 +12,7 @@ from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
-from tfsat_host.sdlog.parts import MPU_6050, parts_of
+from tfsat_host.sdlog.header import MPU_6050, parts_of
 
 _ANGLE_VALID_BIT = 4
 _CLIPPED_BIT = 12

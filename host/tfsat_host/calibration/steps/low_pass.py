@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.imus import ImuPart
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LogHeader
-from tfsat_host.sdlog.parts import MPU_6050, parts_of
+from tfsat_host.sdlog.header import MPU_6050, parts_of
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from tfsat_host.report.contents.attitudes import euler_angles
 from tfsat_host.report.contents.charts.momentum import PER_KG_M2_S, averages_of, bodies_of
 from tfsat_host.report.contents.poses import body_poses
 from tfsat_host.report.recording.schemas import message_classes
-from tfsat_host.sdlog.mcap_channels import Channel, Messages, Stamp
+from tfsat_host.sdlog.export_mcap import Channel, Messages, Stamp
 
 FloatArray = NDArray[np.float64]
 

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tfsat_host.report.contents.reported import Reported
-from tfsat_host.sdlog.export_mcap import write_mcap
-from tfsat_host.sdlog.frames import BodyFrames
+from tfsat_host.sdlog.export_mcap import BodyFrames, write_mcap
 
 if TYPE_CHECKING:
-    from tfsat_host.sdlog.mcap_channels import Channel, Stamp
+    from tfsat_host.sdlog.export_mcap import Channel, Stamp
 
 MARKER = b"made by tfsat-host report"
 """Stands in the file's first record: how the command knows its own."""

@@ -12,7 +12,7 @@ from tfsat_host.report.contents.events import events_of
 from tfsat_host.report.contents.replay import boxes_of
 from tfsat_host.report.contents.reported import Reported
 from tfsat_host.report.recording.channels import FILED, Topics
-from tfsat_host.sdlog.mcap_channels import Channel, Messages, Stamp
+from tfsat_host.sdlog.export_mcap import Channel, Messages, Stamp
 
 FloatArray = NDArray[np.float64]
 

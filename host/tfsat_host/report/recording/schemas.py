@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tfsat_host.sdlog.mcap_schemas import Fields, classes_of
+from tfsat_host.sdlog.export_mcap import Fields, classes_of
 
 _TIMESTAMP = ".google.protobuf.Timestamp"
 _VECTOR = ".foxglove.Vector3"

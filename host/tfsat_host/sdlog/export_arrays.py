@@ -1,29 +1,93 @@
-"""MATLAB: one struct `drop`, time down the rows, one element of a struct array a body and a joint.
+"""Arrays: NPZ, and MATLAB's MAT-file, with the recording's metadata.
 
-Every number is a double, as MATLAB's own are: its integers round quotients (`diff(t_us)/1e6` would be 0)
-and do not mix with each other. Times in µs and counts are exact in a double up to 2^53.
+NPZ holds the arrays of `DropLog` in SI units. The MAT-file has one struct `drop`, time down the rows, one element of a
+struct array a body and a joint. Every number in it is a double, as MATLAB's own are: its integers round quotients
+(`diff(t_us)/1e6` would be 0) and do not mix with each other. Times in µs and counts are exact in a double up to 2^53.
 """
 
 from __future__ import annotations
 
 import json
+import zipfile
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
-import scipy.io
+from numpy.typing import NDArray
 
 from tfsat_host.errors import TfsatError
-from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 
-from .droplog import DropLog
-from .metadata import metadata
+from .droplog import SENSORS_PER_JOINT, DropLog, rows_of
+from .summary import metadata
 
+NPZ_MARKER = b"made by tfsat-host decode"
+"""The archive's comment: how the command knows a file of its own."""
 MAT_MARKER = b"MATLAB 5.0 MAT-file, made by tfsat-host decode"
 """The descriptive text at the start of the file: how the command knows a file of its own."""
+_ROWS_AT_A_TIME = 1 << 15
+_COLUMNS = (
+    "sample_index",
+    "t_us",
+    "t_s",
+    "rate_rad_s",
+    "specific_force_m_s2",
+    "temperature_c",
+    "sensor_angle_rad",
+    "imu_valid",
+    "angle_valid",
+    "switch_open",
+    "clipped",
+)
 _TEXT_BYTES = 116
 _LARGEST_BYTES = 2**31 - 2**20
 """A variable of a version 5 MAT-file has at most 2^31 bytes, descriptions included."""
+_INFO_FIELDS = (
+    "source",
+    "session",
+    "verdict",
+    "samples",
+    "samples_lost",
+    "blocks_lost",
+    "duration_s",
+    "rate_hz",
+    "release_us",
+    "release_uncertainty_us",
+    "t_s_origin",
+)
+
+
+def si_columns(log: DropLog) -> dict[str, NDArray[Any]]:
+    """Name (with unit) to column; shapes as documented at `DropLog`."""
+    return {name: getattr(log, name) for name in _COLUMNS}
+
+
+def write_npz(log: DropLog, path: Path) -> None:
+    """Write what `numpy.load` reads; `json.loads(str(file["metadata"]))` gives the metadata."""
+    text = np.array(json.dumps(metadata(log)))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name in _COLUMNS:
+            with _member(archive, name) as member:
+                _write_column(log, name, member)
+        with _member(archive, "metadata") as member:
+            np.lib.format.write_array(member, text, allow_pickle=False)
+        archive.comment = NPZ_MARKER
+
+
+def _member(archive: zipfile.ZipFile, name: str) -> IO[bytes]:
+    return archive.open(f"{name}.npy", "w", force_zip64=True)
+
+
+def _write_column(log: DropLog, name: str, member: IO[bytes]) -> None:
+    """Some rows at a time: what is computed stays in the processor's cache, and is not kept."""
+    for start in range(0, len(log), _ROWS_AT_A_TIME):
+        part = np.ascontiguousarray(getattr(rows_of(log, slice(start, start + _ROWS_AT_A_TIME)), name))
+        if start == 0:
+            shape = (len(log), *part.shape[1:])
+            np.lib.format.write_array_header_1_0(
+                member, {"descr": part.dtype.str, "fortran_order": False, "shape": shape}
+            )
+        member.write(part.data)
 
 
 def write_mat(log: DropLog, path: Path) -> None:
@@ -38,6 +102,8 @@ def write_mat(log: DropLog, path: Path) -> None:
             meaning="No MAT-file was written; the recording is untouched.",
             next_step="Write Parquet and read it with MATLAB's parquetread: tfsat-host decode --format parquet",
         )
+    import scipy.io
+
     contents = {"drop": drop_struct(log)}
     scipy.io.savemat(str(path), contents, appendmat=False, oned_as="column", long_field_names=True)
     with path.open("r+b") as file:
@@ -57,7 +123,7 @@ def drop_struct(log: DropLog) -> dict[str, Any]:
         }
     joint = np.empty(JOINT_COUNT, object)
     for j in range(JOINT_COUNT):
-        pair = slice(2 * j, 2 * j + 2)
+        pair = slice(SENSORS_PER_JOINT * j, SENSORS_PER_JOINT * (j + 1))
         joint[j] = {"sensor_angle_rad": log.sensor_angle_rad[:, pair], "valid": log.angle_valid[:, pair]}
     return {
         "sample_index": log.sample_index.astype(float),
@@ -80,13 +146,15 @@ def _struct_array(items: Any) -> Any:
 
 
 def _events(log: DropLog) -> dict[str, Any]:
+    numbers = {
+        name: np.array([getattr(event, name) for event in log.events], float)
+        for name in ("t_us", "index", "arg", "value")
+    }
     return {
         "t_s": np.array([log.seconds(event.t_us) for event in log.events], float),
-        "t_us": np.array([event.t_us for event in log.events], float),
+        "t_us": numbers.pop("t_us"),
         "name": np.array([event.name for event in log.events], object),
-        "index": np.array([event.index for event in log.events], float),
-        "arg": np.array([event.arg for event in log.events], float),
-        "value": np.array([event.value for event in log.events], float),
+        **numbers,
     }
 
 
@@ -112,20 +180,6 @@ def _matlab_value(value: Any) -> Any:
 
 
 def bytes_per_sample() -> int:
-    """Doubles: index, two times, seven values an IMU, two sensors a joint; the rest are logicals."""
-    return 8 * (3 + 7 * IMU_COUNT + 2 * JOINT_COUNT) + 2 * IMU_COUNT + 2 * JOINT_COUNT + SWITCH_COUNT
-
-
-_INFO_FIELDS = (
-    "source",
-    "session",
-    "verdict",
-    "samples",
-    "samples_lost",
-    "blocks_lost",
-    "duration_s",
-    "rate_hz",
-    "release_us",
-    "release_uncertainty_us",
-    "t_s_origin",
-)
+    """Doubles: index, two times, seven values an IMU, one an angle sensor; the rest are logicals."""
+    doubles = 3 + 7 * IMU_COUNT + ANGLE_SENSOR_COUNT
+    return 8 * doubles + 2 * IMU_COUNT + ANGLE_SENSOR_COUNT + SWITCH_COUNT

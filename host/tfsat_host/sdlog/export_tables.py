@@ -1,0 +1,224 @@
+"""Tables: CSV, and Parquet for pandas, polars, DuckDB and MATLAB's `parquetread`; a row a sample and a row an event.
+
+CSV is written by looking texts up: a sensor has 65,536 different readings, and each is formatted once.
+The values of Parquet are those of the CSV, whole. Its delta encoding takes integers only: times and sample numbers
+have it. A dictionary holds each physical column, exact to the last bit and smaller than any of the encodings for
+floating-point numbers.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .droplog import CountColumn, DropLog, flag_columns, physical_columns
+from .errors import check_extra
+from .summary import metadata
+
+_CHUNK_ROWS = 8192
+_INDEX_COLUMNS = ("sample", "t_us", "t_s")
+_EVENT_COLUMNS = ("t_us", "t_s", "event", "index", "arg", "value")
+_DIGITS = tuple(f"{number:03d}".encode() for number in range(1000))
+_THREE_DIGITS = np.array(_DIGITS, "S3").view(np.uint8).reshape(1000, 3)
+_PAD = 0
+"""Fills a field up to its column's width; taken out before a row is written."""
+
+PARQUET_MARKER = b"made by tfsat-host decode"
+"""Ends the only entry of the file's metadata, which ends the file: how the command knows its own."""
+METADATA_KEY = b"tfsat_recording"
+"""`json.loads(pyarrow.parquet.read_schema(path).metadata[METADATA_KEY])`: the recording's metadata and `units`."""
+_ROW_GROUP = 1 << 17
+_UNITS = {"_deg_s": "deg/s", "_m_s2": "m/s^2", "_c": "degC", "_deg": "deg", "_us": "us", "_s": "s"}
+"""Unit by the end of a column's name; the first that fits."""
+
+Text = NDArray[np.uint8]
+
+
+def header_line(log: DropLog) -> bytes:
+    """The first line of the samples' file: the column names."""
+    return _line([*_INDEX_COLUMNS, *(column.name for column in physical_columns(log)), *flag_columns(log)])
+
+
+def events_header_line() -> bytes:
+    """The first line of the events' file."""
+    return _line(_EVENT_COLUMNS)
+
+
+def write_csv(log: DropLog, path: Path) -> None:
+    """Write one row a sample (RFC 4180); a reading that was not valid is an empty field."""
+    physical = [_texts(column) for column in physical_columns(log)]
+    flags = list(flag_columns(log).values())
+    with path.open("wb") as file:
+        file.write(header_line(log))
+        for start in range(0, len(log), _CHUNK_ROWS):
+            rows = slice(start, start + _CHUNK_ROWS)
+            file.write(_rows(log, rows, physical, flags))
+
+
+def write_events_csv(log: DropLog, path: Path) -> None:
+    """Write one row an event, by time; index, arg and value as in the protocol's EventCode."""
+    with path.open("w", newline="", encoding="ascii") as file:
+        file.write(events_header_line().decode())
+        writer = csv.writer(file)
+        for event in log.events:
+            t_s = f"{log.seconds(event.t_us):.6f}"
+            writer.writerow((event.t_us, t_s, event.name, event.index, event.arg, event.value))
+
+
+def _line(names: Iterable[str]) -> bytes:
+    return ",".join(names).encode() + b"\r\n"
+
+
+def _rows(
+    log: DropLog, rows: slice, physical: list[Callable[[slice], Text]], flags: list[NDArray[np.bool_]]
+) -> bytes:
+    fields = [
+        _integers(log.sample_index[rows]),
+        _integers(log.t_us[rows]),
+        _seconds(log.t_us[rows] - log.origin_us),
+        *(texts(rows) for texts in physical),
+        *(flag[rows, None].astype(np.uint8) + ord("0") for flag in flags),
+    ]
+    width = sum(field.shape[1] + 1 for field in fields) + 1
+    text = np.full((len(fields[0]), width), ord(","), np.uint8)
+    at = 0
+    for field in fields:
+        text[:, at : at + field.shape[1]] = field
+        at += field.shape[1] + 1
+    text[:, -2:] = (ord("\r"), ord("\n"))
+    return text.tobytes().translate(None, bytes((_PAD,)))
+
+
+def _texts(column: CountColumn) -> Callable[[slice], Text]:
+    """What gives a column's texts, (m, width), of some rows: each count that occurs is formatted once."""
+    least = int(column.counts.min())
+    occurs = np.zeros(int(column.counts.max()) - least + 1, bool)
+    occurs[column.counts.astype(np.intp) - least] = True
+    values = (least + np.flatnonzero(occurs)) * column.scale + column.offset
+    formatted = np.array([f"{value:.{column.decimals}f}".encode() for value in values.tolist()])
+    texts, row_of = formatted.view(f"V{formatted.itemsize}"), np.cumsum(occurs) - 1
+
+    def of(rows: slice) -> Text:
+        counts, valid = column.counts[rows], column.valid[rows]
+        text = texts.take(row_of.take(counts.astype(np.intp) - least)).view(np.uint8).reshape(len(counts), -1)
+        if not valid.all():
+            text[~valid] = _PAD
+        return text
+
+    return of
+
+
+def _seconds(time_us: NDArray[np.int64]) -> Text:
+    """(m, width) decimal text of µs as seconds with six decimals, exact."""
+    whole, micro = np.divmod(np.abs(time_us), 1_000_000)
+    point = np.full((len(time_us), 1), ord("."), np.uint8)
+    sign = np.where(time_us < 0, ord("-"), _PAD).astype(np.uint8)[:, None]
+    milli, rest = np.divmod(micro, 1000)
+    return np.hstack((sign, _integers(whole), point, _THREE_DIGITS[milli], _THREE_DIGITS[rest]))
+
+
+def _integers(values: NDArray[np.int64]) -> Text:
+    """(m, width) decimal text of numbers from 0, padded in front."""
+    groups = []
+    rest = values
+    while True:
+        rest, group = np.divmod(rest, 1000)
+        groups.append(_THREE_DIGITS[group])
+        if not rest.any():
+            break
+    text = np.hstack(groups[::-1])
+    leading = np.cumsum(text != ord("0"), axis=1) == 0
+    leading[:, -1] = False
+    text[leading] = _PAD
+    return text
+
+
+def write_parquet(log: DropLog, path: Path) -> None:
+    """Write one row a sample; a reading that was not valid is null. Units stand in names and metadata.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    check_extra("parquet")
+    import pyarrow as pa
+
+    physical, flags = physical_columns(log), flag_columns(log)
+    schema = pa.schema(
+        [
+            ("sample", pa.int64()),
+            ("t_us", pa.int64()),
+            ("t_s", pa.float64()),
+            *((column.name, pa.float64()) for column in physical),
+            *((name, pa.bool_()) for name in flags),
+        ],
+    )
+    delta = {"sample": "DELTA_BINARY_PACKED", "t_us": "DELTA_BINARY_PACKED", "t_s": "BYTE_STREAM_SPLIT"}
+    with _writer(log, path, schema, [column.name for column in physical], delta) as writer:
+        for start in range(0, len(log), _ROW_GROUP):
+            rows = slice(start, start + _ROW_GROUP)
+            columns = [
+                pa.array(log.sample_index[rows]),
+                pa.array(log.t_us[rows]),
+                pa.array((log.t_us[rows] - log.origin_us) / 1e6),
+                *(pa.array(column.values(rows), mask=~column.valid[rows]) for column in physical),
+                *(pa.array(flag[rows]) for flag in flags.values()),
+            ]
+            writer.write_table(pa.Table.from_arrays(columns, schema=schema), row_group_size=_ROW_GROUP)
+
+
+def write_events_parquet(log: DropLog, path: Path) -> None:
+    """Write one row an event, by time; index, arg and value as in the protocol's EventCode.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    check_extra("parquet")
+    import pyarrow as pa
+
+    events = log.events
+    columns = {
+        "t_us": pa.array([event.t_us for event in events], pa.int64()),
+        "t_s": pa.array([log.seconds(event.t_us) for event in events], pa.float64()),
+        "event": pa.array([event.name for event in events], pa.string()),
+        "index": pa.array([event.index for event in events], pa.uint8()),
+        "arg": pa.array([event.arg for event in events], pa.uint16()),
+        "value": pa.array([event.value for event in events], pa.int32()),
+    }
+    schema = pa.schema([(name, column.type) for name, column in columns.items()])
+    with _writer(log, path, schema, ["event"], {"t_us": "DELTA_BINARY_PACKED"}) as writer:
+        writer.write_table(pa.Table.from_arrays(list(columns.values()), schema=schema))
+
+
+@contextmanager
+def _writer(
+    log: DropLog, path: Path, schema: Any, dictionaries: list[str], encodings: dict[str, str]
+) -> Iterator[Any]:
+    """A writer of the columns, which adds the metadata at its end.
+
+    Without Arrow's own copy of the schema: Parquet's types say it all, and the metadata would stand twice.
+    """
+    from pyarrow import parquet
+
+    with parquet.ParquetWriter(
+        path,
+        schema,
+        compression="zstd",
+        use_dictionary=dictionaries,
+        column_encoding=encodings,
+        store_schema=False,
+    ) as writer:
+        yield writer
+        units = {
+            name: next(unit for ending, unit in _UNITS.items() if name.endswith(ending))
+            for name in schema.names
+            if name.endswith(tuple(_UNITS))
+        }
+        facts = metadata(log) | {"units": units, "made": PARQUET_MARKER.decode()}
+        writer.add_key_value_metadata({METADATA_KEY: json.dumps(facts)})
