@@ -27,7 +27,7 @@ def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
         program, *arguments = shlex.split(example)
         assert program == "tfsat-host"
         tfsat_host(*arguments)
-    assert (tfsat_host.folder / "run" / "SD.mat").stat().st_size > 0
+    assert (tfsat_host.folder / "run" / "SD.csv").stat().st_size > 0
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())

@@ -126,13 +126,19 @@ def test_the_quick_start_names_every_file_of_a_rehearsal_and_no_other(tfsat_host
     assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == left
 
 
-def test_the_python_example_runs(tmp_path: Path) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", _text("python-api.md"), re.DOTALL)
+def test_the_python_examples_run_one_after_the_other(tmp_path: Path) -> None:
+    tasks = re.findall(r"```python\n(.*?)```", _text("python-api.md"), re.DOTALL)
+    assert len(tasks) == 10
     run_folder(tmp_path / "run")
+    run_folder(tmp_path / "run2", seed=2)
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+        [sys.executable, "-W", "error", "-c", "\n".join(tasks)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
     )
-    angle_rad, std_rad = map(float, done.stdout.split())
+    angle_rad, std_rad = map(float, done.stdout.splitlines()[0].split())
     assert angle_rad == pytest.approx(0.48, abs=0.1)
     assert 0.0 < std_rad < 0.02
 
