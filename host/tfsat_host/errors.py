@@ -7,7 +7,7 @@ the drop, and what to type or do next. The command line prints these three and e
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 class TfsatError(Exception):
@@ -17,12 +17,16 @@ class TfsatError(Exception):
         what: What happened, one sentence, with the names and numbers involved.
         meaning: What it means for the drop (what is lost, unsafe, unchanged).
         next_step: What to do now; a command to type where there is one.
+        code: A stable name for `--json`, where callers tell such errors apart.
     """
 
     exit_code: ClassVar[int] = 1
+    code: Any = None
 
-    def __init__(self, *, what: str, meaning: str, next_step: str) -> None:
+    def __init__(self, *, what: str, meaning: str, next_step: str, code: object = None) -> None:
         super().__init__(what)
+        if code is not None:
+            self.code = code
         self.what = what
         self.meaning = meaning
         self.next_step = next_step

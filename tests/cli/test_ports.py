@@ -16,9 +16,16 @@ import serial
 from tests.cli.process import RunCli
 from tfsat_host.cli import ports
 from tfsat_host.cli.main import main
-from tfsat_host.devices.discovery import BoardName, PortInfo, find_port, identify
-from tfsat_host.devices.port_errors import PortError, PortProblem, open_error
-from tfsat_host.devices.serial_port import open_serial
+from tfsat_host.devices.ports import (
+    BoardName,
+    PortError,
+    PortInfo,
+    PortProblem,
+    find_port,
+    identify,
+    open_error,
+    open_serial,
+)
 
 MICRO = PortInfo("/dev/ttyACM0", 0x2341, 0x8037, "HIDPC", "Arduino Micro")
 MICRO_2 = PortInfo("/dev/ttyACM3", 0x2A03, 0x8037)

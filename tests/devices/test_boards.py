@@ -7,11 +7,9 @@ from collections.abc import Iterable, Iterator
 import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
-from tfsat_host.devices.client import NoAnswer, WrongBoard
+from tfsat_host.devices.client import NoAnswer, VerifyError, WrongBoard
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.maneuver_transfer import maneuver_crc
-from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.devices.stored_record import STORE_TIMEOUT_S, VerifyError
+from tfsat_host.devices.sequencer import STORE_TIMEOUT_S, SequencerClient, maneuver_crc
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import (
     Board,

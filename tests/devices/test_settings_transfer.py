@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
-from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.devices.stored_record import STORE_TIMEOUT_S, VerifyError
+from tfsat_host.devices.client import VerifyError
+from tfsat_host.devices.sequencer import STORE_TIMEOUT_S, SequencerClient
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.messages import (

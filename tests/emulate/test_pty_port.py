@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tfsat_host.devices.port_errors import PortError, PortProblem
-from tfsat_host.devices.serial_port import open_serial
+from tfsat_host.devices.ports import PortError, PortProblem, open_serial
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.pty_port import PtyPort
 

@@ -10,7 +10,7 @@ import pytest
 from tests.cli.process import RunCli
 from tests.emulate.served import Served
 from tests.emulate.test_control import Person
-from tfsat_host.devices.port_errors import PortError
+from tfsat_host.devices.ports import PortError
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.serve import RobotServer
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.emulator.fault_bench import Act, bench, fly, nothing, read_card
-from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.emulated.imperfections import ideal
 from tfsat_host.emulated.robot import EmulatedRobot, Reset
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

@@ -7,7 +7,7 @@ import pytest
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
 from tests.emulator_avr.board_link import UPLOADED, connect
 from tests.emulator_avr.flight import assert_maneuver_flown, run_until_lines_are_low
-from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.flashing.conftest import hex_text
-from tfsat_host.flashing.avrdude import Bars
 from tfsat_host.flashing.image import FLASH_BYTES, HEX, ImageError, default_hex, load_image
+from tfsat_host.flashing.loader import Bars
 
 DATA = bytes(range(100))
 END = ":00000001FF\n"

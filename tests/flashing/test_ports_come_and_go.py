@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from tests.devices.scripted import ScriptedTransport, hello, reply
-from tfsat_host.devices.discovery import PortInfo
-from tfsat_host.devices.port_errors import PortError, open_error
+from tfsat_host.devices.ports import PortError, PortInfo, open_error
 from tfsat_host.devices.transport import Transport
-from tfsat_host.flashing.avrdude import FlashError
-from tfsat_host.flashing.bootloader import BOOTLOADER_TIMEOUT_S, ask_again, wake
+from tfsat_host.flashing.flash import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
+from tfsat_host.flashing.loader import FlashError
 from tfsat_host.protocol.enums import Board
 
 SKETCH, BOOTLOADER, NEWER, TEENSY = (0x2341, 0x8037), (0x2341, 0x0037), (0x2A03, 0x0037), (0x16C0, 0x0483)
@@ -99,7 +98,7 @@ def test_the_sketch_may_come_back_under_another_name() -> None:
     others = {"/dev/ttyACM5": SKETCH}
     story = {0.0: {"/dev/ttyACM0": BOOTLOADER, **others}, 2.0: {"/dev/ttyACM1": SKETCH, **others}}
     boards = {"/dev/ttyACM1": Board.SEQUENCER, "/dev/ttyACM5": Board.SEQUENCER}
-    port, identity = ask_again(Computer(story, boards), "/dev/ttyACM0", {"/dev/ttyACM5"})
+    port, identity = SequencerFlasher(Computer(story, boards)).ask_again("/dev/ttyACM0", {"/dev/ttyACM5"})
     assert (port, identity.image_crc) == ("/dev/ttyACM1", "00c0ffee")
 
 
@@ -107,13 +106,13 @@ def test_a_link_that_is_not_listed_is_tried_all_the_same() -> None:
     computer = Computer(
         {0: {"boot": BOOTLOADER}, 2: {"by-id/micro": TEENSY}}, {"by-id/micro": Board.SEQUENCER}
     )
-    assert ask_again(computer, "by-id/micro", set())[0] == "by-id/micro"
+    assert SequencerFlasher(computer).ask_again("by-id/micro", set())[0] == "by-id/micro"
 
 
 def test_the_logger_at_the_old_name_is_not_taken_for_the_board() -> None:
     story = {0.0: {"COM5": TEENSY}, 3.0: {"COM5": TEENSY, "COM8": SKETCH}}
     computer = Computer(story, {"COM5": Board.LOGGER, "COM8": Board.SEQUENCER})
-    assert ask_again(computer, "COM5", set())[0] == "COM8"
+    assert SequencerFlasher(computer).ask_again("COM5", set())[0] == "COM8"
 
 
 @pytest.mark.parametrize(
@@ -122,7 +121,7 @@ def test_the_logger_at_the_old_name_is_not_taken_for_the_board() -> None:
 )
 def test_a_sketch_that_does_not_answer(after: dict[str, tuple[int, int]], reason: str) -> None:
     with pytest.raises(FlashError, match=reason) as caught:
-        ask_again(Computer({0.0: {}, 1.0: after}, {}), None, set())
+        SequencerFlasher(Computer({0.0: {}, 1.0: after}, {})).ask_again(None, set())
     assert caught.value.code == "silent"
     assert "Do not fly this board yet" in caught.value.meaning
 

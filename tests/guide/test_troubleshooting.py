@@ -7,8 +7,7 @@ import re
 import pytest
 
 from tests.guide.documents import GUIDE
-from tfsat_host.devices.board_errors import LinkProblem
-from tfsat_host.devices.port_errors import PortProblem
+from tfsat_host.devices.ports import PortProblem
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 
@@ -26,11 +25,11 @@ def test_every_error_code_has_its_section(code: ErrorCode) -> None:
         assert sentence in section
 
 
-@pytest.mark.parametrize("problem", [*PortProblem, *LinkProblem])
-def test_every_problem_of_port_and_link_has_its_section(problem: PortProblem | LinkProblem) -> None:
+@pytest.mark.parametrize("problem", PortProblem)
+def test_every_problem_of_port_and_link_has_its_section(problem: PortProblem) -> None:
     assert "**Do:**" in " ".join(SECTIONS[problem.value].split())
 
 
 def test_there_is_nothing_else() -> None:
-    assert len(SECTIONS) == len(ErrorCode) - 1 + len(PortProblem) + len(LinkProblem)
+    assert len(SECTIONS) == len(ErrorCode) - 1 + len(PortProblem)
     assert len(re.findall("^### ", PAGE, re.MULTILINE)) == len(SECTIONS)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.jogging import ORDER_S, Jog, JogClient, JogEnd, JogError, JogRefused
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, EmulationError
 from tfsat_host.emulated.transport import EmulatedTransport

@@ -11,7 +11,7 @@ import pytest
 from tests.devices.scripted import ScriptedTransport
 from tests.jog.test_lost_board import Board
 from tests.jog.test_motion import angles_deg, fastest_deg_s, go_on, is_limp
-from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.jogging import JogClient, JogEnd, JogError, JogRefused, JogTour
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.limits import BLOCK_BYTES

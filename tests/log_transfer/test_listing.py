@@ -7,8 +7,7 @@ from typing import cast
 import pytest
 
 from tfsat_host.cli.log import pick
-from tfsat_host.devices.board_errors import BoardError, board_error
-from tfsat_host.devices.client import Client
+from tfsat_host.devices.client import BoardError, Client, board_error
 from tfsat_host.devices.log_transfer import Listing, list_logs
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogListReply, LogListRequest

@@ -8,7 +8,7 @@ import pytest
 
 from tests.log_transfer.bench import Bench
 from tfsat_host.devices.partial_log import PartialLog, PartialLogError
-from tfsat_host.devices.port_errors import PortError
+from tfsat_host.devices.ports import PortError
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry
 

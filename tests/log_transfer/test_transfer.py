@@ -16,7 +16,7 @@ from tfsat_host.devices.log_transfer import (
     is_whole,
     session_of,
 )
-from tfsat_host.devices.port_errors import PortError
+from tfsat_host.devices.ports import PortError
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.framing import FrameReceiver

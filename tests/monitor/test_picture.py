@@ -13,7 +13,7 @@ from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
 from tfsat_host.cli.monitor_picture import Picture
 from tfsat_host.cli.monitor_words import one_line
 from tfsat_host.devices.client import Client
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.enums import ErrorCode, LoggerState, SequencerState

@@ -13,7 +13,7 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.cli.main import main
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.maneuver import format_maneuver
 from tfsat_host.plan.facility import default_facility_path
@@ -66,7 +66,7 @@ def test_samples_that_come_unevenly(morning: Morning, monkeypatch: pytest.Monkey
 
 def test_a_host_of_another_release(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
     morning.set_clock = None
-    monkeypatch.setattr("tfsat_host.devices.identity.PROTOCOL_HASH", b"another!")
+    monkeypatch.setattr("tfsat_host.devices.client.PROTOCOL_HASH", b"another!")
     result = morning.preflight(expect=4)
     assert found_wrong(result) == {"protocol"}
     assert {"maneuver", "switches", "card", "sampling"} <= not_made(result)

@@ -15,7 +15,7 @@ from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
 from tfsat_host.cli.preflight_boards import transports
 from tfsat_host.cli.preflight_commands import typed_here
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.preflight.check import no_go
 from tfsat_host.present.output import Output
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.cpp.compiling import REPOSITORY, build_shared
 from tfsat_host.devices.client import Client
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from tests.sequencer.board import ERASED, NEW, OLD, Board, Cable, Reset, connect, rows
 from tests.sequencer.store_model import BEGUN_FROM, without_markers
-from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer
-from tfsat_host.devices.port_errors import PortError, PortProblem
-from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, VerifyError
+from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer, VerifyError
+from tfsat_host.devices.ports import PortError, PortProblem
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame

@@ -12,7 +12,7 @@ from tests.emulator_avr.board_link import BoardTransport
 from tests.sequencer.store_model import MANEUVER_AT, SETTINGS_AT, SLOT_BYTES
 from tests.sequencer_proof.rigs import AvrRig, Bench, stack_never_used
 from tests.sequencer_proof.signals import Broken
-from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin

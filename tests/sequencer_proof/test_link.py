@@ -14,7 +14,7 @@ from tests.sequencer_proof.link_abuse import LAST_BEGIN_US, Abuse, abuse_link, b
 from tests.sequencer_proof.noise import STATES, Noise, make_noise
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.signals import Broken
-from tfsat_host.devices.board_errors import BoardRefusal
+from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.protocol.enums import ErrorCode
 
 

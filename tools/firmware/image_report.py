@@ -15,8 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "host"))
 
-from tfsat_host.flashing.image import FLASH_BYTES
-from tfsat_host.flashing.intel_hex import read_hex
+from tfsat_host.flashing.image import FLASH_BYTES, read_hex
 
 RAM_BYTES = 2560
 RAM_SECTIONS = (".data", ".bss", ".noinit")

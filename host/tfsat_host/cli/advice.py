@@ -39,7 +39,7 @@ def device_option(args: argparse.Namespace) -> str:
 @contextmanager
 def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -> Iterator[None]:
     """Adds to a board's error raised inside: the state where that is the reason, and the device option."""
-    from tfsat_host.devices.board_errors import BoardError
+    from tfsat_host.devices.client import BoardError
 
     try:
         yield
@@ -54,7 +54,7 @@ def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -
 @contextmanager
 def offering_emulated() -> Iterator[None]:
     """Adds to "no board found": only for commands of which nobody could think that they had reached the robot."""
-    from tfsat_host.devices.port_errors import PortError, PortProblem
+    from tfsat_host.devices.ports import PortError, PortProblem
 
     try:
         yield

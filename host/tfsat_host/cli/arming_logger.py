@@ -39,7 +39,7 @@ def look_at_logger(args: argparse.Namespace, out: Output) -> LoggerAnswer:
     Raises:
         NotOnCard: a recording was started and does not reach its card, and nobody said `--unrecorded`.
     """
-    from tfsat_host.devices.discovery import PortError, find_port, port_variable
+    from tfsat_host.devices.ports import PortError, find_port, port_variable
 
     if args.port is not None and not os.environ.get(port_variable("logger")):
         out.warn(

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.cli.advice import explained, interruptible
-from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port
+from tfsat_host.devices.ports import BoardName, PortError, PortProblem, find_port
 
 if TYPE_CHECKING:
     from tfsat_host.devices.jogging import JogClient

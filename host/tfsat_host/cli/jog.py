@@ -58,7 +58,7 @@ class JogInterrupted(Interrupted):
     """
 
     def __init__(self, jog: Jog, end: JogEnd, how: str) -> None:
-        from tfsat_host.devices.jog_end import from_here, jog_details, last_told
+        from tfsat_host.devices.jogging import from_here, jog_details, last_told
 
         super().__init__(
             what=how,

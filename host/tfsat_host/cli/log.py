@@ -163,7 +163,7 @@ def _given_up(copy: Path | None, held_drop: bool) -> str:
 
 def pick(listing: Listing, number: int) -> LogEntry:
     """The recording of that number. Raises BoardError, as the logger would."""
-    from tfsat_host.devices.board_errors import board_error
+    from tfsat_host.devices.client import board_error
     from tfsat_host.protocol.enums import ErrorCode
     from tfsat_host.protocol.messages import ErrorReply, LogReadRequest
 

@@ -14,7 +14,7 @@ from tfsat_host.cli.fetched import FetchedLogs
 from tfsat_host.cli.log import pick, ram_warning
 from tfsat_host.cli.log_copy import Copy, copy_as_dict, judge, show_copy
 from tfsat_host.cli.log_words import size_words
-from tfsat_host.devices.board_errors import BoardError
+from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.log_compare import sha256_if_same
 from tfsat_host.devices.log_names import RAM, copy_name, entry_words
 from tfsat_host.devices.log_transfer import Listing

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
-    from tfsat_host.devices.discovery import BoardName
+    from tfsat_host.devices.ports import BoardName
     from tfsat_host.devices.transport import Transport
     from tfsat_host.robot import AngleSensor
 

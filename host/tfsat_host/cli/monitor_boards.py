@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from tfsat_host.devices.client import BoardIdentity, Client
-from tfsat_host.devices.discovery import BoardName
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.monitoring.pace import REFRESH_S, status_interval_s
 from tfsat_host.monitoring.reading import Reading, convert

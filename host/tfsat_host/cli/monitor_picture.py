@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
     from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
-    from tfsat_host.devices.discovery import BoardName
+    from tfsat_host.devices.ports import BoardName
     from tfsat_host.errors import TfsatError
     from tfsat_host.monitoring.reading import BodyRate, JointReading, Reading
     from tfsat_host.protocol.messages import LoggerStatusReply

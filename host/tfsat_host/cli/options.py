@@ -8,7 +8,7 @@ import os
 import re
 from pathlib import Path
 
-from tfsat_host.devices.discovery import BoardName, port_variable
+from tfsat_host.devices.ports import BoardName, port_variable
 from tfsat_host.units import cdeg_from_deg
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)

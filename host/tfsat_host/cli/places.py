@@ -11,7 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import add_output_options, port_name
-from tfsat_host.devices.discovery import BoardName, PortError, PortProblem, find_port, port_variable
+from tfsat_host.devices.ports import BoardName, PortError, PortProblem, find_port, port_variable
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
 

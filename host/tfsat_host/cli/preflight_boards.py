@@ -11,7 +11,7 @@ from contextlib import ExitStack, closing, contextmanager
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from tfsat_host.devices.discovery import BoardName, port_variable
+from tfsat_host.devices.ports import BoardName, port_variable
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
 
@@ -71,7 +71,7 @@ def transports(
 
 def _require_named_logger() -> None:
     """An explicit `--port` scans no others. Raises PortError unless the environment names the logger."""
-    from tfsat_host.devices.port_errors import PortError, PortProblem
+    from tfsat_host.devices.ports import PortError, PortProblem
 
     variable = port_variable("logger")
     if not os.environ.get(variable):

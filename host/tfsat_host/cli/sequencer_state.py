@@ -10,9 +10,8 @@ from tfsat_host.cli.board_state import Rows, open_switches, switch_words, switch
 from tfsat_host.cli.maneuver_words import maneuver_as_dict, maneuver_words
 from tfsat_host.cli.run_words import RUN, run_rows
 from tfsat_host.cli.servo_words import origin_words, servo_words, settings_as_dict
-from tfsat_host.devices.arm_refusal import arm_refusal
+from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
 from tfsat_host.devices.last_run import LastRun, last_run
-from tfsat_host.devices.store_defects import store_defects
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import refusal_name
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
@@ -20,7 +19,7 @@ from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import Column, Columns, fields, nested, record
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.board_errors import BoardError
+    from tfsat_host.devices.client import BoardError
     from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
     from tfsat_host.protocol.messages import SequencerStatusReply
 

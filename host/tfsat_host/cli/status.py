@@ -9,7 +9,7 @@ from typing import Any
 from tfsat_host.cli.advice import Interrupted, device_option, interruptible
 from tfsat_host.cli.board_state import Rows
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
-from tfsat_host.devices.discovery import BoardName
+from tfsat_host.devices.ports import BoardName
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output

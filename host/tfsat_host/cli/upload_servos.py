@@ -159,7 +159,7 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
 
 def _insist_on_safe(sequencer: SequencerClient) -> None:
     """Before anybody is asked: the board takes settings only while no servo is held by them."""
-    from tfsat_host.devices.board_errors import board_error
+    from tfsat_host.devices.client import board_error
     from tfsat_host.protocol.enums import ErrorCode, SequencerState
     from tfsat_host.protocol.messages import ErrorReply, SettingsWriteRequest
 

@@ -2,39 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from typing import Protocol
 
-from tfsat_host.devices.board_errors import BoardRefusal, NoAnswer, board_error
-from tfsat_host.devices.jog_end import (
-    IDLE_S,
-    JogEnd,
-    JogError,
-    JogRefused,
-    ended_by_board,
-    from_here,
-    from_the_start,
-    not_let_go,
-    stalled,
-)
-from tfsat_host.devices.jog_tour import JogTour, TourWatch
+from tfsat_host.devices.client import BoardRefusal, NoAnswer, board_error
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
-from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_SPEED_CDEG_S
+from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.protocol.messages import (
     ErrorReply,
     JogReply,
     JogRequest,
-    ServoSetting,
+    SequencerStatusReply,
     SettingsReadReply,
     SettingsReadRequest,
 )
+from tfsat_host.protocol.remedies import REMEDIES
 
-__all__ = ["Jog", "JogClient", "JogEnd", "JogError", "JogRefused", "JogTour", "TourWatch"]
-
+IDLE_S = JOG_IDLE_MS / 1000
+"""The board lets go after so long without an order."""
+_UPTIME_RANGE_MS = 1 << 32
+"""The board's uptime begins again at zero after 49 days."""
 POLL_S = 0.1
 ORDER_S = IDLE_S / 4
 """The board lets go after IDLE_S without an order: two may get lost."""
@@ -64,6 +57,99 @@ class Jog:
         return abs(self.to_cdeg - self.from_cdeg) / JOG_SPEED_CDEG_S
 
 
+@dataclass(frozen=True, slots=True)
+class JogTour:
+    """One joint's stops.
+
+    Attributes:
+        joint: 1 to 3.
+        stops_cdeg: Where it rests, 0.01 deg; at the first of them it is now, and its first pulse holds it there.
+        hold_s: How long it rests at each.
+    """
+
+    joint: int
+    stops_cdeg: tuple[int, ...]
+    hold_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """At the board's jogging speed, rests included."""
+        way_cdeg = sum(abs(after - before) for before, after in pairwise(self.stops_cdeg))
+        return way_cdeg / JOG_SPEED_CDEG_S + len(self.stops_cdeg) * self.hold_s
+
+
+class TourWatch(Protocol):
+    """Whoever follows a tour. What a method raises ends the tour, and the joint is let go."""
+
+    def pause(self, duration_s: float) -> None:
+        """Lets so much time pass on the sequencer's clock; another board can be read meanwhile."""
+
+    def shown(self, stop: int, angle_cdeg: int) -> None:
+        """Told several times a second, on the way to a stop (from 0) and at rest there, what the servo is told."""
+
+    def rested(self, stop: int) -> None:
+        """Told when the joint has rested at a stop for as long as it should; it is still held there.
+
+        The board lets go of a joint that it gets no order for: this must not take half a second.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class JogEnd:
+    """A jog that is over; the joint is limp.
+
+    Attributes:
+        held: The joint arrived and was held for as long as was asked.
+        angle_cdeg: Where the servo was told to be when it was let go, 0.01 deg.
+    """
+
+    held: bool
+    angle_cdeg: int
+
+
+class JogError(TfsatError):
+    """A jog did not go as ordered.
+
+    Attributes:
+        details: For `--json`: the joint, and the angle in deg that its servo was told last.
+    """
+
+    def __init__(self, details: dict[str, float], *, what: str, meaning: str, next_step: str) -> None:
+        super().__init__(what=what, meaning=meaning, next_step=next_step)
+        self.details = details
+
+
+class JogRefused(RefusedError):
+    """The jog would leave the limits that the board keeps."""
+
+    code = "joint-limits"
+
+
+def jog_details(joint: int, angle_cdeg: int) -> dict[str, float]:
+    """Which joint and where it was let go, for `--json`."""
+    return {"joint": joint, "last_angle_deg": angle_cdeg / 100}
+
+
+def last_told(joint: int, angle_cdeg: int) -> str:
+    """Where a limp joint was told to be: it may have sagged since."""
+    return f"Joint {joint} was last told {angle_cdeg / 100:g} deg"
+
+
+def from_here(angle_cdeg: int) -> str:
+    """How to go on with a joint that was let go."""
+    return (
+        f"the same command with --from {angle_cdeg / 100:g} goes on, "
+        "or --from its angle now if it has sagged or was moved."
+    )
+
+
+def from_the_start(start_cdeg: int) -> Callable[[int], str]:
+    """How to go on with a joint that was let go on a tour, which begins anew."""
+    return lambda _angle_cdeg: (
+        f"bring it to {start_cdeg / 100:g} deg by hand and type the same command again."
+    )
+
+
 class JogClient(SequencerClient):
     """The sequencer, asked to move a joint."""
 
@@ -74,17 +160,27 @@ class JogClient(SequencerClient):
             BoardRefusal: it is not safe.
             JogRefused: an end of the way lies outside the joint's limits in the board's servo settings.
         """
-        settings = self._settings_if_safe(jog.joint)
-        for option, angle_cdeg in (("--from", jog.from_cdeg), ("--to", jog.to_cdeg)):
-            if not settings.min_cdeg <= angle_cdeg <= settings.max_cdeg:
-                raise _outside(jog.joint, f"{option} {angle_cdeg / 100:g}", settings)
+        ends = (("--from", jog.from_cdeg), ("--to", jog.to_cdeg))
+        self._check(jog.joint, [(angle, f"{option} {angle / 100:g}") for option, angle in ends])
 
     def check_tour(self, tour: JogTour) -> None:
         """Whether the board would take this tour now. Raises BoardRefusal, JogRefused."""
-        settings = self._settings_if_safe(tour.joint)
-        for angle_cdeg in tour.stops_cdeg:
-            if not settings.min_cdeg <= angle_cdeg <= settings.max_cdeg:
-                raise _outside(tour.joint, f"A stop at {angle_cdeg / 100:g} deg", settings)
+        self._check(tour.joint, [(angle, f"A stop at {angle / 100:g} deg") for angle in tour.stops_cdeg])
+
+    def _check(self, joint: int, angles: Sequence[tuple[int, str]]) -> None:
+        """Of each angle, 0.01 deg, how a refusal calls it."""
+        if self.status().state != SequencerState.SAFE:
+            raise board_error(ErrorReply(JogRequest.TYPE, ErrorCode.WRONG_STATE, -1))
+        limits = self._client.request(SettingsReadRequest(), SettingsReadReply).servo[joint - 1]
+        for angle_cdeg, what in angles:
+            if not limits.min_cdeg <= angle_cdeg <= limits.max_cdeg:
+                raise JogRefused(
+                    what=f"{what} is outside joint {joint}'s limits, "
+                    f"{limits.min_cdeg / 100:g} to {limits.max_cdeg / 100:g} deg.",
+                    meaning="Nothing was moved; the servo would have been driven against its stop.",
+                    next_step="Name angles within the limits, which are part of the board's servo settings: "
+                    "tfsat-host upload-servos --show",
+                )
 
     def run(
         self, jog: Jog, hold_s: float, stopped: Callable[[], bool], shown: Callable[[int], None]
@@ -156,11 +252,6 @@ class JogClient(SequencerClient):
         """Lets time pass. Raises PortError."""
         self._client.wait(duration_s)
 
-    def _settings_if_safe(self, joint: int) -> ServoSetting:
-        if self.status().state != SequencerState.SAFE:
-            raise board_error(ErrorReply(JogRequest.TYPE, ErrorCode.WRONG_STATE, -1))
-        return self._client.request(SettingsReadRequest(), SettingsReadReply).servo[joint - 1]
-
     def _letting_go(self, motion: _Motion, moves: Callable[[], bool]) -> JogEnd:
         """Lets go after `moves`, which says whether all was held, however it ends."""
         held = False
@@ -179,15 +270,13 @@ class JogClient(SequencerClient):
 
     def _let_go(self, motion: _Motion) -> None:
         """Disarms, and asks again whether it is so."""
-        joint, angle_cdeg = motion.jog.joint, motion.angle_cdeg
         try:
             self.disarm()
             state = self.status().state
         except TfsatError as error:
-            raise not_let_go(joint, angle_cdeg, self.port, error.what) from error
+            raise motion.not_let_go(error.what) from error
         if state != SequencerState.SAFE:
-            reason = f"The sequencer says that it is {state.name.lower()}."
-            raise not_let_go(joint, angle_cdeg, self.port, reason)
+            raise motion.not_let_go(f"The sequencer says that it is {state.name.lower()}.")
 
 
 class _Motion:
@@ -242,7 +331,12 @@ class _Motion:
                 return True
             if arrived_s is None and now_s() - started_s > longest_s:
                 self._look()  # a program that was frozen for so long must not blame the board
-                raise stalled(self.jog.joint, self.angle_cdeg, self.jog.to_cdeg, longest_s, self._again)
+                raise self._error(
+                    f"Joint {self.jog.joint} was commanded to {self.angle_cdeg / 100:g} deg only after "
+                    f"{longest_s:.0f} s; {self.jog.to_cdeg / 100:g} deg was asked for.",
+                    "The joint was let go.",
+                    f"Once more: {self._again(self.angle_cdeg)} If it recurs, report it.",
+                )
             self._pause(max(0.0, min(POLL_S, self._ordered_s + ORDER_S - now_s())))
             self._look()
             if now_s() - self._ordered_s >= ORDER_S:
@@ -254,7 +348,7 @@ class _Motion:
         self._asked_s = self._board.now_s()
         status = self._board.status()
         if status.state != SequencerState.JOGGING:
-            raise ended_by_board(self.jog.joint, self.angle_cdeg, status, self._uptime_ms, self._again)
+            raise self._ended_by_board(status)
         self._uptime_ms = status.uptime_ms
         self.angle_cdeg = status.joint_angle_cdeg[self.jog.joint - 1]
 
@@ -267,12 +361,46 @@ class _Motion:
             return
         self._ordered_s = self._board.now_s()
 
+    def _error(self, what: str, meaning: str, next_step: str) -> JogError:
+        details = jog_details(self.jog.joint, self.angle_cdeg)
+        return JogError(details, what=what, meaning=meaning, next_step=next_step)
 
-def _outside(joint: int, what: str, settings: ServoSetting) -> JogRefused:
-    return JogRefused(
-        what=f"{what} is outside joint {joint}'s limits, "
-        f"{settings.min_cdeg / 100:g} to {settings.max_cdeg / 100:g} deg.",
-        meaning="Nothing was moved; the servo would have been driven against its stop.",
-        next_step="Name angles within the limits, which are part of the board's servo settings: "
-        "tfsat-host upload-servos --show",
-    )
+    def _ended_by_board(self, status: SequencerStatusReply) -> JogError:
+        """The board does not jog any more; its uptimes tell a restart from a host that was away."""
+        passed_ms = (status.uptime_ms - self._uptime_ms) % _UPTIME_RANGE_MS
+        if passed_ms >= _UPTIME_RANGE_MS // 2:  # its clock went back
+            cause = status.reset_cause.name.lower().replace("_", " ")
+            what = (
+                f"The sequencer restarted {status.uptime_ms / 1000:.1f} s ago ({cause}), which ended the jog."
+            )
+            why = (
+                "A servo that stalls can pull the supply down and restart the board: check the battery, "
+                "and that nothing blocks the joint."
+            )
+        elif passed_ms >= JOG_IDLE_MS:
+            what = f"This computer was away for {passed_ms / 1000:.1f} s, and the sequencer ended the jog."
+            why = (
+                f"The sequencer lets a joint go after {IDLE_S:g} s without an order: the program was stopped, "
+                "or the computer slept or was overloaded. The board did not restart."
+            )
+        else:
+            up_s = status.uptime_ms / 1000
+            what = f"The sequencer ended the jog by itself. It did not restart: up for {up_s:.0f} s."
+            why = f"It saw its port closed, or no order reached it for {IDLE_S:g} s: check the cable."
+        fault = "" if status.fault == ErrorCode.NONE else f" {REMEDIES[status.fault][0]}"
+        return self._error(
+            f"{what} It is {status.state.name.lower()}.{fault}",
+            f"{last_told(self.jog.joint, self.angle_cdeg)} and was let go. {why}",
+            f"Look at the joint and its servo; then {self._again(self.angle_cdeg)}",
+        )
+
+    def not_let_go(self, reason: str) -> JogError:
+        """It is not known whether the joint is limp."""
+        named = shlex.quote(self._board.port)
+        return self._error(
+            f"The sequencer did not confirm that it let joint {self.jog.joint} go. {reason}",
+            f"{last_told(self.jog.joint, self.angle_cdeg)}. The sequencer lets it go when it notices the closed port, "
+            f"or {IDLE_S:g} s after the last order; until then the servo may hold or move the joint.",
+            f"Keep hands off. tfsat-host status --port {named} shows whether it is safe; if not, "
+            f"tfsat-host disarm --port {named}, or cut the sequencer's power.",
+        )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from tfsat_host.devices.maneuver_transfer import StoredManeuver
+from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import SCHEDULE_GRID_US, STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
 from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply

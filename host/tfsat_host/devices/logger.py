@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Self
 
-from tfsat_host.devices.client import BoardError, BoardIdentity, Client
+from tfsat_host.devices.client import BoardError, BoardIdentity, Client, VerifyError
 from tfsat_host.devices.log_transfer import Listing, Outcome, Put, Span, erase_log, fetch_blocks, list_logs
-from tfsat_host.devices.logger_settings import StoredLoggerSettings, read_settings, write_settings
+from tfsat_host.devices.logger_settings import StoredLoggerSettings
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.enums import Board, ErrorCode, LoggerState
@@ -23,6 +23,10 @@ from tfsat_host.protocol.messages import (
     LiveSampleStream,
     LogEntry,
     LoggerSettings,
+    LoggerSettingsReadReply,
+    LoggerSettingsReadRequest,
+    LoggerSettingsWriteReply,
+    LoggerSettingsWriteRequest,
     LoggerStatusReply,
     LoggerStatusRequest,
     RecordStartReply,
@@ -175,11 +179,25 @@ class LoggerClient:
 
     def settings(self) -> StoredLoggerSettings:
         """The settings in force."""
-        return read_settings(self._client)
+        reply = self._client.request(LoggerSettingsReadRequest(), LoggerSettingsReadReply)
+        return StoredLoggerSettings(reply.origin, reply.settings, reply.rate_max_hz)
 
     def write_settings(self, settings: LoggerSettings) -> StoredLoggerSettings:
-        """See `logger_settings.write_settings`."""
-        return write_settings(self._client, settings)
+        """Has the settings stored, reads them back and compares; the settings then in force.
+
+        Raises:
+            BoardError: the logger refused; its settings are unchanged.
+            VerifyError: it holds something else than was sent.
+        """
+        self._client.request(LoggerSettingsWriteRequest(settings), LoggerSettingsWriteReply)
+        stored = self.settings()
+        if stored.settings != settings:
+            raise VerifyError(
+                what=f"The logger holds {stored.settings}, but {settings} was sent.",
+                meaning="It would record otherwise than you asked for.",
+                next_step="Run the same command again; if it recurs, replace the board.",
+            )
+        return stored
 
     def listing(self) -> Listing:
         """What RAM holds, if anything, and the card's recordings. Raises BoardError while it records."""

@@ -1,11 +1,9 @@
-"""The logger's settings: what the buses carry, and their way onto the board and back."""
+"""The logger's settings: what the buses carry and a file holds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tfsat_host.devices.client import Client
-from tfsat_host.devices.stored_record import VerifyError
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.protocol.limits import (
@@ -33,19 +31,16 @@ from tfsat_host.protocol.limits import (
     SAMPLES_PER_BLOCK,
     SAMPLING_MARGIN_US,
 )
-from tfsat_host.protocol.messages import (
-    LoggerSettings,
-    LoggerSettingsReadReply,
-    LoggerSettingsReadRequest,
-    LoggerSettingsWriteReply,
-    LoggerSettingsWriteRequest,
-)
+from tfsat_host.protocol.messages import LoggerSettings
 
 GYRO_RANGES_DEG_S = (250, 500, 1000, 2000)
 ACCEL_RANGES_G = (2, 4, 8, 16)
 BUS_CLOCKS_KHZ = (100, 400)
 DLPF_HZ = (256, 188, 98, 42, 20, 10, 5)
 """Bandwidth of the gyros by DLPF_CFG (RM-MPU-6000A rev. 4.2, p. 13)."""
+_AFTER_LANDING_S = range(AFTER_LANDING_MIN_S, AFTER_LANDING_MAX_S + 1)
+_RATES_HZ = range(SAMPLE_RATE_MIN_HZ, SAMPLE_RATE_MAX_HZ + 1)
+_FILES_MIB = range(FILE_MIN_MIB, FILE_MAX_MIB + 1)
 FACTORY = LoggerSettings(
     rate_hz=SAMPLE_RATE_HZ,
     gyro_range_deg_s=GYRO_RANGE_FACTORY_DEG_S,
@@ -56,8 +51,6 @@ FACTORY = LoggerSettings(
     file_mib=FILE_FACTORY_MIB,
 )
 """What a logger that never got any uses."""
-
-_WORDS = {2: "two"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +86,9 @@ def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
 
 def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
     """Why a rate does, or does not, fit."""
+    bursts = {2: "two"}.get(IMUS_PER_BUS, str(IMUS_PER_BUS))
     return (
-        f"{rate_hz} Hz leaves {1_000_000 // rate_hz} us; {_WORDS.get(IMUS_PER_BUS, IMUS_PER_BUS)} 14-byte bursts of "
+        f"{rate_hz} Hz leaves {1_000_000 // rate_hz} us; {bursts} 14-byte bursts of "
         f"{IMU_BURST_BITS} bits take {IMUS_PER_BUS} x {burst_us(bus_khz)} us at {bus_khz} kHz, plus "
         f"{_margin_us(bus_khz)} us kept for what else a sensor takes: {_needed_us(bus_khz)} us, "
         f"so at most {rate_max_hz(bus_khz)} Hz"
@@ -103,15 +97,23 @@ def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
 
 def check(settings: LoggerSettings) -> None:
     """Raises UsageError for what the logger would refuse."""
-    _among("range of the gyros", settings.gyro_range_deg_s, GYRO_RANGES_DEG_S, "deg/s")
-    _among("range of the accelerometers", settings.accel_range_g, ACCEL_RANGES_G, "g")
-    _among("bus clock", settings.bus_khz, BUS_CLOCKS_KHZ, "kHz")
-    _within("low-pass setting", settings.dlpf_cfg, 0, len(DLPF_HZ) - 1, "")
-    _within(
-        "time after the landing", settings.after_landing_s, AFTER_LANDING_MIN_S, AFTER_LANDING_MAX_S, " s"
-    )
-    _within("sampling rate", settings.rate_hz, SAMPLE_RATE_MIN_HZ, SAMPLE_RATE_MAX_HZ, " Hz")
-    _within("room of a recording", settings.file_mib, FILE_MIN_MIB, FILE_MAX_MIB, " MiB")
+    for what, value, unit, choices in (
+        ("range of the gyros", settings.gyro_range_deg_s, " deg/s", GYRO_RANGES_DEG_S),
+        ("range of the accelerometers", settings.accel_range_g, " g", ACCEL_RANGES_G),
+        ("bus clock", settings.bus_khz, " kHz", BUS_CLOCKS_KHZ),
+        ("low-pass setting", settings.dlpf_cfg, "", range(len(DLPF_HZ))),
+        ("time after the landing", settings.after_landing_s, " s", _AFTER_LANDING_S),
+        ("sampling rate", settings.rate_hz, " Hz", _RATES_HZ),
+        ("room of a recording", settings.file_mib, " MiB", _FILES_MIB),
+    ):
+        if value not in choices:
+            listed = f"one of {', '.join(map(str, choices))}"
+            allowed = f"{choices[0]} to {choices[-1]}" if isinstance(choices, range) else listed
+            raise UsageError(
+                what=f"The {what} cannot be {value}{unit}: {allowed}{unit}.",
+                meaning="Nothing was sent; the logger keeps its settings.",
+                next_step="tfsat-host logger-settings set --help",
+            )
     least_mib = file_min_mib(settings.rate_hz, settings.after_landing_s)
     if settings.file_mib < least_mib:
         raise UsageError(
@@ -130,30 +132,6 @@ def check(settings: LoggerSettings) -> None:
         )
 
 
-def read_settings(client: Client) -> StoredLoggerSettings:
-    """The settings that the logger uses now."""
-    reply = client.request(LoggerSettingsReadRequest(), LoggerSettingsReadReply)
-    return StoredLoggerSettings(reply.origin, reply.settings, reply.rate_max_hz)
-
-
-def write_settings(client: Client, settings: LoggerSettings) -> StoredLoggerSettings:
-    """Has the settings stored, reads them back and compares; the settings then in force.
-
-    Raises:
-        BoardError: the logger refused; its settings are unchanged.
-        VerifyError: it holds something else than was sent.
-    """
-    client.request(LoggerSettingsWriteRequest(settings), LoggerSettingsWriteReply)
-    stored = read_settings(client)
-    if stored.settings != settings:
-        raise VerifyError(
-            what=f"The logger holds {stored.settings}, but {settings} was sent.",
-            meaning="It would record otherwise than you asked for.",
-            next_step="Run the same command again; if it recurs, replace the board.",
-        )
-    return stored
-
-
 def _blocks_per_s(rate_hz: int) -> int:
     return max(-(-rate_hz // SAMPLES_PER_BLOCK), 1000 // PARTIAL_BLOCK_MS) + 1
 
@@ -165,23 +143,3 @@ def _needed_us(bus_khz: int) -> int:
 def _margin_us(bus_khz: int) -> int:
     """For a sensor that fails, or for a proof that it kept its settings."""
     return max(SAMPLING_MARGIN_US, -(-IMU_PROOF_BITS * 1000 // bus_khz) + IMU_PROOF_SLACK_US)
-
-
-def _among(what: str, value: int, choices: tuple[int, ...], unit: str) -> None:
-    if value not in choices:
-        raise _refused(
-            f"The {what} cannot be {value} {unit}", f"one of {', '.join(map(str, choices))} {unit}"
-        )
-
-
-def _within(what: str, value: int, least: int, most: int, unit: str) -> None:
-    if not least <= value <= most:
-        raise _refused(f"The {what} cannot be {value}{unit}", f"{least} to {most}{unit}")
-
-
-def _refused(what: str, allowed: str) -> UsageError:
-    return UsageError(
-        what=f"{what}: {allowed}.",
-        meaning="Nothing was sent; the logger keeps its settings.",
-        next_step="tfsat-host logger-settings set --help",
-    )

@@ -1,26 +1,16 @@
-"""What a host asks of the sequencer."""
+"""What a host asks of the sequencer: its state, arming, and the maneuver and servo settings that it stores."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Self
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
-from tfsat_host.devices.client import BoardIdentity, Client
-from tfsat_host.devices.maneuver_transfer import (
-    StoredManeuver,
-    UploadResult,
-    read_maneuver_back,
-    upload_maneuver,
-)
-from tfsat_host.devices.settings_transfer import (
-    SettingsUpload,
-    StoredSettings,
-    read_settings,
-    write_settings,
-)
-from tfsat_host.devices.stored_record import VerifyError
+from tfsat_host.devices.client import BoardIdentity, Client, VerifyError
 from tfsat_host.devices.transport import Transport
-from tfsat_host.protocol.enums import Board, SequencerState
+from tfsat_host.protocol.enums import Board, Origin, SequencerState
+from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.messages import (
     ArmReply,
     ArmRequest,
@@ -28,24 +18,84 @@ from tfsat_host.protocol.messages import (
     DisarmRequest,
     JointReportReply,
     JointReportRequest,
+    ManeuverBeginReply,
+    ManeuverBeginRequest,
+    ManeuverCommitReply,
+    ManeuverCommitRequest,
+    ManeuverInfoReply,
+    ManeuverInfoRequest,
+    ManeuverReadReply,
+    ManeuverReadRequest,
+    ManeuverStrokeReply,
+    ManeuverStrokeRequest,
     RunReportReply,
     RunReportRequest,
     SequencerStatusReply,
     SequencerStatusRequest,
+    SettingsReadReply,
+    SettingsReadRequest,
+    SettingsWriteReply,
+    SettingsWriteRequest,
 )
 from tfsat_host.servo_settings import ServoSettings
 
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Schedule
 
-__all__ = [
-    "SequencerClient",
-    "SettingsUpload",
-    "StoredManeuver",
-    "StoredSettings",
-    "UploadResult",
-    "VerifyError",
-]
+Stored = TypeVar("Stored")
+
+STORE_POLL_S = 0.02
+STORE_TIMEOUT_S = 3.0
+"""The EEPROM takes 3.4 ms a byte, a full maneuver 0.4 s."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredManeuver:
+    """What would fly.
+
+    Attributes:
+        origin: Factory or uploaded.
+        strokes: (joint, angle_cdeg, start_us) of each, in order.
+        speed_cdeg_s: Average joint speed that the schedule assumes, 0.01 deg/s.
+        crc: CRC-16/IBM-3740 of the canonical form.
+        end_us: When the last stroke ends, after release.
+        generation: Uploads that the board has stored.
+    """
+
+    origin: Origin
+    strokes: tuple[tuple[int, int, int], ...]
+    speed_cdeg_s: int
+    crc: int
+    end_us: int
+    generation: int
+
+    @property
+    def moves(self) -> tuple[tuple[int, int], ...]:
+        """(joint, angle_cdeg) of each stroke, in order."""
+        return tuple((joint, angle_cdeg) for joint, angle_cdeg, _ in self.strokes)
+
+
+@dataclass(frozen=True, slots=True)
+class StoredSettings:
+    """The servo settings in force.
+
+    Attributes:
+        origin: Factory or uploaded.
+        generation: Settings that the board has stored.
+        settings: What they say.
+    """
+
+    origin: Origin
+    generation: int
+    settings: ServoSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Upload(Generic[Stored]):
+    """A verified upload: `written` is False when the board held the same already."""
+
+    written: bool
+    stored: Stored
 
 
 class SequencerClient:
@@ -87,34 +137,92 @@ class SequencerClient:
         """The last run since power was switched on, by the board's own timer."""
         return self._client.request(RunReportRequest(), RunReportReply)
 
-    def upload(self, schedule: Schedule) -> UploadResult:
+    def upload(self, schedule: Schedule) -> Upload[StoredManeuver]:
         """Sends the maneuver, has it stored, reads it back and compares.
+
+        Nothing replaces the stored maneuver until all of it has arrived and was found valid; but from the first
+        request on the board does not arm until an upload is complete.
 
         Raises:
             BoardError: the board refused; its stored maneuver is unchanged, and not armed any more.
             VerifyError: the board holds something else than was sent.
         """
-        return upload_maneuver(self._client, schedule)
+        ask = self._client.request
+        wanted = _rows(schedule)
+        ask(ManeuverBeginRequest(len(wanted), schedule.speed_cdeg_s), ManeuverBeginReply)
+        for index, (joint, angle_cdeg, start_us) in enumerate(wanted):
+            ask(ManeuverStrokeRequest(index, joint, angle_cdeg, start_us), ManeuverStrokeReply)
+        commit = ManeuverCommitRequest(maneuver_crc(schedule))
+        written = self._until_stored(
+            lambda: ask(commit, ManeuverCommitReply),
+            "The maneuver from before is still stored, and not armed.",
+        )
+        stored = self.read_back()
+        if stored.strokes != wanted or stored.speed_cdeg_s != schedule.speed_cdeg_s:
+            raise _differs(stored.strokes, wanted, "It would fly something else than you asked for.")
+        return Upload(written, stored)
 
     def read_back(self) -> StoredManeuver:
-        """Reads what would fly. Raises VerifyError where it does not fit the board's own CRC."""
-        return read_maneuver_back(self._client)
+        """Reads what would fly, stroke by stroke. Raises VerifyError where it does not fit the board's own CRC."""
+        ask = self._client.request
+        info = ask(ManeuverInfoRequest(), ManeuverInfoReply)
+        replies = [ask(ManeuverReadRequest(index), ManeuverReadReply) for index in range(info.stroke_count)]
+        strokes = tuple((reply.joint, reply.angle_cdeg, reply.start_us) for reply in replies)
+        if _crc(info.speed_cdeg_s, strokes) != info.crc:
+            raise VerifyError(
+                what="The strokes read from the sequencer do not fit its CRC.",
+                meaning="Its memory is damaged. Do not arm it.",
+                next_step="Upload the maneuver again; if it recurs, replace the board.",
+            )
+        return StoredManeuver(info.origin, strokes, info.speed_cdeg_s, info.crc, info.end_us, info.generation)
 
     def settings(self) -> StoredSettings:
         """The servo settings in force."""
-        return read_settings(self._client)
+        reply = self._client.request(SettingsReadRequest(), SettingsReadReply)
+        return StoredSettings(reply.origin, reply.generation, ServoSettings(reply.frame_us, reply.servo))
 
-    def write_settings(self, settings: ServoSettings) -> SettingsUpload:
+    def write_settings(self, settings: ServoSettings) -> Upload[StoredSettings]:
         """Has the servo settings stored, reads them back and compares.
 
         Raises:
             BoardError: the board refused; its settings are unchanged.
             VerifyError: the board holds something else than was sent.
         """
-        return write_settings(self._client, settings)
+        request = SettingsWriteRequest(settings.frame_us, settings.servos)
+        before = self.settings()
+        self._until_stored(
+            lambda: self._client.request(request, SettingsWriteReply),
+            "The settings from before are still in force.",
+        )
+        stored = self.settings()
+        if stored.settings != settings:
+            raise _differs(stored.settings, settings, "Its servos would go elsewhere than you asked for.")
+        # The board's own word is about its last request of that content, which may be of an earlier upload.
+        return Upload(stored.generation != before.generation, stored)
+
+    def _until_stored(self, ask: Callable[[], ManeuverCommitReply | SettingsWriteReply], kept: str) -> bool:
+        """Repeats a request until the EEPROM holds what it is about; True when that had to be written.
+
+        Raises VerifyError, with the sentence `kept`, if the board is still writing after STORE_TIMEOUT_S.
+        """
+        deadline = self._client.transport.now_s() + STORE_TIMEOUT_S
+        written = False
+        while True:
+            reply = ask()
+            # The last answer alone does not tell: had it been lost, its repetition finds the record there already.
+            written = written or bool(reply.written)
+            if reply.stored:
+                return written
+            if self._client.transport.now_s() > deadline:
+                raise VerifyError(
+                    what=f"The sequencer was still writing after {STORE_TIMEOUT_S:g} s.",
+                    meaning=f"Its EEPROM may be worn out. {kept}",
+                    next_step="Power the board off and on, then run the same upload again.",
+                )
+            self._client.wait(STORE_POLL_S)
 
     def report_joints(self, joints_cdeg: Sequence[int]) -> bool:
-        """Tells the board the measured angles of joints 1 to 3, 0.01 deg; whether all are at the start pose.
+        """Reports the measured angles of joints 1 to 3, 0.01 deg; whether all are at the start pose.
 
         ARM heeds the report while it is fresh (JOINT_REPORT_AGE_MS).
         """
@@ -129,3 +237,26 @@ class SequencerClient:
     def disarm(self) -> SequencerState:
         """Back to safe, from any state. Frozen: DISARM has this number and layout in every protocol."""
         return self._client.request(DisarmRequest(), DisarmReply).state
+
+
+def maneuver_crc(schedule: Schedule) -> int:
+    """CRC-16/IBM-3740 of the canonical form (protocol reference, maneuver_commit)."""
+    return _crc(schedule.speed_cdeg_s, _rows(schedule))
+
+
+def _rows(schedule: Schedule) -> tuple[tuple[int, int, int], ...]:
+    return tuple((stroke.joint, stroke.angle_cdeg, stroke.t_us) for stroke in schedule.strokes)
+
+
+def _crc(speed_cdeg_s: int, strokes: tuple[tuple[int, int, int], ...]) -> int:
+    canonical = struct.pack("<BH", len(strokes), speed_cdeg_s)
+    canonical += b"".join(struct.pack("<BhI", *stroke) for stroke in strokes)
+    return crc16(canonical)
+
+
+def _differs(held: object, sent: object, meaning: str) -> VerifyError:
+    return VerifyError(
+        what=f"The sequencer holds {held}, but {sent} was sent.",
+        meaning=f"{meaning} Do not arm it.",
+        next_step="Run the same upload again; if it recurs, replace the board.",
+    )

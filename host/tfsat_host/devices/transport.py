@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Protocol
 
-from tfsat_host.devices.port_errors import PortError, PortProblem
-from tfsat_host.devices.serial_port import open_serial
+from tfsat_host.devices.ports import PortError, PortProblem, open_serial
 
 if TYPE_CHECKING:
     import serial

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
 
 _STEP_US = 500

@@ -10,9 +10,9 @@ import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.devices.board_errors import BoardError
+from tfsat_host.devices.client import BoardError, VerifyError
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings, VerifyError
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.preflight.checks.calibration import landed_unnoted
 from tfsat_host.preflight.evidence import (

@@ -8,10 +8,9 @@ from datetime import datetime
 from typing import TypeVar
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.devices.client import Client
-from tfsat_host.devices.discovery import BoardName
-from tfsat_host.devices.identity import BoardIdentity
+from tfsat_host.devices.client import BoardIdentity, Client
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import TfsatError

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tfsat_host.calibration.steps.evidence import Origin
-from tfsat_host.devices.identity import BoardIdentity
+from tfsat_host.devices.client import BoardIdentity
 
 
 def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tfsat_host.devices.log_names import RAM
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.port_errors import PortError
+from tfsat_host.devices.ports import PortError
 from tfsat_host.errors import TfsatError
 from tfsat_host.preflight.evidence import Failed, LiveSamples, Missing, Trial
 from tfsat_host.protocol.enums import LoggerState

@@ -8,7 +8,7 @@ from datetime import UTC, datetime, timedelta
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.sequencer import SequencerClient, UploadResult
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, Upload
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import Schedule
@@ -44,7 +44,7 @@ class Day:
     sequencer: SequencerClient = field(init=False)
     logger: LoggerClient = field(init=False)
     arming: bool = True
-    upload: UploadResult | None = None
+    upload: Upload[StoredManeuver] | None = None
     checked: Checked | None = None
     landed_us: int = 0
     setbacks: list[str] = field(default_factory=list)

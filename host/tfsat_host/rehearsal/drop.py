@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.devices.sequencer import UploadResult
+from tfsat_host.devices.sequencer import StoredManeuver, Upload
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
 from tfsat_host.rehearsal.checked import Checked
@@ -41,7 +41,7 @@ class Drop:
 
     card: bytes
     from_ram: bool
-    upload: UploadResult | None
+    upload: Upload[StoredManeuver] | None
     checked: Checked | None
     sequencer: SequencerStatusReply | None
     recording: RecordStopReply | None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tfsat_host.devices.discovery import BoardName
+from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.transport import Transport
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.emulated.transport import EmulatedTransport

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from tfsat_host.calibration.steps.counts import Counts
     from tfsat_host.calibration.steps.step import Step
     from tfsat_host.cli.calibrate.jog_bench import JogBench
-    from tfsat_host.devices.jog_end import JogEnd
-    from tfsat_host.devices.jogging import JogTour
+    from tfsat_host.devices.jogging import JogEnd, JogTour
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
 
@@ -60,7 +59,7 @@ class TourInterrupted(Interrupted):
     """
 
     def __init__(self, tour: JogTour, end: JogEnd, how: str) -> None:
-        from tfsat_host.devices.jog_end import from_the_start, jog_details, last_told
+        from tfsat_host.devices.jogging import from_the_start, jog_details, last_told
 
         super().__init__(
             what=how,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
-from tfsat_host.devices.discovery import BoardName
+from tfsat_host.devices.ports import BoardName
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 

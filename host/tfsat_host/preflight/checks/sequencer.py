@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfsat_host.devices.store_defects import describe_defects, first_defect
+from tfsat_host.devices.arm_refusal import describe_defects, first_defect
 from tfsat_host.preflight.check import Check, Verdict, go, no_go
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState

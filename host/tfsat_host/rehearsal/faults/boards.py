@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfsat_host.devices.port_errors import PortError, PortProblem
+from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.emulated.transport import EmulatedTransport

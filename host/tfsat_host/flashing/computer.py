@@ -1,4 +1,4 @@
-"""This computer, for flashing."""
+"""What flashing needs of the computer, small enough to be played by a test; and this computer."""
 
 from __future__ import annotations
 
@@ -9,21 +9,62 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
-from tfsat_host.devices.discovery import PortInfo, system_ports
-from tfsat_host.devices.port_errors import open_error
-from tfsat_host.devices.serial_port import open_serial
+from tfsat_host.devices.ports import PortInfo, open_error, open_serial, system_ports
 from tfsat_host.devices.transport import SerialTransport, Transport
 
 _CHUNK_BYTES = 256
+
+
+class Computer(Protocol):
+    """Serial ports, programs and time."""
+
+    def ports(self) -> list[PortInfo]:
+        """The serial ports that there are now."""
+
+    def touch(self, path: str, baudrate: int = 1200) -> None:
+        """Opens the port at this rate and closes it, DTR low: at 1200 baud, an Arduino Micro starts its bootloader.
+
+        Raises PortError.
+        """
+
+    def connect(self, path: str) -> Transport:
+        """The port, open. Raises PortError."""
+
+    def find_program(self, name: str) -> str | None:
+        """The path of an installed program."""
+
+    def run(self, command: Sequence[str], heard: Callable[[str], None], timeout_s: float) -> int | None:
+        """Runs a program and passes on its output, as it comes; its exit code, None if it was ended for time.
+
+        Raises OSError if it cannot be started.
+        """
+
+    def now_s(self) -> float:
+        """Seconds from any origin."""
+
+    def sleep(self, duration_s: float) -> None:
+        """Lets time pass."""
 
 
 class ThisComputer:
     """Implements `Computer` with pyserial and subprocesses."""
 
     def ports(self) -> list[PortInfo]:
-        """The serial ports that there are now."""
         return system_ports()
+
+    def connect(self, path: str) -> Transport:
+        return SerialTransport(path)
+
+    def find_program(self, name: str) -> str | None:
+        return shutil.which(name)
+
+    def now_s(self) -> float:
+        return time.monotonic()
+
+    def sleep(self, duration_s: float) -> None:
+        time.sleep(duration_s)
 
     def touch(self, path: str, baudrate: int = 1200) -> None:
         """Opens at this rate and closes. Raises PortError."""
@@ -40,14 +81,6 @@ class ThisComputer:
             raise open_error(path, error.errno, str(error)) from error
         finally:
             port.close()
-
-    def connect(self, path: str) -> Transport:
-        """The port, open. Raises PortError."""
-        return SerialTransport(path)
-
-    def find_program(self, name: str) -> str | None:
-        """The path of an installed program."""
-        return shutil.which(name)
 
     def run(self, command: Sequence[str], heard: Callable[[str], None], timeout_s: float) -> int | None:
         """Runs a program; its exit code, None if it was ended for time. Raises OSError."""
@@ -79,11 +112,3 @@ class ThisComputer:
             finally:
                 timer.cancel()
         return None if overdue.is_set() else code
-
-    def now_s(self) -> float:
-        """Seconds on the monotonic clock."""
-        return time.monotonic()
-
-    def sleep(self, duration_s: float) -> None:
-        """Lets time pass."""
-        time.sleep(duration_s)

@@ -1,0 +1,255 @@
+"""Serial ports: which one a board is on, opening it, and what can be wrong with it, each with its own cure.
+
+`--port` beats the environment variable, which beats autodetection by USB vendor and product id.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Literal
+
+from tfsat_host.errors import TfsatError
+
+if TYPE_CHECKING:
+    import serial
+
+BoardName = Literal["sequencer", "logger"]
+Mode = Literal["sketch", "bootloader"]
+
+BAUDRATE = 115_200  # USB CDC ignores it, but 1200 would send an Arduino Micro into its bootloader
+_PLUG = {
+    "sequencer": "Plug in the Arduino Micro (the sequencer) by USB",
+    "logger": "Plug in the Teensy 4.1 (the logger) by USB",
+}
+
+
+class PortProblem(StrEnum):
+    """Stable names of what is wrong with a port, or with the board that answers there, or does not."""
+
+    NONE_FOUND = "none-found"
+    AMBIGUOUS = "ambiguous"
+    BOOTLOADER = "bootloader"
+    MISSING = "missing"
+    BUSY = "busy"
+    NOT_PERMITTED = "not-permitted"
+    NO_SERIAL_PORT = "no-serial-port"
+    LOST = "lost"
+    NO_ANSWER = "no-answer"
+    OTHER_BOARD = "other-board"
+    OTHER_PROTOCOL = "other-protocol"
+    OTHER = "other"
+
+
+class PortError(TfsatError):
+    """A board's port was not found or could not be opened; `code` names the problem."""
+
+    def __init__(
+        self,
+        code: PortProblem,
+        *,
+        what: str,
+        next_step: str,
+        meaning: str = "Nothing was sent; the robot is as it was.",
+    ) -> None:
+        super().__init__(what=what, meaning=meaning, next_step=next_step, code=code)
+
+
+@dataclass(frozen=True, slots=True)
+class PortInfo:
+    """A serial port of this computer, as the operating system describes it."""
+
+    device: str
+    vid: int | None = None
+    pid: int | None = None
+    serial_number: str | None = None
+    description: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What a port's USB ids say it is; only HELLO tells for certain."""
+
+    board: BoardName
+    mode: Mode
+
+
+# Arduino's boards.txt (micro.vid/pid, 0x2341 Arduino LLC, 0x2A03 Arduino srl) and PJRC's udev rules.
+# A Teensy in its bootloader is a HID device: it never shows up as a serial port.
+_USB_IDS: Mapping[tuple[int, int], Identity] = {
+    (0x2341, 0x8037): Identity("sequencer", "sketch"),
+    (0x2A03, 0x8037): Identity("sequencer", "sketch"),
+    (0x2341, 0x8237): Identity("sequencer", "sketch"),
+    (0x2341, 0x0037): Identity("sequencer", "bootloader"),
+    (0x2A03, 0x0037): Identity("sequencer", "bootloader"),
+    (0x2341, 0x0237): Identity("sequencer", "bootloader"),
+    (0x16C0, 0x0483): Identity("logger", "sketch"),
+}
+
+
+def port_variable(board: BoardName) -> str:
+    """Name of the environment variable that names the board's port."""
+    return f"TFSAT_{board.upper()}_PORT"
+
+
+def identify(port: PortInfo) -> Identity | None:
+    """What the port looks like by its USB ids; None when it is none of ours."""
+    if port.vid is None or port.pid is None:
+        return None
+    return _USB_IDS.get((port.vid, port.pid))
+
+
+def system_ports() -> list[PortInfo]:
+    """The serial ports of this computer."""
+    from serial.tools.list_ports import comports
+
+    return [PortInfo(p.device, p.vid, p.pid, p.serial_number, p.description) for p in comports()]
+
+
+def find_port(
+    board: BoardName,
+    explicit: str | None = None,
+    environ: Mapping[str, str] | None = None,
+    list_ports: Callable[[], Iterable[PortInfo]] = system_ports,
+) -> str:
+    """The device path of the board's port.
+
+    Args:
+        board: Which board is wanted.
+        explicit: What `--port` said; then nothing is scanned and nothing is checked.
+        environ: The environment; the process's own by default.
+        list_ports: Gives the ports of this computer.
+
+    Raises:
+        PortError: no port looks like the board, several do, or it waits in its bootloader.
+    """
+    if explicit is not None:
+        return explicit
+    variable = port_variable(board)
+    if named := (os.environ if environ is None else environ).get(variable):
+        return named
+    ports = list(list_ports())
+    candidates = [port for port in ports if identify(port) == Identity(board, "sketch")]
+    if len(candidates) == 1:
+        return candidates[0].device
+    if candidates:  # choosing one might arm the wrong robot
+        raise PortError(
+            PortProblem.AMBIGUOUS,
+            what=f"{len(candidates)} ports look like a {board}: {', '.join(map(_described, candidates))}.",
+            next_step=f"Name the one you mean with --port PORT (or {variable}=PORT), or unplug the others.",
+        )
+    for port in ports:
+        if identify(port) == Identity(board, "bootloader"):
+            how = f": tfsat-host flash sequencer --port {port.device} --force" if board == "sequencer" else ""
+            raise PortError(
+                PortProblem.BOOTLOADER,
+                what=f"The {board} on {port.device} waits in its bootloader: it runs no firmware.",
+                meaning="It was just reset, or it holds no sketch. Nothing was sent.",
+                next_step=f"Wait 10 s and run the same command again; if it stays so, flash it once more{how}.",
+            )
+    others = f" Other ports: {', '.join(map(_described, ports))}." if ports else ""
+    raise PortError(
+        PortProblem.NONE_FOUND,
+        what=f"No {board} found: no serial port looks like one.{others}",
+        next_step=f"{_PLUG[board]} with a cable that carries data, or name its port with --port PORT "
+        f"(or {variable}=PORT); tfsat-host ports lists them.",
+    )
+
+
+def _described(port: PortInfo) -> str:
+    identity = identify(port)
+    looks = identity.board if identity else (port.description or "unknown")
+    serial_number = f", serial number {port.serial_number}" if port.serial_number else ""
+    return f"{port.device} ({looks}{serial_number})"
+
+
+def open_serial(path: str, *, read_timeout_s: float = 0.05, write_timeout_s: float = 1.0) -> serial.Serial:
+    """Opens the port for this program alone; a write that nobody takes ends after `write_timeout_s`.
+
+    Pseudo-terminals work too: they have no modem lines, so DTR and RTS are left as opening sets them.
+
+    Raises:
+        PortError: missing, busy, not permitted, or no serial port; told apart by `code`.
+    """
+    import serial
+
+    try:
+        return serial.Serial(
+            path, BAUDRATE, timeout=read_timeout_s, write_timeout=write_timeout_s, exclusive=True
+        )
+    except (OSError, ValueError) as error:  # SerialException is an OSError
+        raise open_error(path, _errno(error), str(error)) from error
+
+
+def _errno(error: Exception) -> int | None:
+    """Of a failed configuration it is dropped by pyserial, but still in what it was handling."""
+    cause: BaseException | None = error
+    while cause is not None:
+        number = getattr(cause, "errno", None)
+        if number is None and cause.args and type(cause).__module__ == "termios":
+            number = cause.args[0]
+        if isinstance(number, int):
+            return number
+        cause = cause.__context__
+    return None
+
+
+_BY_ERRNO = {
+    errno.ENOENT: PortProblem.MISSING,
+    errno.ENXIO: PortProblem.MISSING,
+    errno.ENODEV: PortProblem.MISSING,
+    errno.ENOTDIR: PortProblem.MISSING,
+    errno.EBUSY: PortProblem.BUSY,
+    errno.EAGAIN: PortProblem.BUSY,
+    errno.EACCES: PortProblem.NOT_PERMITTED,
+    errno.EPERM: PortProblem.NOT_PERMITTED,
+    errno.EISDIR: PortProblem.NO_SERIAL_PORT,
+    errno.ENOTTY: PortProblem.NO_SERIAL_PORT,
+    errno.EINVAL: PortProblem.NO_SERIAL_PORT,
+}
+_WINDOWS = {"FileNotFoundError": PortProblem.MISSING, "PermissionError": PortProblem.BUSY}
+"""Windows gives no errno and reports a busy port as a denied one."""
+_OPENING = {
+    PortProblem.MISSING: (
+        "The port {path} does not exist.",
+        "tfsat-host ports lists the ports there are; plug the board in, or correct --port.",
+    ),
+    PortProblem.BUSY: (
+        "The port {path} is in use by another program.",
+        "Close the Arduino IDE's serial monitor or the other tfsat-host that has it open; try again.",
+    ),
+    PortProblem.NOT_PERMITTED: (
+        "You are not permitted to open {path}.",
+        "Join the group that owns serial ports, then log out and in: sudo usermod -aG dialout $USER\n"
+        "Or, on Linux, install tools/udev/60-tfsat.rules; docs/guide/computer.md says how.",
+    ),
+    PortProblem.NO_SERIAL_PORT: (
+        "{path} is no serial port.",
+        "tfsat-host ports lists the serial ports there are; correct --port.",
+    ),
+    PortProblem.OTHER: (
+        "The port {path} could not be opened: {text}.",
+        "Unplug the board, plug it in again, and run the same command.",
+    ),
+}
+"""What happened and what to do."""
+
+
+def open_error(path: str, code: int | None, text: str, *, platform: str = sys.platform) -> PortError:
+    """Why the operating system did not open `path`.
+
+    Args:
+        path: The port that was asked for.
+        code: The operating system's errno, if it gave one.
+        text: Its words, for what is not foreseen.
+        platform: As `sys.platform`.
+    """
+    problem = _BY_ERRNO.get(-1 if code is None else code, PortProblem.OTHER)
+    if platform == "win32":
+        problem = next((found for name, found in _WINDOWS.items() if name in text), problem)
+    what, next_step = _OPENING[problem]
+    return PortError(problem, what=what.format(path=path, text=text), next_step=next_step)

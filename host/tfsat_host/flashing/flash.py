@@ -1,0 +1,439 @@
+"""New firmware for a board: what runs there and whether it may be taken away, the writing, and the proof that it runs.
+
+A port goes when a board is sent into its bootloader, another comes, and back.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from tfsat_host.devices.client import BoardIdentity, Client, NoAnswer, WrongBoard
+from tfsat_host.devices.ports import (
+    BoardName,
+    Identity,
+    PortError,
+    PortInfo,
+    PortProblem,
+    find_port,
+    identify,
+)
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.errors import RefusedError
+from tfsat_host.flashing.computer import Computer
+from tfsat_host.flashing.image import Image, default_hex, load_image, load_teensy_image
+from tfsat_host.flashing.loader import (
+    AGAIN,
+    AVRDUDE,
+    TEENSY_LOADER,
+    FlashError,
+    avrdude_command,
+    find_loader,
+    run_avrdude,
+    run_teensy_loader,
+    teensy_command,
+)
+from tfsat_host.protocol.enums import Board, LoggerState, SequencerState
+from tfsat_host.protocol.messages import (
+    LoggerStatusReply,
+    LoggerStatusRequest,
+    SequencerStatusReply,
+    SequencerStatusRequest,
+)
+
+POLL_S = 0.1
+BOOTLOADER_TIMEOUT_S = 8.0
+"""The Micro's bootloader itself goes back to the sketch after 8 s."""
+HINT_S = 4.0
+PERMISSIONS_S = 0.3
+"""A new port's permissions are set by udev a moment after it has appeared."""
+SKETCH_TIMEOUT_S = 15.0
+"""The sketch's port is back in 2 s; Windows takes longer the first time."""
+TEENSY_REBOOT_BAUDRATE = 134
+"""A Teensy whose USB serial port is set to this starts its bootloader (Teensyduino, teensy4/usb.c)."""
+
+BOOTLOADER = "BOOTLOADER_PORT"
+"""In a plan: the port's name is not known before the bootloader is awake."""
+_NOT_FLASHED = "Nothing was flashed."
+
+
+class Narrator(Protocol):
+    """Who follows how far it has got."""
+
+    def step(self, text: str) -> None:
+        """Something begins, or the user should do something."""
+
+    def advance(self, bar: str, marks: int) -> None:
+        """avrdude's bar of this name has got so many of its MARKS more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The board that will be flashed.
+
+    Attributes:
+        port: Where it is; None where it has none, as a Teensy in its bootloader.
+        waits: It is in its bootloader already, at that port.
+        identity: What its sketch says of itself; None where it does not answer.
+    """
+
+    port: str | None
+    waits: bool = False
+    identity: BoardIdentity | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Flashed:
+    """A board that runs the image.
+
+    Attributes:
+        port: Where it is now.
+        command: The loader's command line.
+        identity: What HELLO says.
+        details: What else is known, for `--json`.
+    """
+
+    port: str
+    command: list[str]
+    identity: BoardIdentity
+    details: dict[str, str] = field(default_factory=dict)
+
+
+class Flasher:
+    """One board's way to new firmware, a step after the other: image, loader, `look`, `refuse_needless`, `write`."""
+
+    name: BoardName
+    board: Board
+    program: str
+    unknown: str
+    sure: str
+    ask: str
+    unsafe: str
+    after: str
+
+    def __init__(self, computer: Computer) -> None:
+        self._computer = computer
+
+    def load_image(self, path: Path | None) -> Image:
+        """Reads the HEX; None: the one that this checkout has built. Raises ImageError."""
+        raise NotImplementedError
+
+    def command(self, loader: str, image: Image, port: str) -> list[str]:
+        """The loader's command line."""
+        raise NotImplementedError
+
+    def _insist_on_idle(self, client: Client) -> None:
+        """Raises RefusedError while the board does what must not be cut off."""
+        raise NotImplementedError
+
+    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+        """Wakes the bootloader, has the loader write, and asks the board what it runs.
+
+        Raises:
+            FlashError: a step failed; says which and what to do.
+            PortError: the port could not be opened.
+        """
+        raise NotImplementedError
+
+    def find_loader(self) -> str:
+        """The path of the program that writes. Raises FlashError."""
+        return find_loader(self._computer, self.program)
+
+    def find_port(self, explicit: str | None, *, force: bool) -> str | None:
+        """The board's port, or one at which its bootloader waits; what may be done there, `refuse_needless` says.
+
+        Returns:
+            None with `force` where there is none: a Teensy in its bootloader has no port.
+
+        Raises:
+            PortError: none, or several.
+        """
+        try:
+            return find_port(self.name, explicit, list_ports=self._computer.ports)
+        except PortError as error:
+            waiting = sorted(in_bootloader(self._computer))
+            if error.code == PortProblem.BOOTLOADER and len(waiting) == 1:
+                return waiting[0]
+            if self.board == Board.LOGGER and force and explicit is None:
+                return None
+            raise
+
+    def look(self, port: str | None) -> Target:
+        """Asks who is at `port`.
+
+        Raises:
+            PortError: the port could not be opened.
+            WrongBoard: it is the other board.
+            RefusedError: it must not be interrupted; `code` says why.
+        """
+        if port is None or port in in_bootloader(self._computer):
+            return Target(port, waits=port is not None)
+        with closing(self._computer.connect(port)) as transport:
+            client = Client(transport)
+            try:
+                identity = client.identify(self.board)
+            except NoAnswer:
+                return Target(port)
+            if identity.speaks_this_protocol:
+                self._insist_on_idle(client)
+        return Target(port, identity=identity)
+
+    def refuse_needless(self, target: Target, image: Image, *, force: bool) -> None:
+        """Raises RefusedError for an emulated core; unless `force`, where the image runs already or nothing answers."""
+        identity = target.identity
+        if self.board == Board.SEQUENCER and identity is not None and identity.runs_natively:
+            raise _refused(
+                "emulated",
+                f"The sequencer at {target.port} is the firmware's core on a computer: it has no flash.",
+                _NOT_FLASHED,
+                "Name a real board's port. To run the image itself: tfsat-host emulate --sequencer avr",
+            )
+        if force:
+            return
+        if identity is None:
+            cure = f"If you are sure {self.sure}: add --force."
+            raise _refused("silent", f"{self._silence(target)}: {self.unknown}.", _NOT_FLASHED, cure)
+        if identity.image_crc == image.crc:
+            raise _refused(
+                "already-running",
+                f"The {self.name} at {target.port} runs this image already ({image.crc}).",
+                "Nothing was flashed, and nothing needs to be.",
+                "Add --force to flash it anyway.",
+            )
+
+    def question(self, target: Target) -> str:
+        """What a board cannot say, a person must; empty: nothing."""
+        return "" if target.identity else f"{self._silence(target)}; {self.unknown}. {self.ask}"
+
+    def make_safe(self, target: Target) -> None:
+        """What a yes to the question allows. Raises RefusedError unless the board is safe then."""
+
+    def plan(self, loader: str, image: Image, target: Target) -> list[str]:
+        """What would be done, a line each."""
+        runs = target.identity.describe() if target.identity else "a board that does not answer"
+        steps = [f"At {target.port}: {runs}.", f"Image {image.crc}, {len(image.data)} bytes: {image.path}"]
+        steps.append("Would be done:")
+        if question := self.question(target):
+            steps.append(f"  ask: {question}")
+        if target.port is not None and not target.waits:
+            steps.append(f"  open {target.port} to wake the bootloader, and wait for that")
+        command = shlex.join(self.command(loader, image, str(target.port) if target.waits else BOOTLOADER))
+        return [*steps, f"  {command}", f"  ask the board for its image: {image.crc}"]
+
+    def _silence(self, target: Target) -> str:
+        if target.port is None:
+            return f"There is no {self.name}'s port"
+        return (
+            f"The board at {target.port} {'waits in its bootloader' if target.waits else 'does not answer'}"
+        )
+
+    def sketches(self) -> set[str]:
+        """The ports that look like this board with its sketch."""
+        ports = self._computer.ports()
+        return {port.device for port in ports if identify(port) == Identity(self.name, "sketch")}
+
+    def ask_again(self, before: str | None, others: set[str]) -> tuple[str, BoardIdentity]:
+        """Waits for the flashed sketch and asks who it is: its port, and what HELLO says.
+
+        Args:
+            before: The sketch's port before, if it was known; the board may come back at another. It need not be
+                listed (a link, a clone's ids).
+            others: Ports of other such boards: those that were there while the board was in its bootloader.
+
+        Raises:
+            FlashError: no port came back, or no board answered there.
+        """
+        deadline_s = self._computer.now_s() + SKETCH_TIMEOUT_S
+        reason = f"No port that looks like the {self.name} came back."
+        while self._computer.now_s() < deadline_s:
+            fresh = sorted(self.sketches() - others - {before})
+            for port in (
+                fresh if before is None or before in in_bootloader(self._computer) else [before, *fresh]
+            ):
+                try:
+                    with closing(self._computer.connect(port)) as transport:
+                        return port, Client(transport).identify(self.board)
+                except (PortError, NoAnswer, WrongBoard) as error:
+                    reason = error.what
+            self._computer.sleep(POLL_S)
+        raise FlashError(
+            what=f"The image was written, but the board did not say who it is. {reason}",
+            meaning=f"It may not be a tfsat image, or it crashes at its start. Do not {self.after} this board yet.",
+            next_step="Unplug the board and plug it in again, then: tfsat-host status",
+            code="silent",
+        )
+
+    def _proof(
+        self, image: Image, before: str | None, others: set[str], cure: str
+    ) -> tuple[str, BoardIdentity]:
+        """The board runs the image, by its own word. Raises FlashError."""
+        port, identity = self.ask_again(before, others)
+        if identity.image_crc != image.crc:
+            raise FlashError(
+                what=f"The {self.name} at {port} runs image {identity.image_crc}; {image.crc} was written.",
+                meaning=f"It does not run what was asked for. {self.unsafe}",
+                next_step=cure,
+                code="other-image",
+            )
+        return port, identity
+
+
+class SequencerFlasher(Flasher):
+    """The Arduino Micro, through its bootloader with avrdude, which verifies."""
+
+    name, board, program = "sequencer", Board.SEQUENCER, AVRDUDE
+    unknown, sure = "its state is not known", "that it is the sequencer and that nothing is armed"
+    ask = "Is it the sequencer's Arduino Micro, and may it be flashed?"
+    unsafe, after = "Do not fly it.", "fly"
+
+    def load_image(self, path: Path | None) -> Image:
+        return load_image(path or default_hex())
+
+    def command(self, loader: str, image: Image, port: str) -> list[str]:
+        return avrdude_command(loader, port, image.path)
+
+    def _insist_on_idle(self, client: Client) -> None:
+        state = client.request(SequencerStatusRequest(), SequencerStatusReply).state
+        _insist_on_safe(client.transport.name, state)
+
+    def question(self, target: Target) -> str:
+        if target.identity is None or target.identity.speaks_this_protocol:
+            return super().question(target)
+        return (
+            f"The sequencer at {target.port} speaks another protocol, so its state cannot be read. "
+            "Disarm it and flash?"
+        )
+
+    def make_safe(self, target: Target) -> None:
+        """Disarms a board of another protocol, whose state cannot be read. Raises RefusedError unless it is safe."""
+        if target.port is None or target.identity is None or target.identity.speaks_this_protocol:
+            return
+        with closing(self._computer.connect(target.port)) as transport:
+            state = SequencerClient.connect_any_protocol(transport).disarm()
+        _insist_on_safe(target.port, state)
+
+    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+        at = str(target.port)
+        if not target.waits:
+            narrator.step(f"waking the bootloader of the board at {at}")
+            at = wake(self._computer, at, narrator.step)
+        others = self.sketches()
+        narrator.step(f"writing {len(image.data)} bytes to the bootloader at {at}")
+        command = self.command(loader, image, at)
+        run_avrdude(self._computer, command, narrator.advance)
+        narrator.step("waiting for the new sketch")
+        cure = f"{AGAIN['sequencer']}; if it recurs, replace the Arduino Micro."
+        port, identity = self._proof(image, None if target.waits else target.port, others, cure)
+        return Flashed(port, command, identity, {"bootloader_port": at})
+
+
+class LoggerFlasher(Flasher):
+    """The Teensy 4.1, with PJRC's teensy_loader_cli."""
+
+    name, board, program = "logger", Board.LOGGER, TEENSY_LOADER
+    unknown = "what its RAM holds is not known"
+    sure = "that this is the logger and that nothing in it is needed"
+    ask = "Flash the Teensy that is plugged in?"
+    unsafe, after = "Another Teensy was flashed, or the writing failed.", "record a drop with"
+
+    def load_image(self, path: Path | None) -> Image:
+        assert path is not None, "make firmware's image is none for the Teensy"
+        return load_teensy_image(path)
+
+    def command(self, loader: str, image: Image, port: str) -> list[str]:  # noqa: ARG002  the loader finds the board
+        return teensy_command(loader, image.path)
+
+    def _insist_on_idle(self, client: Client) -> None:
+        status, port = client.request(LoggerStatusRequest(), LoggerStatusReply), client.transport.name
+        if status.ram_holds_drop:
+            raise _refused(
+                "ram-holds-drop",
+                f"The RAM of the logger at {port} holds a drop that no card has.",
+                f"Flashing would erase it. {_NOT_FLASHED}",
+                "tfsat-host log fetch ram, then tfsat-host log erase ram, then the same command again.",
+            )
+        if status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
+            raise _refused(
+                "recording",
+                f"The logger at {port} is {status.state.name.lower()}.",
+                f"Flashing would cut the recording off. {_NOT_FLASHED}",
+                "tfsat-host record stop, then the same command again.",
+            )
+
+    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+        others = self.sketches() - {target.port}
+        if target.port is not None:
+            narrator.step(f"waking the bootloader of the Teensy at {target.port}")
+            self._computer.touch(target.port, TEENSY_REBOOT_BAUDRATE)
+        narrator.step(f"writing {len(image.data)} bytes; if nothing happens, press the button on the Teensy")
+        command = self.command(loader, image, "")
+        run_teensy_loader(self._computer, command)
+        narrator.step("waiting for the new sketch")
+        cure = f"Unplug every other Teensy, then: {AGAIN['logger']}"
+        port, identity = self._proof(image, target.port, others, cure)
+        return Flashed(port, command, identity)
+
+
+FLASHERS: dict[str, type[Flasher]] = {"sequencer": SequencerFlasher, "logger": LoggerFlasher}
+
+
+def in_bootloader(computer: Computer) -> dict[str, PortInfo]:
+    """The ports at which a sequencer's bootloader waits, by name."""
+    waits = Identity("sequencer", "bootloader")
+    return {port.device: port for port in computer.ports() if identify(port) == waits}
+
+
+def wake(computer: Computer, port: str, hint: Callable[[str], None]) -> str:
+    """Sends the Arduino Micro at `port` into its bootloader; the bootloader's port.
+
+    Raises:
+        PortError: the port could not be opened.
+        FlashError: no bootloader, or more than one, appeared in time.
+    """
+    not_flashed = f"{_NOT_FLASHED[:-1]}; the board goes on with the sketch that it has."
+    others = in_bootloader(computer)
+    computer.touch(port)
+    deadline_s = computer.now_s() + BOOTLOADER_TIMEOUT_S
+    hint_s = computer.now_s() + HINT_S
+    while True:
+        found = sorted(in_bootloader(computer).keys() - others.keys())
+        if len(found) > 1:
+            raise FlashError(
+                what=f"{len(found)} bootloaders appeared at once: {', '.join(found)}.",
+                meaning=f"One of them is another board's. {not_flashed}",
+                next_step="Unplug the other boards, wait 10 s, then the same command again.",
+                code="ambiguous",
+            )
+        if found:
+            computer.sleep(PERMISSIONS_S)
+            return found[0]
+        if computer.now_s() > deadline_s:
+            raise FlashError(
+                what=f"No bootloader appeared within {BOOTLOADER_TIMEOUT_S:g} s after the 1200-baud touch of {port}.",
+                meaning=not_flashed,
+                next_step="Press the board's reset button twice; its LED pulses for 8 s. Within that time type:\n"
+                f"{AGAIN['sequencer']}",
+                code="bootloader-not-seen",
+            )
+        if computer.now_s() > hint_s:
+            hint("The bootloader has not shown up yet: press the board's reset button twice.")
+            hint_s = deadline_s + POLL_S
+        computer.sleep(POLL_S)
+
+
+def _insist_on_safe(port: str, state: SequencerState) -> None:
+    if state != SequencerState.SAFE:
+        raise _refused(
+            "not-safe",
+            f"The sequencer at {port} is {state.name.lower()}; it is flashed only while it is safe.",
+            f"Flashing would end that and let the servos go. {_NOT_FLASHED}",
+            "tfsat-host disarm, then the same command again.",
+        )
+
+
+def _refused(code: str, what: str, meaning: str, next_step: str) -> RefusedError:
+    return RefusedError(what=what, meaning=meaning, next_step=next_step, code=code)

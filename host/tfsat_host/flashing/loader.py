@@ -1,0 +1,198 @@
+"""The programs that write to the boards, avrdude and teensy_loader_cli: command lines, progress, complaints."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.flashing.computer import Computer
+
+AVRDUDE = "avrdude"
+AVRDUDE_TIMEOUT_S = 120.0
+"""A whole flash takes some 5 s with its verification."""
+MARKS = 50
+"""Of `#` in one bar of avrdude."""
+TEENSY_LOADER = "teensy_loader_cli"
+TEENSY_TIMEOUT_S = 60.0
+"""Erasing and writing takes some 3 s; somebody may have to find the board's button."""
+AGAIN = {board: f"tfsat-host flash {board} --force" for board in ("sequencer", "logger")}
+
+_LAST_LINES = 6
+_BAR = re.compile(r"(Reading|Writing|Verifying)\s*\|")
+_REPLUG = "Unplug the board and plug it in."
+_INTACT = "The board's bootloader is intact and waits for the next try; the sketch may be incomplete."
+_MISSING = {
+    AVRDUDE: (
+        "avrdude-missing",
+        "avrdude is what writes to an Arduino",
+        "Debian, Ubuntu: sudo apt install avrdude\nmacOS: brew install avrdude\n"
+        "Windows: winget install AVRDudes.AVRDUDE, then a new terminal\nThen the same command again.",
+    ),
+    TEENSY_LOADER: (
+        "loader-missing",
+        "it is what writes to a Teensy",
+        "Debian, Ubuntu: sudo apt install teensy-loader-cli\nmacOS: brew install teensy_loader_cli\n"
+        "Then the same command again; or upload the sketch by the Arduino IDE.",
+    ),
+}
+_COMPLAINTS = (
+    (
+        re.compile(r"permission denied|access is denied", re.IGNORECASE),
+        "avrdude-failed",
+        "You are not permitted to open the bootloader's port.",
+        "Join the group that owns serial ports, then log out and in: sudo usermod -aG dialout $USER",
+    ),
+    (
+        re.compile(r"verification (mismatch|error)|verify failed", re.IGNORECASE),
+        "verify-failed",
+        "What was read back from the board is not what was written.",
+        "Try another cable and port of the computer; if it recurs, replace the Arduino Micro.",
+    ),
+    (
+        re.compile(r"(can't|cannot|unable to) open", re.IGNORECASE),
+        "avrdude-failed",
+        "The bootloader's port could not be opened: it was gone again, or another program has it.",
+        "Close the Arduino IDE and every serial monitor.",
+    ),
+    (
+        re.compile(r"not respond|timeout|signature", re.IGNORECASE),
+        "avrdude-failed",
+        "The bootloader did not answer, or not as an ATmega32U4 does.",
+        "Unplug the board and plug it in again; check that it is an Arduino Micro.",
+    ),
+)
+
+
+class FlashError(TfsatError):
+    """Flashing failed; `code` names the step."""
+
+
+def find_loader(computer: Computer, program: str) -> str:
+    """The program's path. Raises FlashError with how to install it."""
+    path = computer.find_program(program)
+    if path is None:
+        code, use, install = _MISSING[program]
+        raise FlashError(
+            what=f"{program} is not installed, or not on the PATH.",
+            meaning=f"Nothing was flashed: {use}. The board was not touched.",
+            next_step=install,
+            code=code,
+        )
+    return path
+
+
+def avrdude_command(program: str, port: str, hex_path: Path) -> list[str]:
+    """Writes the image and reads it back, as the Arduino IDE does (boards.txt, micro: avr109 at 57600)."""
+    options = ["-p", "atmega32u4", "-c", "avr109", "-P", port, "-b", "57600", "-D"]
+    return [program, *options, "-U", f"flash:w:{hex_path}:i"]
+
+
+def teensy_command(program: str, hex_path: Path) -> list[str]:
+    """Waits for a Teensy 4.1 in its bootloader, writes the image, and starts it."""
+    return [program, "--mcu=TEENSY41", "-w", "-v", str(hex_path)]
+
+
+def run_avrdude(computer: Computer, command: list[str], progress: Callable[[str, int], None]) -> None:
+    """Runs it.
+
+    Args:
+        computer: Runs programs.
+        command: As `avrdude_command` gives it.
+        progress: Gets the name of the present bar and how many of its MARKS were added.
+
+    Raises:
+        FlashError: it could not be started, failed, or hung.
+    """
+    output: list[str] = []
+    bars = Bars(progress)
+
+    def heard(text: str) -> None:
+        output.append(text)
+        bars.feed(text)
+
+    try:
+        code = computer.run(command, heard, AVRDUDE_TIMEOUT_S)
+    except OSError as error:
+        raise _not_started(command, error, "avrdude-failed", _INTACT, "sequencer") from error
+    if code == 0:
+        return
+    shown = _shown(command, output)
+    kind, what, cure = "avrdude-failed", f"avrdude failed with exit code {code}: {shown}", _REPLUG
+    if code is None:
+        what = f"avrdude did not end within {AVRDUDE_TIMEOUT_S:g} s: {shown}"
+    else:
+        for pattern, found, reason, remedy in _COMPLAINTS:
+            if pattern.search("".join(output)):
+                kind, what, cure = found, f"{reason} {what}", remedy
+                break
+    next_step = f"{cure}\nThen: {AGAIN['sequencer']}"
+    raise FlashError(what=what, meaning=_INTACT, next_step=next_step, code=kind)
+
+
+def run_teensy_loader(computer: Computer, command: list[str]) -> None:
+    """Runs it. Raises FlashError: it could not be started, failed, or no bootloader appeared in time."""
+    output: list[str] = []
+    try:
+        code = computer.run(command, output.append, TEENSY_TIMEOUT_S)
+    except OSError as error:
+        waits = "The board waits in its bootloader, with the image that it had."
+        raise _not_started(command, error, "loader-failed", waits, "logger") from error
+    if code == 0:
+        return
+    shown = _shown(command, output)
+    if code is None and "Found HalfKay" not in shown:
+        raise FlashError(
+            what=f"No Teensy showed its bootloader within {TEENSY_TIMEOUT_S:g} s: {shown}",
+            meaning="Nothing was flashed.",
+            next_step=f"{AGAIN['logger']}\nand press the button on the Teensy while it waits. On Linux first: "
+            "sudo cp tools/udev/60-tfsat.rules /etc/udev/rules.d/",
+            code="bootloader-not-seen",
+        )
+    ended = f"did not end within {TEENSY_TIMEOUT_S:g} s" if code is None else f"failed with exit code {code}"
+    raise FlashError(
+        what=f"{TEENSY_LOADER} {ended}: {shown}",
+        meaning="The board's image may be incomplete. Its bootloader cannot be damaged.",
+        next_step=f"Press the button on the Teensy, then: {AGAIN['logger']}",
+        code="loader-failed",
+    )
+
+
+class Bars:
+    """Follows avrdude's bars, `Writing | ####…# | 100% 0.5 s`, however the text is cut."""
+
+    def __init__(self, progress: Callable[[str, int], None]) -> None:
+        self._progress = progress
+        self._tail = ""
+        self._bar: str | None = None
+        self._marks = 0
+
+    def feed(self, text: str) -> None:
+        """Takes avrdude's next output."""
+        for character in text:
+            if self._bar is not None and character == "#" and self._marks < MARKS:
+                self._marks += 1
+                self._progress(self._bar, 1)
+                continue
+            self._tail = (self._tail + character)[-20:]
+            found = _BAR.search(self._tail)
+            if found:
+                self._bar, self._marks, self._tail = found[1].lower(), 0, ""
+                self._progress(self._bar, 0)
+
+
+def _shown(command: list[str], output: list[str]) -> str:
+    """The command line and the last lines of its output."""
+    lines = [line for line in "".join(output).splitlines() if line.strip()][-_LAST_LINES:]
+    return "\n".join([shlex.join(command), *(lines or ["It printed nothing."])])
+
+
+def _not_started(command: list[str], error: OSError, code: str, meaning: str, board: str) -> FlashError:
+    return FlashError(
+        what=f"{command[0]} cannot be started: {error.strerror or error}.",
+        meaning=meaning,
+        next_step=f"Install it again, then: {AGAIN[board]}",
+        code=code,
+    )
