@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.run.bundle.comparing import EVALUATION_TOLERANCE, Tolerance, differences, same_text
+from tfsat_host.run.bundle.comparing import EVALUATION_TOLERANCE, differences, same_text
 
-STRICT = Tolerance(1e-6, 1e-9)
+STRICT = (1e-6, 1e-9)
 _JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.bundle.commands import command
-from tfsat_host.run.bundle.archive import LIMITS, Limits, unpack
+from tfsat_host.run.bundle.archive import LIMITS, Limits, collision_among, trouble_with_name, unpack
 from tfsat_host.run.bundle.manifest import (
     BundledFile,
     BundleError,
@@ -26,7 +26,6 @@ from tfsat_host.run.bundle.manifest import (
     format_manifest,
     parse_manifest,
 )
-from tfsat_host.run.bundle.names import collision_among, trouble_with_name
 
 RAW = b"raw" * 200
 GOOD = {"run/SD.bin": RAW, "robot/drop_tower.toml": b"robot", "run/maneuver.toml": b"maneuver"}
@@ -250,7 +249,7 @@ def test_no_value_in_a_manifest_breaks_its_reader(data: st.DataObject) -> None:
         assert error.next_step
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(data=st.data())
 def test_any_damage_is_refused_or_harmless(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
@@ -296,3 +295,28 @@ def test_the_command_refuses_with_words(tmp_path: Path, monkeypatch: pytest.Monk
     assert "`..`" in said.err and "Nothing was unpacked." in said.err
     assert command("reproduce", "gone.zip", expect=1).err
     assert [path.name for path in tmp_path.iterdir()] == ["a.zip"]
+
+
+@pytest.mark.parametrize("sign", ["\u202e", "\u200b", "\ufeff", "\u00ad", "\u2066", "\u0085", "\u2028"])
+def test_characters_that_nobody_sees_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sign: str
+) -> None:
+    """A name that reads `exe.txt` and ends otherwise (bidirectional), or two that look alike (zero width)."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.zip").write_bytes(packed(GOOD | {f"run/gnp{sign}.txt": b"x"}))
+    said = command("reproduce", "a.zip", expect=1)
+    assert (
+        "a character that cannot be seen" in said.words + " ".join(said.err.split()) and sign not in said.err
+    )
+
+
+def test_the_name_of_a_drop_is_no_novel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    values = json.loads(manifest_of(GOOD))
+    for count, what in ((200, "SD.bin"), (201, "its name has 201 characters")):
+        values["name"] = "n" * count
+        Path("a.zip").write_bytes(packed(GOOD, json.dumps(values).encode()))
+        if count > 200:
+            assert what in " ".join(command("reproduce", "a.zip", expect=1).err.split())
+        else:
+            assert parse_manifest(json.dumps(values).encode(), "a.zip").name == "n" * 200

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundle.commands import command
+from tests.bundle.commands import command, keep_evaluations
 from tests.evaluation.run_folder import run_folder
 
 
 @pytest.fixture
 def camp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty campaign beside three runs."""
+    keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     for seed in (1, 2, 3):
         run_folder(tmp_path / f"run{seed}", seed)

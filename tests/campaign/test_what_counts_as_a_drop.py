@@ -11,13 +11,8 @@ from shutil import copyfile
 import pytest
 
 from tests.bundle.commands import command, result
-from tests.campaign.test_command import contents, index_of
+from tests.campaign.test_campaign import contents, index_of
 from tests.evaluation.run_folder import CERTIFICATE
-from tfsat_host.present.output import Output
-from tfsat_host.robot import RobotModel
-from tfsat_host.run import evaluated as one_run
-from tfsat_host.run.evaluated import EvaluatedRun
-from tfsat_host.run.options import EvaluationOptions
 from tfsat_host.run.record import sign, verify
 
 
@@ -161,46 +156,3 @@ def test_links_and_pipes_stay_outside(camp: Path, tmp_path: Path) -> None:
     Path("run2/SD.bin").unlink()
     Path("run2/SD.bin").symlink_to("../run3/SD.bin")
     assert "leads out of the folder" in words(command("campaign", "add", "camp", "run2", expect=1).err)
-
-
-def test_a_drop_that_breaks_the_evaluation_does_not_break_the_report(
-    camp: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    command("campaign", "add", "camp", "run1")
-    command("campaign", "add", "camp", "run2")
-    evaluate_run = one_run.evaluate_run
-
-    def breaks(place: Path, options: EvaluationOptions, robot: RobotModel, out: Output) -> EvaluatedRun:
-        if "drop-0001" in str(place):
-            raise IndexError("index 3 is out of bounds")
-        return evaluate_run(place, options, robot, out)
-
-    monkeypatch.setattr(one_run, "evaluate_run", breaks)
-    monkeypatch.setenv("XDG_STATE_HOME", str(camp.parent / "state"))
-    said = command("campaign", "report", "camp", expect=3)
-    assert "Drop 1 cannot be evaluated: IndexError" in said.words
-    page = (camp / "report.html").read_text()
-    assert "drop-0001 could not be evaluated" in page and '"name":"drop-0002 (emulated)"' in page
-    (kept,) = (camp.parent / "state" / "tfsat" / "crashes").iterdir()
-    assert "index 3 is out of bounds" in kept.read_text() and kept.name in said.words
-
-
-def test_a_recording_that_ends_at_the_release_is_left_out_by_name(camp: Path) -> None:
-    data = Path("run1/SD.bin").read_bytes()
-    cut = next(
-        at for at in range(len(data) // 1024 * 512, 512, -512) if _samples_after_release(data[:at]) == 0
-    )
-    Path("run1/SD.bin").write_bytes(data[:cut])
-    command("campaign", "add", "camp", "run1", expect=3)
-    command("campaign", "add", "camp", "run2")
-    said = result("campaign", "report", "camp", expect=3)
-    assert [drop["evaluation"] is None for drop in said["drops"]] == [True, False]
-    assert "drop-0001 could not be evaluated" in (camp / "report.html").read_text()
-
-
-def _samples_after_release(data: bytes) -> int:
-    from tfsat_host.sdlog.load import load
-
-    Path("cut.bin").write_bytes(data)
-    log = load("cut.bin")
-    return 0 if log.release_us is None else int((log.t_us > log.release_us).sum())

@@ -16,7 +16,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.cli import envelope, ports, upload_sequence
-from tfsat_host.cli.main import COMMANDS, main
+from tfsat_host.cli.main import HELPS, main, module_of
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 
 HEAVY = ("numpy", "scipy", "rich", "serial", "matplotlib", "hypothesis")
@@ -43,7 +43,7 @@ def test_help_imports_nothing_heavy() -> None:
     modules = _modules_after("--help")
     assert modules.isdisjoint(HEAVY)
     assert "argparse" in modules
-    assert modules.isdisjoint(command.module for command in COMMANDS)
+    assert modules.isdisjoint(map(module_of, HELPS))
 
 
 def test_help_on_a_terminal_does_not_wait_for_rich() -> None:
@@ -74,24 +74,24 @@ def test_the_help_of_a_command_imports_nothing_heavy() -> None:
     """One process for all: the first that imports something heavy is named."""
     code = f"""
 import sys
-from tfsat_host.cli.main import COMMANDS, main
-for command in COMMANDS:
+from tfsat_host.cli.main import HELPS, main
+for command in HELPS:
     try:
-        main([command.name, "--help"])
+        main([command, "--help"])
     except SystemExit:
         heavy = sys.modules.keys() & set({HEAVY})
         if heavy:
-            sys.exit(f"{{command.name}} --help imports {{heavy}}")
+            sys.exit(f"{{command}} --help imports {{heavy}}")
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.count("usage: tfsat-host ") == len(COMMANDS)
+    assert done.stdout.count("usage: tfsat-host ") == len(HELPS)
     assert done.stderr == ""
 
 
 def test_help_names_every_command_and_every_exit_code(tfsat_host: RunCli) -> None:
     text = tfsat_host("--help").stdout
-    for command in COMMANDS:
-        assert command.name in text
+    for command in HELPS:
+        assert command in text
     for words in ("0 done", "1 failed", "2 usage", "3 done but", "4 refused", "130 interrupted"):
         assert words in text
 
@@ -281,13 +281,13 @@ def test_interrupted_where_no_board_could_be(
     assert "No board was connected: run" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", [command.name for command in COMMANDS])
+@pytest.mark.parametrize("command", HELPS)
 def test_every_command_takes_a_negative_number_for_a_value(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """argparse itself takes -5 for a value, but -5,60,20 and -1e3 for unknown options."""
     taken: list[list[str]] = []
-    module = importlib.import_module(next(c.module for c in COMMANDS if c.name == command))
+    module = importlib.import_module(module_of(command))
 
     def configure(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("--many", nargs=2)

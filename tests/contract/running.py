@@ -15,7 +15,7 @@ from typing import Any
 from tests.contract.outline import file_outline, outline, without_moments, without_numbers
 from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
 from tests.emulate.served import Served
-from tfsat_host.cli.main import COMMANDS, main, parser_with
+from tfsat_host.cli.main import HELPS, main, parser_with
 
 HERE = Path(__file__).parent
 BUNDLE = HERE / "today/drop.tfsat.zip.xz"
@@ -65,7 +65,7 @@ def _result_of(line: str, folder: Path, outlined: dict[str, str]) -> dict[str, A
 
 def options_of_all_commands() -> dict[str, Any]:
     """Each command's arguments: their names, defaults and choices."""
-    parser, _ = parser_with([command.name for command in COMMANDS])
+    parser, _ = parser_with(HELPS)
     return _options(parser)
 
 

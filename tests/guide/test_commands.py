@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from tests.guide.documents import DOCUMENTS, GUIDE, ROOT, Typed, code_lines, typed_in_code, typed_inline
-from tfsat_host.cli.main import COMMANDS, parser_with
+from tfsat_host.cli.main import HELPS, parser_with
 from tfsat_host.errors import TfsatError
 
-NAMES = {command.name for command in COMMANDS}
+NAMES = set(HELPS)
 
 
 def _refusal(typed: Typed) -> str | None:

@@ -13,7 +13,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.cli.completion import SHELLS, completion_script
-from tfsat_host.cli.main import COMMANDS
+from tfsat_host.cli.main import HELPS
 from tfsat_host.rehearsal.faults.known import FAULTS
 
 Complete = Callable[..., set[str]]
@@ -76,14 +76,14 @@ def test_the_shell_can_read_its_script(scripts: Path, shell: str) -> None:
 @pytest.mark.parametrize("shell", SHELLS)
 def test_every_command_is_in_the_script(scripts: Path, shell: str) -> None:
     script = (scripts / shell).read_text(encoding="utf-8")
-    for command in COMMANDS:
-        assert command.name in script
+    for command in HELPS:
+        assert command in script
 
 
 @pytest.mark.parametrize("complete", COMPLETING)
 class TestCompletion:
     def test_commands(self, complete: Complete, scripts: Path, folder: Path) -> None:
-        assert complete(scripts, folder, "") >= {command.name for command in COMMANDS}
+        assert complete(scripts, folder, "") >= HELPS.keys()
         assert complete(scripts, folder, "upload-s") == {"upload-sequence", "upload-servos"}
 
     def test_actions_and_choices(self, complete: Complete, scripts: Path, folder: Path) -> None:

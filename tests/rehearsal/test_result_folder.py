@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.bundle.commands import command, result
-from tests.campaign.test_command import contents
+from tests.campaign.test_campaign import contents
 from tests.evaluation.run_folder import tell_time
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.emulated.robot import EmulatedRobot
@@ -20,7 +20,7 @@ from tfsat_host.rehearsal.rehearse import rehearse
 from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.truth import Truth, drawn_truth
 from tfsat_host.robot import RobotModel, load_robot
-from tfsat_host.run.bundle.recomputing import document_in
+from tfsat_host.run.bundle.reproducing import document_in
 from tfsat_host.run.files import REHEARSED
 
 RECORDINGS = "calibration-emulated-recordings"

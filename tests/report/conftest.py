@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,8 @@ import pytest
 from playwright.sync_api import Browser, Page, Playwright, sync_playwright
 
 from tests.report.opened import Opened
+from tests.report.reported_drop import drop_of
+from tests.report.sample_document import sample_document
 from tfsat_host.report import render
 
 # No request of the browser's own (updates, variations), and WebGL without a graphics card.
@@ -24,8 +26,6 @@ _QUIET = [
 ]
 _WITH_WEBGL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 _WITHOUT_WEBGL = ["--disable-3d-apis"]
-
-OpenDocument = Callable[..., Opened]
 
 
 @pytest.fixture(scope="session")
@@ -57,20 +57,50 @@ def browser_without_webgl(_playwright: Playwright, tmp_path: Path) -> Iterator[B
     chromium.close()
 
 
-@pytest.fixture
-def open_document(browser: Browser, tmp_path: Path) -> Iterator[OpenDocument]:
-    """Renders a document, opens it, and at the end demands that the page never complained or asked for anything."""
-    opened: list[Opened] = []
+class Opener:
+    """Renders documents and opens them; at the end demands that no page ever complained or asked for anything."""
 
-    def open_it(document: Mapping[str, Any], *, into: Browser = browser, **context: Any) -> Opened:
-        path = tmp_path / f"report{len(opened)}.html"
+    def __init__(self, browser: Browser, folder: Path) -> None:
+        self._browser, self._folder = browser, folder
+        self._opened: list[Opened] = []
+
+    def __call__(self, document: Mapping[str, Any], *, into: Browser | None = None, **context: Any) -> Opened:
+        path = self._folder / f"report{len(self._opened)}.html"
         path.write_text(render(document), encoding="utf-8")
-        page: Page = into.new_page(**{"viewport": {"width": 1280, "height": 900}, **context})
-        opened.append(Opened(page, path))
-        return opened[-1]
+        size = {"viewport": {"width": 1280, "height": 900}}
+        page: Page = (into or self._browser).new_page(**{**size, **context})
+        self._opened.append(Opened(page, path))
+        return self._opened[-1]
 
-    yield open_it
-    for each in opened:
-        each.page.close()
-        assert each.complaints == []
-        assert each.requests == [each.address]
+    def close(self) -> None:
+        for each in self._opened:
+            each.page.close()
+            assert each.complaints == []
+            assert each.requests == [each.address]
+
+
+@pytest.fixture
+def open_document(browser: Browser, tmp_path: Path) -> Iterator[Opener]:
+    opener = Opener(browser, tmp_path)
+    yield opener
+    opener.close()
+
+
+@pytest.fixture(scope="session")
+def _sample(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    opener = Opener(browser, tmp_path_factory.mktemp("sample"))
+    yield opener(sample_document())
+    opener.close()
+
+
+@pytest.fixture
+def report(_sample: Opened) -> Opened:
+    """The sample of one drop, loaded once: plots whole, the cursor at the end. Leave documents as they are."""
+    _sample.rest()
+    return _sample
+
+
+@pytest.fixture(scope="session")
+def drop() -> Any:
+    """The document's part of a real drop."""
+    return drop_of()

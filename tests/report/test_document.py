@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import hashlib
+import textwrap
 from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.evaluation.run_folder import made_drop
+from tests.report.conftest import Opener
 from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers, plots, reported, table
 from tfsat_host.evaluation.checks.check import judged
-from tfsat_host.evaluation.evaluation import Evaluation, evaluate
+from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
 from tfsat_host.evaluation.result.model import significance, worth_of
 from tfsat_host.quantity import plus_minus
@@ -24,11 +26,6 @@ from tfsat_host.sdlog.events import DropEvent
 from tfsat_host.sdlog.ledger import Gap
 
 MOST_BYTES = 1_500_000
-
-
-@pytest.fixture(scope="module")
-def drop() -> Any:
-    return drop_of()
 
 
 def test_key_numbers_are_the_evaluations(drop: Any) -> None:
@@ -224,46 +221,44 @@ def test_several_drops_are_one_document_with_the_same_plots() -> None:
     assert first == second
 
 
-def test_page_of_one_drop_is_small() -> None:
-    page = render(document_of([reported()], MADE))
-    assert len(page.encode()) < MOST_BYTES
-
-
-def test_without_a_script_verdict_and_numbers_are_there() -> None:
+def test_the_page_is_small_and_has_verdict_and_numbers_without_a_script() -> None:
     document = document_of([reported(name="<b>drop</b>")], MADE)
-    text = render(document).split("<noscript>")[1].split("</noscript>")[0]
-    assert (
-        "<h2>&lt;b&gt;drop&lt;/b&gt;: good</h2>" in text
-        and document["drops"][0]["verdict"]["sentence"] in text
-    )
-    assert "<th>Reorientation</th>" in text
-
-
-def damaged_logs() -> dict[str, Evaluation]:
-    """The same drop with less to go by."""
-    log = evaluated().log
-    imu, angles = log.imu_valid.copy(), log.angle_valid.copy()
-    imu[:, 3], angles[:, 4:] = False, False
-    holed = log.imu_valid.copy()
-    holed[(log.t_s > 1.2) & (log.t_s < 1.25)] = False
-    return {
-        "no calibration": evaluate(log, load_robot(), None, made_drop().schedule),
-        "IMU 4 and the sensors of joint 3 dead": evaluate(
-            replace(log, imu_valid=imu, angle_valid=angles), load_robot(), evaluated().calibration, None
-        ),
-        "50 ms without a gyro": evaluate(
-            replace(log, imu_valid=holed), load_robot(), evaluated().calibration, made_drop().schedule
-        ),
-    }
+    page = render(document)
+    assert len(page.encode()) < MOST_BYTES
+    text = page.split("<noscript>")[1].split("</noscript>")[0]
+    assert "<h2>&lt;b&gt;drop&lt;/b&gt;: good</h2>" in text and "<th>Reorientation</th>" in text
+    assert document["drops"][0]["verdict"]["sentence"] in text
 
 
 def test_whatever_is_missing_the_page_is_made() -> None:
-    for what, found in damaged_logs().items():
-        drop = drop_of(found)
-        page = render({**document_of([reported(found)], MADE), "title": what})
-        assert len(page.encode()) < MOST_BYTES, what
-        assert drop["verdict"]["level"] == "doubtful", what
-        assert numbers(drop)["Reorientation"]["std"] > 0.0
-        if what.startswith("IMU 4"):
-            assert "never answered" in table(drop, "Joints")["rows"][2][3]
-            assert any("gyro of body 4" in reason for reason in drop["verdict"]["reasons"])
+    """IMU 4 and the sensors of joint 3 are dead, all gyros silent for 50 ms, the maneuver unknown."""
+    log = evaluated().log
+    imu, angles = log.imu_valid.copy(), log.angle_valid.copy()
+    imu[:, 3], angles[:, 4:] = False, False
+    imu[(log.t_s > 1.2) & (log.t_s < 1.25)] = False
+    damaged = replace(log, imu_valid=imu, angle_valid=angles)
+    found = evaluate(damaged, load_robot(), evaluated().calibration, None)
+    document = document_of([reported(found)], MADE)
+    drop = document["drops"][0]
+    assert len(render(document).encode()) < MOST_BYTES
+    assert drop["verdict"]["level"] == "doubtful"
+    assert numbers(drop)["Reorientation"]["std"] > 0.0
+    assert "never answered" in table(drop, "Joints")["rows"][2][3]
+    assert any("gyro of body 4" in reason for reason in drop["verdict"]["reasons"])
+
+
+def test_a_real_drop_draws(open_document: Opener) -> None:
+    document = document_of([reported()], MADE)
+    opened = open_document(document)
+    shown = {figure.get_attribute("data-plot") for figure in opened.page.locator("figure[data-plot]").all()}
+    assert {plot["id"] for plot in document["drops"][0]["plots"]} <= shown
+    text = opened.page.inner_text("body")
+    assert "Reorientation" in text and document["drops"][0]["verdict"]["sentence"] in text
+
+
+def test_the_documented_python_call_makes_a_page() -> None:
+    text = (Path(__file__).resolve().parents[2] / "docs" / "report.md").read_text(encoding="utf-8")
+    example = textwrap.dedent(text.split("made otherwise:\n", 1)[1])
+    names: dict[str, object] = {"found": reported().evaluation}
+    exec(example, names)
+    assert str(names["page"]).startswith("<!doctype html>")

@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.report.reported_drop import drop_of, evaluated, numbers, plots, series
+from tests.report.reported_drop import evaluated, numbers, plots, series
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.report.contents.attitudes import euler_angles
-
-
-@pytest.fixture(scope="module")
-def drop() -> Any:
-    return drop_of()
+from tfsat_host.report.contents.attitude import euler_angles
 
 
 def test_every_line_fits_its_axis(drop: Any) -> None:

@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.report.sample_document import sample_document
-from tfsat_host.report import assets, render
-from tfsat_host.report.embedding import embeddable
+from tfsat_host.report import page, render
+from tfsat_host.report.page import embeddable
 from tfsat_host.report.shortening import shortened
 
 JSON = st.recursive(
@@ -100,14 +100,14 @@ def test_no_element_refers_to_anything() -> None:
 
 
 def test_every_asset_is_on_the_page() -> None:
-    folder = Path(assets.__file__).parent / "assets"
-    carried = assets.script() + assets.style()
+    folder = Path(page.__file__).parent / "assets"
+    carried = page.script() + page.style()
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     assert files and all(path.read_text(encoding="utf-8") in carried for path in files)
 
 
 def test_libraries_are_the_ones_that_were_locked() -> None:
-    folder = Path(assets.__file__).parent / "vendor"
+    folder = Path(page.__file__).parent / "vendor"
     sources = json.loads((folder / "SOURCES.json").read_text())
     lock = Path(__file__).parents[2] / "tools" / "report_vendor" / "package-lock.json"
     packages = json.loads(lock.read_text())["packages"]
@@ -121,7 +121,7 @@ def test_libraries_are_the_ones_that_were_locked() -> None:
 
 
 def test_the_scripts_set_text_as_text_only() -> None:
-    for path in (Path(assets.__file__).parent / "assets" / "script").iterdir():
+    for path in (Path(page.__file__).parent / "assets" / "script").iterdir():
         text = path.read_text(encoding="utf-8")
         assert not re.search(
             r"innerHTML|outerHTML|insertAdjacent|document\.write|eval\(|new Function", text

@@ -5,14 +5,9 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import Browser
 
-from tests.report.conftest import OpenDocument
+from tests.report.conftest import Opener
 from tests.report.opened import Opened
 from tests.report.sample_document import END_S, sample_document
-
-
-@pytest.fixture
-def report(open_document: OpenDocument) -> Opened:
-    return open_document(sample_document())
 
 
 def test_shows_bodies_that_move(report: Opened) -> None:
@@ -25,7 +20,8 @@ def test_shows_bodies_that_move(report: Opened) -> None:
     assert report.page.locator(".what").inner_text() == "joint 2, +70 deg"
 
 
-def test_opens_where_the_robot_came_to_and_plays_from_the_start(report: Opened) -> None:
+def test_opens_where_the_robot_came_to_and_plays_from_the_start(open_document: Opener) -> None:
+    report = open_document(sample_document())
     assert report.time_s == pytest.approx(END_S)
     assert report.page.locator(".caption").inner_text().split("\n")[-2:] == ["·", "end of the evaluation"]
     report.press(" ")
@@ -51,23 +47,26 @@ def test_space_plays_and_pauses(report: Opened) -> None:
 
 
 def test_stops_at_the_end_and_starts_over(report: Opened) -> None:
-    report.page.get_by_label("Speed").select_option("1")
+    speed = report.page.get_by_label("Speed")
+    usual = speed.input_value()
+    speed.select_option("1")
     report.press("End", "ArrowLeft", " ")
     report.page.get_by_role("button", name="Play").wait_for()
     assert report.time_s == pytest.approx(2.8)
     report.press(" ")
     report.page.wait_for_function("() => !document.querySelector('.when').textContent.startsWith('2.8')")
+    report.press(" ")
+    speed.select_option(usual)
 
 
-@pytest.mark.parametrize("key", ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "+", "-"])
-def test_keys_turn_it_and_zero_turns_it_back(report: Opened, key: str) -> None:
-    before = report.replayed()
+def test_keys_turn_it_and_zero_turns_it_back(report: Opened) -> None:
+    before, time_s = report.replayed(), report.time_s
     report.page.locator("canvas.bodies").focus()
-    time_s = report.time_s
-    report.press(key)
-    assert report.replayed().unlike(before) > 1000
-    report.press("0")
-    assert report.replayed().unlike(before) == 0
+    for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "+", "-"):
+        report.press(key)
+        assert report.replayed().unlike(before) > 1000, key
+        report.press("0")
+        assert report.replayed().unlike(before) == 0, key
     assert report.time_s == time_s
 
 
@@ -85,6 +84,8 @@ def test_the_mouse_turns_it(report: Opened) -> None:
     assert turned.unlike(before) > 1000
     report.page.mouse.move(box["x"] + 100, box["y"] + 100)
     assert report.replayed().unlike(turned) == 0, "it follows the mouse only while a button is down"
+    bodies.focus()
+    report.press("0")
 
 
 def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
@@ -97,21 +98,16 @@ def test_the_model_stands_over_beside_or_nowhere(report: Opened) -> None:
     assert hidden.unlike(over) > 200
     assert beside.drawn() > hidden.drawn() + 1000
     assert beside.unlike(over) > 1000
+    report.page.get_by_label("Model", exact=True).select_option("over")
 
 
-def test_without_a_model_there_is_no_ghost(open_document: OpenDocument) -> None:
-    document = sample_document()
-    document["drops"][0]["replay"]["model"] = None
-    report = open_document(document)
-    assert not report.page.get_by_label("Model", exact=True).is_visible()
-    assert report.page.locator(".bodies-key li").all_inner_texts() == ["body 1", "body 2", "body 3", "body 4"]
-
-
-def test_missing_poses_hide_their_bodies(open_document: OpenDocument) -> None:
+def test_missing_poses_hide_their_bodies_and_a_missing_model_its_ghost(open_document: Opener) -> None:
     document = sample_document()
     replay = document["drops"][0]["replay"]
     replay["model"] = None
     whole = open_document(document)
+    assert not whole.page.get_by_label("Model", exact=True).is_visible()
+    assert whole.page.locator(".bodies-key li").all_inner_texts() == ["body 1", "body 2", "body 3", "body 4"]
     for poses in replay["measured"][:50]:
         poses[:] = [[None] * 7 for _ in poses]
     partly = open_document(document)
@@ -121,7 +117,7 @@ def test_missing_poses_hide_their_bodies(open_document: OpenDocument) -> None:
 
 
 def test_without_webgl_it_says_so_and_draws_flat(
-    open_document: OpenDocument, browser_without_webgl: Browser
+    open_document: Opener, browser_without_webgl: Browser
 ) -> None:
     report = open_document(sample_document(), into=browser_without_webgl)
     assert "no WebGL" in report.page.locator(".replay .note").inner_text()
@@ -132,7 +128,7 @@ def test_without_webgl_it_says_so_and_draws_flat(
     assert report.replayed().unlike(at_start) > 3000
 
 
-def test_without_poses_it_says_so(open_document: OpenDocument) -> None:
+def test_without_poses_it_says_so(open_document: Opener) -> None:
     document = sample_document()
     document["drops"][0]["replay"] = None
     report = open_document(document)

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.report.reported_drop import evaluated, reported
 from tfsat_host.output_files import was_made_with
-from tfsat_host.report.contents.poses import body_poses
-from tfsat_host.report.recording.file import MARKER, write_evaluated_mcap
+from tfsat_host.report.contents.replay import body_poses
+from tfsat_host.report.recording import MARKER, write_evaluated_mcap
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.commands import command
+from tests.bundle.commands import command, keep_evaluations
 from tests.evaluation.run_folder import CERTIFICATE, run_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError, UsageError
@@ -39,6 +39,7 @@ class Heard:
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A whole drop in the folder `run` of the current one."""
+    keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     run_folder(tmp_path / "run")
     return Path("run")
@@ -63,7 +64,7 @@ def _names(done: Any) -> list[tuple[str, str]]:
 
 
 def test_options_of_one_drop_and_files_that_are_not_there_are_refused(run: Path) -> None:
-    with pytest.raises(UsageError, match="--facility says"):
+    with pytest.raises(UsageError, match="--facility permits"):
         Run.open(run, EvaluationOptions(facility=Path("tower.toml")))
     with pytest.raises(TfsatError, match="no file or folder nowhere"):
         Run.open("nowhere")

@@ -118,8 +118,7 @@ def _void(args: argparse.Namespace, out: Output) -> int:
 
 
 def _next(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.campaign import read
-    from tfsat_host.run.campaign.drops import folder_name
+    from tfsat_host.run.campaign.campaign import folder_name, read
 
     contents = read(args.dir)
     number = contents.next_number

@@ -10,10 +10,9 @@ from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import printable, show_rows
 from tfsat_host.quantity import UNKNOWN, Column, Columns
-from tfsat_host.run.campaign.drops import DropEntry
+from tfsat_host.run.campaign.campaign import DropEntry
 from tfsat_host.run.campaign.reporting import CampaignReport, OfOneRobot, TriedDrop
-from tfsat_host.run.evaluated import EvaluatedRun, dropped_robot
-from tfsat_host.run.result import result_of
+from tfsat_host.run.evaluated import EvaluatedRun, dropped_robot, result_of
 
 _REPORTED: Columns = (DROPS[0], Column("robot", "robot"), *DROPS[1:], Column("notes", "notes"))
 

@@ -69,9 +69,9 @@ def completion_script(shell: str) -> str:
     """The script for one of `SHELLS`, from what the parser of every command says of itself."""
     import shtab
 
-    from tfsat_host.cli.main import COMMANDS, parser_with
+    from tfsat_host.cli.main import HELPS, parser_with
 
-    parser, _ = parser_with({command.name for command in COMMANDS})
+    parser, _ = parser_with(HELPS)
     for action in _actions(parser):
         if isinstance(action, argparse._SubParsersAction):
             _describe_briefly(action)

@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Container, Sequence
 from io import TextIOWrapper
-from typing import NamedTuple, NoReturn, Protocol, cast
+from typing import NoReturn, Protocol, cast
 
 from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
@@ -20,87 +20,45 @@ from tfsat_host.present.output import Output
 EXIT_INTERRUPTED = 130
 
 
-class Command(NamedTuple):
-    """One line of `tfsat-host --help`, and the module that does it."""
-
-    name: str
-    module: str
-    help: str
-
-
-COMMANDS = (
-    Command(
-        "upload-sequence", "tfsat_host.cli.upload_sequence", "put a maneuver on the sequencer, checked whole"
-    ),
-    Command(
-        "upload-servos",
-        "tfsat_host.cli.upload_servos",
-        "tell the sequencer how its servos turn pulses into angles",
-    ),
-    Command(
-        "design", "tfsat_host.cli.design", "design the maneuver that turns the robot farthest in its time"
-    ),
-    Command(
-        "simulate",
-        "tfsat_host.cli.simulate",
-        "where a maneuver leaves the robot, and what happens on the way",
-    ),
-    Command(
-        "sensitivity",
-        "tfsat_host.cli.sensitivity",
-        "how sure a maneuver's rotation is, and what it depends on",
-    ),
-    Command("plan", "tfsat_host.cli.plan", "chain loops of the joints to a target attitude, with feedback"),
-    Command("envelope", "tfsat_host.cli.envelope", "check a maneuver against the drop tower"),
-    Command(
-        "rehearse", "tfsat_host.cli.rehearse", "fly a maneuver with the real firmware and the emulated robot"
-    ),
-    Command(
-        "calibrate",
-        "tfsat_host.cli.calibrate.command",
-        "measure biases, zero points, mountings, scale factors and servos",
-    ),
-    Command(
-        "decode", "tfsat_host.cli.decode", "turn a card's recording into engineering units, with a verdict"
-    ),
-    Command(
-        "evaluate",
-        "tfsat_host.cli.evaluate.command",
-        "what the robot did in a drop, whether the model knew, and how sure that is",
-    ),
-    Command(
-        "report", "tfsat_host.cli.report", "an evaluated drop as one offline page with plots and a replay"
-    ),
-    Command(
-        "bundle", "tfsat_host.cli.bundle", "all of one drop in one archive, to be kept and computed anew"
-    ),
-    Command("reproduce", "tfsat_host.cli.reproduce", "compute a bundle anew from raw, and say what differs"),
-    Command(
-        "campaign", "tfsat_host.cli.campaign", "a folder of numbered drops: notes, comparison, one report"
-    ),
-    Command("record", "tfsat_host.cli.record", "start or stop the recording of a drop on the logger's card"),
-    Command("log", "tfsat_host.cli.log", "list, fetch or erase the logger's recordings over the cable"),
-    Command(
-        "logger-settings",
-        "tfsat_host.cli.logger_settings",
-        "show or change the logger's rate, ranges and times",
-    ),
-    Command("status", "tfsat_host.cli.status", "what both boards are doing, and what stands against a drop"),
-    Command(
-        "preflight", "tfsat_host.cli.preflight", "GO or NO-GO before a drop, with evidence for every check"
-    ),
-    Command("arm", "tfsat_host.cli.arming", "let the next release start the maneuver"),
-    Command("disarm", "tfsat_host.cli.arming", "back to safe: nothing moves, faults are cleared"),
-    Command("jog", "tfsat_host.cli.jog", "move one joint slowly, for calibration, then let it go"),
-    Command("monitor", "tfsat_host.cli.monitor", "live states, switches, rates and angles in the terminal"),
-    Command("flash", "tfsat_host.cli.flash", "put firmware on the sequencer, and check that it runs"),
-    Command("robot", "tfsat_host.cli.robot", "check a robot file and show what it says"),
-    Command("ports", "tfsat_host.cli.ports", "list serial ports and which board each looks like"),
-    Command(
-        "emulate", "tfsat_host.cli.emulate", "serve both boards of the emulated robot for other commands"
-    ),
-    Command("completion", "tfsat_host.cli.completion", "print what teaches a shell to complete commands"),
-)
+HELPS = {
+    "upload-sequence": "put a maneuver on the sequencer, checked whole",
+    "upload-servos": "tell the sequencer how its servos turn pulses into angles",
+    "design": "design the maneuver that turns the robot farthest in its time",
+    "simulate": "where a maneuver leaves the robot, and what happens on the way",
+    "sensitivity": "how sure a maneuver's rotation is, and what it depends on",
+    "plan": "chain loops of the joints to a target attitude, with feedback",
+    "envelope": "check a maneuver against the drop tower",
+    "rehearse": "fly a maneuver with the real firmware and the emulated robot",
+    "calibrate": "measure biases, zero points, mountings, scale factors and servos",
+    "decode": "turn a card's recording into engineering units, with a verdict",
+    "evaluate": "what the robot did in a drop, whether the model knew, and how sure that is",
+    "report": "an evaluated drop as one offline page with plots and a replay",
+    "bundle": "all of one drop in one archive, to be kept and computed anew",
+    "reproduce": "compute a bundle anew from raw, and say what differs",
+    "campaign": "a folder of numbered drops: notes, comparison, one report",
+    "record": "start or stop the recording of a drop on the logger's card",
+    "log": "list, fetch or erase the logger's recordings over the cable",
+    "logger-settings": "show or change the logger's rate, ranges and times",
+    "status": "what both boards are doing, and what stands against a drop",
+    "preflight": "GO or NO-GO before a drop, with evidence for every check",
+    "arm": "let the next release start the maneuver",
+    "disarm": "back to safe: nothing moves, faults are cleared",
+    "jog": "move one joint slowly, for calibration, then let it go",
+    "monitor": "live states, switches, rates and angles in the terminal",
+    "flash": "put firmware on the sequencer, and check that it runs",
+    "robot": "check a robot file and show what it says",
+    "ports": "list serial ports and which board each looks like",
+    "emulate": "serve both boards of the emulated robot for other commands",
+    "completion": "print what teaches a shell to complete commands",
+}
+"""What each command does, as `tfsat-host --help` has it."""
+_MODULES = {
+    "calibrate": "calibrate.command",
+    "evaluate": "evaluate.command",
+    "arm": "arming",
+    "disarm": "arming",
+}
+"""Where a command is done, if not in the module of its name."""
 
 
 class CommandModule(Protocol):
@@ -187,6 +145,11 @@ def _dispatch(argv: Sequence[str], out: Output) -> int:
         return out.error(bug_error(error, argv))
 
 
+def module_of(command: str) -> str:
+    """The name of the module that does a command."""
+    return f"tfsat_host.cli.{_MODULES.get(command, command.replace('-', '_'))}"
+
+
 def _parser_for(argv: Sequence[str]) -> tuple[Parser, CommandModule | None]:
     """A parser that knows all names, and the arguments of the one command that was chosen."""
     chosen = next((word for word in argv if not word.startswith("-")), "")
@@ -207,22 +170,24 @@ def parser_with(names: Container[str]) -> tuple[Parser, dict[str, CommandModule]
     parser.add_argument("--version", action="version", version=f"tfsat-host {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command")
     modules: dict[str, CommandModule] = {}
-    for command in COMMANDS:
-        description = command.help[:1].upper() + command.help[1:] + "."
+    for name, text in HELPS.items():
+        if name not in names:
+            # Listed and known by name alone: to make all parsers takes half of the time of `--help`.
+            subparsers._choices_actions.append(subparsers._ChoicesPseudoAction(name, (), text))
+            subparsers._name_parser_map[name] = parser
+            continue
+        from tfsat_host.cli.options import accept_negative_numbers
+
         subparser = subparsers.add_parser(
-            command.name,
-            help=command.help,
-            description=description,
+            name,
+            help=text,
+            description=f"{text[:1].upper()}{text[1:]}.",
             formatter_class=_command_formatter,
             allow_abbrev=False,
         )
-        if command.name in names:
-            from tfsat_host.cli.options import accept_negative_numbers
-
-            module = cast(CommandModule, importlib.import_module(command.module))
-            accept_negative_numbers(subparser)
-            module.configure(subparser)
-            modules[command.name] = module
+        modules[name] = module = cast(CommandModule, importlib.import_module(module_of(name)))
+        accept_negative_numbers(subparser)
+        module.configure(subparser)
     return parser, modules
 
 
@@ -230,7 +195,7 @@ def _overview_formatter(prog: str) -> argparse.HelpFormatter:
     """Plain: the first thing that a person types must not wait for Rich."""
     formatter = argparse.HelpFormatter(prog, max_help_position=28)
     # argparse forgets the indentation of subcommands when it measures names: the longest would wrap.
-    formatter._action_max_length = max(len(command.name) for command in COMMANDS) + 4
+    formatter._action_max_length = max(map(len, HELPS)) + 4
     return formatter
 
 

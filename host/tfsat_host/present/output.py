@@ -14,7 +14,6 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, TextIO
 
 from tfsat_host.errors import RefusedError, TfsatError, UsageError
-from tfsat_host.json_values import error_as_dict, jsonable
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -69,7 +68,7 @@ class Output:
             raise RuntimeError("a command has one result")
         self._result_given = True
         if self.json_mode:
-            self._print_json(jsonable(data))
+            self._print_json(data)
         elif callable(text):
             text()
         elif text:
@@ -108,7 +107,7 @@ class Output:
     def stream(self, data: Mapping[str, Any]) -> None:
         """One JSON object on a line of its own, for a command that has many; nothing without `--json`."""
         if self.json_mode:
-            self._print_json(jsonable(data))
+            self._print_json(data)
             self._stdout.flush()
 
     @contextlib.contextmanager
@@ -138,6 +137,8 @@ class Output:
         """Shows an error (with `--json`, as the one JSON object) and gives its exit code."""
         if self.json_mode and not self._result_given:
             self._result_given = True
+            from tfsat_host.json_values import error_as_dict
+
             self._print_json({"error": error_as_dict(error)})
             return error.exit_code
         print(f"{self._paint('Error:', '1;31')} {error.what}{_numbered(error)}", file=self._stderr)
@@ -199,10 +200,12 @@ class Output:
             task = bar.add_task(description, total=total)
             yield lambda amount: bar.advance(task, amount)
 
-    def _print_json(self, data: object) -> None:
+    def _print_json(self, data: Mapping[str, Any]) -> None:
         import json
 
-        print(json.dumps(data, allow_nan=False), file=self._stdout)
+        from tfsat_host.json_values import jsonable
+
+        print(json.dumps(jsonable(data), allow_nan=False), file=self._stdout)
 
     def _console(self, stream: TextIO) -> Console:
         from rich.console import Console

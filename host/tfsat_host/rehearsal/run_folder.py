@@ -16,9 +16,9 @@ from tfsat_host.output_files import was_made_with
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.result_folder import ResultFolder
-from tfsat_host.report.figures.files import FORMATS
-from tfsat_host.report.figures.files import MARKER as FIGURE
-from tfsat_host.report.recording.file import MARKER as MCAP
+from tfsat_host.report.figures import FORMATS
+from tfsat_host.report.figures import MARKER as FIGURE
+from tfsat_host.report.recording import MARKER as MCAP
 from tfsat_host.run.campaign.campaign import DROP, INDEX
 from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log
 from tfsat_host.run.decoded import write_decoded

@@ -9,14 +9,56 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import html
+import json
 from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
-from tfsat_host.report import assets
-from tfsat_host.report.embedding import embeddable
-from tfsat_host.report.results import without_script
+from tfsat_host.quantity import number, plus_minus
 from tfsat_host.report.shortening import shortened
 
+_LIBRARIES = ("uplot.min.js", "twgl.min.js")
+_LICENCES = ("uplot.LICENSE", "twgl.LICENSE")
+
+_STYLES = ("base", "header", "verdict", "motion", "plots", "replay", "tables", "print")
+
+# The scripts share one scope: a file uses names of the files above it. No bundler, no build step.
+_SCRIPTS = (
+    "elements",  # the page's parts, text as text
+    "numbers",  # numbers as people read them
+    "palette",  # colors, dashes and symbols
+    "drops",  # which drop is looked at, which lie behind it
+    "clock",  # the moment that plots and replay show
+    "view",  # the span of time that the plots show
+    "events",  # strokes and moments, on plots and in words
+    "lines",  # a plot's lines, of one drop or several
+    "marks",  # symbols and letters on lines
+    "legend",  # names, values, switches of a plot's lines
+    "axes",  # scales and ticks
+    "pointer",  # the mouse over a chart
+    "chart",  # a uPlot in a group of linked ones
+    "plot",  # one plot
+    "timeline",  # strokes and events by name
+    "poses",  # where the bodies are at a time
+    "boxes",  # boxes as triangles and edges
+    "camera",  # how the replay is looked at
+    "scene",  # bodies by WebGL
+    "still",  # bodies without WebGL
+    "triad",  # the inertial axes in the replay's corner
+    "replay",  # the replay and what stands under it
+    "transport",  # play, speed, scrub
+    "keyboard",  # the keys
+    "verdict",  # verdict, key numbers, what could not be used
+    "comparison",  # several drops: which one, and their numbers side by side
+    "tables",  # tables, licences
+    "contents",  # the sections by name, drops that are missing
+    "page",  # all of it
+)
+_HARMLESS = {ord(character): f"\\u{ord(character):04x}" for character in "<>&"}
+"""Inside JSON these occur in strings only, where an escape means the same. Without `<` no tag and no comment
+begins; everything beyond ASCII (U+2028, lone surrogates from an undecodable log) is escaped by json itself."""
 _PAGE = """<!doctype html>
 <html lang="en">
 <head>
@@ -51,25 +93,25 @@ def render(document: Mapping[str, Any]) -> str:
         KeyError: A part of the document is missing.
         TypeError: The document holds something that JSON cannot.
     """
-    script, style = assets.script(), assets.style()
+    js, css = script(), style()
     cut = shortened(document)
     return _PAGE.format(
-        policy=_policy(script, style),
-        style=style,
+        policy=_policy(js, css),
+        style=css,
         results=without_script(cut),
         document=embeddable(cut),
-        licences=embeddable(dict(assets.licences())),
-        script=script,
+        licences=embeddable(dict(licences())),
+        script=js,
     )
 
 
-def _policy(script: str, style: str) -> str:
+def _policy(js: str, css: str) -> str:
     """Content Security Policy: this script, this style, nothing from anywhere."""
     return "; ".join(
         (
             "default-src 'none'",
-            f"script-src {_hash_source(script)}",
-            f"style-src {_hash_source(style)}",
+            f"script-src {_hash_source(js)}",
+            f"style-src {_hash_source(css)}",
             "base-uri 'none'",
             "form-action 'none'",
             "require-trusted-types-for 'script'",
@@ -81,3 +123,77 @@ def _policy(script: str, style: str) -> str:
 def _hash_source(text: str) -> str:
     digest = hashlib.sha256(text.encode("utf-8")).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
+
+
+@cache
+def script() -> str:
+    """All JavaScript: the libraries, then our own as one strict function."""
+    libraries = "\n".join(_read("vendor", name) for name in _LIBRARIES)
+    own = "\n".join(_read("assets", "script", f"{name}.js") for name in _SCRIPTS)
+    return f'{libraries}\n(() => {{\n"use strict";\n{own}\n}})();\n'
+
+
+@cache
+def style() -> str:
+    """All CSS."""
+    own = [_read("assets", "style", f"{name}.css") for name in _STYLES]
+    return "\n".join([_read("vendor", "uplot.min.css"), *own])
+
+
+@cache
+def licences() -> tuple[tuple[str, str], ...]:
+    """Name and licence text of each library that the page carries."""
+    return tuple((name.removesuffix(".LICENSE"), _read("vendor", name)) for name in _LICENCES)
+
+
+def _read(*path: str) -> str:
+    return files("tfsat_host.report").joinpath(*path).read_text(encoding="utf-8")
+
+
+def embeddable(document: Mapping[str, Any]) -> str:
+    """The document as ASCII for a `<script type="application/json">` element.
+
+    Raises:
+        ValueError: A number is not finite.
+        TypeError: Something that JSON cannot hold.
+    """
+    text = json.dumps(document, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.translate(_HARMLESS)
+
+
+def without_script(document: Mapping[str, Any]) -> str:
+    """Of all drops; every string of the document is escaped.
+
+    Args:
+        document: As it is embedded, see `shortening.shortened`.
+    """
+    lacking = [f"<p>{_text(one)}</p>" for one in document.get("lacking", ())]
+    return "\n".join([f"<h1>{_text(document['title'])}</h1>", *lacking, *map(_drop, document["drops"])])
+
+
+def _drop(drop: Mapping[str, Any]) -> str:
+    verdict = drop["verdict"]
+    reasons = "".join(f"<li>{_text(reason)}</li>" for reason in verdict["reasons"])
+    numbers = "".join(
+        f"<tr><th>{_text(one['label'])}</th><td>{_figure(one)}</td><td>{_text(one['note'])}</td></tr>"
+        for one in drop["key_numbers"]
+    )
+    return (
+        f"<h2>{_text(drop['name'])}: {_text(verdict['level'])}</h2>\n<p>{_text(verdict['sentence'])}</p>\n"
+        f"<ul>{reasons}</ul>\n<table>{numbers}</table>"
+    )
+
+
+def _figure(one: Mapping[str, Any]) -> str:
+    value, std = one["value"], one["std"]
+    if value is None:
+        return "–"
+    unit = _text(one["unit"])
+    shown = number(value, ".4g") if std is None or std <= 0.0 else plus_minus(value, std)
+    return f"{shown} {unit}"
+
+
+def _text(text: object) -> str:
+    """Without what no UTF-8 file can hold: lone surrogates of an undecodable log."""
+    printable = str(text).encode("utf-8", "replace").decode("utf-8").replace("\x00", "")
+    return html.escape(printable)

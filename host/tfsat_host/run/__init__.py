@@ -9,7 +9,89 @@ run.report()
 run.bundle("drop.tfsat.zip")
 """
 
-from tfsat_host.run.options import EvaluationOptions
-from tfsat_host.run.run import Run
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.run.files import AS_FOUND, EvaluationOptions, RunFiles, run_files
+
+if TYPE_CHECKING:
+    from tfsat_host.run.bundle.making import Bundled
+    from tfsat_host.run.evaluated import EvaluatedRun
+    from tfsat_host.run.reporting import Report, ReportOptions
 
 __all__ = ["EvaluationOptions", "Run"]
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One drop: its recording, what lies beside it, and what else is known.
+
+    Attributes:
+        place: The folder, or the recording in it.
+        files: What was found there.
+        options: What else is known of the drop.
+    """
+
+    place: Path
+    files: RunFiles
+    options: EvaluationOptions
+
+    @classmethod
+    def open(cls, place: Path | str, options: EvaluationOptions = AS_FOUND) -> Run:
+        """Finds the files of a drop.
+
+        Args:
+            place: A recording, or a folder with `SD.bin` or with one other recording.
+            options: What else is known, and what of the model may be corrected.
+
+        Raises:
+            TfsatError: there is nothing of that name, the folder holds no recording, or several.
+        """
+        options.check([Path(place)])
+        return cls(Path(place), run_files(Path(place), options.maneuver), options)
+
+    def evaluate(self, notices: Notices = SILENT) -> EvaluatedRun:
+        """What the robot did, whether the model knew, and how sure both are: as `tfsat-host evaluate`.
+
+        The landing of the drop is written into its certificate.
+
+        Raises:
+            TfsatError: something cannot be read, or the recording does not hold what an evaluation needs.
+        """
+        from tfsat_host.run import evaluated
+
+        robot = evaluated.robot_of(self.options.robot, [self.place])
+        return evaluated.evaluate_run(self.place, self.options, robot, notices)
+
+    def report(self, wanted: ReportOptions | None = None, notices: Notices = SILENT) -> Report:
+        """Evaluates it and writes the page, and the figures and the MCAP file that are wanted.
+
+        Raises:
+            TfsatError: it cannot be evaluated, or something is in the way.
+        """
+        from tfsat_host.run.reporting import ReportOptions, report
+
+        return report([self.place], self.options, wanted or ReportOptions(), notices)
+
+    def bundle(
+        self, target: Path | str | None = None, *, force: bool = False, notices: Notices = SILENT
+    ) -> Bundled:
+        """Puts all of it into one archive, evaluated as now.
+
+        Args:
+            target: The archive; None: NAME.tfsat.zip in the current folder.
+            force: Whether a file that no bundle is may be overwritten.
+            notices: For progress.
+
+        Raises:
+            TfsatError: a file that was named is not there, or something is in the way.
+        """
+        from tfsat_host.run.bundle.making import bundle
+
+        return bundle(
+            self.place, self.options, None if target is None else Path(target), force=force, notices=notices
+        )

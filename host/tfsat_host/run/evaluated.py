@@ -1,4 +1,4 @@
-"""One drop from its files to its evaluation."""
+"""One drop from its files to its evaluation, and that as the object of `--json`: docs/evaluation.md."""
 
 from __future__ import annotations
 
@@ -15,11 +15,16 @@ from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.external.camera import read_tracks, read_video_marks
 from tfsat_host.evaluation.external.laser_velocity import windows_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
+from tfsat_host.evaluation.result.model import model
+from tfsat_host.evaluation.result.tables import CHECKS
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.quantity import Column, Columns, record, records
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate import (
     HeldAgainst,
@@ -29,16 +34,17 @@ from tfsat_host.run.certificate import (
     time_of_day,
 )
 from tfsat_host.run.files import (
+    AS_FOUND,
     EMULATED,
     REAL,
     ROBOT,
+    EvaluationOptions,
     RunFiles,
     find_certificate,
     robot_beside,
     run_files,
     schedule_in,
 )
-from tfsat_host.run.options import AS_FOUND, EvaluationOptions
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.summary import metadata
 
@@ -47,6 +53,18 @@ _NO_MANEUVER = (
     "looked at. Put maneuver.toml beside the recording, or name it with --maneuver."
 )
 _NO_CERTIFICATE = "No calibration was found. To measure one: tfsat-host calibrate show"
+
+
+_RECORDING: Columns = (
+    Column("file", of=lambda run: str(run.files.recording)),
+    Column("session", of=lambda run: f"{run.found.log.session:08x}"),
+    Column(
+        "released",
+        of=lambda run: run.recorded and run.recorded.isoformat(timespec="milliseconds"),
+    ),
+    Column("samples", of=lambda run: len(run.found.log)),
+    *(Column(key, of=f"found.log.{key}") for key in ("verdict", "samples_lost", "blocks_lost", "rate_hz")),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,3 +275,34 @@ def _witnesses(options: EvaluationOptions) -> Witnesses | None:
         None if options.laser is None else read_tracks(options.laser),
         None if options.laser is None else windows_of(load_tower(options.facility)),
     )
+
+
+def result_of(run: EvaluatedRun) -> dict[str, Any]:
+    """Everything that was found in a drop; plain numbers, lists and text, NaN where something is unknown."""
+    found = run.found
+    of_bodies = bodies(found)
+    return {
+        "drop": str(run.place),
+        "verdict": run.verdict.as_dict(),
+        # The turn of body 1 under the keys that everybody looks for first.
+        **{key: value for key, value in of_bodies[0].items() if key not in ("body", "bridged")},
+        "strokes": records(STROKES, found.strokes),
+        "standing": records(STANDING, found.standing),
+        **model(found),
+        "checks": records(CHECKS, found.checks),
+        "bodies": of_bodies,
+        "joints": records(JOINTS, joints(found.motion)),
+        "until_s": float(found.motion.t_s[-1]),
+        "lag": record(LAG, found.motion.lag),
+        **fall(found),
+        "notes": [*found.notes, *run.remarks],
+        "calibration": run.calibration_facts,
+        "maneuver": None if run.files.maneuver is None else str(run.files.maneuver),
+        "robot": found.model.name,
+        "recording": record(_RECORDING, run),
+    }
+
+
+def refused_as_dict(place: object, error: TfsatError, verdict: Verdict) -> dict[str, Any]:
+    """One of several drops that could not be evaluated."""
+    return {"drop": str(place), "verdict": verdict.as_dict(), "error": error_as_dict(error)}

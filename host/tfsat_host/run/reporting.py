@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
@@ -16,17 +17,15 @@ from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.report import render
 from tfsat_host.report.contents.building import document_of
+from tfsat_host.report.contents.building import table as page_table
 from tfsat_host.report.contents.reported import Reported, Source
-from tfsat_host.report.contents.tables import table as page_table
 from tfsat_host.report.document import Table
-from tfsat_host.report.figures.arrangements import FIGURES
-from tfsat_host.report.figures.files import FORMATS, check_matplotlib, drawn_of, write_figure
-from tfsat_host.report.figures.files import MARKER as FIGURE_MARKER
-from tfsat_host.report.recording.file import MARKER as MCAP_MARKER
-from tfsat_host.report.recording.file import write_evaluated_mcap
+from tfsat_host.report.figures import FIGURES, FORMATS, check_matplotlib, drawn_of, write_figure
+from tfsat_host.report.figures import MARKER as FIGURE_MARKER
+from tfsat_host.report.recording import MARKER as MCAP_MARKER
+from tfsat_host.report.recording import write_evaluated_mcap
 from tfsat_host.run.evaluated import EvaluatedRun, robot_of
-from tfsat_host.run.files import names_of, run_files
-from tfsat_host.run.options import AS_FOUND, EvaluationOptions
+from tfsat_host.run.files import AS_FOUND, EvaluationOptions, names_of, run_files
 from tfsat_host.run.several import Comparison, Refused, tried
 from tfsat_host.sdlog.errors import check_extra
 
@@ -133,16 +132,14 @@ class ReportFiles:
     Attributes:
         page: The HTML file.
         names: Of the drops, for people, by recording.
-        figures: Each figure's file by its name and format, by recording.
-        mcaps: By recording.
-        force: Whether files that no report made may be overwritten.
+        wanted: What is to be written.
+        alone: One drop was asked for.
     """
 
     page: Path
     names: dict[Path, str]
-    figures: dict[Path, dict[tuple[str, str], Path]]
-    mcaps: dict[Path, Path]
-    force: bool
+    wanted: ReportOptions
+    alone: bool
 
     @classmethod
     def of(cls, places: Sequence[Path], maneuver: Path | None, wanted: ReportOptions) -> ReportFiles:
@@ -158,23 +155,21 @@ class ReportFiles:
             except TfsatError:
                 if alone:
                     raise
-        names = dict(zip(recordings, names_of(recordings), strict=True))
-        folders = {
-            recording: wanted.figures if alone else wanted.figures / _file_name(name)
-            for recording, name in names.items()
-            if wanted.figures is not None
-        }
-        return cls(
-            wanted.page or (recordings[0].parent / PAGE if alone else Path(PAGE)),
-            names,
-            {recording: _figures(folder) for recording, folder in folders.items()},
-            {
-                recording: recording.with_suffix(_MCAP_ENDING) if wanted.mcap == BESIDE else wanted.mcap
-                for recording in recordings
-                if wanted.mcap is not None
-            },
-            wanted.force,
-        )
+        page = wanted.page or (recordings[0].parent / PAGE if alone else Path(PAGE))
+        return cls(page, dict(zip(recordings, names_of(recordings), strict=True)), wanted, alone)
+
+    def figures(self, recording: Path) -> dict[tuple[str, str], Path]:
+        """Each figure's file by its name and format."""
+        folder = self.wanted.figures
+        if folder is None:
+            return {}
+        if not self.alone:
+            folder /= re.sub(r"[^\w.-]+", "_", self.names[recording]).strip("._") or "drop"
+        return {(figure, kind): folder / f"{figure}.{kind}" for figure in FIGURES for kind in FORMATS}
+
+    def mcap(self, recording: Path) -> Path | None:
+        """The evaluated recording's file, if it is wanted."""
+        return recording.with_suffix(_MCAP_ENDING) if self.wanted.mcap == BESIDE else self.wanted.mcap
 
     def check(self) -> None:
         """Refuses what could not be written, before anything is evaluated.
@@ -182,15 +177,16 @@ class ReportFiles:
         Raises:
             TfsatError: something is in the way, or a library is missing.
         """
-        check_may_write(self.page, marker=PAGE_MARKER, force=self.force)
-        if self.figures:
+        if self.names and self.wanted.figures is not None:
             check_matplotlib()
-            for path in (path for each in self.figures.values() for path in each.values()):
-                check_may_write(path, marker=FIGURE_MARKER, force=self.force)
-        if self.mcaps:
+        if self.names and self.wanted.mcap is not None:
             check_extra("mcap")
-            for path in self.mcaps.values():
-                check_may_write(path, marker=MCAP_MARKER, force=self.force)
+        paths = [(self.page, PAGE_MARKER)]
+        for recording in self.names:
+            paths += [(path, FIGURE_MARKER) for path in self.figures(recording).values()]
+            paths += [(path, MCAP_MARKER) for path in (self.mcap(recording),) if path is not None]
+        for path, marker in paths:
+            check_may_write(path, marker=marker, force=self.wanted.force)
 
     def write(
         self,
@@ -212,33 +208,30 @@ class ReportFiles:
         Raises:
             TfsatError: something is in the way: then nothing was written.
         """
-        document = partial(document_of, drops, made_at or datetime.now(UTC), tables=tables, lacking=without)
-        outputs = [
-            OutputFile(
-                self.page, PAGE_MARKER, lambda path: path.write_text(render(document()), encoding="utf-8")
-            )
-        ]
-        for drop in drops:
-            outputs += self._others(drop)
+
+        def write_page(path: Path) -> None:
+            document = document_of(drops, made_at or datetime.now(UTC), tables=tables, lacking=without)
+            path.write_text(render(document), encoding="utf-8")
+
+        outputs = [OutputFile(self.page, PAGE_MARKER, write_page), *chain(*map(self._others, drops))]
         new_folder = new_folder_of(self.page)
         with notices.progress("Writing the report", total=1.0) as advance:
             step = partial(advance, 1.0 / len(outputs))
-            write_all([_counted(output, step) for output in outputs], force=self.force)
+            write_all([_counted(output, step) for output in outputs], force=self.wanted.force)
         tell_new_folder(new_folder, notices)
         return [output.path for output in outputs]
 
     def _others(self, drop: Reported) -> list[OutputFile]:
         """Figures and the MCAP file of a drop."""
         recording, found = drop.evaluation.log.path, []
-        if recording in self.figures:
+        if figures := self.figures(recording):
             drawn = drawn_of(drop.evaluation)
             found = [
                 OutputFile(path, FIGURE_MARKER, partial(write_figure, figure, drawn, kind))
-                for (figure, kind), path in self.figures[recording].items()
+                for (figure, kind), path in figures.items()
             ]
-        if recording in self.mcaps:
-            write: Callable[[Path], object] = partial(write_evaluated_mcap, drop)
-            found.append(OutputFile(self.mcaps[recording], MCAP_MARKER, write))
+        if (mcap := self.mcap(recording)) is not None:
+            found.append(OutputFile(mcap, MCAP_MARKER, partial(write_evaluated_mcap, drop)))
         return found
 
 
@@ -287,12 +280,3 @@ def _counted(output: OutputFile, done: Callable[[], object]) -> OutputFile:
         done()
 
     return replace(output, write=write)
-
-
-def _figures(folder: Path) -> dict[tuple[str, str], Path]:
-    return {(figure, kind): folder / f"{figure}.{kind}" for figure in FIGURES for kind in FORMATS}
-
-
-def _file_name(name: str) -> str:
-    """A folder for any name, such as `run_2`."""
-    return re.sub(r"[^\w.-]+", "_", name).strip("._") or "drop"

@@ -25,8 +25,7 @@ from tfsat_host.notices import SILENT, Notices
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import evaluated
 from tfsat_host.run.evaluated import EvaluatedRun
-from tfsat_host.run.files import run_files
-from tfsat_host.run.options import EvaluationOptions
+from tfsat_host.run.files import EvaluationOptions, run_files
 
 
 @dataclass(frozen=True, eq=False)

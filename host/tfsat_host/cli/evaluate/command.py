@@ -44,8 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop; several are compared."""
     from tfsat_host.cli.evaluate.words import show
-    from tfsat_host.run.evaluated import evaluate_run, robot_of
-    from tfsat_host.run.result import result_of
+    from tfsat_host.run.evaluated import evaluate_run, result_of, robot_of
 
     options = options_of(args)
     options.check(args.runs)
@@ -62,7 +61,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _run_several(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.evaluate.several import comparison_as_dict
-    from tfsat_host.run.result import refused_as_dict, result_of
+    from tfsat_host.run.evaluated import refused_as_dict, result_of
     from tfsat_host.run.several import Comparison, Refused, evaluate_several
 
     tried = evaluate_several(args.runs, options_of(args), out)

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import fields
 
 from tfsat_host.cli.options import file_name, session_id
-from tfsat_host.run.options import EvaluationOptions
+from tfsat_host.run.files import EvaluationOptions
 
 _KNOWN = {
     "maneuver": "what was flown (default: maneuver.toml beside the recording)",

@@ -186,7 +186,7 @@ def evaluation_facts(
 
 def _found(evaluated: EvaluatedRun) -> Json:
     """The keys of `evaluate --json` that tell of the maneuver."""
-    from tfsat_host.run.result import result_of
+    from tfsat_host.run.evaluated import result_of
 
     whole = result_of(evaluated)
     return {

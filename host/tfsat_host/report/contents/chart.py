@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.evaluation.spectra import Compared
 from tfsat_host.report.document import Plot, Series
 
 FloatArray = NDArray[np.float64]
@@ -17,6 +20,15 @@ Kind = Literal["measured", "before", "after", "commanded"]
 TIME = "time after release (s)"
 NORM = 3
 AXES = "xyz"
+FREQUENCY = "frequency (Hz)"
+WORDS: dict[Kind, str] = {
+    "measured": "measured",
+    "before": "model as filed",
+    "after": "model corrected",
+    "commanded": "commanded",
+}
+Side = tuple[Kind, FloatArray, FloatArray | None]
+"""A kind of line, (n, k) values and their standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +82,74 @@ class Chart:
         return tuple(line for line in self.lines if line.kind in kinds)
 
 
+def lines_of(
+    names: Sequence[str],
+    sides: Sequence[Side],
+    components: Sequence[int] = (0, 1, 2),
+    *,
+    by_side: bool = False,
+) -> list[Line]:
+    """A line for each of the k columns and each side, column by column or side by side.
+
+    Args:
+        names: Of the columns.
+        sides: Their values.
+        components: Their colors.
+        by_side: In which order.
+    """
+    columns = list(enumerate(names))
+    pairs = product(sides, columns) if by_side else ((side, one) for one, side in product(columns, sides))
+    return [
+        Line(
+            f"{name} {WORDS[kind]}",
+            values[:, column],
+            components[column],
+            kind,
+            None if std is None else std[:, column],
+        )
+        for (kind, values, std), (column, name) in pairs
+    ]
+
+
+def spectrum_chart(
+    chart_id: str,
+    title: str,
+    unit: str,
+    compared: Compared,
+    names: Sequence[str],
+    components: Sequence[int] = (0, 1, 2),
+) -> Chart:
+    """Amplitudes before and after the correction, without the mean at 0 Hz: a logarithmic axis has no place for it.
+
+    Args:
+        chart_id: Of the chart.
+        title: For people.
+        unit: Of the amplitudes.
+        compared: Of three components.
+        names: Theirs.
+        components: Their colors.
+    """
+    before, after = (
+        np.where(one.amplitude[1:] > 0.0, one.amplitude[1:], np.nan)
+        for one in (compared.before, compared.after)
+    )
+    window = "Rectangular" if compared.before.window == "rectangular" else f"{compared.before.window}'s"
+    left = f": {100.0 * compared.left:.0f} % are left" if np.isfinite(compared.left) else ""
+    return Chart(
+        chart_id,
+        title,
+        f"amplitude ({unit})",
+        tuple(lines_of(names, [("before", before, None), ("after", after, None)], components)),
+        f"{window} window; a sine of amplitude a shows a. Below {compared.cutoff_hz:g} Hz, shaded, "
+        f"{compared.rms_before:.3g} {unit} rms before the correction and {compared.rms_after:.3g} after{left}.",
+        x=compared.before.frequency_hz[1:],
+        x_label=FREQUENCY,
+        log_x=True,
+        log_y=True,
+        band=(float(compared.before.frequency_hz[1]), compared.cutoff_hz),
+    )
+
+
 def plot_of(chart: Chart) -> Plot:
     """The same as a part of the document."""
     return Plot(
@@ -82,7 +162,16 @@ def plot_of(chart: Chart) -> Plot:
         log_y=chart.log_y,
         band=None if chart.band is None else list(chart.band),
         caption=chart.caption,
-        series=[_series(line) for line in chart.lines],
+        series=[
+            Series(
+                label=line.label,
+                values=numbers(line.values),
+                std=None if line.std is None else numbers(line.std),
+                component=line.component,
+                kind=line.kind,
+            )
+            for line in chart.lines
+        ],
     )
 
 
@@ -91,16 +180,6 @@ def numbers(values: FloatArray) -> list[float | None]:
     found = values.astype(object)
     found[~np.isfinite(values)] = None
     return list(found.tolist())
-
-
-def _series(line: Line) -> Series:
-    return Series(
-        label=line.label,
-        values=numbers(line.values),
-        std=None if line.std is None else numbers(line.std),
-        component=line.component,
-        kind=line.kind,
-    )
 
 
 def padded(rows: NDArray[np.bool_], values: FloatArray) -> FloatArray:

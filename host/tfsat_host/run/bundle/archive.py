@@ -8,16 +8,20 @@ already. An archive that comes from elsewhere is checked before a byte is writte
 from __future__ import annotations
 
 import hashlib
+import io
+import os
+import re
 import shlex
 import shutil
 import stat
 import tempfile
+import unicodedata
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
+from typing import BinaryIO, NoReturn
 
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
@@ -28,7 +32,6 @@ from tfsat_host.run.bundle.manifest import (
     Manifest,
     parse_manifest,
 )
-from tfsat_host.run.bundle.names import collision_among, trouble_with_name
 
 MARKER = b"tfsat bundle, format 1"
 """The archive's comment: by it the command knows its own file."""
@@ -40,6 +43,21 @@ _LOCAL_HEADER_BYTES = 30
 _ENCRYPTED = 0x1
 _SHOWN = 8
 _NOTHING = "Nothing was unpacked."
+_TIGHT = "no bundle is packed so tightly"
+_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError)
+
+PATH_CHARACTERS_MAX = 400
+_PART_BYTES_MAX = 200
+_FORBIDDEN = re.compile(r'[\x00-\x1f\x7f<>:"|?*\\]')
+_UNSEEN = frozenset({"Cc", "Cf", "Zl", "Zp"})
+"""Categories of Unicode: controls, marks that turn the direction of writing or have no width, and ends of lines."""
+_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?", re.IGNORECASE)
+_SPECIAL = {
+    stat.S_IFIFO: "is a pipe",
+    stat.S_IFSOCK: "is a socket",
+    stat.S_IFCHR: "is a device",
+    stat.S_IFBLK: "is a device",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +78,89 @@ class Limits:
     free_bytes: int = 1 << 20
     manifest_bytes: int = 16 << 20
 
+    def is_bomb(self, size: int, packed: int) -> bool:
+        """Whether so many bytes from so few are meant to fill the disk."""
+        return size > self.free_bytes and size > self.ratio * packed
+
 
 LIMITS = Limits()
+
+
+def trouble_with_name(name: str) -> str | None:
+    """Why a file of that name must not be made, as the end of a sentence; None: it may be."""
+    if not name or len(name) > PATH_CHARACTERS_MAX:
+        return f"has {len(name)} characters"
+    if name.startswith("/") or re.match(r"[A-Za-z]:", name):
+        return "is absolute: it would be written outside of the folder"
+    if _FORBIDDEN.search(name):
+        return "holds a character that not every system allows in a name"
+    if any(unicodedata.category(character) in _UNSEEN for character in name):
+        return "holds a character that cannot be seen"
+    return next(filter(None, map(_trouble_with_part, name.split("/"))), None)
+
+
+def _trouble_with_part(part: str) -> str | None:
+    if part == "..":
+        return "leads out of the folder by `..`"
+    if part in ("", "."):
+        return "has an empty part"
+    if part[-1] in ". " or part[0] == " ":
+        return "has a part that ends in a dot or a space, or begins with one"
+    if _DEVICE.fullmatch(part):
+        return "is a device on Windows"
+    try:
+        return "has a part that is too long" if len(part.encode()) > _PART_BYTES_MAX else None
+    except UnicodeEncodeError:
+        return "is no valid text"
+
+
+def trouble_with_file(path: Path, root: Path) -> str | None:
+    """Why what lies there must not be copied, as the end of a sentence; None: a file or a folder, and it may be.
+
+    A link to a file in the same folder or below counts as that file. A link to a folder does not: it may lead round in
+    a circle, and what it leads to is there without it.
+
+    Args:
+        path: In `root` or below.
+        root: A person named it, so it may be a link itself.
+
+    Raises:
+        OSError: it cannot be looked at.
+    """
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        if path.is_symlink():
+            return "is a link that leads nowhere"
+        raise
+    real = os.path.realpath(path)
+    if not Path(real).is_relative_to(os.path.realpath(root)):
+        return f"is a link that leads out of the folder, to {real}"
+    if stat.S_ISDIR(mode):
+        return "is a link to a folder" if path.is_symlink() else None
+    return None if stat.S_ISREG(mode) else _SPECIAL.get(stat.S_IFMT(mode), "is no file")
+
+
+def collision_among(names: Iterable[str]) -> tuple[str, str] | None:
+    """Two names that some system takes for one, or of which one is a folder of the other; None: there are none."""
+    files: dict[str, str] = {}
+    folders: dict[str, str] = {}
+    for name in names:
+        key = _folded(name)
+        if key in files or key in folders:
+            return files.get(key) or folders[key], name
+        files[key] = name
+        parts = name.split("/")
+        for folder in ("/".join(parts[:depth]) for depth in range(1, len(parts))):
+            key = _folded(folder)
+            if key in files or folders.setdefault(key, folder) != folder:
+                return files.get(key) or folders[key], name
+    return None
+
+
+def _folded(name: str) -> str:
+    """As the least careful file system sees it: without case, in one normal form."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())
 
 
 def write_archive(path: Path, files: Mapping[str, Path]) -> None:
@@ -94,7 +193,7 @@ def unpack(archive: Path, folder: Path, limits: Limits = LIMITS) -> tuple[Manife
     try:
         with zipfile.ZipFile(archive) as opened:
             return _unpack(opened, archive, folder, limits)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
+    except (*_DAMAGE, NotImplementedError, ValueError, RuntimeError) as error:
         raise BundleError(
             what=f"{archive} is no ZIP archive, or it is damaged: {error}.",
             meaning=_NOTHING,
@@ -108,13 +207,14 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
         _refuse(archive, f"has no {MANIFEST}: it is no bundle")
     if entries[MANIFEST].file_size > limits.manifest_bytes:
         _refuse(archive, f"has a {MANIFEST} of {entries[MANIFEST].file_size} bytes")
-    data = _read(opened, entries[MANIFEST], limits.manifest_bytes, archive)
-    manifest = parse_manifest(data, str(archive))
+    buffer = io.BytesIO()
+    manifest_sha256 = _extract(opened, entries[MANIFEST], buffer, archive)
+    manifest = parse_manifest(buffer.getvalue(), str(archive))
     _check_listed(manifest, entries, archive)
     folder.parent.mkdir(parents=True, exist_ok=True)
     beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     try:
-        (beside / MANIFEST).write_bytes(data)
+        (beside / MANIFEST).write_bytes(buffer.getvalue())
         wrong = [
             name
             for name, file in sorted(manifest.files.items())
@@ -128,17 +228,32 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
         beside.rename(folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
-    return manifest, hashlib.sha256(data).hexdigest()
+    return manifest, manifest_sha256
 
 
 def _is_extracted(
     opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path, sha256: str
 ) -> bool:
     """Whether the file came out as the manifest has it; a damaged one does not keep the others from being looked at."""
+    to.parent.mkdir(parents=True, exist_ok=True)
     try:
-        return _extract(opened, entry, to, archive) == sha256
-    except (zipfile.BadZipFile, zlib.error, EOFError):
+        with to.open("xb") as target:
+            return _extract(opened, entry, target, archive) == sha256
+    except _DAMAGE:
         return False
+
+
+def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, archive: Path) -> str:
+    """Writes one file, never more than it says of itself; gives the SHA-256 of what came."""
+    digest, left = hashlib.sha256(), entry.file_size
+    with opened.open(entry) as source:
+        while chunk := source.read(min(_CHUNK_BYTES, left + 1)):
+            left -= len(chunk)
+            if left < 0:
+                _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
+            digest.update(chunk)
+            target.write(chunk)
+    return digest.hexdigest()
 
 
 def _damaged(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError:
@@ -168,51 +283,45 @@ def _checked_entries(opened: zipfile.ZipFile, archive: Path, limits: Limits) -> 
     for entry in listed:
         _check_entry(entry, archive, limits)
     entries = [entry for entry in listed if not entry.is_dir()]
-    collision = collision_among(entry.filename for entry in entries)
-    if collision:
+    if collision := collision_among(entry.filename for entry in entries):
         one, two = collision
         _refuse(archive, f"holds {one!r} and {two!r}, which some system takes for one")
     total, packed = sum(entry.file_size for entry in entries), sum(entry.compress_size for entry in entries)
     if total > limits.bytes:
         _refuse(archive, f"would unpack to {total} bytes; {limits.bytes} are allowed")
-    if total > limits.free_bytes and total > limits.ratio * packed:
-        _refuse(archive, f"would unpack {packed} bytes to {total}: no bundle is packed so tightly")
-    _check_apart(entries, archive)
+    if limits.is_bomb(total, packed):
+        _refuse(archive, f"would unpack {packed} bytes to {total}: {_TIGHT}")
+    # Files over each other unpack the same bytes many times (D. Fifield, A better zip bomb, 2019).
+    end = 0
+    for entry in sorted(entries, key=lambda entry: entry.header_offset):
+        if entry.header_offset < end:
+            _refuse(archive, f"holds {entry.filename!r}, which lies over another file")
+        end = entry.header_offset + _LOCAL_HEADER_BYTES + entry.compress_size
     return {entry.filename: entry for entry in entries}
 
 
 def _check_entry(entry: zipfile.ZipInfo, archive: Path, limits: Limits) -> None:
-    name = entry.orig_filename
+    name, size, packed = entry.orig_filename, entry.file_size, entry.compress_size
     trouble = trouble_with_name(name.removesuffix("/"))
     if trouble is None and entry.filename != name:
         trouble = "is not written as it is read"
     if trouble:
         _refuse(archive, f"holds a file whose name {trouble}: {name[:200]!r}")
     kind = stat.S_IFMT(entry.external_attr >> 16)
-    if kind not in (0, stat.S_IFDIR if entry.is_dir() else stat.S_IFREG):
-        what = "a link" if kind == stat.S_IFLNK else "neither a file nor a folder"
-        _refuse(archive, f"holds {name!r}, which is {what}")
-    if entry.is_dir() and entry.file_size:
-        _refuse(archive, f"holds {name!r}, a folder with contents")
-    if entry.flag_bits & _ENCRYPTED:
-        _refuse(archive, f"holds {name!r}, which is encrypted")
-    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        _refuse(archive, f"holds {name!r}, packed by method {entry.compress_type}; only 0 and 8 are read")
-    if entry.file_size > limits.free_bytes and entry.file_size > limits.ratio * entry.compress_size:
-        _refuse(
-            archive,
-            f"holds {name!r}, which would unpack {entry.compress_size} bytes to {entry.file_size}: "
-            "no bundle is packed so tightly",
-        )
-
-
-def _check_apart(entries: list[zipfile.ZipInfo], archive: Path) -> None:
-    """Files that lie over each other unpack the same bytes many times (D. Fifield, A better zip bomb, 2019)."""
-    end = 0
-    for entry in sorted(entries, key=lambda entry: entry.header_offset):
-        if entry.header_offset < end:
-            _refuse(archive, f"holds {entry.filename!r}, which lies over another file")
-        end = entry.header_offset + _LOCAL_HEADER_BYTES + entry.compress_size
+    what = "a link" if kind == stat.S_IFLNK else "neither a file nor a folder"
+    checks = (
+        (kind not in (0, stat.S_IFDIR if entry.is_dir() else stat.S_IFREG), f"which is {what}"),
+        (entry.is_dir() and size, "a folder with contents"),
+        (entry.flag_bits & _ENCRYPTED, "which is encrypted"),
+        (
+            entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED),
+            f"packed by method {entry.compress_type}; only 0 and 8 are read",
+        ),
+        (limits.is_bomb(size, packed), f"which would unpack {packed} bytes to {size}: {_TIGHT}"),
+    )
+    for wrong, words in checks:
+        if wrong:
+            _refuse(archive, f"holds {name!r}, {words}")
 
 
 def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archive: Path) -> None:
@@ -223,36 +332,11 @@ def _check_listed(manifest: Manifest, entries: dict[str, zipfile.ZipInfo], archi
         _refuse(archive, f"lacks files that its manifest names: {_listed(sorted(listed - there))}")
     for name, file in manifest.files.items():
         if entries[name].file_size != file.bytes:
-            _refuse(
-                archive,
-                f"holds {name!r} with {entries[name].file_size} bytes; its manifest says {file.bytes}",
-            )
-    used = manifest.evaluated
-    for one in (used.recording, *used.files.values()):
+            says = f"{entries[name].file_size} bytes; its manifest says {file.bytes}"
+            _refuse(archive, f"holds {name!r} with {says}")
+    for one in (manifest.evaluated.recording, *manifest.evaluated.files.values()):
         if one not in listed:
             _refuse(archive, f"was evaluated with {one!r}, which is not in it")
-
-
-def _read(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, most: int, archive: Path) -> bytes:
-    with opened.open(entry) as source:
-        data = source.read(most + 1)
-    if len(data) != entry.file_size:
-        _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
-    return data
-
-
-def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, to: Path, archive: Path) -> str:
-    """Writes one file, never more than it says of itself; gives the SHA-256 of what came."""
-    to.parent.mkdir(parents=True, exist_ok=True)
-    digest, left = hashlib.sha256(), entry.file_size
-    with opened.open(entry) as source, to.open("xb") as target:
-        while chunk := source.read(min(_CHUNK_BYTES, left + 1)):
-            left -= len(chunk)
-            if left < 0:
-                _refuse(archive, f"holds {entry.filename!r}, which is longer than it says")
-            digest.update(chunk)
-            target.write(chunk)
-    return digest.hexdigest()
 
 
 def _listed(names: list[str]) -> str:

@@ -1,12 +1,14 @@
-"""Which files make up a drop: those of the run, and those that its evaluation rests on wherever they lie."""
+"""Which files make up a drop, those of the run and those that its evaluation rests on, and what stands against it."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.drawn import in_words
@@ -15,11 +17,18 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.plan.facility import default_facility_path
 from tfsat_host.robot import find_robot
+from tfsat_host.run.bundle.archive import collision_among, trouble_with_file, trouble_with_name
 from tfsat_host.run.bundle.manifest import Evaluated, Missing
-from tfsat_host.run.bundle.names import collision_among, trouble_with_file, trouble_with_name
 from tfsat_host.run.certificate import origin_of_log
-from tfsat_host.run.files import PREFLIGHT, find_certificate, is_inside, robot_beside, run_files
-from tfsat_host.run.options import EvaluationOptions
+from tfsat_host.run.files import (
+    PREFLIGHT,
+    EvaluationOptions,
+    find_certificate,
+    is_inside,
+    rehearsed_files,
+    robot_beside,
+    run_files,
+)
 from tfsat_host.run.record import RECORD, parse_record
 from tfsat_host.sdlog import DropLog, load
 
@@ -36,6 +45,10 @@ _TAKEN = (
     "*.txt",
 )
 """Of what may lie in the folder of a run: what people wrote, and what was said of it then."""
+_WRITTEN_AGAIN = (".csv", ".html")
+"""Of a rehearsal's files: `decode` and `report` write them again."""
+_TRUTH = "truth.csv"
+_CHECKED = ("maneuver", "calibration", "robot", "facility")
 MADE_AGAIN = "not needed: it can be made again from the recording, or is no part of the drop"
 
 
@@ -65,16 +78,32 @@ class Collected:
         """Takes a file, under `run/` if it lies there, else in a folder of its kind; gives its name in the bundle."""
         if path is None:
             return None
-        inside = path.resolve().is_relative_to(self.folder.resolve())
-        name = (
-            f"{RUN}/{path.resolve().relative_to(self.folder.resolve()).as_posix()}"
-            if inside
-            else f"{kind}/{path.name}"
-        )
+        real, root = path.resolve(), self.folder.resolve()
+        inside = real.is_relative_to(root)
+        name = f"{RUN}/{real.relative_to(root).as_posix()}" if inside else f"{kind}/{path.name}"
         if trouble_with_name(name) or collision_among({*self.files, name} - ({name} & self.files.keys())):
             name = f"{kind}/{len(self.files)}-{re.sub(r'[^A-Za-z0-9.-]+', '_', path.name).strip('._')}"
         self.files[name] = path
         return name
+
+    def add_named(self, name: str, path: Path, root: Path | None = None) -> str | None:
+        """Takes a file by a name; None: it is taken, otherwise why not, which stands in `left_out`."""
+        if name in self.files:
+            return None
+        why = trouble_with_file(path, root or self.folder)
+        if why is None and (trouble := trouble_with_name(name)):
+            why = f"its name {trouble}"
+        if why is None and collision_among((*self.files, name)):
+            why = "its name is another's on some systems"
+        if why:
+            self.left_out[name] = why
+        else:
+            self.files[name] = path
+        return why
+
+    def lack(self, what: str, why: str, *, lost: bool = False) -> None:
+        """Names what is not there."""
+        self.missing.append(Missing(what, why, lost))
 
 
 def collect(
@@ -128,7 +157,7 @@ def collect(
         _add_recordings(found, certificate, evaluated.calibration)
     _add_signed(found)
     _add_others(found, listed=place.is_dir())
-    found.missing += _not_there(found, evaluated)
+    _name_absent(found, evaluated)
     return found, evaluated
 
 
@@ -155,31 +184,31 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
     """The recordings beside a certificate keep their place beside it; what it rests on and is gone is named."""
     folder = recordings_folder(certificate)
     inside = f"{name.removesuffix('.toml')}-recordings"
-    if folder.is_dir():
-        for path in sorted(folder.iterdir()):
-            if path.suffix in (".npz", ".toml") and not path.name.startswith("."):
-                _add_named(found, f"{inside}/{path.name}", path, certificate.parent)
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if path.suffix in (".npz", ".toml") and not path.name.startswith("."):
+            found.add_named(f"{inside}/{path.name}", path, certificate.parent)
+    raw_data = "raw data of the calibration"
     try:
         calibration = read_calibration(certificate)
     except TfsatError as error:
-        found.missing.append(Missing("raw data of the calibration", error.what, lost=True))
+        found.lack(raw_data, error.what, lost=True)
         return
     if not calibration.papers:
-        why = "The certificate names no recordings that it was computed from."
-        found.missing.append(Missing("raw data of the calibration", why))
+        found.lack(raw_data, "The certificate names no recordings that it was computed from.")
     elif calibration.drawn:
-        why = f"Nobody measured these, a rehearsal drew them: {in_words(calibration.drawn)}."
-        found.missing.append(Missing("raw data of some of the calibration", why))
+        drawn = in_words(calibration.drawn)
+        found.lack(
+            "raw data of some of the calibration", f"Nobody measured these, a rehearsal drew them: {drawn}."
+        )
     for paper in calibration.papers:
-        path = folder / paper.file
+        path, kept = folder / paper.file, f"{inside}/{paper.file}"
         if not path.is_file():
-            found.missing.append(Missing(f"{inside}/{paper.file}", f"{path} is not there.", lost=True))
-        elif f"{inside}/{paper.file}" not in found.files:
-            why = f"{path} {found.left_out.get(f'{inside}/{paper.file}', 'was not taken')}."
-            found.missing.append(Missing(f"{inside}/{paper.file}", why, lost=True))
+            found.lack(kept, f"{path} is not there.", lost=True)
+        elif kept not in found.files:
+            found.lack(kept, f"{path} {found.left_out.get(kept, 'was not taken')}.", lost=True)
         elif sha256_of(path) != paper.sha256:
             why = f"{path} is not the recording that the certificate rests on: its SHA-256 differs."
-            found.missing.append(Missing(f"{inside}/{paper.file}", why, lost=True))
+            found.lack(kept, why, lost=True)
 
 
 def _add_signed(found: Collected) -> None:
@@ -190,12 +219,11 @@ def _add_signed(found: Collected) -> None:
     try:
         entries, _ = parse_record(record.read_text(encoding="utf-8"))
     except ValueError:
-        return  # told with all else that is wrong with the record
+        return  # named with all else that is wrong with the record
     for name in sorted({file.name for entry in entries for file in entry.files if is_inside(file.name)}):
-        inside = f"{RUN}/{name}"
-        if (found.folder / name).is_file() and not _add_named(found, inside, found.folder / name):
-            why = f"{found.folder / name} {found.left_out[inside]}."
-            found.missing.append(Missing(inside, why, lost=True))
+        path = found.folder / name
+        if path.is_file() and (why := found.add_named(f"{RUN}/{name}", path)):
+            found.lack(f"{RUN}/{name}", f"{path} {why}.", lost=True)
 
 
 def _add_others(found: Collected, *, listed: bool) -> None:
@@ -209,43 +237,98 @@ def _add_others(found: Collected, *, listed: bool) -> None:
         if trouble and (listed or wanted):
             found.left_out[path.name] = trouble
         elif wanted and path.is_file():
-            _add_named(found, f"{RUN}/{path.name}", path)
+            found.add_named(f"{RUN}/{path.name}", path)
         elif listed and not _holds_any(path, taken):
             found.left_out[path.name + ("/" if path.is_dir() else "")] = MADE_AGAIN
-
-
-def _add_named(found: Collected, name: str, path: Path, root: Path | None = None) -> bool:
-    """Whether it is taken; if not, why stands in `left_out`."""
-    if name in found.files:
-        return True
-    why = trouble_with_file(path, root or found.folder)
-    if why is None and (trouble := trouble_with_name(name)):
-        why = f"its name {trouble}"
-    if why is None and collision_among((*found.files, name)):
-        why = "its name is another's on some systems"
-    if why:
-        found.left_out[name] = why
-    else:
-        found.files[name] = path
-    return why is None
 
 
 def _holds_any(folder: Path, taken: Iterable[str]) -> bool:
     return folder.is_dir() and any(Path(path).is_relative_to(os.path.realpath(folder)) for path in taken)
 
 
-def _not_there(found: Collected, evaluated: Evaluated) -> list[Missing]:
-    expected = {
-        "maneuver": (evaluated.maneuver, "No maneuver.toml lies beside the recording, and none was named."),
-        "calibration": (evaluated.calibration, "No certificate was found, and none was named."),
-        PREFLIGHT: (
-            f"{RUN}/{PREFLIGHT}",
-            "The run has none: nothing tells what was checked before.",
-        ),
-        RECORD: (f"{RUN}/{RECORD}", "The run has none: nothing in it was signed."),
-    }
+def _name_absent(found: Collected, evaluated: Evaluated) -> None:
+    """What a whole bundle has besides."""
+    if evaluated.maneuver is None:
+        found.lack("maneuver", "No maneuver.toml lies beside the recording, and none was named.")
+    if evaluated.calibration is None:
+        found.lack("calibration", "No certificate was found, and none was named.")
+    if f"{RUN}/{PREFLIGHT}" not in found.files:
+        found.lack(PREFLIGHT, "The run has none: nothing tells what was checked before.")
+    if f"{RUN}/{RECORD}" not in found.files:
+        found.lack(RECORD, "The run has none: nothing in it was signed.")
+
+
+def doubts_of(found: Collected, used: Evaluated, preflight: Any) -> tuple[str, ...]:
+    """What stands against the drop: samples lost, another robot, files changed since a rehearsal left them; sentences.
+
+    `preflight` is what `preflight.json` holds.
+    """
+    doubts = []
+    if found.log is not None:
+        if found.log.verdict != "complete" or found.log.samples_lost:
+            doubts.append(
+                f"{found.recording.name} is {found.log.verdict}, {found.log.samples_lost} samples are lost. What is "
+                "missing: tfsat-host decode"
+            )
+        doubts += _of_other_robots(origin_of_log(found.log.header).logger_serial, found, used, preflight)
+    return (*doubts, *_not_as_rehearsed(found.folder))
+
+
+def not_as_checked(preflight: Any, at_hand: Mapping[str, str], used: Evaluated) -> list[str]:
+    """What the preflight checked and is gone, or is another one now; a sentence each.
+
+    A certificate is written again when the robot has landed: the one that was checked lies among those that were kept.
+
+    Args:
+        preflight: What `preflight.json` holds; whatever is no preflight's names no files.
+        at_hand: SHA-256 of every file, by its name in the bundle.
+        used: Which of them the drop is evaluated with.
+    """
+    files = preflight.get("files") if isinstance(preflight, dict) else None
+    if not isinstance(files, dict):
+        return []
+    found = (_changed(kind, files[kind], at_hand, getattr(used, kind)) for kind in _CHECKED if kind in files)
+    return [sentence for sentence in found if sentence]
+
+
+def _changed(kind: str, checked: Any, at_hand: Mapping[str, str], name: str | None) -> str:
+    """Empty: it is there."""
+    sha256 = checked.get("sha256") if isinstance(checked, dict) else None
+    if not isinstance(sha256, str):
+        return f"preflight.json does not say which {kind} was checked."
+    kept = kind == "calibration" and sha256 in at_hand.values()
+    if kept or (name is not None and at_hand.get(name) == sha256):
+        return ""
+    then = f"{checked.get('path')}, SHA-256 {sha256[:12]}…"
+    if name is None:
+        return f"The {kind} that the preflight checked ({then}) is gone."
+    beside = ", and none of the certificates that were kept is" if kind == "calibration" else ""
+    return f"{name} is not the {kind} that the preflight checked ({then}){beside}."
+
+
+def _of_other_robots(serial: str, found: Collected, used: Evaluated, preflight: Any) -> list[str]:
+    """What names another logger than the recording does; a sentence each."""
+    for key in ("boards", "logger", "serial"):  # whatever is no preflight's names none
+        preflight = preflight.get(key) if isinstance(preflight, dict) else None
+    loggers = {"preflight.json": preflight if isinstance(preflight, str) else None}
+    if used.calibration is not None:
+        with suppress(TfsatError):  # one that cannot be read stands with what is missing
+            certificate = read_calibration(found.files[used.calibration])
+            loggers["the certificate"] = certificate.subject.logger_serial
     return [
-        Missing(what, why)
-        for what, (name, why) in expected.items()
-        if name is None or (name.startswith(f"{RUN}/") and name not in found.files)
+        f"The recording is of logger {serial or 'without a serial number'}, {what} of logger "
+        f"{other or 'without a serial number'}: they are of different robots."
+        for what, other in loggers.items()
+        if other is not None and other.lower() != serial.lower()
+    ]
+
+
+def _not_as_rehearsed(folder: Path) -> list[str]:
+    """What is not as a rehearsal left it, by the hashes in its mark; none where none was here."""
+    return [
+        f"{name} {'was changed since' if (folder / name).is_file() else 'is gone:'} the rehearsal left it."
+        for name, sha256 in rehearsed_files(folder).items()
+        if sha256
+        and (name == _TRUTH or not name.endswith(_WRITTEN_AGAIN))
+        and not ((folder / name).is_file() and sha256_of(folder / name) == sha256)
     ]

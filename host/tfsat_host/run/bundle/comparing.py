@@ -20,20 +20,14 @@ _WHOLE_MAX = 10**300
 """Greater whole numbers are no float, and none of ours."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """How far two numbers may be apart: a share of the larger one, or that much."""
-
-    relative: float
-    absolute: float
-
-
-EVALUATION_TOLERANCE = Tolerance(1e-5, 1e-9)
+Tolerance = tuple[float, float]
+"""How far two numbers may be apart: a share of the larger one, or that much."""
+EVALUATION_TOLERANCE = (1e-5, 1e-9)
 """Of results. Other kernels of the linear algebra (no AVX2, no FMA) move the directions of `identifiability` by up to
 4e-6 and everything else by less than 1e-6; the standard deviations are some 1e-4 of their values."""
-REPORT_TOLERANCE = Tolerance(1e-4, 1e-9)
+REPORT_TOLERANCE = (1e-4, 1e-9)
 """Of the page's curves, which are rounded to five digits of their span."""
-CERTIFICATE_TOLERANCE = Tolerance(1e-6, 1e-12)
+CERTIFICATE_TOLERANCE = (1e-6, 1e-12)
 """Of a calibration, which is written with twelve digits."""
 
 
@@ -110,7 +104,8 @@ def _last_digit(text: str) -> float:
 def _apart(one: float, two: float, tolerance: Tolerance, scale: float) -> bool:
     if one == two:
         return False
-    allowed = max(tolerance.relative * max(abs(one), abs(two), scale), tolerance.absolute)
+    relative, absolute = tolerance
+    allowed = max(relative * max(abs(one), abs(two), scale), absolute)
     return not abs(one - two) <= allowed < math.inf
 
 

@@ -6,19 +6,24 @@ import json
 import shutil
 import tempfile
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tfsat_host import __version__
+from tfsat_host.calibration.certificate.archive import recordings_folder
+from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
-from tfsat_host.run.bundle import recomputing
+from tfsat_host.report import render
+from tfsat_host.report.contents.building import document_of
+from tfsat_host.report.contents.reported import Reported, Source
+from tfsat_host.run import evaluated
 from tfsat_host.run.bundle.archive import MARKER, write_archive
-from tfsat_host.run.bundle.collecting import RUN, Collected, collect
-from tfsat_host.run.bundle.doubts import doubts_of, not_as_checked
-from tfsat_host.run.bundle.environment import environment
+from tfsat_host.run.bundle.collecting import RUN, Collected, collect, doubts_of, not_as_checked
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
@@ -28,16 +33,17 @@ from tfsat_host.run.bundle.manifest import (
     BundledFile,
     Evaluated,
     Manifest,
-    Missing,
+    environment,
     format_manifest,
 )
 from tfsat_host.run.certificate import origin_of_log
-from tfsat_host.run.files import PREFLIGHT, names_of
-from tfsat_host.run.options import AS_FOUND, EvaluationOptions
+from tfsat_host.run.files import AS_FOUND, PREFLIGHT, EvaluationOptions, names_of
 from tfsat_host.run.record import verify
-from tfsat_host.sdlog import DropLog
 
 ENDING = ".tfsat.zip"
+_NO_TIME = datetime(1980, 1, 1, tzinfo=UTC)
+_SOURCES = ("robot", "calibration", "maneuver", "video", "laser", "facility")
+"""In the order in which a report names them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +67,22 @@ class Bundled:
         """Something was lost, changed, or is doubtful."""
         manifest = self.manifest
         return bool(manifest.record or manifest.doubts) or any(one.lost for one in manifest.missing)
+
+
+@dataclass(frozen=True)
+class Recomputed:
+    """What an evaluation from the raw data gave.
+
+    Attributes:
+        evaluation: The object of `evaluate --json`, with paths relative to the bundle; of a drop that cannot be
+            evaluated, `error`.
+        page: The report; None: there is nothing to report.
+        certificate: The certificate that held at the release, relative to the bundle; None: there is none.
+    """
+
+    evaluation: dict[str, Any]
+    page: str | None
+    certificate: str | None
 
 
 def bundle(
@@ -96,12 +118,9 @@ def bundle(
         write_all([OutputFile(target, MARKER, partial(write_archive, files=files))], force=force)
         manifest_sha256 = sha256_of(folder / MANIFEST)
     tell_new_folder(new_folder, notices)
-    log = found.log
-    recording = (
-        f"{log.verdict}: {len(log)} samples, {log.samples_lost} lost"
-        if log is not None
-        else "cannot be decoded"
-    )
+    log, recording = found.log, "cannot be decoded"
+    if log is not None:
+        recording = f"{log.verdict}: {len(log)} samples, {log.samples_lost} lost"
     return Bundled(target, manifest, manifest_sha256, recording)
 
 
@@ -110,30 +129,27 @@ def _staged(folder: Path, found: Collected, used: Evaluated, name: str) -> Manif
     for inside, path in found.files.items():
         (folder / inside).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, folder / inside)
-    done = recomputing.recompute(folder, name, used)
-    missing = list(found.missing)
+    done = recompute(folder, name, used)
     made = {EVALUATION: _json(done.evaluation), ENVIRONMENT: _json(environment())}
     if done.page is None:
-        why = f"The drop cannot be evaluated: {done.evaluation['error']['what']}"
-        missing.append(Missing(REPORT, why, lost=True))
+        found.lack(REPORT, f"The drop cannot be evaluated: {done.evaluation['error']['what']}", lost=True)
     else:
         made[REPORT] = done.page
     for inside, text in made.items():
         (folder / inside).write_bytes(text.encode())
-    preflight = _preflight(folder)
-    images, without = _images(found.log, preflight)
     files = {
         inside: BundledFile(sha256_of(folder / inside), (folder / inside).stat().st_size)
         for inside in sorted((*found.files, *made))
     }
+    preflight = _preflight(folder)
     checked = not_as_checked(preflight, {name: file.sha256 for name, file in files.items()}, used)
     manifest = Manifest(
         f"tfsat-host bundle {__version__}",
         name,
         used,
-        images,
+        _images(found, preflight),
         files,
-        (*missing, *without),
+        tuple(found.missing),
         (*(finding.sentence for finding in verify(found.folder)), *checked),
         found.left_out,
         doubts_of(found, used, preflight),
@@ -154,14 +170,13 @@ def _json(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
-def _images(log: DropLog | None, preflight: Any) -> tuple[dict[str, Any], list[Missing]]:
+def _images(found: Collected, preflight: Any) -> dict[str, Any]:
     """Hashes of the firmware that flew: the logger's from the recording, the sequencer's from the preflight."""
     images: dict[str, Any] = {}
-    missing = []
-    if log is None:
-        missing.append(Missing("image of the logger", "The recording that would tell it cannot be decoded."))
+    if found.log is None:
+        found.lack("image of the logger", "The recording that would tell it cannot be decoded.")
     else:
-        origin = origin_of_log(log.header)
+        origin = origin_of_log(found.log.header)
         images["logger"] = {
             "firmware": origin.firmware,
             "image_crc": origin.image_crc,
@@ -170,19 +185,103 @@ def _images(log: DropLog | None, preflight: Any) -> tuple[dict[str, Any], list[M
         }
     sequencer = _identity_in(preflight, "sequencer")
     if sequencer is None:
-        missing.append(Missing("image of the sequencer", "No preflight.json tells it."))
+        found.lack("image of the sequencer", "No preflight.json tells it.")
     else:
         images["sequencer"] = sequencer
-    return images, missing
+    return images
 
 
 def _identity_in(value: Any, board: str) -> dict[str, Any] | None:
-    """What is said of a board that has an `image_crc`, wherever it stands."""
+    """What is known of a board that has an `image_crc`, wherever it stands."""
+    if isinstance(value, dict):
+        one = value.get(board)
+        if isinstance(one, dict) and "image_crc" in one:
+            return one
+        value = list(value.values())
+    below = (_identity_in(item, board) for item in value) if isinstance(value, list) else ()
+    return next((one for one in below if one is not None), None)
+
+
+def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
+    """Decodes, calibrates, evaluates, draws; no file of the bundle changes.
+
+    An evaluation notes the landing of the drop in the certificate: it gets a copy.
+
+    Args:
+        folder: The bundle, unpacked.
+        name: Of the drop.
+        used: How it is to be evaluated.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    folder = folder.resolve()
+    with tempfile.TemporaryDirectory(prefix="tfsat-certificate-") as made:
+        scratch = Path(made).resolve()
+        roots = (scratch, folder)
+        options = _options(folder, scratch, used)
+        try:
+            robot = evaluated.robot_of(options.robot)
+            done = evaluated.evaluate_run(folder / used.recording, options, robot)
+        except TfsatError as error:
+            return Recomputed(_relative({"error": jsonable(error_as_dict(error))}, roots), None, None)
+        result = {"made_by": f"tfsat-host evaluate {__version__}", **jsonable(evaluated.result_of(done))}
+        certificate = None if done.held is None else done.held.path
+        # The time in it is the drop's own, so that it does not hang on when it was made.
+        drop = Reported(
+            name,
+            done.found,
+            done.verdict,
+            sha256_of(done.files.recording),
+            certificate,
+            done.remarks,
+            tuple(
+                Source(f"file of the {what}", Path(used.files[what]), sha256_of(folder / used.files[what]))
+                for what in _SOURCES
+                if what in used.files
+            ),
+            used.options(),
+        )
+        page = render(_relative(document_of([drop], done.recorded or _NO_TIME), roots))
+        held = None if certificate is None else _relative(str(certificate), roots)
+        return Recomputed(_relative(result, roots), page, held)
+
+
+def _options(folder: Path, scratch: Path, used: Evaluated) -> EvaluationOptions:
+    files = {kind: folder / name for kind, name in used.files.items()}
+    if used.calibration is not None:
+        files["calibration"] = _copied(folder, scratch, used.calibration)
+    return EvaluationOptions(
+        **files,
+        session=None if used.session is None else int(used.session, 16),
+        masses=used.masses,
+        inertias=used.inertias,
+        swarm=used.swarm,
+    )
+
+
+def _copied(folder: Path, scratch: Path, certificate: str) -> Path:
+    """A copy of the certificate and of those that were kept before it."""
+    copy = scratch / certificate
+    copy.parent.mkdir(parents=True)
+    shutil.copyfile(folder / certificate, copy)
+    recordings_folder(copy).mkdir()
+    for kept in recordings_folder(folder / certificate).glob("certificate-*.toml"):
+        shutil.copyfile(kept, recordings_folder(copy) / kept.name)
+    return copy
+
+
+def _relative(value: Any, roots: tuple[Path, ...]) -> Any:
+    """With every path in every text relative to the bundle.
+
+    On every system the same: neither its separators nor its quotes about a path with spaces count.
+    """
+    if isinstance(value, dict):
+        return {key: _relative(item, roots) for key, item in value.items()}
     if isinstance(value, list):
-        return next((one for item in value if (one := _identity_in(item, board)) is not None), None)
-    if not isinstance(value, dict):
-        return None
-    one = value.get(board)
-    if isinstance(one, dict) and "image_crc" in one:
-        return one
-    return _identity_in(list(value.values()), board)
+        return [_relative(item, roots) for item in value]
+    for root in roots if isinstance(value, str) else ():
+        if str(root) in value:
+            plain = value.replace("\\", "/").replace("'", "")
+            value = plain.replace(f"{root.as_posix()}/", "").replace(root.as_posix(), ".")
+    return value

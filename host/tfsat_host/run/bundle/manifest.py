@@ -1,14 +1,22 @@
-"""What a bundle says of itself: its files with their hashes, how they were evaluated, and what is missing."""
+"""What a bundle says of itself: its files with their hashes, how and with what it was evaluated, what is missing."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import platform
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cache
+from importlib import metadata
+from pathlib import Path
 from typing import Annotated, Any
 
-from tfsat_host import json_values
+from tfsat_host import __version__, json_values
 from tfsat_host.errors import TfsatError
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.protocol.limits import PROTOCOL_HASH
 
 MANIFEST = "manifest.json"
 EVALUATION = "evaluation.json"
@@ -19,6 +27,7 @@ NAME_CHARACTERS_MAX = 200
 """Of a drop's name: a folder's has no more on most systems."""
 _FILES = ("maneuver", "calibration", "robot", "facility", "video", "laser")
 _FLAGS = ("masses", "inertias", "swarm")
+_PACKAGES = ("numpy", "scipy", "crcmod-plus", "fastcrc", "platformdirs", "pyserial", "rich", "rich-argparse")
 
 
 class BundleError(TfsatError):
@@ -102,8 +111,8 @@ class Manifest:
         files: All files but the manifest, by name.
         missing: What is not there.
         record: What is not as the run's record says; sentences.
-        doubts: What else stands against the drop: samples that were lost, files of another robot; sentences.
         left_out: Files of the run that were not taken, and why.
+        doubts: What else stands against the drop: samples that were lost, files of another robot; sentences.
     """
 
     made_by: str
@@ -118,18 +127,10 @@ class Manifest:
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {
-            "made_by": self.made_by,
-            "format": FORMAT,
-            "name": self.name,
-            "evaluated": vars(self.evaluated),
-            "images": dict(self.images),
-            "missing": [asdict(one) for one in self.missing],
-            "record": list(self.record),
-            "doubts": list(self.doubts),
-            "left_out": dict(self.left_out),
-            "files": {name: asdict(file) for name, file in sorted(self.files.items())},
-        }
+        values = asdict(self)
+        names = ("made_by", "name", "evaluated", "images", "missing", "record", "doubts", "left_out")
+        found = {name: values[name] for name in names} | {"files": dict(sorted(values["files"].items()))}
+        return {"made_by": found.pop("made_by"), "format": FORMAT, **found}
 
 
 def format_manifest(manifest: Manifest) -> str:
@@ -144,7 +145,9 @@ def parse_manifest(data: bytes, source: str) -> Manifest:
         BundleError: it is no manifest, or one of another format.
     """
     try:
-        values = _whole(json.loads(data.decode("utf-8")))
+        values = json.loads(data.decode("utf-8"))
+        if not isinstance(values, dict):
+            raise ValueError("it is no list of files")
         if values["format"] != FORMAT:
             raise ValueError(f"its format is {values['format']!r}, this program reads {FORMAT}")
         return json_values.parsed(Manifest, values, optional=("doubts",))  # older bundles have none
@@ -162,12 +165,50 @@ def _why(error: Exception) -> str:
         return f"it has no {error.args[0]}"
     if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):
         return "it is no JSON text"
-    if isinstance(error, ValueError):
-        return str(error)
-    return "something in it is not what a bundle has there"
+    return str(error) if isinstance(error, ValueError) else "something in it is not what a bundle has there"
 
 
-def _whole(value: object) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise ValueError("it is no list of files")
-    return value
+def environment() -> dict[str, Any]:
+    """With what a result was computed, for JSON; nothing in it names a person or a computer."""
+    return {
+        "tfsat": __version__,
+        "sources_sha256": sources_sha256(),
+        "protocol_hash": PROTOCOL_HASH.hex(),
+        "python": platform.python_version(),
+        "implementation": platform.python_implementation(),
+        "system": platform.system(),
+        "release": platform.release(),
+        "machine": platform.machine(),
+        "byte_order": sys.byteorder,
+        "packages": {name: _version(name) for name in _PACKAGES},
+    }
+
+
+@cache
+def sources_sha256() -> str:
+    """Of the names and contents of tfsat's Python files: two versions of one number are told apart."""
+    package = Path(__file__).resolve().parents[2]
+    digest = hashlib.sha256()
+    for name, path in sorted((path.relative_to(package).as_posix(), path) for path in package.rglob("*.py")):
+        digest.update(f"{name} {sha256_of(path)}\n".encode())
+    return digest.hexdigest()
+
+
+def changed_since(before: Any) -> list[str]:
+    """How this computer differs from the one that made a bundle; a sentence for each thing."""
+    if not isinstance(before, dict) or not isinstance(before.get("packages"), dict):
+        return ["The bundle does not say with what it was computed."]
+    now = environment()
+    then, here = ({**one, **one["packages"]} for one in (before, now))
+    return [
+        f"{key}: {then.get(key, 'unknown')} then, {value} now."
+        for key, value in here.items()
+        if key != "packages" and then.get(key, "unknown") != value
+    ]
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None

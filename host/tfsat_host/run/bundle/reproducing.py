@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from tfsat_host.calibration.certificate.archive import recordings_folder
+from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration
+from tfsat_host.calibration.certificate.drawn import in_words, measured_by, with_measured
+from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.servos.reached import servo_map_of
+from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError
 from tfsat_host.notices import SILENT, Notices, printable
-from tfsat_host.robot import load_robot
-from tfsat_host.run.bundle import recomputing
+from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.run.bundle import making
 from tfsat_host.run.bundle.archive import unpack
-from tfsat_host.run.bundle.collecting import RUN
+from tfsat_host.run.bundle.collecting import RUN, not_as_checked
 from tfsat_host.run.bundle.comparing import (
+    CERTIFICATE_TOLERANCE,
     EVALUATION_TOLERANCE,
     NOT_THERE,
     REPORT_TOLERANCE,
@@ -23,16 +35,21 @@ from tfsat_host.run.bundle.comparing import (
     Tolerance,
     differences,
 )
-from tfsat_host.run.bundle.doubts import not_as_checked
-from tfsat_host.run.bundle.environment import changed_since
-from tfsat_host.run.bundle.manifest import ENVIRONMENT, EVALUATION, REPORT, BundleError, Manifest
-from tfsat_host.run.bundle.recalibrating import recalibrate, recordings_of
-from tfsat_host.run.bundle.recomputing import Recomputed, document_in
+from tfsat_host.run.bundle.making import Recomputed
+from tfsat_host.run.bundle.manifest import (
+    ENVIRONMENT,
+    EVALUATION,
+    REPORT,
+    BundleError,
+    Manifest,
+    changed_since,
+)
 from tfsat_host.run.files import PREFLIGHT
 from tfsat_host.run.record import verify
 
 _RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
 """Of a run's folder: what a rehearsal or an earlier evaluation said."""
+_DOCUMENT = re.compile(r'<script type="application/json" id="document">(.*?)</script>', re.DOTALL)
 _UNREADABLE = object()
 _OF_ITS_TIME = ("made_by", "made_at")
 """Of a result: who made it and when differs rightly."""
@@ -95,7 +112,7 @@ class Reproduced:
             "not_computed": [name for name in sorted(self.manifest.files) if _is_result(name)],
             "record": list(self.record),
             "doubts": list(self.manifest.doubts),
-            "missing": self.manifest.as_dict()["missing"],
+            "missing": [asdict(one) for one in self.manifest.missing],
             "environment": list(self.environment),
         }
 
@@ -113,12 +130,20 @@ def reproduce(bundle: Path | str, folder: Path | str | None = None, notices: Not
         OSError: something cannot be read or written.
     """
     bundle = Path(bundle)
-    _require_file(bundle)
+    if not bundle.is_file():
+        is_folder = bundle.is_dir()
+        what = f"{bundle} is a folder" if is_folder else f"There is no file {bundle}"
+        make = "To make one of a run" if is_folder else "Name the file; to make one of a run"
+        raise BundleError(
+            what=f"{what}; BUNDLE is a file that tfsat-host bundle makes, such as run.tfsat.zip.",
+            meaning="Nothing was unpacked.",
+            next_step=f"{make}: tfsat-host bundle {shlex.quote(str(bundle)) if is_folder else 'RUN'}",
+        )
     folder = Path(folder or bundle.name.removesuffix(".zip").removesuffix(".tfsat") + "-reproduced")
     with notices.progress("Unpacking and checking"):
         manifest, manifest_sha256 = unpack(bundle, folder)
     with notices.progress(f"Computing {printable(manifest.name)} anew"):
-        done = recomputing.recompute(folder, manifest.name, manifest.evaluated)
+        done = making.recompute(folder, manifest.name, manifest.evaluated)
         compared = (
             _evaluation(folder, done),
             _report(folder, done),
@@ -127,20 +152,6 @@ def reproduce(bundle: Path | str, folder: Path | str | None = None, notices: Not
     record = tuple(_changed(folder, manifest)) or manifest.record
     environment = tuple(changed_since(_load(folder / ENVIRONMENT)))
     return Reproduced(folder, manifest, manifest_sha256, compared, record, environment)
-
-
-def _require_file(bundle: Path) -> None:
-    """Raises BundleError: there is none."""
-    if bundle.is_file():
-        return
-    what = f"{bundle} is a folder" if bundle.is_dir() else f"There is no file {bundle}"
-    raise BundleError(
-        what=f"{what}; BUNDLE is a file that tfsat-host bundle makes, such as run.tfsat.zip.",
-        meaning="Nothing was unpacked.",
-        next_step=f"To make one of a run: tfsat-host bundle {shlex.quote(str(bundle))}"
-        if bundle.is_dir()
-        else "Name the file; to make one of a run: tfsat-host bundle RUN",
-    )
 
 
 def _is_result(name: str) -> bool:
@@ -178,22 +189,34 @@ def _evaluation(folder: Path, done: Recomputed) -> Compared:
 
 
 def _report(folder: Path, done: Recomputed) -> Compared:
-    def other(bundled: str, now: str, sentence: str) -> Compared:
-        return Compared("report", [Difference("report", bundled, now, None)], sentence)
-
+    bundled: Any = NOT_THERE
+    sentence = "The bundle has no report."
     try:
         bundled = document_in((folder / REPORT).read_text(encoding="utf-8"))
     except FileNotFoundError:
         if done.page is None:
             return Compared("report", None, "There is none, now as then.")
-        return other(NOT_THERE, "a page", "The bundle has no report.")
     except ValueError as error:
-        return other("unreadable", "a page", f"The bundled page cannot be read: {error}.")
+        bundled, sentence = "unreadable", f"The bundled page cannot be read: {error}."
+    if isinstance(bundled, str):
+        return Compared("report", [Difference("report", bundled, "a page", None)], sentence)
     if done.page is None:
-        return other("a page", NOT_THERE, "The bundle has a report, and none can be made.")
+        sentence = "The bundle has a report, and none can be made."
+        return Compared("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
     document = document_in(done.page)
     differs = _differences(bundled, document, REPORT_TOLERANCE)
     return Compared("report", differs, f"{_numbers(document)} numbers of the page were made anew.")
+
+
+def document_in(page: str) -> Any:
+    """The document of a report page. Raises ValueError: there is none."""
+    found = _DOCUMENT.search(page)
+    if found is None:
+        raise ValueError("it holds no document")
+    try:
+        return json.loads(found[1])
+    except RecursionError as error:
+        raise ValueError("its document is nested too deeply") from error
 
 
 def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Compared]:
@@ -206,10 +229,89 @@ def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Co
     for name in (name for name in names if name in manifest.files):
         try:
             robot = load_robot(None if used.robot is None else folder / used.robot)
-            found.append(recalibrate(folder / name, recordings_of(folder / name), robot, name))
+            found.append(_recalibrated(folder / name, robot, name))
         except TfsatError as error:
             found.append(Compared("calibration", None, error.what, lacking=True))
     return found
+
+
+def _recalibrated(certificate: Path, model: RobotModel, name: str) -> Compared:
+    """A certificate computed from its recordings, which lie beside it, or it among them.
+
+    Raises:
+        CalibrationError: the certificate cannot be read.
+    """
+    found, beside = read_calibration(certificate), recordings_folder(certificate)
+    recordings = beside if beside.is_dir() else certificate.parent
+    drawn = f" Not recorded in a rehearsal, but drawn: {in_words(found.drawn)}." if found.drawn else ""
+    if not found.papers:
+        why = "The certificate names no recordings: its values cannot be computed anew."
+        return Compared("calibration", None, f"{name}: {why}{drawn}")
+    try:
+        evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in found.papers]
+        tried = [_solved_differently(found, evidence, model, landing) for landing in _landings(found)]
+    except CalibrationError as error:
+        why = f"The calibration cannot be computed anew: {error.what}"
+        return Compared("calibration", None, f"{name}: {why}", lacking=True)
+    of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
+    sentence, left = f"The calibration was computed anew from {of}.", []
+    if found.drawn:
+        measured = measured_by(evidence)
+        left = [one for one in DRAWABLE if one not in (*found.drawn, *measured)]
+        sentence = f"Computed anew from {of}: {in_words(measured)}.{drawn}"
+        sentence += f" Neither recorded nor drawn: {in_words(left)}." if left else ""
+    return Compared("calibration", min(tried, key=len), f"{name}: {sentence}", bool(left))
+
+
+def _landings(found: Calibration) -> list[datetime | None]:
+    """Which landing may have been the last that was known when the certificate was computed.
+
+    One that is noted later stands in the certificate, too, and did not change its values.
+    """
+    newest = max(paper.taken for paper in found.papers)
+    known = [landing.at for landing in found.landings]
+    before = [at for at in known if at <= newest]
+    return list(dict.fromkeys([*reversed(before), None, *(at for at in known if at > newest)]))
+
+
+def _solved_differently(
+    found: Calibration, evidence: Sequence[Evidence], model: RobotModel, landing: datetime | None
+) -> list[Difference]:
+    if found.drawn:
+        again = with_measured(found, evidence, model)
+    else:
+        solution = solve(evidence, model, landing)
+        servos = sorted(solution.servos, key=lambda servo: servo[0].step.joint or 0)
+        again = replace(
+            found,
+            gyros=solution.gyros,
+            joints=solution.joints,
+            servo_maps=tuple(servo_map_of(one, joints, model) for one, joints in servos),
+            servo_taken=tuple(one.taken for one, _ in servos),
+        )
+    then, now = (_plain(certificate_values(one)) for one in (found, again))
+    return differences(then, now, CERTIFICATE_TOLERANCE)
+
+
+def _plain(value: Any) -> Any:
+    """Times as text."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return value.isoformat() if isinstance(value, datetime) else value
+
+
+def _evidence(path: Path, expected_sha256: str) -> Evidence:
+    data = path.read_bytes() if path.is_file() else None
+    if data is not None and sha256(data) == expected_sha256:
+        return from_bytes(data, source=path.name)
+    why = "is not there" if data is None else "is not the one on which it rests: its SHA-256 differs"
+    raise CalibrationError(
+        what=f"the recording {path.name} {why}.",
+        meaning="Its step cannot be computed again.",
+        next_step="Copy it beside the certificate and bundle the run again.",
+    )
 
 
 def _differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:

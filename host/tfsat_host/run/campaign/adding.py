@@ -16,12 +16,13 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
+from tfsat_host.run.bundle.archive import trouble_with_file
 from tfsat_host.run.bundle.collecting import MADE_AGAIN, Collected, collect
-from tfsat_host.run.bundle.names import trouble_with_file
 from tfsat_host.run.campaign import campaign
-from tfsat_host.run.campaign.drops import DropEntry
+from tfsat_host.run.campaign.campaign import DropEntry
 from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log, time_of_day
 from tfsat_host.run.files import (
+    AS_FOUND,
     CERTIFICATE,
     EMULATED,
     EMULATED_CERTIFICATE,
@@ -32,7 +33,6 @@ from tfsat_host.run.files import (
     ROBOT,
     UNKNOWN,
 )
-from tfsat_host.run.options import AS_FOUND
 from tfsat_host.run.record import RecordError, sign, verify
 from tfsat_host.sdlog import load
 from tfsat_host.sdlog.errors import NoBlockError

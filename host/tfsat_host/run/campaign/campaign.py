@@ -5,27 +5,22 @@ Every drop's folder holds its own copy of its entry: an index that is lost or da
 
 from __future__ import annotations
 
+import json
+import re
 import shlex
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, fields, replace
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
+from typing import Annotated, Any
 
+from tfsat_host import json_values
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.file_lock import one_at_a_time
-from tfsat_host.run.campaign.drops import (
-    NUMBER_MAX,
-    DropEntry,
-    folder_name,
-    format_drop,
-    format_index,
-    number_of,
-    parse_drop,
-    parse_index,
-)
-from tfsat_host.run.files import PREFLIGHT, REHEARSED
+from tfsat_host.run.files import PREFLIGHT, REHEARSED, ROBOTS, UNKNOWN
 from tfsat_host.run.record import RECORD, verify
 from tfsat_host.whole_file import write_whole
 
@@ -37,7 +32,152 @@ STAGING = ".adding-"
 SIGNED_BY = "tfsat-host campaign add"
 """How the entry of the record begins with which a run is closed: what is signed after it came later than the drop."""
 _LOCK = ".campaign.lock"
+_UNCHANGED = "Nothing was changed."
 _INDEX_BYTES_MAX = 64_000_000
+MADE_BY = "tfsat-host campaign"
+FORMAT = 1
+NUMBER_MAX = 9999
+_OPTIONAL = ("robot",)
+"""An older program wrote none."""
+_FOLDER = re.compile(r"drop-([0-9]{4})")
+
+
+def _number(value: object) -> int:
+    if type(value) is not int or not 1 <= value <= NUMBER_MAX:
+        raise ValueError(f"{value!r} is no drop's number")
+    return value
+
+
+def _robot(value: object) -> str:
+    if value not in ROBOTS:
+        raise ValueError(f"{value!r} is none of {', '.join(ROBOTS)}")
+    return str(value)
+
+
+def _file_name(value: object) -> str:
+    name = json_values.text(value)
+    if not name or name in (".", "..") or re.search(r"[/\\:\x00]", name):
+        raise ValueError(f"{name!r} is no file's name")
+    return name
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What somebody wrote of a drop."""
+
+    at: datetime
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class DropEntry:
+    """One drop.
+
+    Attributes:
+        number: From 1; never given again.
+        recording: The raw log's name in the drop's folder.
+        sha256: Of that, hexadecimal.
+        session: Its id, 8 hexadecimal digits; None: it cannot be decoded.
+        released: When; None: not known.
+        added: When it came into the campaign.
+        origin: Where it was taken from, as it was typed.
+        robot: Of `ROBOTS`; unknown where the recording cannot be decoded, or an older program added it.
+        notes: In order of time.
+        void: Why it does not count, and since when; None: it counts.
+    """
+
+    number: Annotated[int, _number]
+    recording: Annotated[str, _file_name]
+    sha256: Annotated[str, json_values.sha256]
+    session: Annotated[str, json_values.session_id] | None
+    released: datetime | None
+    added: datetime
+    origin: str
+    robot: Annotated[str, _robot] = UNKNOWN
+    notes: tuple[Note, ...] = ()
+    void: Note | None = None
+
+    @property
+    def folder(self) -> str:
+        """Of the drop, in the campaign's."""
+        return folder_name(self.number)
+
+    def with_note(self, at: datetime, text: str) -> DropEntry:
+        """The same with one more note."""
+        return replace(self, notes=(*self.notes, Note(at, text)))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            **_plain(self),
+            "folder": self.folder,
+            "notes": [_plain(note) for note in self.notes],
+            "void": self.void and _plain(self.void),
+        }
+
+
+def folder_name(number: int) -> str:
+    """Of a drop, such as `drop-0007`."""
+    return f"drop-{number:04d}"
+
+
+def number_of(folder: str) -> int | None:
+    """Of a drop's folder; None: it is none."""
+    found = _FOLDER.fullmatch(folder)
+    return int(found[1]) if found and int(found[1]) > 0 else None
+
+
+def parse_index(text: str) -> tuple[DropEntry, ...]:
+    """The drops of an index, by number. Raises ValueError: it is no index, or damaged."""
+    with _as_value_error():
+        index = json.loads(text)
+        if index["made_by"] != MADE_BY or index["format"] != FORMAT:
+            raise ValueError(f"it is of {index['made_by']!r}, format {index['format']!r}")
+        found = (json_values.parsed(DropEntry, one, _OPTIONAL) for one in index["drops"])
+        drops = tuple(sorted(found, key=lambda drop: drop.number))
+    for one, other in pairwise(drops):
+        if one.number == other.number:
+            raise ValueError(f"drop {one.number} is in it twice")
+    return drops
+
+
+def format_index(drops: Sequence[DropEntry]) -> str:
+    """The index's text."""
+    return _json({"made_by": MADE_BY, "format": FORMAT, "drops": [drop.as_dict() for drop in drops]})
+
+
+def format_drop(drop: DropEntry) -> str:
+    """The text of a drop's own copy of its entry."""
+    return _json(drop.as_dict())
+
+
+def parse_drop(text: str) -> DropEntry:
+    """A drop's own copy of its entry. Raises ValueError: it is none, or damaged."""
+    with _as_value_error():
+        return json_values.parsed(DropEntry, json.loads(text), _OPTIONAL)
+
+
+@contextmanager
+def _as_value_error() -> Iterator[None]:
+    """Whatever a damaged file makes of the reading of it."""
+    try:
+        yield
+    except (KeyError, TypeError, AttributeError, RecursionError, OverflowError) as error:
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
+
+
+def _plain(entry: DropEntry | Note) -> dict[str, Any]:
+    """Its fields, times as text."""
+    found = {one.name: getattr(entry, one.name) for one in fields(entry)}
+    return {key: _written(one) if isinstance(one, datetime) else one for key, one in found.items()}
+
+
+def _written(at: datetime) -> str:
+    return at.astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 class CampaignError(TfsatError):
@@ -45,15 +185,9 @@ class CampaignError(TfsatError):
 
 
 class SameDropError(CampaignError):
-    """A recording is of a drop that the campaign has (exit code 1).
+    """A recording is of `drop`, which the campaign has (exit code 1)."""
 
-    Attributes:
-        drop: That one.
-    """
-
-    def __init__(self, drop: DropEntry, *, what: str, meaning: str, next_step: str) -> None:
-        super().__init__(what=what, meaning=meaning, next_step=next_step)
-        self.drop = drop
+    drop: DropEntry
 
 
 @dataclass(frozen=True)
@@ -90,7 +224,7 @@ def init(folder: Path) -> None:
         if (folder / INDEX).exists() or _folders(folder):
             raise CampaignError(
                 what=f"{folder} is a campaign already.",
-                meaning="Nothing was changed.",
+                meaning=_UNCHANGED,
                 next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
             )
         _require_no_run(folder)
@@ -120,9 +254,7 @@ def read(folder: Path) -> Contents:
             findings.append(sentence)
             if entry is not None:
                 found[number] = entry
-    findings += [
-        sentence for drop in known if (sentence := _gone_or_other(folder, drop, drop.number in folders))
-    ]
+    findings += filter(None, (_gone_or_other(folder, drop, drop.number in folders) for drop in known))
     drops = tuple(found[number] for number in sorted(found))
     return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
 
@@ -166,12 +298,7 @@ def note(folder: Path, number: int, text: str) -> DropEntry:
         OSError: something cannot be written.
     """
     check_note(text, f'tfsat-host campaign note {shlex.quote(str(folder))} {number} "wind from the west"')
-    at = datetime.now(UTC)
-    with _locked(folder):
-        contents = read(folder)
-        changed = _drop_of(folder, contents.drops, number).with_note(at, text)
-        _replace(folder, contents, changed, at)
-    return changed
+    return _changed(folder, number, lambda drop, at: drop.with_note(at, text))
 
 
 def void(folder: Path, number: int, why: str) -> DropEntry:
@@ -182,34 +309,39 @@ def void(folder: Path, number: int, why: str) -> DropEntry:
         BusyError: another program is writing it.
         OSError: something cannot be written.
     """
-    check_note(why, f'tfsat-host campaign void {shlex.quote(str(folder))} {number} "the hook was caught"')
+
+    def voided(before: DropEntry, at: datetime) -> DropEntry:
+        if before.void is None:
+            return replace(before, void=Note(at, why))
+        raise CampaignError(
+            what=f"Drop {number} of {folder} is void already: {before.void.text}",
+            meaning=_UNCHANGED,
+            next_step=f'To write something about it: tfsat-host campaign note {place} "…"',
+        )
+
+    place = f"{shlex.quote(str(folder))} {number}"
+    check_note(why, f'tfsat-host campaign void {place} "the hook was caught"')
+    return _changed(folder, number, voided)
+
+
+def _changed(folder: Path, number: int, change: Callable[[DropEntry, datetime], DropEntry]) -> DropEntry:
+    """Writes another entry of a drop. Raises CampaignError: there is no such drop."""
     at = datetime.now(UTC)
     with _locked(folder):
         contents = read(folder)
-        before = _drop_of(folder, contents.drops, number)
-        if before.void is not None:
+        before = next((drop for drop in contents.drops if drop.number == number), None)
+        if before is None:
+            there = ", ".join(str(drop.number) for drop in contents.drops) or "none yet"
             raise CampaignError(
-                what=f"Drop {number} of {folder} is void already: {before.void.text}",
-                meaning="Nothing was changed.",
-                next_step="To write something about it: tfsat-host campaign note "
-                f'{shlex.quote(str(folder))} {number} "…"',
+                what=f"{folder} has no drop {number}; there are: {there}.",
+                meaning=_UNCHANGED,
+                next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
             )
-        changed = before.voided(at, why)
-        _replace(folder, contents, changed, at)
+        changed = change(before, at)
+        if (folder / changed.folder).is_dir():
+            write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
+        _write(folder, contents, [changed if drop == before else drop for drop in contents.drops], at)
     return changed
-
-
-def _drop_of(folder: Path, drops: Sequence[DropEntry], number: int) -> DropEntry:
-    """The drop of that number. Raises CampaignError: there is none."""
-    found = next((drop for drop in drops if drop.number == number), None)
-    if found is None:
-        there = ", ".join(str(drop.number) for drop in drops) or "none yet"
-        raise CampaignError(
-            what=f"{folder} has no drop {number}; there are: {there}.",
-            meaning="Nothing was changed.",
-            next_step=f"tfsat-host campaign list {shlex.quote(str(folder))}",
-        )
-    return found
 
 
 def changes_in(folder: Path, drop: DropEntry) -> list[str]:
@@ -230,7 +362,7 @@ def check_note(text: str, example: str) -> None:
     if not text.strip() or not text.isprintable():
         raise CampaignError(
             what="A note is one line of printable text.",
-            meaning="Nothing was changed.",
+            meaning=_UNCHANGED,
             next_step=f"Write it in quotes: {example}",
         )
 
@@ -240,35 +372,27 @@ def _locked(folder: Path) -> AbstractContextManager[None]:
 
 
 def _check_new(folder: Path, drops: Sequence[DropEntry], entry: DropEntry) -> None:
-    """One drop counts once: told by the recording's own id, as two copies off one card may differ in length."""
+    """One drop counts once, by the recording's own id: two copies off one card may differ in length."""
     counting = [drop for drop in drops if drop.void is None]
     same = next((drop for drop in counting if drop.sha256 == entry.sha256), None)
-    if same is not None:
-        raise SameDropError(
-            same,
-            what=f"This recording is drop {same.number} of {folder} already ({same.folder}).",
-            meaning="One drop counts once; nothing was added.",
-            next_step="To write something about it: tfsat-host campaign note "
-            f'{shlex.quote(str(folder))} {same.number} "…"',
-        )
     alike = next((drop for drop in counting if drop.session == entry.session is not None), None)
-    if alike is not None:
-        raise SameDropError(
-            alike,
-            what=f"The recording {entry.session} is drop {alike.number} of {folder} already ({alike.folder}), in "
-            "another copy.",
-            meaning="One drop counts once; nothing was added.",
-            next_step="If this copy is to stand for it: tfsat-host campaign void "
-            f"{shlex.quote(str(folder))} {alike.number} "
-            '"another copy follows", then add this one again.',
-        )
-
-
-def _replace(folder: Path, contents: Contents, changed: DropEntry, at: datetime) -> None:
-    if (folder / changed.folder).is_dir():
-        write_whole(folder / changed.folder / DROP, format_drop(changed).encode())
-    drops = [changed if drop.number == changed.number else drop for drop in contents.drops]
-    _write(folder, contents, drops, at)
+    there = same or alike
+    if there is None:
+        return
+    place = f"{shlex.quote(str(folder))} {there.number}"
+    error = SameDropError(
+        what=f"This recording is drop {there.number} of {folder} already ({there.folder})."
+        if same
+        else f"The recording {entry.session} is drop {there.number} of {folder} already ({there.folder}), in "
+        "another copy.",
+        meaning="One drop counts once; nothing was added.",
+        next_step=f'To write something about it: tfsat-host campaign note {place} "…"'
+        if same
+        else f"If this copy is to stand for it: tfsat-host campaign void {place} "
+        '"another copy follows", then add this one again.',
+    )
+    error.drop = there
+    raise error
 
 
 def _write(folder: Path, before: Contents, drops: Sequence[DropEntry], at: datetime) -> None:

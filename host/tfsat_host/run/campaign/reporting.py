@@ -13,11 +13,9 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.report.document import Table
 from tfsat_host.run import evaluated
-from tfsat_host.run.campaign.campaign import changes_in, read
-from tfsat_host.run.campaign.drops import DropEntry
+from tfsat_host.run.campaign.campaign import DropEntry, changes_in, read
 from tfsat_host.run.evaluated import DroppedRobot, EvaluatedRun, dropped_robot
-from tfsat_host.run.files import EMULATED
-from tfsat_host.run.options import EvaluationOptions
+from tfsat_host.run.files import EMULATED, EvaluationOptions
 from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, lacking, reported, together
 from tfsat_host.run.several import Comparison
 

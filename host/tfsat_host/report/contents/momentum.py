@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.evaluation import Evaluation
@@ -14,15 +13,12 @@ from tfsat_host.evaluation.model_fit.momentum import (
     inertial_momentum,
 )
 from tfsat_host.evaluation.spectra import compare_spectra
-from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, padded
-from tfsat_host.report.contents.charts.spectrum import spectrum_chart
-from tfsat_host.report.contents.charts.words import WORDS
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.report.contents.chart import AXES, Chart, Kind, Side, lines_of, padded, spectrum_chart
 
 PER_KG_M2_S = 1e3
 """Of one kg m²/s, which is one N m s."""
 UNIT = "mN m s"
+_NAMES = [f"h{axis}" for axis in AXES]
 
 
 def bodies_of(found: Evaluation) -> tuple[tuple[Kind, Multibody], ...]:
@@ -36,15 +32,15 @@ def momentum_chart(found: Evaluation) -> Chart:
     """As it is, every sample."""
     flown = found.explained.driven.flown
     rows = found.motion.t_s >= flown.t_s[0]
-    lines = []
-    for kind, body in bodies_of(found):
-        momentum = padded(rows, PER_KG_M2_S * inertial_momentum(body, flown))
-        lines += [_line(axis, kind, momentum[:, axis]) for axis in range(3)]
+    sides: list[Side] = [
+        (kind, padded(rows, PER_KG_M2_S * inertial_momentum(body, flown)), None)
+        for kind, body in bodies_of(found)
+    ]
     return Chart(
         "momentum_raw",
         "Angular momentum, every sample",
         f"momentum ({UNIT})",
-        tuple(lines),
+        tuple(lines_of(_NAMES, sides, by_side=True)),
         "What the moving average is made of: the gyros' noise, and what they show while joints speed up.",
     )
 
@@ -52,18 +48,17 @@ def momentum_chart(found: Evaluation) -> Chart:
 def averaged_momentum_chart(found: Evaluation) -> Chart:
     """By the paper's moving average."""
     averages = dict(averages_of(found))
-    lines = []
-    for kind, average in averages.items():
-        rows = np.isin(found.motion.t_s, average.t_s)
-        momentum = padded(rows, PER_KG_M2_S * average.values)
-        lines += [_line(axis, kind, momentum[:, axis]) for axis in range(3)]
+    sides: list[Side] = [
+        (kind, padded(np.isin(found.motion.t_s, average.t_s), PER_KG_M2_S * average.values), None)
+        for kind, average in averages.items()
+    ]
     cutoff = averages["before"].cutoff_hz
     strayed = [1e6 * float(average.strayed.mean()) for average in averages.values()]
     return Chart(
         "momentum",
         "Angular momentum of all bodies",
         f"momentum ({UNIT})",
-        tuple(lines),
+        tuple(lines_of(_NAMES, sides, by_side=True)),
         f"In inertial axes, moving average over {PAPER_SIZE} samples (cutoff {cutoff:.1f} Hz). From its first value it "
         f"strays by {strayed[0]:.3g} µN m s on average with the model as filed, by {strayed[1]:.3g} "
         "with the corrected one.",
@@ -86,9 +81,5 @@ def momentum_spectrum_chart(found: Evaluation) -> Chart:
         "Spectrum of the momentum",
         UNIT,
         compare_spectra(flown.t_s, before, after),
-        [f"h{axis}" for axis in AXES],
+        _NAMES,
     )
-
-
-def _line(axis: int, kind: Kind, values: FloatArray) -> Line:
-    return Line(f"h{AXES[axis]} {WORDS[kind]}", values, axis, kind)

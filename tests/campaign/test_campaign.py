@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import re
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +13,7 @@ import numpy as np
 import pytest
 
 from tests.bundle.commands import command, result
-from tests.evaluation.commanded import evaluate
-from tests.evaluation.run_folder import CERTIFICATE, change_headers, run_folder
-from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
+from tests.evaluation.run_folder import CERTIFICATE
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.log_layout import DATA_BLOCK_DTYPE
 
@@ -206,24 +201,12 @@ def test_what_is_no_campaign_is_refused(camp: Path) -> None:
 
 
 def test_two_terminals_at_once_lose_no_drop(camp: Path) -> None:
+    add = [sys.executable, "-m", "tfsat_host", "campaign", "add", "camp"]
     programs = [
         subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                "tfsat_host",
-                "campaign",
-                "add",
-                "camp",
-                f"run{seed}",
-                "--note",
-                str(seed),
-            ],
-            env=os.environ,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
+            [*add, f"run{n}", "--note", str(n)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
         )
-        for seed in (1, 2, 3)
+        for n in (1, 2, 3)
     ]
     for program in programs:
         _, said = program.communicate()
@@ -235,73 +218,57 @@ def test_two_terminals_at_once_lose_no_drop(camp: Path) -> None:
     }
 
 
-def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
+def test_every_command_says_that_index_and_drops_are_damaged(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
-    command("campaign", "add", "camp", "run2", "--note", "the second")
-    said = result("campaign", "report", "camp")
-    assert said["report"] == "camp/report.html"
-    assert [drop["number"] for drop in said["drops"]] == [1, 2]
-    turned_deg = [drop["evaluation"]["reorientation_deg"] for drop in said["drops"]]
-    assert turned_deg == pytest.approx([25.7, 25.7], abs=0.3)
-    (compared,) = said["comparisons"]
-    assert (compared["robot"], compared["drops"]) == ("emulated", [1, 2]), "no robot fell"
-    assert (
-        len(compared["comparison"]["cross_validation"]) == 2 and compared["comparison"]["agreement"]["agree"]
-    )
-    page = (camp / "report.html").read_text()
-    assert '"name":"drop-0001 (emulated)"' in page and '"name":"drop-0002 (emulated)"' in page
-    words = command("campaign", "report", "camp").words
-    assert (
-        "the second" in words
-        and "Correction of the model, by all drops together" in words
-        and "camp/report.html" in words
-    )
+    command("campaign", "add", "camp", "run2")
+    (camp / "campaign.json").write_text("[1]")
+    (camp / "drop-0001" / "drop.json").write_text("[2]")
+    (camp / "drop-0002" / "drop.json").unlink()
+    for action, code in (("list", 3), ("next", 3), ("report", 1)):
+        err = " ".join(command("campaign", action, "camp", expect=code).err.split())
+        assert "campaign.json is damaged" in err
+        assert "drop-0001 is not in the index" in err and "drop-0002 is not in the index" in err
+    assert command("campaign", "next", "camp", expect=3).out == "3\n"
+
+
+@pytest.mark.parametrize(("damage", "words"), [(None, "is gone"), ("[2]", "cannot be read")])
+def test_a_drop_that_lost_its_own_entry_is_named_until_it_has_it_again(
+    camp: Path, damage: str | None, words: str
+) -> None:
+    command("campaign", "add", "camp", "run1")
+    own = camp / "drop-0001" / "drop.json"
+    own.unlink() if damage is None else own.write_text(damage)
+    for action in ("list", "next"):
+        assert words in command("campaign", action, "camp", expect=3).err
+    assert words in result("campaign", "report", "camp", expect=3)["findings"][0]
+    command("campaign", "note", "camp", "1", "found without its entry")
     assert result("campaign", "list", "camp")["findings"] == []
-    assert all(drop["changes"] == [] for drop in result("campaign", "list", "camp")["drops"])
-    (camp / "report.html").write_text("somebody's own")
-    assert "was not made by this command" in command("campaign", "report", "camp", expect=1).err
 
 
-def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
-    run_folder(Path("run4"), 4)
-    for seed in (1, 2):
-        fell(Path(f"run{seed}"))
-    for number, seed in enumerate((1, 3, 2, 4), 1):
-        said = command("campaign", "add", "camp", f"run{seed}")
-        assert ("EMULATED: no robot fell" in said.words) == (seed > 2), number
-    listed = result("campaign", "list", "camp")["drops"]
-    assert [drop["robot"] for drop in listed] == ["real", "emulated", "real", "emulated"]
-    told = result("campaign", "report", "camp")
-    assert [one["robot"] for one in told["comparisons"]] == ["real", "emulated"]
-    for one, numbers in zip(told["comparisons"], ((1, 3), (2, 4)), strict=True):
-        assert one["drops"] == list(numbers)
-        drops = [left["drop"] for left in one["comparison"]["cross_validation"]]
-        assert [f"drop-000{number}" in drop for number, drop in zip(numbers, drops, strict=True)] == [
-            True,
-            True,
-        ]
-    page = (camp / "report.html").read_text()
-    assert '"name":"drop-0001"' in page and '"name":"drop-0002 (emulated)"' in page
-    for title in (
-        "Correction of the model, by all drops together",
-        "Each drop by the corrections of the others",
+def test_an_entry_that_is_not_the_index_s_is_named(camp: Path) -> None:
+    command("campaign", "add", "camp", "run1")
+    own = camp / "drop-0001" / "drop.json"
+    own.write_text(own.read_text().replace('"emulated"', '"real"'))
+    assert "not as the index has this drop" in command("campaign", "list", "camp", expect=3).err
+
+
+@pytest.mark.parametrize(
+    "left", ["SD.bin", "DROP0001.BIN", "preflight.json", "record.json", ".tfsat-rehearsal"]
+)
+def test_a_run_is_no_campaign(camp: Path, left: str) -> None:
+    del camp
+    Path("place").mkdir()
+    (Path("place") / left).write_bytes(b"")
+    said = command("campaign", "init", "place", expect=1)
+    assert f"it holds {left}" in said.err and not Path("place/campaign.json").exists()
+
+
+def test_hints_can_be_typed_as_they_are(camp: Path) -> None:
+    camp.rename("camp ü $(x)")
+    command("campaign", "add", "camp ü $(x)", "run1")
+    for words in (
+        ("add", "camp ü $(x)", "run1"),
+        ("note", "camp ü $(x)", "7", "text"),
+        ("init", "camp ü $(x)"),
     ):
-        assert f"{title} (real robot)" in page and f"{title} (emulated robot)" in page
-    said = command("campaign", "report", "camp")
-    assert "The drops of the real robot together:" in said.words
-    assert "The drops of the emulated robot together:" in said.words
-    mixed = evaluate("run1", "run3")
-    assert mixed.code == 2 and "These drops are not of one robot." in mixed.err
-    assert re.search(r"all drops +drop 1 +drop 3 ", said.out) and re.search(
-        r"all drops +drop 2 +drop 4 ", said.out
-    )
-
-
-def fell(run: Path) -> None:
-    """The same as if a robot had recorded it."""
-    change_headers(run / "SD.bin", image_crc=0xC0FFEE)
-    certificate = run / CERTIFICATE
-    emulated = read_calibration(certificate)
-    real = replace(emulated, subject=replace(emulated.subject, emulated=False), drawn=())
-    (run / "calibration.toml").write_text(format_calibration(real), encoding="utf-8")
-    certificate.unlink()
+        assert "'camp ü $(x)'" in command("campaign", *words, expect=1).err

@@ -1,0 +1,150 @@
+"""Attitudes of body 1 over the fall, measured and by either model, in common inertial axes; and their charts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.angles import wrapped
+from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.model_fit.prediction import BODY_1, AttitudeError, Sides
+from tfsat_host.evaluation.spectra import compare_spectra
+from tfsat_host.report.contents.chart import (
+    AXES,
+    NORM,
+    WORDS,
+    Chart,
+    FloatArray,
+    Kind,
+    Line,
+    Side,
+    lines_of,
+    padded,
+    spectrum_chart,
+)
+
+ZYX = (2, 1, 0)
+"""Which axis each of the z-y-x Euler angles turns about."""
+
+
+@dataclass(frozen=True, eq=False)
+class EulerAngles:
+    """Of body 1 at k samples from the release on; its inertial axes are its own at the first of them.
+
+    Attributes:
+        t_s: (k,) after the release.
+        measured_rad: (k, 3) z-y-x, continuous.
+        std_rad: (k, 3).
+        before_rad, after_rad: (k, 3) by the model as its file has it and corrected, both started from the measured
+            attitude when the release has settled; NaN until then.
+    """
+
+    t_s: FloatArray
+    measured_rad: FloatArray
+    std_rad: FloatArray
+    before_rad: FloatArray
+    after_rad: FloatArray
+
+
+def euler_angles(found: Evaluation) -> EulerAngles:
+    """Of body 1."""
+    moved = found.motion.bodies[BODY_1]
+    measured = moved.attitude.as_matrix()
+    driven = settled(found)
+    start = measured[driven][0]
+    carried = found.explained.driven.rotation[:, BODY_1]
+
+    def by_model(sides: Sides) -> FloatArray:
+        base = sides.prediction.attitude @ carried
+        turned = start @ (base[0].T @ base)
+        return padded(driven, continuous(euler_zyx_rad(turned)))
+
+    covariance = np.stack([moved.covariance(index) for index in range(len(moved.t_s))])
+    by_turn = euler_zyx_by_turn(measured)
+    spread = by_turn @ covariance @ by_turn.swapaxes(1, 2)
+    std = np.sqrt(np.maximum(np.diagonal(spread, axis1=1, axis2=2), 0.0))
+    angles = continuous(euler_zyx_rad(measured))
+    return EulerAngles(
+        moved.t_s, angles, std, by_model(found.explained.before), by_model(found.explained.after)
+    )
+
+
+def settled(found: Evaluation) -> NDArray[np.bool_]:
+    """(k,) those samples from the release on that the models were driven with."""
+    fall = found.motion.t_s[found.motion.samples.fall]
+    return np.asarray(fall >= found.explained.driven.flown.t_s[0])
+
+
+def continuous(angles_rad: FloatArray) -> FloatArray:
+    """(k, ...) without jumps by a turn."""
+    return np.asarray(np.unwrap(angles_rad, axis=0))
+
+
+def euler_chart(found: Evaluation) -> Chart:
+    """z-y-x Euler angles over the drop's times."""
+    angles, fall = euler_angles(found), found.motion.samples.fall
+    sides: list[Side] = [
+        ("measured", np.rad2deg(padded(fall, angles.measured_rad)), np.rad2deg(padded(fall, angles.std_rad))),
+        ("before", np.rad2deg(padded(fall, angles.before_rad)), None),
+        ("after", np.rad2deg(padded(fall, angles.after_rad)), None),
+    ]
+    return Chart(
+        "euler",
+        "Attitude of body 1",
+        "z-y-x Euler angle (deg)",
+        tuple(lines_of([f"φ{AXES[axis]}" for axis in ZYX], sides, ZYX)),
+        "Since the release. The models are driven by the measured joint angles and begin where the measured attitude "
+        "is when the release has settled. The error below compares what the gyros show late with a model made as late: "
+        f"these curves differ from it by up to {_beside_error_deg(found, angles):.2g} deg while joints move and by "
+        f"{_beside_error_deg(found, angles, last=True):.2g} deg at the end. Band: one standard deviation.",
+    )
+
+
+def _beside_error_deg(found: Evaluation, angles: EulerAngles, *, last: bool = False) -> float:
+    """How far measured less predicted curves are from the attitude error: at most, or at the end."""
+    driven = np.isfinite(angles.before_rad[:, 0])
+    apart = (angles.measured_rad - angles.before_rad)[driven] - found.explained.before.error.euler_zyx_rad
+    size = np.rad2deg(np.abs(wrapped(apart)))
+    return float(size[-1].max() if last else size.max())
+
+
+def attitude_error_chart(found: Evaluation) -> Chart:
+    """Measured less predicted Euler angles, and their norm."""
+    rows = found.motion.t_s >= found.explained.driven.flown.t_s[0]
+    errors: dict[Kind, AttitudeError] = {
+        "before": found.explained.before.error,
+        "after": found.explained.after.error,
+    }
+    sides: list[Side] = [
+        (kind, padded(rows, np.rad2deg(error.euler_zyx_rad)), padded(rows, np.rad2deg(error.std_rad)))
+        for kind, error in errors.items()
+    ]
+    lines = lines_of([f"δφ{AXES[axis]}" for axis in ZYX], sides, ZYX)
+    lines += [
+        Line(f"norm {WORDS[kind]}", np.linalg.norm(values, axis=1), NORM, kind) for kind, values, _ in sides
+    ]
+    return Chart(
+        "attitude_error",
+        "Attitude error of the model",
+        "measured − predicted (deg)",
+        tuple(lines),
+        "z-y-x Euler angles of body 1, both sides as the gyros see them. Band: one standard deviation of all that the "
+        "sensors may be off.",
+    )
+
+
+def attitude_spectrum_chart(found: Evaluation) -> Chart:
+    """Of measured less predicted Euler angles."""
+    sides = found.explained.before.error, found.explained.after.error
+    before, after = (np.rad2deg(error.euler_zyx_rad) for error in sides)
+    return spectrum_chart(
+        "attitude_spectrum",
+        "Spectrum of the attitude error",
+        "deg",
+        compare_spectra(sides[0].t_s, before, after, window="Hann"),
+        [f"δφ{AXES[axis]}" for axis in ZYX],
+        ZYX,
+    )

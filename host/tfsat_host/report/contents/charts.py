@@ -1,0 +1,225 @@
+"""All charts of a drop, in the order in which one reads them: rates, joints, what the sensors show of each other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfsat_host.calibration.apply import apply_calibration
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.model_fit.momentum import unexplained
+from tfsat_host.evaluation.model_fit.prediction import BODY_1
+from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
+from tfsat_host.report.contents.attitude import attitude_error_chart, attitude_spectrum_chart, euler_chart
+from tfsat_host.report.contents.chart import (
+    AXES,
+    Chart,
+    FloatArray,
+    Line,
+    Side,
+    lines_of,
+    padded,
+    spectrum_chart,
+)
+from tfsat_host.report.contents.momentum import (
+    averaged_momentum_chart,
+    momentum_chart,
+    momentum_spectrum_chart,
+)
+from tfsat_host.sdlog.droplog import rows_of
+from tfsat_host.units import STANDARD_GRAVITY_M_S2, s_from_us
+
+AVERAGED = 9
+"""Samples: neighbours' noise hides what a wrong mounting does."""
+SHOWN_HZ = 5.0
+_FLOOR = 1e-6
+_NAMES = [f"ω{axis}" for axis in AXES]
+
+
+def charts_of(found: Evaluation) -> dict[str, Chart]:
+    """By id."""
+    drawn = (
+        euler_chart(found),
+        rate_chart(found),
+        joint_chart(found),
+        averaged_momentum_chart(found),
+        attitude_error_chart(found),
+        momentum_spectrum_chart(found),
+        rate_spectrum_chart(found),
+        attitude_spectrum_chart(found),
+        momentum_chart(found),
+        unexplained_chart(found),
+        gyro_residual_chart(found),
+        force_chart(found),
+        window_chart(found),
+    )
+    return {chart.id: chart for chart in drawn}
+
+
+def rate_chart(found: Evaluation) -> Chart:
+    """Of body 1, by its own gyro."""
+    moved, fall = found.motion.bodies[BODY_1], found.motion.samples.fall
+    rates = np.rad2deg(padded(fall, moved.rate_rad_s))
+    lag = found.motion.lag
+    how = "measured against the angle sensors" if lag.measured else "by the data sheet"
+    return Chart(
+        "rates",
+        "Angular velocity of body 1",
+        "rate (deg/s)",
+        tuple(Line(name, rates[:, axis], axis, "measured") for axis, name in enumerate(_NAMES)),
+        f"Body axes. The gyros' delay of {1e3 * lag.delay_s:.2f} ± {1e3 * lag.delay_std_s:.2f} ms, {how}, is taken "
+        "off.",
+    )
+
+
+def rate_spectrum_chart(found: Evaluation) -> Chart:
+    """Of measured less predicted rate of body 1."""
+    sides = found.explained.before.error, found.explained.after.error
+    before, after = (np.rad2deg(error.rate_rad_s) for error in sides)
+    return spectrum_chart(
+        "rate_spectrum",
+        "Spectrum of the rate error of body 1",
+        "deg/s",
+        compare_spectra(sides[0].t_s, before, after),
+        [f"δ{name}" for name in _NAMES],
+    )
+
+
+def unexplained_chart(found: Evaluation) -> Chart:
+    """What constant momentum does not explain of the base's rate."""
+    explained, flown = found.explained, found.explained.driven.flown
+    rows = found.motion.t_s >= flown.t_s[0]
+    before = unexplained(explained.driven.offsets.body, flown, explained.before.prediction.momentum_kg_m2_s)
+    values = (before, explained.fit.left_over_rad_s)
+    filed, corrected = (np.rad2deg(padded(rows, rates)) for rates in values)
+    sides: list[Side] = [("before", filed, None), ("after", corrected, None)]
+    return Chart(
+        "unexplained",
+        f"Rate of {found.model.body_names[found.model.base]} that nothing explains",
+        "rate (deg/s)",
+        tuple(lines_of(_NAMES, sides, by_side=True)),
+        "Measured rate less the one that keeps the momentum constant; with the corrected model also less what the "
+        f"fit holds for errors of the sensors. What is left varies {explained.fit.excess:.2g} times as much as their "
+        "noise.",
+    )
+
+
+def joint_chart(found: Evaluation) -> Chart:
+    """Of all joints over the drop's times."""
+    lines = [
+        Line(
+            f"joint {joint.joint}",
+            np.rad2deg(joint.angle_rad),
+            joint.joint - 1,
+            "measured",
+            np.rad2deg(joint.std_rad()),
+        )
+        for joint in found.motion.joints
+    ]
+    commanded = commanded_rad(found)
+    if commanded is not None:
+        lines += [
+            Line(f"joint {index + 1} commanded", np.rad2deg(angle), index, "commanded")
+            for index, angle in enumerate(commanded.T)
+        ]
+    return Chart(
+        "joints",
+        "Joint angles",
+        "angle (deg)",
+        tuple(lines),
+        "From the angle sensors and the gyros on either side of each joint. Commanded: at the average speed that the "
+        "schedule counts with. Band: one standard deviation.",
+    )
+
+
+def commanded_rad(found: Evaluation) -> FloatArray | None:
+    """(n, joints) at the samples' times; None if nobody said what was commanded."""
+    if found.schedule is None:
+        return None
+    t_s = found.motion.t_s
+    angles = np.tile([servo.start_rad for servo in found.model.servos], (len(t_s), 1))
+    for timed, flown in zip(found.schedule.strokes, found.strokes, strict=True):
+        begin = flown.logged_s if np.isfinite(flown.logged_s) else timed.t_s
+        took = max(s_from_us(timed.end_us - timed.t_us), 1e-6)
+        share = np.clip((t_s - begin) / took, 0.0, 1.0)
+        angles[:, timed.joint - 1] += np.deg2rad(timed.angle_deg) * share
+    return np.asarray(angles)
+
+
+def gyro_residual_chart(found: Evaluation) -> Chart:
+    """What each gyro shows beside the motion that all of them tell."""
+    left = np.rad2deg(found.motion.fused.left_over_rad_s)
+    left = np.where(found.motion.samples.fall[:, None, None], left, np.nan)
+    averaged = np.stack([_averaged(body) for body in left.swapaxes(0, 1)], axis=1)
+    return Chart(
+        "gyro_residuals",
+        "What adjacent gyros disagree about",
+        "rate, norm (deg/s)",
+        _norms(averaged),
+        f"Of each gyro, beside the one motion that fits all of them best; averaged over {AVERAGED} samples. A wrong "
+        "mounting or scale shows while joints move, a wrong bias always.",
+    )
+
+
+def force_chart(found: Evaluation) -> Chart:
+    """What the accelerometers feel beyond their zero-g output."""
+    return Chart(
+        "forces",
+        "Micro-gravity",
+        "specific force, norm (g)",
+        _norms(specific_force_g(found)),
+        "Less what each accelerometer shows between release and first stroke, which is its zero-g output. 1 g before "
+        "the release; strokes shake the sensors, which sit off the center of mass.",
+        log_y=True,
+    )
+
+
+def specific_force_g(found: Evaluation) -> FloatArray:
+    """(n, 4, 3) at the motion's samples, body axes, less the zero-g output; NaN where that or the sample is missing."""
+    log, t_s = found.log, found.motion.t_s
+    first, last = np.searchsorted(log.t_s, [t_s[0], t_s[-1]])
+    part = rows_of(log, slice(int(first), int(last) + 1))
+    calibrated = apply_calibration(Counts.from_log(part), found.calibration, found.model)
+    rows = np.searchsorted(part.t_s, t_s)
+    forces = calibrated.specific_force_m_s2[rows] / STANDARD_GRAVITY_M_S2
+    zero = np.full(forces.shape[1:], np.nan)
+    quiet = found.micro_gravity.windows[0]
+    for body in quiet.bodies:
+        zero[body.body - 1] = body.residual_g
+    return np.asarray(forces - zero)
+
+
+def _norms(vectors: FloatArray) -> tuple[Line, ...]:
+    """Of (n, bodies, 3), a line for each body."""
+    norms = np.linalg.norm(vectors, axis=2)
+    return tuple(Line(f"body {body + 1}", norm, body, "measured") for body, norm in enumerate(norms.T))
+
+
+def _averaged(values: FloatArray) -> FloatArray:
+    """(n, 3) moving average; NaN where a sample of it is missing, as at both ends."""
+    weights, half = np.full(AVERAGED, 1.0 / AVERAGED), AVERAGED // 2
+    averaged = np.full(values.shape, np.nan)
+    if len(values) >= AVERAGED:
+        inner = [np.convolve(column, weights, mode="valid") for column in values.T]
+        averaged[half : len(values) - half] = np.column_stack(inner)
+    return averaged
+
+
+def window_chart(found: Evaluation) -> Chart:
+    """What the spectra show of a pure sine."""
+    t_s = found.explained.driven.flown.t_s
+    shares = {window: leakage(t_s, window, SHOWN_HZ) for window in WINDOWS}
+    lines = [
+        Line(f"{window} window", np.maximum(share, _FLOOR), 3 if window == "Hann" else 0, "measured")
+        for window, (_, share) in shares.items()
+    ]
+    return Chart(
+        "window",
+        "What the spectra's windows leak",
+        "share of the amplitude",
+        tuple(lines),
+        "What a spectrum of these samples shows of one sine, by the distance from its frequency.",
+        x=shares["rectangular"][0],
+        x_label="distance in frequency (Hz)",
+        log_y=True,
+    )

@@ -1,1 +1,0 @@
-"""The charts of one drop: the paper's figures, and what they rest on."""

@@ -1,0 +1,312 @@
+"""Figures for a paper, in the arrangement of the drop test's own, as files: the same bytes for the same drop.
+
+Needs matplotlib, the extra `figures`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.report import figure_style as style
+from tfsat_host.report.contents.chart import AXES, NORM, Chart, FloatArray, Kind, Line
+from tfsat_host.report.contents.charts import charts_of
+from tfsat_host.report.contents.events import events_of
+from tfsat_host.report.document import Event
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+MODULE = "matplotlib"
+FORMATS = ("pdf", "png")
+MARKER = b"made by tfsat-host report"
+"""Stands in every file: how the command knows its own."""
+_SHOWN_FROM_S = 0.0
+_ANGLES = [f"$\\varphi_{axis}$" for axis in AXES]
+_ANGLE_ERRORS = [f"$\\delta\\varphi_{axis}$" for axis in AXES]
+_RATES = [f"$\\omega_{axis}$" for axis in AXES]
+_RATE_ERRORS = [f"$\\delta\\omega_{axis}$" for axis in AXES]
+_MOMENTA = [f"$h_{axis}$" for axis in AXES]
+_JOINTS = ["joint 1", "joint 2", "joint 3"]
+_LETTERS = "abcd"
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """What figures are made of.
+
+    Attributes:
+        charts: By id, see `charts_of`.
+        events: Strokes are shaded.
+        t_s: (n,) of the charts over time.
+        window_s: What of it is shown.
+    """
+
+    charts: Mapping[str, Chart]
+    events: Sequence[Event]
+    t_s: FloatArray
+    window_s: tuple[float, float]
+
+
+def motion_figure(drawn: Drawn) -> Figure:
+    """Attitude, rates, joint angles, momentum of the model as filed (the paper's fig. euler_omg)."""
+    figure, panels = _panels(2, 2, style.PAGE_MM, 112.0)
+    euler, rates, joints = (drawn.charts[name] for name in ("euler", "rates", "joints"))
+    _time_panel(panels[0], drawn, euler, _ANGLES, ("measured", "before", "after"))
+    _time_panel(panels[1], drawn, rates, _RATES, ("measured",))
+    _time_panel(panels[2], drawn, joints, _JOINTS, ("measured", "commanded"))
+    _momentum_panel(panels[3], drawn, "before")
+    return figure
+
+
+def momentum_figure(drawn: Drawn) -> Figure:
+    """Momentum above its spectrum, before and after the correction (fig. amfft)."""
+    figure, panels = _panels(2, 2, style.PAGE_MM, 112.0)
+    sides: tuple[Kind, Kind] = ("before", "after")
+    for column, kind in enumerate(sides):
+        _momentum_panel(panels[column], drawn, kind)
+        panels[column].set_title(f"({_LETTERS[column]}) model {kind} correction", loc="left")
+        _spectrum_panel(
+            panels[2 + column],
+            drawn.charts["momentum_spectrum"],
+            _MOMENTA,
+            (kind,),
+            {kind: style.SPECTRA["after"]},
+        )
+    for row in (0, 2):
+        # The same scale on both sides: that is what the figure compares.
+        low, high = zip(*(panel.get_ylim() for panel in panels[row : row + 2]), strict=True)
+        for panel in panels[row : row + 2]:
+            panel.set_ylim(min(low), max(high))
+    return figure
+
+
+def rate_error_figure(drawn: Drawn) -> Figure:
+    """Spectrum of the rate error before and after the correction (fig. omgfft)."""
+    figure, panels = _panels(1, 1, style.COLUMN_MM, 66.0)
+    _spectrum_panel(
+        panels[0], drawn.charts["rate_spectrum"], _RATE_ERRORS, ("before", "after"), style.SPECTRA
+    )
+    return figure
+
+
+def attitude_error_figure(drawn: Drawn) -> Figure:
+    """Euler angles' error over time, before and after the correction (fig. deuler)."""
+    figure, panels = _panels(1, 1, style.COLUMN_MM, 66.0)
+    chart = drawn.charts["attitude_error"]
+    lines = [line for line in chart.lines if line.component < len(AXES)]
+    styles: dict[Kind, style.LineStyle] = {"before": style.OVER_TIME["before"], "after": style.PLAIN}
+    draw_lines(panels[0], drawn.t_s, lines, styles)
+    over_time(panels[0], chart, drawn.events, drawn.window_s)
+    legend(panels[0], components_of(lines, _ANGLE_ERRORS), styles)
+    return figure
+
+
+FIGURES: dict[str, Callable[[Drawn], Figure]] = {
+    "motion": motion_figure,
+    "momentum": momentum_figure,
+    "rate-error": rate_error_figure,
+    "attitude-error": attitude_error_figure,
+}
+"""By the name of their files."""
+
+
+def _panels(rows: int, columns: int, width_mm: float, height_mm: float) -> tuple[Figure, list[Axes]]:
+    """Panels row by row, lettered if there are several."""
+    from matplotlib.figure import Figure
+
+    size = (style.inches(width_mm), style.inches(height_mm))
+    figure = Figure(figsize=size, layout="constrained")
+    panels = list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
+    if len(panels) > 1:
+        for letter, panel in zip(_LETTERS, panels, strict=False):
+            panel.set_title(f"({letter})", loc="left")
+    return figure, panels
+
+
+def _time_panel(
+    axes: Axes, drawn: Drawn, chart: Chart, names: Sequence[str], kinds: tuple[Kind, ...]
+) -> None:
+    lines = chart.of_kind(*kinds)
+    styles = {kind: style.OVER_TIME[kind] for kind in kinds if chart.of_kind(kind)}
+    draw_lines(axes, drawn.t_s, lines, styles)
+    over_time(axes, chart, drawn.events, drawn.window_s)
+    legend(axes, components_of(lines, names), styles)
+
+
+def _momentum_panel(axes: Axes, drawn: Drawn, kind: Kind) -> None:
+    chart = drawn.charts["momentum"]
+    lines = chart.of_kind(kind)
+    draw_raw(axes, drawn.t_s, drawn.charts["momentum_raw"].of_kind(kind))
+    draw_lines(axes, drawn.t_s, lines, {kind: style.PLAIN})
+    over_time(axes, chart, drawn.events, drawn.window_s)
+    legend(
+        axes,
+        components_of(lines, _MOMENTA),
+        {kind: style.PLAIN},
+        {"averaged": style.PLAIN, "samples": style.RAW},
+    )
+
+
+def _spectrum_panel(
+    axes: Axes,
+    chart: Chart,
+    names: Sequence[str],
+    kinds: tuple[Kind, ...],
+    styles: Mapping[Kind, style.LineStyle],
+) -> None:
+    lines = chart.of_kind(*kinds)
+    if chart.x is not None:
+        draw_lines(axes, chart.x, lines, styles)
+    over_frequency(axes, chart)
+    legend(axes, components_of(lines, names), styles)
+
+
+class MissingMatplotlibError(TfsatError):
+    """Figures were asked for and matplotlib is not installed (exit code 1)."""
+
+
+def check_matplotlib() -> None:
+    """Does nothing if figures can be drawn.
+
+    Raises:
+        MissingMatplotlibError: they cannot.
+    """
+    from importlib.util import find_spec
+
+    if find_spec(MODULE) is None:
+        raise MissingMatplotlibError(
+            what="--figures needs matplotlib, which is not installed.",
+            meaning="Nothing was drawn or written.",
+            next_step="In tfsat's folder: python -m pip install '.[figures]'; or leave --figures out.",
+        )
+
+
+def drawn_of(found: Evaluation) -> Drawn:
+    """What the figures of a drop are made of."""
+    return Drawn(
+        charts_of(found), events_of(found), found.motion.t_s, (_SHOWN_FROM_S, found.motion.samples.until_s)
+    )
+
+
+def write_figure(name: str, drawn: Drawn, file_format: str, path: Path) -> None:
+    """One of `FIGURES` in one of `FORMATS`."""
+    import matplotlib as mpl
+
+    # Whatever matplotlibrc a computer has: the figures look the same.
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(style.RC)
+        figure = FIGURES[name](drawn)
+        _save(figure, file_format, path)
+
+
+def _save(figure: Figure, file_format: str, path: Path) -> None:
+    text = MARKER.decode()
+    # Without dates, and without the library's version, which changes nothing that one sees.
+    metadata = (
+        {"Creator": text, "Producer": None, "CreationDate": None}
+        if file_format == "pdf"
+        else {"Software": text}
+    )
+    figure.savefig(path, format=file_format, dpi=style.PNG_DPI, metadata=metadata)
+
+
+def draw_lines(
+    axes: Axes,
+    x: FloatArray,
+    lines: Sequence[Line],
+    styles: Mapping[Kind, style.LineStyle],
+    banded: Collection[Kind] = ("measured", "after"),
+) -> None:
+    """Lines, and standard deviations of some kinds as bands behind them: of all they would hide each other."""
+    for line in lines:
+        color, drawn = style.COLORS[line.component], styles[line.kind]
+        axes.plot(x, line.values, color=color, ls=drawn.dashes, lw=drawn.width, alpha=drawn.alpha)
+        if line.kind in banded and line.std is not None:
+            axes.fill_between(
+                x, line.values - line.std, line.values + line.std, color=color, alpha=style.STD_ALPHA, lw=0.0
+            )
+
+
+def draw_raw(axes: Axes, x: FloatArray, lines: Sequence[Line]) -> None:
+    """Every sample, thin, behind what is made of it."""
+    for line in lines:
+        color = style.COLORS[line.component]
+        axes.plot(x, line.values, color=color, lw=style.RAW.width, alpha=style.RAW.alpha, zorder=1.5)
+
+
+def over_time(axes: Axes, chart: Chart, events: Sequence[Event], window_s: tuple[float, float]) -> None:
+    """The axis of time, with the strokes shaded."""
+    for event in events:
+        if event["kind"] == "stroke" and event["until_s"] is not None:
+            axes.axvspan(
+                event["t_s"],
+                event["until_s"],
+                color=style.STROKE_COLOR,
+                alpha=style.STROKE_ALPHA,
+                lw=0.0,
+                zorder=0.5,
+            )
+    axes.set_xlim(*window_s)
+    axes.set_xlabel(chart.x_label)
+    axes.set_ylabel(chart.y_label)
+
+
+def over_frequency(axes: Axes, chart: Chart) -> None:
+    """Logarithmic axes, and the band below the cutoff shaded."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    if chart.x is not None:
+        axes.set_xlim(float(chart.x[0]), float(chart.x[-1]))
+    if chart.band is not None:
+        axes.axvspan(*chart.band, color=style.BAND_COLOR, alpha=style.BAND_ALPHA, lw=0.0, zorder=0.5)
+    axes.set_xlabel(chart.x_label)
+    axes.set_ylabel(chart.y_label)
+
+
+def legend(
+    axes: Axes,
+    names: Mapping[int, str],
+    kinds: Mapping[Kind, style.LineStyle],
+    others: Mapping[str, style.LineStyle] | None = None,
+) -> None:
+    """Above the panel, where it hides nothing: colors by component, styles by kind; a single kind needs no word.
+
+    Args:
+        axes: The panel.
+        names: Of the components.
+        kinds: Styles of the kinds.
+        others: Further styles, such as thick and thin, by their words.
+    """
+    handles = [_handle(style.COLORS[component], style.PLAIN, name) for component, name in names.items()]
+    if len(kinds) > 1:
+        handles += [_handle("#555555", drawn, kind) for kind, drawn in kinds.items()]
+    handles += [_handle("#555555", drawn, words) for words, drawn in (others or {}).items()]
+    axes.legend(
+        handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1
+    )
+
+
+def components_of(lines: Sequence[Line], names: Sequence[str]) -> dict[int, str]:
+    """Those that occur, by name; the norm is the fourth."""
+    there = {line.component for line in lines}
+    return {
+        component: "norm" if component == NORM else names[component]
+        for component in range(4)
+        if component in there
+    }
+
+
+def _handle(color: str, drawn: style.LineStyle, label: str) -> Line2D:
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=color, ls=drawn.dashes, lw=drawn.width, alpha=drawn.alpha, label=label)

@@ -1,1 +1,0 @@
-"""Figures for a paper, in the arrangement of the drop test's own. Needs matplotlib, the extra `figures`."""

@@ -1,0 +1,192 @@
+"""The evaluated drop for Foxglove, PlotJuggler and Rerun: the recording and what it was found to say, as MCAP."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tfsat_host.evaluation.body_frames import WORLD, frame_name
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
+from tfsat_host.report.contents.attitude import euler_angles
+from tfsat_host.report.contents.chart import FloatArray
+from tfsat_host.report.contents.events import events_of
+from tfsat_host.report.contents.momentum import PER_KG_M2_S, averages_of, bodies_of
+from tfsat_host.report.contents.replay import body_poses, boxes_of
+from tfsat_host.report.contents.reported import Reported
+from tfsat_host.sdlog.export_mcap import BodyFrames, Channel, Fields, Messages, Stamp, classes_of, write_mcap
+
+MARKER = b"made by tfsat-host report"
+"""Stands in the file's first record: how the command knows its own."""
+NOTE = "Bodies and joints are as they were evaluated; positions are about the center of mass, which falls freely."
+FILED, CORRECTED = "model_filed", "model_corrected"
+MODELS = {"before": FILED, "after": CORRECTED}
+"""The topics of the model as its file has it, and of the corrected one."""
+BODY_COLORS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 0.47, 0.65))
+"""Okabe and Ito's, as on the page."""
+_GHOST_ALPHA = 0.25
+
+_TIMESTAMP = ".google.protobuf.Timestamp"
+_VECTOR = ".foxglove.Vector3"
+_ANGLES = (("z_deg", "double"), ("y_deg", "double"), ("x_deg", "double"))
+_MESSAGES: dict[str, Fields] = {
+    "EulerAngles": (
+        ("timestamp", _TIMESTAMP),
+        *_ANGLES,
+        *((f"{name}_std", kind) for name, kind in _ANGLES),
+    ),
+    "ModelAngles": (("timestamp", _TIMESTAMP), *_ANGLES),
+    "BodyRate": (("timestamp", _TIMESTAMP), ("rate_deg_s", _VECTOR)),
+    "EvaluatedJoint": (
+        ("timestamp", _TIMESTAMP),
+        ("angle_deg", "double"),
+        ("angle_deg_std", "double"),
+        ("rate_deg_s", "double"),
+    ),
+    "Momentum": (("timestamp", _TIMESTAMP), ("momentum_g_m2_s", _VECTOR)),
+}
+"""Fields are numbered in this order: append, never insert, so that older files keep their meaning."""
+_POSE = (*(("translation", axis) for axis in "xyz"), *(("rotation", axis) for axis in "xyzw"))
+
+
+def write_evaluated_mcap(drop: Reported, path: Path) -> None:
+    """The recording as `decode` writes it, its quick look replaced by the evaluation.
+
+    Raises:
+        MissingExtraError: the extra `mcap` is not installed.
+    """
+
+    def channels(stamp: Stamp) -> list[Channel]:
+        return [*_evaluated(drop.evaluation, stamp), _scene(drop.evaluation, stamp), _words(drop, stamp)]
+
+    write_mcap(drop.evaluation.log, path, BodyFrames((), (), (NOTE,)), channels, MARKER)
+
+
+def _evaluated(found: Evaluation, stamp: Stamp) -> Iterator[Channel]:
+    """Frames, attitudes, rates, joints, momenta and errors over time."""
+    from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+
+    classes, motion, explained = (
+        classes_of("tfsat/evaluation.proto", _MESSAGES),
+        found.motion,
+        found.explained,
+    )
+
+    def topic(name: str, kind: str, t_s: FloatArray, rows: FloatArray) -> Channel:
+        return _channel(found, stamp, name, classes[kind](), _places(kind), t_s, rows)
+
+    moved, angles, flown = body_poses(found), euler_angles(found), explained.driven.flown
+    for place, prefix, poses in (("evaluated", "", moved.measured), (FILED, f"{FILED}/", moved.predicted)):
+        for body, frame in enumerate(map(frame_name, found.model.body_names)):
+            message = FrameTransform(parent_frame_id=WORLD, child_frame_id=f"{prefix}{frame}")
+            yield _channel(found, stamp, f"/{place}/tf/{frame}", message, _POSE, moved.t_s, poses[:, body])
+    measured = np.rad2deg(np.hstack([angles.measured_rad, angles.std_rad]))
+    yield topic("/evaluated/body_1/euler", "EulerAngles", angles.t_s, measured)
+    for place, values in ((FILED, angles.before_rad), (CORRECTED, angles.after_rad)):
+        yield topic(f"/{place}/body_1/euler", "ModelAngles", angles.t_s, np.rad2deg(values))
+    for number, turned in enumerate(motion.bodies, 1):
+        yield topic(f"/evaluated/body_{number}/rate", "BodyRate", turned.t_s, np.rad2deg(turned.rate_rad_s))
+    for joint in motion.joints:
+        rate = motion.fused.joint_rate_rad_s[:, joint.joint - 1]
+        rows = np.rad2deg(np.column_stack([joint.angle_rad, joint.std_rad(), rate]))
+        yield topic(f"/evaluated/joint_{joint.joint}", "EvaluatedJoint", motion.t_s, rows)
+    for kind, model in bodies_of(found):
+        momentum = PER_KG_M2_S * inertial_momentum(model, flown)
+        yield topic(f"/{MODELS[kind]}/momentum", "Momentum", flown.t_s, momentum)
+    for kind, one in averages_of(found):
+        yield topic(f"/{MODELS[kind]}/momentum_averaged", "Momentum", one.t_s, PER_KG_M2_S * one.values)
+    for place, side in ((FILED, explained.before), (CORRECTED, explained.after)):
+        rows = np.rad2deg(np.hstack([side.error.euler_zyx_rad, side.error.std_rad]))
+        yield topic(f"/{place}/body_1/attitude_error", "EulerAngles", side.error.t_s, rows)
+
+
+def _places(kind: str) -> tuple[tuple[str, str], ...]:
+    """Where a row's values go: part of the message (empty: itself) and field."""
+    return tuple(
+        place
+        for name, of in _MESSAGES[kind][1:]
+        for place in (tuple((name, axis) for axis in "xyz") if of == _VECTOR else (("", name),))
+    )
+
+
+def _channel(
+    found: Evaluation,
+    stamp: Stamp,
+    topic: str,
+    message: Any,
+    places: tuple[tuple[str, str], ...],
+    t_s: FloatArray,
+    rows: FloatArray,
+) -> Channel:
+    """Rows that hold no number are no message: Protobuf would show 0."""
+    known = np.isfinite(rows).all(axis=1)
+    targets = [(getattr(message, part) if part else message, name) for part, name in places]
+
+    def messages() -> Messages:
+        for t_us, row in zip(_t_us(found, t_s[known]), rows[known].tolist(), strict=True):
+            stamp(message, t_us)
+            for (target, name), value in zip(targets, row, strict=True):
+                setattr(target, name, value)
+            yield t_us, message.SerializeToString()
+
+    return Channel(topic, type(message), messages)
+
+
+def _t_us(found: Evaluation, t_s: FloatArray) -> list[int]:
+    """The logger's clock of times after the release: whole microseconds, as they were recorded."""
+    return [int(value) for value in np.rint(t_s * 1e6).astype(np.int64) + found.log.origin_us]
+
+
+def _scene(found: Evaluation, stamp: Stamp) -> Channel:
+    """One message at the release: boxes on the bodies' frames, so that a viewer shows more than axes."""
+    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+    def messages() -> Messages:
+        (release_us,) = _t_us(found, np.zeros(1))
+        update = SceneUpdate()
+        for prefix, alpha in (("", 1.0), (f"{FILED}/", _GHOST_ALPHA)):
+            for body, name in enumerate(found.model.body_names):
+                frame = f"{prefix}{frame_name(name)}"
+                entity = update.entities.add(frame_id=frame, id=frame, frame_locked=True)
+                stamp(entity, release_us)
+                color = (*BODY_COLORS[body % len(BODY_COLORS)], alpha)
+                for low, high in boxes_of(found.model, body):
+                    _add_box(entity, np.array(low), np.array(high), color)
+        yield release_us, update.SerializeToString()
+
+    return Channel("/evaluated/scene", SceneUpdate, messages)
+
+
+def _add_box(entity: Any, low: FloatArray, high: FloatArray, color: tuple[float, ...]) -> None:
+    cube = entity.cubes.add()
+    middle, size = 0.5 * (low + high), high - low
+    cube.pose.position.x, cube.pose.position.y, cube.pose.position.z = middle.tolist()
+    cube.pose.orientation.w = 1.0
+    cube.size.x, cube.size.y, cube.size.z = size.tolist()
+    cube.color.r, cube.color.g, cube.color.b, cube.color.a = color
+
+
+def _words(drop: Reported, stamp: Stamp) -> Channel:
+    """The verdict at the release, then what happened as it was found."""
+    from foxglove_schemas_protobuf.Log_pb2 import Log
+
+    verdict = drop.verdict
+    level = Log.INFO if verdict.level == "good" else Log.WARNING
+    lines = [(0.0, level, text) for text in (f"{verdict.level}: {verdict.sentence}", *verdict.reasons)]
+    for event in events_of(drop.evaluation):
+        kind = Log.WARNING if event["kind"] == "gap" else Log.INFO
+        lines.append((event["t_s"], kind, event["label"]))
+        if event["until_s"] is not None:
+            lines.append((event["until_s"], kind, f"{event['label']}: ends"))
+
+    def messages() -> Messages:
+        for t_s, severity, text in sorted(lines, key=lambda line: line[0]):
+            (t_us,) = _t_us(drop.evaluation, np.array([t_s]))
+            message = Log(level=severity, message=text, name="tfsat evaluation")
+            stamp(message, t_us)
+            yield t_us, message.SerializeToString()
+
+    return Channel("/evaluated/log", Log, messages)
