@@ -1,8 +1,8 @@
 """Compiles C++ for tests: every warning an error, sanitizers on, each source once.
 
 An object is kept under `build/test-objects` by the SHA-256 of its preprocessed source and its command, so that the
-tests that share a source, their processes and the next run compile it once. The address sanitizer must be in a process
-from its start: it watches programs, not the libraries that Python loads.
+tests that share a source, their processes, a copied tree with a planted defect and the next run compile it once. The
+address sanitizer must be in a process from its start: it watches programs, not the libraries that Python loads.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ SKETCHES = ("arduino_sequencer", "teensy_logger")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror")
 UNDEFINED_BEHAVIOUR = ("-fsanitize=undefined", "-fno-sanitize-recover=all", "-D_GLIBCXX_ASSERTIONS")
 ALL_SANITIZERS = (*UNDEFINED_BEHAVIOUR, "-fsanitize=address")
-INCLUDES = (EMULATOR_SOURCES, REPOSITORY / "tests" / "cpp")
+INCLUDES = (Path("tools", "emulator", "src"), Path("tests", "cpp"))
+"""Below the root."""
 _KEPT = REPOSITORY / "build" / "test-objects"
 
 
@@ -33,19 +34,24 @@ def compiler() -> str:
     return found
 
 
-def run(command: Sequence[str | Path]) -> str:
-    """What a command prints; its complaint fails the test."""
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
+def run(command: Sequence[str | Path], folder: Path = REPOSITORY) -> str:
+    """What a command prints, run in this folder; its complaint fails the test."""
+    done = subprocess.run(list(map(str, command)), cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
 def build_program(
-    sources: Sequence[Path], program: Path, includes: Sequence[Path] = (), standard: str = "c++17"
+    sources: Sequence[Path],
+    program: Path,
+    includes: Sequence[Path] = (),
+    standard: str = "c++17",
+    root: Path = REPOSITORY,
 ) -> Path:
     """A program with the address and undefined-behaviour sanitizers."""
-    objects = compile_objects(sources, includes, [f"-std={standard}", "-O1", "-g1", *ALL_SANITIZERS])
-    program.parent.mkdir(exist_ok=True)
+    flags = [f"-std={standard}", "-O1", "-g1", *ALL_SANITIZERS]
+    objects = compile_objects(sources, includes, flags, root=root)
+    program.parent.mkdir(parents=True, exist_ok=True)
     run([compiler(), *ALL_SANITIZERS, *objects, "-o", program])
     return program
 
@@ -69,23 +75,32 @@ def build_shared(
 
 
 def compile_objects(
-    sources: Sequence[Path], includes: Sequence[Path], flags: Sequence[str], command: str | None = None
+    sources: Sequence[Path],
+    includes: Sequence[Path],
+    flags: Sequence[str],
+    command: str | None = None,
+    root: Path = REPOSITORY,
 ) -> list[Path]:
-    """An object of each source, in the same order; `command` is the compiler's, by default the PC's."""
+    """An object of each source, in the same order.
+
+    `command` is the compiler's, by default the PC's. It runs in `root`, the repository or a copy of its folders, so
+    that no path of this machine is compiled in.
+    """
     start = [command or compiler(), *flags, *WARNINGS]
     found = [f"-I{path}" for path in (*INCLUDES, *includes)]
+    below = [path.relative_to(root) if path.is_relative_to(root) else path for path in sources]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda source: _object(start, found, source), sources))
+        return list(pool.map(lambda source: _object(start, found, source, root), below))
 
 
-def _object(start: Sequence[str], found: Sequence[str], source: Path) -> Path:
-    preprocessed = run([*start, *found, "-E", source])
+def _object(start: Sequence[str], found: Sequence[str], source: Path, root: Path) -> Path:
+    preprocessed = run([*start, *found, "-E", source], root)
     key = hashlib.sha256("\0".join([*start, preprocessed]).encode()).hexdigest()
     kept = _KEPT / f"{key}.o"
     if not kept.exists():
         _KEPT.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=_KEPT) as folder:
             made = Path(folder) / "made.o"
-            run([*start, *found, "-c", source, "-o", made])
+            run([*start, *found, "-c", source, "-o", made], root)
             made.replace(kept)  # whole, whoever else makes it at the same time
     return kept

@@ -140,3 +140,22 @@ TEST_CASE(the_file_survives_saving_and_loading) {
   CHECK(!card.save("no/such/file", error));
   CHECK(error.find("no/such/file") != std::string::npos);
 }
+
+TEST_CASE(a_slow_card_stalls_now_and_then_or_at_each_block) {
+  const uint8_t block[BlockDevice::kBlockBytes] = {};
+  for (const uint64_t every_us : {0u, 100000u}) {
+    BlockDevice card;
+    CHECK(card.preallocate(5000) == CardResult::kOk);
+    card.set_stalls(40000, every_us);
+    uint64_t written = 0, stalled = 0;
+    for (uint64_t t_us = 0; t_us < 4000000; t_us += 1000) {
+      if (card.busy(t_us)) continue;
+      CHECK(card.write(t_us, static_cast<uint32_t>(written++), block) == CardResult::kOk);
+      stalled += card.busy(t_us + 30000);
+    }
+    CHECK(every_us == 0 ? stalled == written : stalled > 20 && stalled < 40);
+    card.set_stalls(0, 0);
+    CHECK(card.write(5000000, 0, block) == CardResult::kOk);
+    CHECK(!card.busy(5001000));
+  }
+}

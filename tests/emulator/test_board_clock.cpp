@@ -57,3 +57,18 @@ TEST_CASE(only_clocks_that_boards_have_are_taken) {
   const double infinite = std::numeric_limits<double>::infinity();
   for (const double ppm : {20000.1, -20000.1, 1e30, infinite, -infinite, std::nan("")}) CHECK(!BoardClock::takes(ppm));
 }
+
+TEST_CASE(a_clock_that_goes_wrong_keeps_what_it_has_counted) {
+  BoardClock clock(0.0);
+  CHECK(clock.board_us(1000000) == 1000000);
+  clock.set_ppm(1000000, 10000.0);
+  CHECK(clock.board_us(1000000) == 1000000);
+  CHECK(clock.board_us(3000000) == 3020000);
+  CHECK(clock.virtual_us(3020000) == 3000000);
+  clock.set_ppm(3000000, -10000.0);
+  CHECK(clock.board_us(4000000) == 4010000);
+  CHECK(clock.virtual_us(4010000) == 4000000);
+  CHECK(clock.virtual_us(3000000) == 3000000);  // counted before the change
+  CHECK(clock.virtual_us(UINT64_MAX) == UINT64_MAX);
+  for (uint64_t t_us = 3000000; t_us < 3010000; t_us += 7) CHECK(clock.board_us(clock.virtual_us(t_us + 20000)) >= t_us + 20000);
+}

@@ -109,3 +109,27 @@ TEST_CASE(angle_sensor_faults) {
   sensor.set_fault(AngleSensorFault::kOpen);
   CHECK(sensor.convert(1.0) == 0);
 }
+
+TEST_CASE(a_slipped_magnet_wraps_its_sensor) {
+  AngleSensorParameters p;
+  p.zero_offset_rad = 300.0 * kDeg;
+  AngleSensor sensor(p);
+  CHECK(sensor.convert(20.05 * kDeg) == 3641);
+  sensor.set_slip(50.0 * kDeg);
+  CHECK(sensor.convert(20.05 * kDeg) == 114);
+  sensor.set_slip(0.0);
+  CHECK(sensor.convert(20.05 * kDeg) == 3641);
+}
+
+TEST_CASE(exchanged_plugs_exchange_the_answers) {
+  Mpu6050Parameters odd;
+  odd.who_am_i = 0x70;
+  Mpu6050 one, other(odd);
+  I2cBus bus;
+  bus.attach(0x68, one);
+  bus.plug(0x68, other);
+  bus.plug(0x69, one);  // nobody is there
+  uint8_t who = 0;
+  CHECK(bus.read(0x68, mpu6050::kWhoAmI, &who, 1) && who == 0x70);
+  CHECK(!bus.read(0x69, mpu6050::kWhoAmI, &who, 1));
+}

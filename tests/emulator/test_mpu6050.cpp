@@ -35,14 +35,15 @@ Reading burst(Mpu6050& chip) {
   return {{word[0], word[1], word[2]}, word[3], {word[4], word[5], word[6]}};
 }
 
-// Awake, +-500 deg/s, +-2 g, with this DLPF_CFG, having seen `rate` and 1 g upwards for 100 ms.
-Mpu6050 started(const Mpu6050Parameters& p, uint8_t dlpf, const Vec3& rate) {
+// Awake, +-500 deg/s, +-2 g, with this DLPF_CFG, having seen all this for 100 ms or longer.
+Mpu6050 started(const Mpu6050Parameters& p, uint8_t dlpf, const Vec3& rate, const Vec3& force = {0, 0, kG},
+                double temperature_c = 25.0, uint64_t for_us = 100000) {
   Mpu6050 chip(p);
-  chip.sample(0, rate, {0, 0, kG}, 25.0);
+  chip.sample(0, rate, force, temperature_c);
   set(chip, kPwrMgmt1, 0x01);
   set(chip, kConfig, dlpf);
   set(chip, kGyroConfig, 0x08);
-  chip.sample(100000, rate, {0, 0, kG}, 25.0);
+  chip.sample(for_us, rate, force, temperature_c);
   return chip;
 }
 
@@ -330,4 +331,53 @@ TEST_CASE(mpu_later_parts_have_their_own_delays_and_temperature) {
     CHECK_NEAR(t - r.accel[0] / 16384.0 * kG / slope_g, 8.87e-3, 30e-6);
     CHECK_NEAR(r.temperature, who == 0x98 ? 1960.8 : 3338.7, 20.0);
   }
+}
+
+TEST_CASE(a_saturated_gyro_fills_its_converter_at_a_tenth_of_the_range) {
+  for (const double rate : {-70.0, 3.0, 70.0}) {
+    Mpu6050 chip = started(Mpu6050Parameters(), 0, {rate * kDeg, 0, 0}, {0, 0, kG}, 25.0);
+    CHECK_NEAR(burst(chip).gyro[0], rate * 65.5, 1.0);
+    chip.set_fault(Mpu6050Fault::kSaturated);
+    chip.sample(1010000, {rate * kDeg, 0, 0}, {0, 0, kG}, 25.0);
+    CHECK_NEAR(burst(chip).gyro[0], std::fmax(-32768.0, std::fmin(32767.0, rate * 655.0)), 1.0);
+    CHECK(burst(chip).accel[2] == 16384);
+  }
+}
+
+TEST_CASE(a_gyros_bias_follows_forces_and_the_temperature) {
+  Mpu6050Parameters p;
+  p.gyro_g_sensitivity.m[0][2] = 2.0 * kDeg / kG;
+  p.gyro_bias_slope_rad_s_c = {0.0, 0.5 * kDeg, 0.0};
+  Mpu6050 chip = started(p, 0, {}, {0, 0, kG}, 31.0);
+  CHECK_NEAR(burst(chip).gyro[0], 2.0 * 65.5, 1.0);
+  CHECK_NEAR(burst(chip).gyro[1], 3.0 * 65.5, 1.0);
+  CHECK(burst(chip).gyro[2] == 0);
+}
+
+TEST_CASE(a_blow_beyond_the_limit_drives_all_axes_to_their_ends) {
+  Mpu6050Parameters p;
+  p.gyro_shock_limit_m_s2 = 20.0 * kG;
+  for (const double g : {19.0, 21.0}) {
+    Mpu6050 chip = started(p, 0, {}, {1.0, -1.0, g * kG}, 25.0);
+    CHECK(burst(chip).gyro[0] == (g > 20.0 ? 32767 : 0));
+    CHECK(burst(chip).gyro[1] == (g > 20.0 ? -32768 : 0));
+  }
+}
+
+TEST_CASE(a_wandering_bias_is_slow_seeded_and_of_its_size) {
+  Mpu6050Parameters p;
+  p.gyro_wander_rad_s = 2.0 * kDeg;
+  p.gyro_wander_s = 1.0;
+  Mpu6050 chip = started(p, 0, {}, {0, 0, kG}, 25.0, 1000000), same = started(p, 0, {}, {0, 0, kG}, 25.0, 1000000);
+  double squares = 0.0, last = burst(chip).gyro[0];
+  for (uint64_t t_us = 1010000; t_us < 401000000; t_us += 10000) {
+    chip.sample(t_us, {}, {0, 0, kG}, 25.0);
+    same.sample(t_us, {}, {0, 0, kG}, 25.0);
+    const double shown = burst(chip).gyro[0];
+    CHECK(shown == burst(same).gyro[0]);
+    CHECK(std::fabs(shown - last) < 6.0 * 2.0 * 65.5 * std::sqrt(2.0 * 0.01));
+    squares += shown * shown;
+    last = shown;
+  }
+  CHECK_NEAR(std::sqrt(squares / 40000.0) / 65.5, 2.0, 0.3);
 }

@@ -7,7 +7,6 @@
 #include "../../firmware/arduino_sequencer/src/protocol/frame.h"
 #include "../../firmware/arduino_sequencer/src/protocol/messages.h"
 #include "reference_frame.h"
-#include "require.h"
 
 using namespace tfsat::protocol;
 using tfsat_fuzz::Bytes;

@@ -6,19 +6,17 @@ import os
 import re
 import shutil
 import subprocess
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.cpp.compiling import REPOSITORY
+from tests.cpp.compiling import REPOSITORY, compile_objects, run
 from tests.fuzz.seeds import SCRIPTS, streams, write_dictionary, write_seeds
 
 CORPUS = REPOSITORY / "tests" / "fuzz" / "corpus"
-WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror")
 SANITIZERS = ("-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all")
 # Words to compare with come from the dictionary; watching every comparison would halve the speed.
-FLAGS = ("-std=c++17", "-O1", "-g1", *WARNINGS, *SANITIZERS, "-fno-sanitize-coverage=trace-cmp")
+FLAGS = ("-std=c++17", "-O1", "-g1", *SANITIZERS, "-fno-sanitize-coverage=trace-cmp")
 # No leaks: the boards allocate nothing, and the leak detector does not work inside a debugger or a container.
 SANITIZER_OPTIONS = {
     "ASAN_OPTIONS": "detect_leaks=0:malloc_context_size=4:quarantine_size_mb=16",
@@ -49,7 +47,6 @@ BOARD = Target(
     "board",
     (
         "tests/fuzz/fuzz_board.cpp",
-        "tests/fuzz/bench.cpp",
         "firmware/arduino_sequencer/src/core/*.cpp",
         "tools/emulator/src/boards/native_ports.cpp",
     ),
@@ -74,21 +71,13 @@ class Outcome:
 
 
 def build(target: Target, folder: Path, tree: Path = REPOSITORY) -> Path:
-    """Compiles a target's sources, several at a time, and links `folder`/fuzz. A warning is an error."""
+    """Compiles a target's sources and links `folder`/fuzz. A warning is an error."""
     clang = shutil.which("clang++")
     assert clang is not None, "no clang++: run tools/install-toolchain.sh"
-    folder.mkdir(parents=True, exist_ok=True)
     sources = sorted(path for pattern in target.sources for path in tree.glob(pattern))
-
-    def compile_one(source: Path) -> Path:
-        built = folder / f"{source.stem}.o"
-        _run([clang, *FLAGS, "-c", source, "-o", built])
-        return built
-
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        objects = list(pool.map(compile_one, sources))
+    folder.mkdir(parents=True, exist_ok=True)
     program = folder / "fuzz"
-    _run([clang, *FLAGS, *objects, "-o", program])
+    run([clang, *FLAGS, *compile_objects(sources, (), FLAGS, clang, tree), "-o", program])
     return program
 
 
@@ -139,7 +128,7 @@ def minimise(program: Path, target: Target, into: Path) -> None:
     write_seeds(reached, target.seeds)
     sources = [path for path in (target.corpus, folder / "corpus") if path.is_dir()]
     options = ["-merge=1", "-use_counters=0", f"-max_len={target.max_input_bytes}", "-detect_leaks=0"]
-    _run([program, *options, reached, *sources])
+    run([program, *options, reached, *sources])
     into.mkdir(parents=True, exist_ok=True)
     for path in sorted(reached.iterdir()):
         if path.name not in target.seeds:
@@ -167,11 +156,3 @@ def _outcome(log: str, findings: list[Path]) -> Outcome:
 
 def _environment() -> dict[str, str]:
     return {**os.environ, **SANITIZER_OPTIONS}
-
-
-def _run(command: Sequence[str | Path]) -> None:
-    text = [str(word) for word in command]
-    done = subprocess.run(
-        text, capture_output=True, encoding="utf-8", errors="replace", env=_environment(), check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr

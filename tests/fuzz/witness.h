@@ -11,7 +11,6 @@
 #include "../../firmware/arduino_sequencer/src/core/request_server.h"
 #include "../../tools/emulator/src/boards/native_ports.h"
 #include "reference_frame.h"
-#include "require.h"
 
 namespace tfsat_fuzz {
 

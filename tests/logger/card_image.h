@@ -79,7 +79,10 @@ class FakeCard final : public tfsat::logger::BlockSink {
     ++closes;
     return ErrorCode::kNone;
   }
-  ErrorCode inspect(uint32_t) override { return open_error; }
+  ErrorCode inspect(uint32_t) override {
+    ++looks;
+    return open_error;
+  }
   uint32_t free_mib() override { return 1000; }
 
   uint32_t n_blocks() const { return static_cast<uint32_t>(blocks.size()); }
@@ -105,7 +108,7 @@ class FakeCard final : public tfsat::logger::BlockSink {
   bool busy_when_gone = false;
   bool lost_contact = false;
   int failures_left = 0;
-  int recoveries = 0, opens = 0, closes = 0, writes = 0, writes_while_busy = 0;
+  int recoveries = 0, looks = 0, opens = 0, closes = 0, writes = 0, writes_while_busy = 0;
   int writes_unprepared = 0;
 };
 

@@ -2,54 +2,14 @@
 // link.
 #pragma once
 
-#include <map>
-#include <set>
-
 #include "../../firmware/teensy_logger/src/core/log_server.h"
+#include "fake_ports.h"
 #include "recorder_bench.h"
 
 namespace tfsat_test {
 
 using namespace tfsat::logger;
 using namespace tfsat::protocol;
-
-struct FakeArchive final : LogArchive {
-  bool find(uint16_t from, uint16_t& number, uint32_t& n_blocks) override {
-    const auto found = files.lower_bound(from);
-    if (found == files.end()) return false;
-    number = found->first;
-    n_blocks = static_cast<uint32_t>(found->second.size());
-    return true;
-  }
-  ErrorCode read(uint16_t number, uint32_t index, uint8_t* block) override {
-    ++reads;
-    if (bad.count(index) != 0) return ErrorCode::kCardWriteFailed;
-    if (index >= files.at(number).size()) return ErrorCode::kNoSuchLog;
-    std::memcpy(block, files[number][index].bytes, kBlockBytes);
-    return ErrorCode::kNone;
-  }
-  ErrorCode erase(uint16_t number) override {
-    files.erase(number);
-    return ErrorCode::kNone;
-  }
-  std::map<uint16_t, std::vector<Block>> files;
-  std::set<uint32_t> bad;
-  int reads = 0;
-};
-
-struct SlowStream final : ByteStream {
-  bool connected() override { return plugged; }
-  int read() override { return -1; }
-  size_t write(const uint8_t* data, size_t size) override {
-    const size_t taken = size < room ? size : room;
-    bytes.insert(bytes.end(), data, data + taken);
-    room -= taken;
-    return taken;
-  }
-  std::vector<uint8_t> bytes;
-  size_t room = SIZE_MAX;
-  bool plugged = true;
-};
 
 struct NoRequests final : RequestHandler {
   Reply handle(uint8_t, const uint8_t*, size_t, uint8_t*) override {
@@ -132,9 +92,9 @@ struct LogBench {
   }
 
   FakeArchive archive;
-  RecorderBench recorder{64};
+  RecorderBench recorder{RecorderBench::kPeriodUs, 64};
   LogServer server;
-  SlowStream stream;
+  FakeStream stream;
   NoRequests no_requests;
   Link link;
   uint16_t announced = 0;

@@ -23,10 +23,11 @@ using tfsat::protocol::StopReason;
 struct RecorderBench {
   static constexpr uint32_t kFileBlocks = 16384;
   static constexpr uint32_t kPeriodUs = 3571;
+  static constexpr uint64_t kFallenUs = 2500000;
   static constexpr uint32_t kShockCounts = 20000;  // 9.8 g
 
-  explicit RecorderBench(uint32_t ring_blocks = kRingBlocks)
-      : memory(ring_blocks), recorder(memory.data(), ring_blocks, card) {}
+  explicit RecorderBench(uint32_t with_period_us = kPeriodUs, uint32_t ring_blocks = kRingBlocks)
+      : memory(ring_blocks), recorder(memory.data(), ring_blocks, card), period_us(with_period_us) {}
 
   ErrorCode start(uint32_t number, uint32_t session, uint32_t file_blocks = kFileBlocks) {
     Recorder::Plan plan = {};
@@ -55,6 +56,9 @@ struct RecorderBench {
   }
   void run_us(uint64_t duration_us) {
     for (const uint64_t end_us = t_us + duration_us; t_us < end_us;) tick();
+  }
+  void run_to(uint64_t end_us) {
+    if (end_us > t_us) run_us(end_us - t_us);
   }
   Recording stop_and_read() {
     CHECK(recorder.stop() == ErrorCode::kNone);
@@ -85,6 +89,18 @@ struct RecorderBench {
     tick();
     peak_counts = 2048;
   }
+  // Lift, release, fall, landing, and some time more; the release's time.
+  uint64_t drop(uint64_t lift_us, uint64_t then_us) {
+    const uint64_t released_us = release_after_us(lift_us);
+    run_us(kFallenUs);
+    land();
+    run_us(then_us);
+    return released_us;
+  }
+  // Every sample was taken, and is in the recording.
+  bool kept_all(const Recording& recording) const {
+    return recording.samples.size() == recorder.samples() && recorder.samples_dropped() == 0;
+  }
   // What RAM holds, as the log server hands it on.
   std::vector<Block> ram() const {
     std::vector<Block> blocks(recorder.ram_blocks());
@@ -97,7 +113,7 @@ struct RecorderBench {
   Recorder recorder;
   EventQueue events;
   uint64_t t_us = 1000000;
-  uint32_t period_us = kPeriodUs;
+  uint32_t period_us;
   uint32_t peak_counts = 2048;
   uint16_t after_landing_s = 30;
   uint8_t open = 0;

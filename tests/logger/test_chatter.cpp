@@ -70,7 +70,7 @@ void play(Bench& bench, const std::vector<Contact>& contacts) {
 }  // namespace
 
 TEST_CASE(the_release_is_told_at_once_and_by_the_rule_however_long_contacts_chatter) {
-  for (unsigned seed = 0; seed < 100; ++seed) {
+  for (unsigned seed = 0; seed < 30; ++seed) {
     Random random(seed);
     Bench bench;
     bench.start(1);
@@ -92,7 +92,7 @@ TEST_CASE(the_release_is_told_at_once_and_by_the_rule_however_long_contacts_chat
 // A broken wire of the stroke line: its edges fill the log's queue, and those that it cannot keep
 // are counted.
 TEST_CASE(a_line_that_hums_hides_no_release) {
-  for (unsigned seed = 0; seed < 20; ++seed) {
+  for (unsigned seed = 0; seed < 8; ++seed) {
     Random random(seed);
     Bench bench;
     bench.start(1);

@@ -6,6 +6,7 @@
 #include "../../firmware/teensy_logger/src/core/logger.h"
 #include "card_image.h"
 #include "check.h"
+#include "fake_ports.h"
 
 using namespace tfsat::logger;
 using namespace tfsat::protocol;
@@ -52,58 +53,9 @@ struct Timer final : SampleTimer {
   int starts = 0;
 };
 
-struct Archive final : LogArchive {
-  bool find(uint16_t, uint16_t&, uint32_t&) override { return false; }
-  ErrorCode read(uint16_t, uint32_t, uint8_t*) override { return ErrorCode::kNoSuchLog; }
-  ErrorCode erase(uint16_t) override { return ErrorCode::kNoSuchLog; }
-};
-
-struct Memory final : NonVolatile {
-  void load(uint8_t* out, uint8_t size) override { std::memcpy(out, bytes, size); }
-  void save(const uint8_t* in, uint8_t size) override {
-    if (keeps) std::memcpy(bytes, in, size);
-  }
-  uint8_t bytes[64] = {};
-  bool keeps = true;
-};
-
-struct Cable final : ByteStream {
-  bool connected() override { return true; }
-  int read() override {
-    if (to_board.empty()) return -1;
-    const uint8_t byte = to_board.front();
-    to_board.pop_front();
-    return byte;
-  }
-  size_t write(const uint8_t* data, size_t size) override {
-    to_host.insert(to_host.end(), data, data + size);
-    return size;
-  }
-  std::deque<uint8_t> to_board;
-  std::vector<uint8_t> to_host;
-};
-
 struct Counter final : Entropy {
   uint32_t next() override { return n++; }
   uint32_t n = 5;
-};
-
-struct Card final : BlockSink {
-  ErrorCode open(uint32_t n) override { return file.open(n); }
-  bool busy(uint64_t t) override { return file.busy(t); }
-  ErrorCode prepare() override { return file.prepare(); }
-  uint32_t prepared_blocks() override { return file.prepared_blocks(); }
-  ErrorCode recover(uint64_t t) override { return file.recover(t); }
-  ErrorCode write(uint32_t i, const uint8_t* b) override { return file.write(i, b); }
-  ErrorCode sync() override { return file.sync(); }
-  ErrorCode close(uint32_t n) override { return file.close(n); }
-  ErrorCode inspect(uint32_t n) override {
-    ++looks;
-    return file.inspect(n);
-  }
-  uint32_t free_mib() override { return 7; }
-  tfsat_test::FakeCard file;
-  int looks = 0;
 };
 
 struct Bench {
@@ -123,11 +75,12 @@ struct Bench {
   std::vector<uint8_t> exchange(uint8_t type, const uint8_t* payload = nullptr, size_t size = 0) {
     uint8_t frame[encoded_frame_bytes(kMaxPayloadBytes)];
     const size_t n = encode_frame(type, 1, payload, size, frame);
-    cable.to_host.clear();
+    cable.bytes.clear();
+    cable.room = SIZE_MAX;
     cable.to_board.insert(cable.to_board.end(), frame, frame + n);
     loop();
     FrameReceiver<kMaxPayloadBytes> receiver;
-    for (const uint8_t byte : cable.to_host) {
+    for (const uint8_t byte : cable.bytes) {
       if (receiver.feed(byte)) break;
     }
     return {receiver.payload(), receiver.payload() + receiver.payload_bytes()};
@@ -158,17 +111,17 @@ struct Bench {
     exchange(RecordStopRequest::kType);
     run_ms(1000);
     CHECK(core.state() == LoggerState::kStopped);
-    return tfsat_test::read_recording(card.file.blocks, card.file.blocks.size());
+    return tfsat_test::read_recording(card.blocks, card.blocks.size());
   }
 
   Bus bus_a, bus_b;
   Angles angles;
   Pins pins;
   Timer timer;
-  Card card;
-  Archive archive;
-  Memory memory;
-  Cable cable;
+  tfsat_test::FakeCard card;
+  tfsat_test::FakeArchive archive;
+  tfsat_test::FakeMemory memory;
+  tfsat_test::FakeStream cable;
   Counter entropy;
   std::vector<Block> memory_blocks;
   Logger core{Ports{bus_a, bus_b, angles, pins, timer, card, archive, memory, cable, entropy},
@@ -194,7 +147,7 @@ TEST_CASE(the_timer_runs_at_the_rate_that_was_set) {
 
 TEST_CASE(a_memory_that_does_not_keep_settings_is_told_and_nothing_changes) {
   Bench bench;
-  bench.memory.keeps = false;
+  bench.memory.worn_cell = 0;
   const ErrorReply reply = bench.refused(LoggerSettingsWriteRequest{small_file(1000)});
   CHECK(reply.code == ErrorCode::kStoreFailed);
   CHECK(bench.timer.rate_hz == 280 && bench.timer.starts == 1);
@@ -245,13 +198,13 @@ TEST_CASE(strokes_and_events_of_a_recording_do_not_reach_the_next) {
 
 TEST_CASE(a_recording_that_follows_one_in_ram_begins_with_no_events) {
   Bench bench;
-  bench.card.file.open_error = ErrorCode::kNoCard;
+  bench.card.open_error = ErrorCode::kNoCard;
   bench.run_ms(100);
   bench.ask(RecordStartRequest{1, 0});
   bench.run_ms(100);
   for (uint8_t i = 0; i < 40; ++i) bench.edge(Edge::Source::kStroke, 0, true);
   bench.interrupt();  // most of them wait for room
-  bench.card.file.open_error = ErrorCode::kNone;
+  bench.card.open_error = ErrorCode::kNone;
   bench.ask(RecordStartRequest{2, 0});
   CHECK(bench.core.state() == LoggerState::kRecording);
   bench.run_ms(500);
@@ -279,7 +232,7 @@ TEST_CASE(a_chattering_switch_takes_no_room_from_what_the_logger_has_to_tell) {
 // Looking may take a second, which RAM cannot wait for.
 TEST_CASE(nobody_looks_at_the_card_while_only_ram_has_the_fall) {
   Bench bench;
-  bench.card.file.open_error = ErrorCode::kNoCard;
+  bench.card.open_error = ErrorCode::kNoCard;
   bench.run_ms(5000);
   CHECK(bench.card.looks == 3);
   bench.ask(RecordStartRequest{1, 0});

@@ -81,38 +81,6 @@ TEST_CASE(a_release_counts_from_the_first_instant_at_which_both_were_open) {
   }
 }
 
-TEST_CASE(knocks_and_a_single_switch_release_nothing) {
-  Bench bench;
-  bench.run_ms(500);
-  for (int i = 0; i < 20; ++i) {
-    bench.both(true);
-    bench.run_ms(3);
-    bench.both(false);
-    bench.run_ms(40);
-  }
-  bench.change(0, true, bench.t_us + 1);
-  bench.run_ms(3000);
-  bench.change(0, false, bench.t_us + 1);
-  bench.change(1, true, bench.t_us + 2);
-  bench.run_ms(3000, 32767);  // nor does a shock without a release end anything
-  CHECK(bench.waiting() && bench.events.empty());
-}
-
-TEST_CASE(contacts_that_chatter_are_a_release_when_they_stay_open) {
-  Bench bench;
-  bench.run_ms(500);
-  const uint64_t first_us = bench.t_us + 2;
-  for (int i = 0; i < 2; ++i) {  // 8 ms
-    bench.both(true);
-    bench.run_ms(2);
-    bench.change(1, false, bench.t_us + 1);
-    bench.run_ms(2);
-    bench.change(1, true, bench.t_us + 1);
-  }
-  bench.run_ms(10);
-  CHECK(bench.events.size() == 1 && is(bench.events[0], EventCode::kRelease, 1, first_us));
-}
-
 TEST_CASE(an_edge_that_was_lost_is_made_up_for_by_the_level) {
   Bench bench;
   bench.run_ms(500);

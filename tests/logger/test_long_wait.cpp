@@ -61,32 +61,6 @@ TEST_CASE(a_full_file_goes_on_in_the_next_and_a_stop_ends_it) {
   }
 }
 
-// Just before the file's end, between two files, and just after.
-TEST_CASE(a_drop_at_the_change_of_files_is_recorded_like_any_other) {
-  const uint64_t end_us = first_file_ends_us();
-  for (const int64_t offset_us : {-2000000, -6000, -2000, -500, 0, 500, 1000, 3000, 8000, 20000}) {
-    Bench bench;
-    bench.write_settings(small());
-    bench.start(1);
-    bench.run_until(static_cast<uint64_t>(static_cast<int64_t>(end_us) + offset_us));
-    bench.release();
-    const uint64_t released_us = bench.t_us;
-    bench.run_ms(2500);
-    bench.land();
-    bench.run_ms(7000);
-    CHECK(bench.status().state == LoggerState::kStopped);
-    const uint16_t last = bench.card.file(2).empty() ? 1 : 2;
-    const Recording log = file(bench, last);
-    const std::vector<Event> releases = events_of(log, EventCode::kRelease);
-    CHECK(releases.size() == 1 && releases[0].time_us == released_us);
-    CHECK(events_of(log, EventCode::kLanding).size() == 1);
-    const size_t before = last == 1 ? 0 : events_of(file(bench, 1), EventCode::kSwitchEdge).size();
-    CHECK(before + events_of(log, EventCode::kSwitchEdge).size() == 2);
-    CHECK(log.footers.at(0).stop_reason == StopReason::kLanding);
-    CHECK(log.footers[0].samples_dropped == 0 && log.footers[0].blocks_rewritten > 600);
-  }
-}
-
 TEST_CASE(a_card_gone_at_the_change_of_files_leaves_the_drop_in_ram) {
   const uint64_t end_us = first_file_ends_us();
   for (const int64_t offset_us : {-3000000, -200000, -1000, 0, 500, 1000, 1500, 2500}) {

@@ -1,6 +1,8 @@
-// What a host may ask of the whole logger: settings, the time, its card, recordings over the cable.
+// What a host may ask of the whole logger: settings, the time, its card, live samples, recordings over the cable; and
+// what it may send.
 #include <initializer_list>
 #include <map>
+#include <random>
 
 #include "board_bench.h"
 
@@ -81,7 +83,7 @@ TEST_CASE(settings_are_told_with_what_the_buses_carry) {
   CHECK(bench.status().settings_origin == Origin::kUploaded);
 }
 
-TEST_CASE(a_new_rate_is_sampled_at_once_and_after_the_next_start) {
+TEST_CASE(a_new_rate_is_sampled_live_at_once_and_after_the_next_start_until_the_cable_is_pulled) {
   Bench bench;
   bench.write_settings(fast());
   for (int boot = 0; boot < 2; ++boot) {
@@ -92,7 +94,11 @@ TEST_CASE(a_new_rate_is_sampled_at_once_and_after_the_next_start) {
       CHECK(samples[i].index == samples[i - 1].index + 1);  // complete
       CHECK(samples[i].time_us == samples[i - 1].time_us + 1000);
     }
-    CHECK((samples.back().sample.flags & 0x0F) == 0x0F);
+    CHECK((samples.back().sample.flags & 0x0F) == 0x0F && samples.back().sample.time_offset_us == 0);
+    bench.board.set_cable(false);
+    bench.run_ms(10);
+    bench.board.set_cable(true);
+    CHECK(live_for_ms(bench, 100).empty());
     bench.board.set_power(false);
     bench.run_ms(10);
     bench.board.set_power(true);
@@ -261,4 +267,99 @@ TEST_CASE(a_drop_without_a_card_is_fetched_from_ram_before_anything_else) {
     bench.card.set_defect(CardDefect::kNone);
     CHECK(bench.start(3).state == LoggerState::kRecording);
   }
+}
+
+TEST_CASE(hello_and_status_tell_what_the_board_is) {
+  Bench bench;
+  const HelloReply hello = bench.get<HelloReply>(HelloRequest::kType);
+  CHECK(hello.board == Board::kLogger);
+  CHECK(std::memcmp(hello.protocol_hash, kProtocolHash, sizeof kProtocolHash) == 0);
+  CHECK(std::memcmp(hello.board_serial, "EMULATED", 8) == 0);
+  const LoggerStatusReply status = bench.get<LoggerStatusReply>(LoggerStatusRequest::kType);
+  CHECK(status.state == LoggerState::kIdle && status.error == ErrorCode::kNone);
+  CHECK(status.imu_present == 0x0F && status.switches_open == 0 && status.session == 0);
+  CHECK(status.rate_hz == 280 && status.who_am_i[3] == 0x68);
+  CHECK(status.uptime_ms >= 200 && status.uptime_ms <= 215);
+}
+
+TEST_CASE(requests_that_cannot_be_served_say_why) {
+  Bench bench;
+  const auto error = [&bench](uint8_t type, const std::vector<uint8_t>& payload) {
+    const ErrorReply reply = bench.get<ErrorReply>(type, payload);
+    CHECK(reply.request == type);
+    return reply.code;
+  };
+  CHECK(error(RecordStopRequest::kType, {}) == ErrorCode::kNotRecording);
+  CHECK(error(SequencerStatusRequest::kType, {}) == ErrorCode::kUnknownMessage);
+  CHECK(error(RecordStartRequest::kType, {1, 2}) == ErrorCode::kBadLength);
+  CHECK(error(HelloRequest::kType, {0}) == ErrorCode::kBadLength);
+  bench.start(1);
+  CHECK(bench.refused(RecordStartRequest{9, 0}).code == ErrorCode::kWrongState);
+  CHECK(bench.refused(LogListRequest{0}).code == ErrorCode::kWrongState);
+  CHECK(bench.refused(LogReadRequest{1, 1, 0, 1}).code == ErrorCode::kWrongState);
+  CHECK(bench.refused(LogEraseRequest{1, 1}).code == ErrorCode::kWrongState);
+}
+
+TEST_CASE(a_host_that_does_not_read_costs_no_sample) {
+  Bench bench;
+  bench.get<LiveReply>(LiveRequest::kType, {1});
+  bench.start(3);
+  bench.run_ms(3000);  // nothing is read meanwhile
+  CHECK(bench.receive().size() > 50);
+  bench.get<LiveReply>(LiveRequest::kType, {0});
+  const RecordStopReply stopped = bench.stop();
+  CHECK(stopped.samples_dropped == 0 && stopped.samples > 840);
+  CHECK(bench.log().samples.size() == stopped.samples);
+}
+
+TEST_CASE(random_bytes_neither_break_nor_stop_the_recording) {
+  Bench bench;
+  bench.start(4);
+  std::mt19937 random(7);
+  for (int round = 0; round < 400; ++round) {
+    uint8_t noise[64];
+    const size_t n = random() % sizeof noise;
+    for (uint8_t& byte : noise) byte = static_cast<uint8_t>(random() % 4 == 0 ? 0 : random());
+    bench.board.write(noise, n);
+    if (random() % 4 == 0) {  // a whole frame of a random type and length
+      const uint8_t type = static_cast<uint8_t>(random());
+      const bool stops = type == RecordStopRequest::kType;
+      std::vector<uint8_t> payload(random() % kMaxPayloadBytes);
+      for (uint8_t& byte : payload) byte = static_cast<uint8_t>(random());
+      if (!stops) bench.send(type, payload);
+    }
+    if (random() % 16 == 0) {
+      bench.board.set_cable(false);
+      bench.board.set_cable(true);
+    }
+    bench.run_ms(7);
+    bench.receive();
+  }
+  bench.send(0, {});
+  bench.run_ms(50);
+  bench.receive();
+  bench.get<LiveReply>(LiveRequest::kType, {0});
+  const RecordStopReply stopped = bench.stop();
+  CHECK(stopped.samples_dropped == 0 && stopped.samples > 770);
+  CHECK(bench.log().samples.size() == stopped.samples);
+}
+
+TEST_CASE(the_same_seed_gives_the_same_card_and_each_start_another_session) {
+  std::vector<uint8_t> cards[3];
+  for (size_t i = 0; i < 3; ++i) {
+    Bench bench(i == 2 ? 6 : 5);
+    bench.start(1);
+    bench.run_ms(200);
+    bench.stop();
+    cards[i] = bench.card.bytes();
+    const uint32_t first = bench.start(1).session;
+    bench.board.set_power(false);
+    CHECK(bench.board.next_sample_us() == UINT64_MAX && bench.board.write(cards[i].data(), 1) == 0);
+    bench.run_ms(10);
+    bench.board.set_power(true);
+    bench.run_ms(200);
+    CHECK(bench.get<LoggerStatusReply>(LoggerStatusRequest::kType).uptime_ms < 220);
+    CHECK(bench.start(1).session != first);
+  }
+  CHECK(cards[0] == cards[1] && cards[0] != cards[2]);
 }

@@ -7,28 +7,15 @@
 
 #include "../../firmware/teensy_logger/src/core/timing.h"
 #include "check.h"
+#include "fake_ports.h"
 
 using namespace tfsat;
 using namespace tfsat::logger;
-using protocol::ErrorCode;
-using protocol::LoggerSettings;
-using protocol::Origin;
+using namespace tfsat::protocol;
 
 namespace {
 
-class Memory final : public NonVolatile {
- public:
-  void load(uint8_t* to, uint8_t size) override { std::memcpy(to, bytes, size); }
-  void save(const uint8_t* from, uint8_t size) override {
-    ++saves;
-    if (!worn_out) std::memcpy(bytes, from, size);
-  }
-  uint8_t bytes[64];
-  int saves = 0;
-  bool worn_out = false;
-
-  Memory() { std::memset(bytes, 0xFF, sizeof bytes); }
-};
+using Memory = tfsat_test::FakeMemory;
 
 bool same(const LoggerSettings& a, const LoggerSettings& b) {
   uint8_t x[LoggerSettings::kSize], y[LoggerSettings::kSize];
@@ -40,9 +27,13 @@ bool same(const LoggerSettings& a, const LoggerSettings& b) {
 LoggerSettings fast() {
   LoggerSettings settings = factory_settings();
   settings.rate_hz = 1000;
-  settings.gyro_range_deg_s = 2000;
-  settings.dlpf_cfg = 0;
+  settings.after_landing_s = 60;
+  settings.file_mib = 40;
   return settings;
+}
+
+bool is_factory(const SettingsStore& store) {
+  return store.origin() == Origin::kFactory && same(store.settings(), factory_settings());
 }
 
 // The outcome of check() and its detail after one change to the factory's settings.
@@ -110,41 +101,84 @@ TEST_CASE(every_range_of_the_chip_has_its_code_and_scale) {
   CHECK(gyro_fs_sel(0) == 4 && accel_afs_sel(32) == 4);
 }
 
-TEST_CASE(a_store_that_was_never_written_gives_the_factory_s) {
-  Memory memory;
-  SettingsStore store(memory);
-  store.load();
-  CHECK(store.origin() == Origin::kFactory && same(store.settings(), factory_settings()));
-}
-
-TEST_CASE(what_is_stored_is_there_after_the_power_and_is_not_written_twice) {
-  Memory memory;
-  SettingsStore store(memory);
-  store.load();
-  CHECK(store.store(fast()) && store.store(fast()) && memory.saves == 1);
-  CHECK(store.origin() == Origin::kUploaded && same(store.settings(), fast()));
-  SettingsStore again(memory);
-  again.load();
-  CHECK(again.origin() == Origin::kUploaded && same(again.settings(), fast()));
-}
-
-TEST_CASE(a_damaged_store_gives_the_factory_s_whatever_bit_is_hit) {
-  Memory memory;
-  SettingsStore(memory).store(fast());
-  for (size_t bit = 0; bit < 8 * (LoggerSettings::kSize + 2); ++bit) {
-    memory.bytes[bit / 8] ^= static_cast<uint8_t>(1u << bit % 8);
+TEST_CASE(memory_that_was_never_written_gives_the_factory_s) {
+  for (const int fill : {0xFF, 0x00}) {
+    Memory memory;
+    std::fill(memory.bytes.begin(), memory.bytes.end(), static_cast<uint8_t>(fill));
     SettingsStore store(memory);
+    CHECK(is_factory(store));
     store.load();
-    CHECK(store.origin() == Origin::kFactory && same(store.settings(), factory_settings()));
-    memory.bytes[bit / 8] ^= static_cast<uint8_t>(1u << bit % 8);
+    CHECK(is_factory(store) && memory.saves == 0);
   }
 }
 
-TEST_CASE(a_memory_that_keeps_nothing_is_noticed_and_changes_nothing) {
+TEST_CASE(what_is_stored_outlasts_the_power) {
   Memory memory;
-  memory.worn_out = true;
+  SettingsStore store(memory);
+  CHECK(store.store(fast()));
+  CHECK(store.origin() == Origin::kUploaded && same(store.settings(), fast()));
+  SettingsStore next(memory);
+  next.load();
+  CHECK(next.origin() == Origin::kUploaded && same(next.settings(), fast()));
+}
+
+TEST_CASE(the_same_settings_wear_no_cell) {
+  Memory memory;
+  SettingsStore store(memory);
+  for (int i = 0; i < 3; ++i) CHECK(store.store(fast()));
+  CHECK(memory.saves == 1);
+}
+
+TEST_CASE(any_damaged_bit_gives_the_factory_s) {
+  Memory memory;
+  SettingsStore(memory).store(fast());
+  for (size_t bit = 0; bit < 8 * (LoggerSettings::kSize + 2); ++bit) {
+    Memory damaged = memory;
+    damaged.bytes[bit / 8] ^= static_cast<uint8_t>(1u << bit % 8);
+    SettingsStore store(damaged);
+    store.load();
+    CHECK(is_factory(store));
+  }
+}
+
+// Kept whole, by a firmware that allowed them.
+TEST_CASE(settings_out_of_range_are_not_believed) {
+  Memory memory;
+  LoggerSettings settings = fast();
+  settings.rate_hz = static_cast<uint16_t>(kSampleRateMaxHz + 1);
+  CHECK(SettingsStore(memory).store(settings));
   SettingsStore store(memory);
   store.load();
-  CHECK(!store.store(fast()));
-  CHECK(store.origin() == Origin::kFactory && same(store.settings(), factory_settings()));
+  CHECK(is_factory(store));
+}
+
+// An earlier firmware allowed up to 301 Hz at 100 kHz.
+TEST_CASE(a_rate_that_the_buses_no_longer_carry_is_lowered_and_the_rest_kept) {
+  for (const uint16_t rate_hz : {uint16_t{283}, uint16_t{284}, uint16_t{301}, uint16_t{1000}}) {
+    Memory memory;
+    LoggerSettings settings = fast();
+    settings.bus_khz = 100;
+    settings.rate_hz = rate_hz;
+    settings.gyro_range_deg_s = 1000;
+    CHECK(SettingsStore(memory).store(settings));
+    SettingsStore store(memory);
+    store.load();
+    settings.rate_hz = 283;
+    CHECK(store.origin() == Origin::kUploaded && same(store.settings(), settings));
+    CHECK(memory.saves == 1);
+  }
+}
+
+TEST_CASE(a_memory_that_does_not_keep_them_changes_nothing) {
+  for (int cell = 0; cell < static_cast<int>(LoggerSettings::kSize) + 2; ++cell) {
+    Memory memory;
+    SettingsStore store(memory);
+    LoggerSettings settings = fast();
+    memory.worn_cell = cell;
+    memory.bytes[static_cast<size_t>(cell)] = 0x55;  // none of the bytes to be stored
+    const bool kept = store.store(settings);
+    SettingsStore next(memory);
+    next.load();
+    CHECK(!kept && is_factory(store) && is_factory(next));
+  }
 }

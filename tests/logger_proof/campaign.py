@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
-from tests.logger_proof.broken import Broken
 from tests.logger_proof.judge import Outcome, judge
 from tests.logger_proof.truth import Kind, read_truth
+from tests.proof.campaign import Broken, Job
 
 FIRST_SEED = 0
 SEEDS = 2880
@@ -50,22 +49,12 @@ def run(program: Path, first: int, count: int, folder: Path) -> None:
         raise Broken(f"seeds {first} to {first + count - 1}: exit code {done.returncode}\n{done.stderr}")
 
 
-def run_all(
-    program: Path, first: int, count: int, progress: Callable[[int], None] = lambda _: None
-) -> list[Outcome]:
-    """All seeds from `first` on, on all cores; the outcomes do not depend on how many there are."""
-    batches = [(at, min(BATCH, first + count - at)) for at in range(first, first + count, BATCH)]
-    outcomes: list[Outcome] = []
-    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
-        futures = [pool.submit(run_and_judge, program, *batch) for batch in batches]
-        try:
-            for (at, size), future in zip(batches, futures, strict=True):
-                outcomes += future.result()
-                progress(at + size - first)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return outcomes
+def batches(program: Path, first: int, count: int) -> list[Job]:
+    """All seeds from `first` on; each job gives its outcomes."""
+    return [
+        partial(run_and_judge, program, at, min(BATCH, first + count - at))
+        for at in range(first, first + count, BATCH)
+    ]
 
 
 def _judge(folder: Path, seed: int) -> list[Outcome]:

@@ -3,16 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from tests.logger_proof.broken import Broken
-from tests.logger_proof.drop import drop_events
-from tests.logger_proof.due import Due
 from tests.logger_proof.truth import Kind, Truth
+from tests.proof.campaign import Broken
 from tfsat_host.protocol.enums import ErrorCode
-from tfsat_host.protocol.limits import FROZEN_US
+from tfsat_host.protocol.limits import FROZEN_US, LANDING_LATEST_US, RELEASE_DEBOUNCE_US
 from tfsat_host.sdlog import DropEvent, DropLog
+from tfsat_host.sdlog.release_rule import releases_by_rule
+
+
+@dataclass(frozen=True, slots=True)
+class Due:
+    """One event, as what really happened tells it.
+
+    Attributes:
+        earliest_us, latest_us: Between them lies its time.
+        known_us: The logger knows of it by then.
+        arg: None: any.
+        value: Least and greatest; None: any.
+        may_lack: It is none when it stands there, and may be absent.
+    """
+
+    name: str
+    earliest_us: int
+    latest_us: int
+    known_us: int
+    index: int
+    arg: int | None
+    value: tuple[int, int] | None = (0, 0)
+    may_lack: bool = False
+
+    def matches(self, event: DropEvent) -> bool:
+        """It is this one."""
+        return (
+            (event.name, event.index) == (self.name, self.index)
+            and self.earliest_us <= event.t_us <= self.latest_us
+            and self.arg in (None, event.arg)
+            and (self.value is None or self.value[0] <= event.value <= self.value[1])
+        )
+
 
 BLOCK_US = 30_000
 """An event may stand in a block whose samples are up to so much older."""
@@ -26,6 +58,12 @@ LOSS_NOTICED_US = 2_200_000
 """A card that looks busy is gone after 1 s; it may have stalled before, and a host cannot tell."""
 STALL_US = 550_000
 """What the card says is stamped when the main loop asked, and it may wait in a stall."""
+TICKS_US = 20_000
+"""Some sampling instants, should a few be missed."""
+ROUNDING_US = 1
+"""The release rule counts half microseconds."""
+SHOCK_MG = (15_999, 16_000)
+"""The end of the range, either way."""
 TAKEN = frozenset({"switch_edge", "stroke", "release", "landing", "sampling_late", "card_lost", "card_back"})
 
 
@@ -73,7 +111,7 @@ def _in_recording(truth: Truth, known_us: int) -> bool:
 
 def _due(truth: Truth) -> Iterator[Due]:
     yield from _edges(truth)
-    yield from drop_events(truth)
+    yield from _drop_events(truth)
     yield from _late_ticks(truth)
     for trouble in truth.troubles:
         yield from _losses(trouble) if trouble["pulled"] else _stalls(trouble, truth)
@@ -173,3 +211,28 @@ def standstills(truth: Truth, imu: int) -> Iterator[slice]:
     for begin, end in bounds.reshape(-1, 2).tolist():
         if int(samples["t_us"][end]) - int(samples["t_us"][begin]) >= FROZEN_US:
             yield slice(begin, end + 1)
+
+
+def _drop_events(truth: Truth) -> Iterator[Due]:
+    """Releases, those that were none, and the landing, of the whole run."""
+    switches = truth.edges[truth.edges["source"] == 0]
+    edges = [(edge["t_us"].item(), edge["index"].item(), bool(edge["open"])) for edge in switches]
+    for release in releases_by_rule(edges, 0, truth.end_us):
+        times = (release.at_us - ROUNDING_US, release.at_us + ROUNDING_US)
+        yield Due("release", *times, release.at_us + RELEASE_DEBOUNCE_US + TICKS_US, 0, 1)
+        if release.at_us == truth.release_us:
+            yield _landing(truth)
+        elif release.false_us is not None:
+            yield Due("release", *times, release.false_us + TICKS_US, 0, 0)
+
+
+def _landing(truth: Truth) -> Due:
+    """By the shock, or without one by the time; where every IMU fails some time, by either."""
+    shock_us, time_us = int(truth.head["landing_us"]), truth.release_us + LANDING_LATEST_US
+    if int(truth.head["faulty"]) == 0xF:
+        return Due("landing", shock_us, time_us + TICKS_US, time_us + TICKS_US, 0, None, None)
+    if not truth.head["landing_felt"]:
+        return Due("landing", time_us, time_us + TICKS_US, time_us + TICKS_US, 0, 0)
+    row = min(int(np.searchsorted(truth.ticks["t_us"], shock_us)), len(truth.ticks) - 1)
+    tick_us = int(truth.ticks["t_us"][row])
+    return Due("landing", tick_us, tick_us, tick_us, 0, 1, SHOCK_MG)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,15 +10,12 @@ from typing import Self
 
 from tests.logger_proof.building import core_sha256
 from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ
-from tests.logger_proof.glitches import Glitches
-from tests.logger_proof.instructions import Instructions
 from tests.logger_proof.judge import LOOP_US, PARTIAL_AND_SYNC_US, Outcome
-from tests.logger_proof.m7 import MACHINE, Twins
-from tests.logger_proof.offsets import FALL_S, Offset
-from tests.logger_proof.shared_processor import Spare
+from tests.logger_proof.m7 import MACHINE, Instructions, Twins, instructions_page, twins_page
+from tests.logger_proof.measurements import Glitches, Offset, Spare, glitches_page, offsets_page, spares_page
 from tests.logger_proof.truth import Kind
-from tests.sequencer_proof.report_text import table
-from tfsat_host.protocol.limits import FILE_FACTORY_MIB, FIRMWARE_VERSION, RING_BLOCKS
+from tests.proof.campaign import output, paragraph, table
+from tfsat_host.protocol.limits import FIRMWARE_VERSION
 
 TEXT = {
     Kind.BETWEEN: "between two blocks; the card keeps what it took",
@@ -81,30 +76,34 @@ class Tools:
 
     @classmethod
     def found(cls) -> Self:
-        qemu = _output("qemu-system-arm", "--version").splitlines()[0]
-        return cls(_output("arm-none-eabi-g++", "-dumpversion"), qemu.split("version ")[1].split(" ")[0])
+        qemu = output("qemu-system-arm", "--version").splitlines()[0]
+        return cls(output("arm-none-eabi-g++", "-dumpversion"), qemu.split("version ")[1].split(" ")[0])
 
 
-def render(
-    outcomes: Sequence[Outcome],
-    same: Twins,
-    counted: Sequence[Instructions],
-    spares: Sequence[Spare],
-    glitches: Sequence[Glitches],
-    offsets: Sequence[Offset],
-    tools: Tools,
-) -> str:
-    """The whole report, Markdown."""
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What everything came to."""
+
+    outcomes: list[Outcome]
+    same: Twins
+    counted: list[Instructions]
+    spares: list[Spare]
+    glitches: list[Glitches]
+    offsets: list[Offset]
+
+
+def render(proof: Proof, tools: Tools) -> str:
+    """The whole page, Markdown."""
     sections = [
-        _head(outcomes, tools),
-        _campaign(outcomes),
-        _losses(outcomes),
-        _stalls(outcomes),
-        _twins(same),
-        _instructions(counted),
-        _shared_processor(spares),
-        _glitches(glitches),
-        _offsets(offsets),
+        _head(proof.outcomes, tools),
+        _campaign(proof.outcomes),
+        _losses(proof.outcomes),
+        _stalls(proof.outcomes),
+        twins_page(proof.same),
+        instructions_page(proof.counted),
+        spares_page(proof.spares),
+        glitches_page(proof.glitches),
+        offsets_page(proof.offsets),
         f"## What this leaves out\n\n{NOT_MODELLED}",
     ]
     return "\n\n".join(sections) + "\n"
@@ -122,7 +121,7 @@ def _head(outcomes: Sequence[Outcome], tools: Tools) -> str:
     )
     cuts = sum(outcome.cut for outcome in outcomes)
     last_seed = max(outcome.seed for outcome in outcomes)
-    text = _paragraph(
+    text = paragraph(
         "Written by `make logger-report`; do not edit. The logger's own core records drops of a synthetic robot on a "
         "card that fails in every way below, in virtual time; the decoder reads the card's image afterwards and is "
         f"held against what the sensors really said: {len(outcomes)} recordings, {cuts} of them cut off by the power, "
@@ -149,7 +148,7 @@ def _campaign(outcomes: Sequence[Outcome]) -> str:
     early = sum(one.headerless for one in outcomes)
     from_ram = sum(one.from_ram for one in outcomes)
     later = sum(one.number > 1 for one in outcomes)
-    found = _paragraph(
+    found = paragraph(
         f"{decoded} samples were read back and compared. {sum(dropped)} samples of {len(dropped)} runs found no room, "
         "in a ring that was too small on purpose, or in a file that was full before the main loop knew: the log "
         f"counts each of them as dropped. In {early} runs the power went before the first sync, when a card that "
@@ -175,7 +174,7 @@ def _losses(outcomes: Sequence[Outcome]) -> str:
         ):
             losses = [one.loss_us / 1e3 for one in chosen]
             rows.append((name, rate_hz, len(losses), f"{median(losses):.0f}", f"{max(losses):.0f}"))
-    text = _paragraph(
+    text = paragraph(
         "The age of the oldest sample that is not on the card when the power goes. What the card holds in its own RAM "
         "is lost whatever a logger does; what waits behind a stall is in the ring. Allowed: "
         f"{PARTIAL_AND_SYNC_US // 1000} ms to fill a block and sync it, {LOOP_US // 1000} ms for the sync itself, and "
@@ -203,96 +202,9 @@ def _stalls(outcomes: Sequence[Outcome]) -> str:
         rows.append((rate_hz, len(part), count, f"{longest_ms:.0f}", peak, dropped))
     header = ("Hz", "runs", "stalls", "longest, ms", "most blocks waiting", "samples dropped")
     full = sum(one.file_full for one in outcomes)
-    rest = _paragraph(
+    rest = paragraph(
         f"Not among them: {full} recordings whose file was full before the end. What is sampled between the file's "
         "last block and the end of the recording, half a second behind a stall, counts as dropped."
     )
     title = "## 3. Stalls of 50 to 500 ms in 1 % of the writes, with the firmware's own ring"
     return f"{title}\n\n{table(header, rows)}\n\n{rest}"
-
-
-def _twins(same: Twins) -> str:
-    text = _paragraph(
-        f"{same.seeds} of these runs on the PC, with the address and undefined-behaviour sanitizers on, and on the "
-        "Cortex-M7: the card's image and the account of what it was given are the same to the byte, "
-        f"{same.bytes_compared} bytes in all, SHA-256 `{same.sha256}`."
-    )
-    return f"## 4. The same bytes on a Cortex-M7\n\n{text}"
-
-
-def _instructions(counted: Sequence[Instructions]) -> str:
-    rows = [
-        (
-            *(one.rate_hz, one.core.mean, one.core.most, one.idle_sample.mean - one.ports),
-            *(one.pass_with_block.mean, one.empty_pass.mean, f"{one.share:.2%}"),
-        )
-        for one in counted
-    ]
-    header = (
-        *("Hz", "a sample: mean", "most", "mean when idle"),
-        *("a pass that writes a block", "an empty pass", "of 600 MHz"),
-    )
-    text = _paragraph(
-        "Of the core, -O2, counted by QEMU to 40 instructions; ports and drivers excluded. The most is a sample that "
-        "closes a block. The last column is sampling and handing on its blocks, at an instruction a cycle; the wait "
-        "for the buses comes on top."
-    )
-    return f"## 5. Instructions on the Cortex-M7\n\n{text}\n\n{table(header, rows)}"
-
-
-def _shared_processor(spares: Sequence[Spare]) -> str:
-    cases = sorted({(spare.rate_hz, spare.transfer_ns) for spare in spares})
-    by_case = {(spare.rate_hz, spare.transfer_ns, spare.stall_one_in): spare for spare in spares}
-    stalls = sorted({spare.stall_one_in for spare in spares})
-    rows = []
-    for rate_hz, transfer_ns in cases:
-        chosen = [by_case[rate_hz, transfer_ns, one_in] for one_in in stalls]
-        figures = [figure for spare in chosen for figure in (spare.at_start, spare.at_change)]
-        rows.append((rate_hz, f"{transfer_ns / 1000:g}", *figures))
-    header = ["Hz", "µs a block"]
-    for one_in in stalls:
-        card = f"1 write in {one_in} stalls" if one_in else "takes what comes"
-        header += [f"{card}: at the start", "at the next file"]
-    text = _paragraph(
-        "SdFat's programmed transfers take the processor for each block, 20.7 µs at the clock's limit and 22 to 23 µs "
-        "by its maintainer's figure; the sampling interrupt keeps it for two bursts, 780 µs. The emulated board shares "
-        f"its processor so. Of the {RING_BLOCKS} blocks of RAM, the fewest that were free while the factory's file of "
-        f"{FILE_FACTORY_MIB} MiB was filled in turns with the recording, from `record start` on and again when the "
-        "robot had waited until the file was full. No sample was dropped."
-    )
-    return f"## 6. A processor that is shared\n\n{text}\n\n{table(header, rows)}"
-
-
-def _glitches(glitches: Sequence[Glitches]) -> str:
-    named = {"nack": "one NACK", "timeout": "one timeout, the bus clocked free"}
-    rows = [
-        (named[one.kind], one.rate_hz, one.count, f"{one.lost / one.count:.2f}", one.most, one.others)
-        for one in glitches
-    ]
-    header = ("what fails", "Hz", "times", "samples lost, mean", "most", "of other IMUs")
-    text = _paragraph(
-        "One transfer of a running IMU fails. Its settings are read back behind the bursts of that instant or of the "
-        "next one; if they are as they were, it goes on. The buses run at 400 kHz and take their time, as on the board."
-    )
-    return f"## 7. One failed transfer\n\n{text}\n\n{table(header, rows)}"
-
-
-def _offsets(offsets: Sequence[Offset]) -> str:
-    rows = [(one.bus_khz, one.imu, one.told, f"{one.measured:.0f}") for one in offsets]
-    header = ("buses, kHz", "IMU", "told by the log, µs", "measured, µs")
-    text = _paragraph(
-        "When each IMU of a sample is read after the sample's time: what the log's header tells, and by how much "
-        "earlier than IMU 1's its readings show the motion. For each body of an emulated robot without imperfections "
-        "the delay is taken at which its gyro's angular speed fits the true one best, in least squares, from "
-        f"{FALL_S[0]:g} to {FALL_S[1]:g} s after the release. A chip renews its registers each 1000 µs, which is what "
-        "the difference comes from."
-    )
-    return f"## 8. When a sensor is read\n\n{text}\n\n{table(header, rows)}"
-
-
-def _paragraph(text: str) -> str:
-    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
-
-
-def _output(*command: str) -> str:
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

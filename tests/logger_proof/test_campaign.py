@@ -1,4 +1,4 @@
-"""Short form of the fault campaign, on the PC with the sanitizers on; and defects that it must find."""
+"""Short form of the fault campaign, on the PC with the sanitizers on and on a Cortex-M7; defects that it must find."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.emulator_avr.building import Edit
-from tests.logger_proof.broken import Broken
-from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SHORT_SEEDS, run_all, run_each, seeds_of
-from tests.logger_proof.conftest import Plant
+from tests.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
+from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SHORT_SEEDS, batches, run_each, seeds_of
+from tests.logger_proof.m7 import SHORT_SEEDS as M7_SEEDS
+from tests.logger_proof.m7 import compare, count_instructions, twin_jobs, twins
 from tests.logger_proof.truth import Kind
+from tests.proof.campaign import Broken, run_jobs
 from tfsat_host.sdlog import blocks
 
 WRITER = "core/card_writer.cpp"
@@ -137,29 +139,23 @@ DEFECTS = {
 
 
 def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> None:
-    outcomes = run_all(pc, FIRST_SEED, SHORT_SEEDS)
+    found = run_jobs({"runs": batches(pc, FIRST_SEED, SHORT_SEEDS)})
+    outcomes = [outcome for part in found["runs"] for outcome in part]
     assert {(outcome.kind, outcome.rate_hz) for outcome in outcomes} == {
         (kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ
     }
-    # Every kind of fault did happen.
-    assert any(outcome.torn for outcome in outcomes)
-    assert any(outcome.stale for outcome in outcomes)
-    assert any(outcome.dropped for outcome in outcomes)
-    assert any(outcome.duplicate for outcome in outcomes)
-    assert any(outcome.pulled for outcome in outcomes)
-    assert any(outcome.stalls for outcome in outcomes)
-    assert any(outcome.spoiled for outcome in outcomes)
-    assert any(outcome.from_ram for outcome in outcomes)
+    for what in ("torn", "stale", "dropped", "duplicate", "pulled", "stalls", "spoiled", "from_ram"):
+        assert any(getattr(outcome, what) for outcome in outcomes), f"no run was {what}"
     assert any(outcome.number > 1 for outcome in outcomes)
     assert {outcome.verdict for outcome in outcomes} >= {"complete", "truncated", "damaged"}
 
 
 @pytest.mark.prove
 @pytest.mark.parametrize("defect", DEFECTS)
-def test_a_planted_defect_is_found(plant: Plant, defect: str) -> None:
+def test_a_planted_defect_is_found(tmp_path: Path, defect: str) -> None:
     edit, (kind, count), found_by = DEFECTS[defect]
     with pytest.raises(Broken, match=found_by):
-        run_each(plant([edit]), seeds_of(kind, count))
+        run_each(build_for_pc(tmp_path, [edit]), seeds_of(kind, count))
 
 
 @pytest.mark.prove
@@ -170,3 +166,29 @@ def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pyt
     monkeypatch.setattr(blocks, "_crc_is_right", believed)
     with pytest.raises(Broken, match=r"wrong|no whole block|never taken"):
         run_each(pc, seeds_of(Kind.TORN, 8))
+
+
+# ------------------------------------------------------------------ on the Cortex-M7
+
+
+def test_the_card_holds_the_same_bytes_as_after_the_pcs_run(pc: Path, m7: Path) -> None:
+    same = twins(run_jobs({"twins": twin_jobs(pc, m7, M7_SEEDS, batch=1)})["twins"])
+    assert same.seeds == len(M7_SEEDS)
+    assert same.bytes_compared > len(M7_SEEDS) * 1_000_000
+
+
+@pytest.mark.prove
+def test_a_core_that_depends_on_the_size_of_a_pointer_is_found(pc: Path, tmp_path: Path) -> None:
+    edit = Edit(
+        "core/request_server.cpp", "header.dlpf_cfg = settings.dlpf_cfg;", "header.dlpf_cfg = sizeof(void*);"
+    )
+    with pytest.raises(Broken, match="another than the PC's"):
+        compare(pc, build_for_m7(tmp_path, edits=[edit]), M7_SEEDS[0], 1)
+
+
+def test_sampling_leaves_the_processor_to_the_card(tmp_path: Path) -> None:
+    counted = count_instructions(build_for_m7(tmp_path, INSTRUCTIONS), 1000)
+    assert counted.sample.count == 10_000
+    # Not an empty loop, and no more than a quarter of the 0.2 ms that timing.h leaves beside the buses.
+    assert 1_000 < counted.core.mean < counted.core.most < 30_000
+    assert counted.share < 0.02

@@ -11,19 +11,16 @@ import pytest
 
 from tests.emulator_avr.building import REPOSITORY
 from tests.evaluation.drops import Drop, drop
-from tests.logger_proof.__main__ import REPORT
-from tests.logger_proof.broken import Broken
 from tests.logger_proof.building import core_files, core_sha256
 from tests.logger_proof.campaign import RATES_HZ, SEEDS
-from tests.logger_proof.glitches import Glitches, run_glitches
-from tests.logger_proof.instructions import Figure, Instructions
 from tests.logger_proof.judge import Outcome
-from tests.logger_proof.m7 import Twins
-from tests.logger_proof.offsets import Offset, measure_offsets
-from tests.logger_proof.report import Tools, render
-from tests.logger_proof.shared_processor import Spare
+from tests.logger_proof.m7 import Figure, Instructions, Twins
+from tests.logger_proof.measurements import Glitches, Offset, Spare, measure_offsets, run_glitches
+from tests.logger_proof.report import Proof, Tools, render
 from tests.logger_proof.truth import Kind
+from tests.proof.campaign import Broken
 
+REPORT = REPOSITORY / "docs" / "logger-proof.md"
 RUNS = [
     Outcome(
         seed=1,
@@ -98,7 +95,8 @@ def test_a_report_tells_its_runs_figures() -> None:
     glitches = [Glitches("nack", 280, 200, 150, 1, 0)]
     offsets = [Offset(100, 2, 1560, 1538.7)]
     tools = Tools("12.2.1", "7.2.22")
-    text = render(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, glitches, offsets, tools)
+    proof = Proof(RUNS, Twins(96, 123_456, "ab" * 32), COUNTED, spares, glitches, offsets)
+    text = render(proof, tools)
     cuts = sum(run.kind is not Kind.CARD_LOST for run in RUNS)
     assert f"{len(RUNS)} recordings, {cuts} of them cut off" in text.replace("\n", " ")
     assert "| takes what comes | 280 | 14 | 123 | 123 |" in text
@@ -136,7 +134,7 @@ def test_a_log_that_tells_other_offsets_makes_no_report(
         one = drop(*args, **options)
         return replace(one, log=replace(one.log, header=replace(one.log.header, imu_offset_us=(0,) * 4)))
 
-    monkeypatch.setattr("tests.logger_proof.offsets.drop", mistold)
+    monkeypatch.setattr("tests.logger_proof.measurements.drop", mistold)
     with pytest.raises(Broken, match="IMU 2 is read 399 us"):
         measure_offsets(tmp_path, (400,))
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.proof.campaign import Broken
 from tests.sequencer_proof import one_rule
-from tests.sequencer_proof.signals import Broken
 from tfsat_host.protocol import limits
 
 

@@ -11,7 +11,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import precondition, rule
 
-from tests.sequencer.board import NEW, OLD, STROKE_LINE, Board, Reset, connect, pulses
+from tests.sequencer.board import NEW, OLD, STROKE_LINE, Board, Reset, connect, pulses, release
 from tests.sequencer.maneuvers import RawManeuver
 from tests.sequencer.model import ARMED, DONE, FAULT, JOGGING
 from tests.sequencer.servo_model import FACTORY_SERVO, FACTORY_SETTINGS
@@ -23,6 +23,7 @@ from tests.sequencer.store_model import (
     SETTINGS_USED_BYTES,
     SLOT_BYTES,
 )
+from tfsat_host.maneuver import Maneuver, Stroke, schedule_maneuver
 from tfsat_host.protocol.framing import Frame, crc16
 from tfsat_host.protocol.limits import JOG_CONFIRM, START_POSE_TOLERANCE_CDEG
 from tfsat_host.protocol.messages import (
@@ -307,3 +308,17 @@ def test_the_model_flies(board: Board) -> None:
     board.advance(800_000)
     edges = board.edges()
     assert [p.rise_ns - released_ns for p in pulses(edges, STROKE_LINE)] == [700_000_000, 710_000_000]
+
+
+def test_status_of_a_shorter_maneuver_after_a_run(board: Board) -> None:
+    """STATUS counts the last run's strokes; a maneuver uploaded since may have fewer."""
+    sequencer = connect(board)
+    sequencer.arm()
+    release(board)
+    board.advance(2_500_000)
+    for index in (0, 1):
+        board.switch(index, opened=False)
+    sequencer.disarm()
+    sequencer.upload(schedule_maneuver(Maneuver((Stroke(3, 77.0),))))
+    status = sequencer.status()
+    assert (status.strokes_started, status.joint_angle_cdeg) == (4, (0, 0, 0))

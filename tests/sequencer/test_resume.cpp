@@ -39,28 +39,6 @@ RetainedState filled(uint8_t byte) {
   return state;
 }
 
-void arm(Bench& bench) {
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_ms(20);
-}
-
-// Released, these strokes begun (bit i: stroke i); the main loop has not come round since.
-void fly(Bench& bench, uint16_t strokes) {
-  arm(bench);
-  bench.open_both();
-  bench.run_ms(20);
-  CHECK(bench.core.state() == SequencerState::kRunning);
-  bench.strokes_begin(strokes);
-}
-
-// Both contacts open for a millisecond.
-void knock(Bench& bench) {
-  bench.open_both();
-  bench.run_ms(1);
-  bench.close_both();
-  bench.run_ms(20);
-}
-
 void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t joint_3) {
   CHECK(bench.servos.held && bench.servos.changes.empty());
   CHECK(bench.servos.widths[0] == joint_1);
@@ -72,7 +50,7 @@ void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t
 
 TEST_CASE(retained_state_with_one_or_two_flipped_bits_is_not_intact) {
   Bench bench;
-  arm(bench);
+  bench.wait_armed();
   const std::vector<size_t> bits = sealed_bits();
   CHECK(bits.size() == 20 * 8);  // no padding that the checksum would not cover
   CHECK(bench.retained.intact());
@@ -91,15 +69,13 @@ TEST_CASE(a_record_that_the_reset_damaged_is_not_replaced_by_an_older_one) {
   for (const int address : {0, 10}) {
     for (const bool running : {false, true}) {
       Bench before;
-      CHECK(before.arm() == ErrorCode::kNone);
-      before.run_ms(20);
+      before.wait_armed();
       if (running) before.open_both();
       before.run_ms(20);
       before.memory.bytes.at(static_cast<size_t>(Sequencer::kManeuverAddress + address)) ^= 0x10;
       Bench bench(before, ResetCause::kBrownOut);
       bench.run_ms(20);
-      CHECK(bench.core.state() == SequencerState::kFault);
-      CHECK(bench.core.fault() == ErrorCode::kStoreDamaged);
+      CHECK(bench.is(SequencerState::kFault, ErrorCode::kStoreDamaged));
       bench.open_both();
       bench.run_ms(3000);
       CHECK(!bench.servos.held && bench.servos.changes.empty());
@@ -125,7 +101,7 @@ TEST_CASE(ram_after_power_on_is_not_intact) {
 
 TEST_CASE(damaged_ram_starts_safe_and_silent) {
   Bench before;
-  arm(before);
+  before.wait_armed();
   for (const size_t bit : sealed_bits()) {
     Bench damaged(before, ResetCause::kWatchdog);
     damaged.retained = before.retained;
@@ -139,7 +115,7 @@ TEST_CASE(damaged_ram_starts_safe_and_silent) {
 
 TEST_CASE(a_lost_supply_is_believed_more_than_ram) {
   Bench before;
-  arm(before);
+  before.wait_armed();
   Bench bench(before, ResetCause::kPowerOn);
   bench.run_ms(20);
   CHECK(bench.core.state() == SequencerState::kSafe && !bench.servos.held);
@@ -148,7 +124,7 @@ TEST_CASE(a_lost_supply_is_believed_more_than_ram) {
 TEST_CASE(armed_again_only_after_the_debounce) {
   for (const ResetCause cause : kCauses) {
     Bench before;
-    arm(before);
+    before.wait_armed();
     Bench bench(before, cause);
     check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
     const tick_t started_at = bench.now;
@@ -176,7 +152,7 @@ TEST_CASE(a_switch_that_bounces_in_the_debounce_after_a_reset_is_a_fault) {
   for (uint32_t at = 0; at < ticks_from_us(kReleaseDebounceUs); at += 200) {
     for (const uint8_t index : {0, 1}) {
       Bench before;
-      arm(before);
+      before.wait_armed();
       Bench bench(before, ResetCause::kBrownOut);
       const tick_t started_at = bench.now;
       for (; bench.now - started_at < 10 * kTicksPerMs; bench.now += 100) {
@@ -185,8 +161,7 @@ TEST_CASE(a_switch_that_bounces_in_the_debounce_after_a_reset_is_a_fault) {
         if (passed == at + 200) bench.switches.set(index, false, bench.now);
         bench.poll();
       }
-      CHECK(bench.core.state() == SequencerState::kFault);
-      CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed);
+      CHECK(bench.is(SequencerState::kFault, ErrorCode::kResetWhileArmed));
       check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
     }
   }
@@ -194,7 +169,7 @@ TEST_CASE(a_switch_that_bounces_in_the_debounce_after_a_reset_is_a_fault) {
 
 TEST_CASE(disarming_right_after_a_reset_is_safe) {
   Bench before;
-  arm(before);
+  before.wait_armed();
   Bench bench(before, ResetCause::kWatchdog);
   bench.core.disarm();
   bench.run_ms(20);
@@ -211,12 +186,12 @@ TEST_CASE(a_reset_while_running_holds_the_strokes_begun) {
   for (const bool hung : {false, true}) {
     for (uint16_t begun = 0; begun < 16; ++begun) {
       Bench before;
-      fly(before, begun);
+      before.fly(20);
+      before.strokes_begin(begun);
       if (!hung) before.run_ms(1);
       Bench bench(before, ResetCause::kWatchdog);
       bench.run_ms(3000);
-      CHECK(bench.core.state() == SequencerState::kFault);
-      CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
+      CHECK(bench.is(SequencerState::kFault, ErrorCode::kResetWhileRunning));
       Bench again(bench, ResetCause::kWatchdog);
       for (Bench* board : {&bench, &again}) {
         // Open where the joint's stroke out has begun, and not the one back: strokes 0 and 2, 1 and 3.
@@ -249,7 +224,8 @@ TEST_CASE(a_reset_while_running_holds_the_strokes_begun) {
 TEST_CASE(marks_of_strokes_that_make_no_sense_move_nothing) {
   for (uint32_t flips = 1; flips < 0x10000; flips += flips < 64 ? 1 : 61) {
     Bench before;
-    fly(before, 5);
+    before.fly(20);
+    before.strokes_begin(5);
     before.retained.begun.bits = static_cast<uint16_t>(before.retained.begun.bits ^ flips);
     Bench bench(before, ResetCause::kWatchdog);
     bench.run_ms(1);
@@ -263,7 +239,8 @@ TEST_CASE(marks_of_strokes_that_make_no_sense_move_nothing) {
 TEST_CASE(a_reset_while_running_with_a_damaged_store_invents_no_stroke) {
   for (const uint16_t flips : {0, 4, 0xFFFF}) {
     Bench before;
-    fly(before, 1);
+    before.fly(20);
+    before.strokes_begin(1);
     before.run_ms(1);
     before.retained.begun.bits = static_cast<uint16_t>(before.retained.begun.bits ^ flips);
     for (uint16_t at = 0; at < 2 * SlotPair::kSlotBytes; at += SlotPair::kSlotBytes) {
@@ -282,7 +259,7 @@ TEST_CASE(a_reset_while_running_with_a_damaged_store_invents_no_stroke) {
 
 TEST_CASE(resets_are_counted_up_to_255) {
   Bench first;
-  arm(first);
+  first.wait_armed();
   Bench* board = new Bench(first, ResetCause::kWatchdog);
   for (int number = 1; number <= 300; ++number) {
     CHECK(board->core.resets_while_armed() == (number < 255 ? number : 255));
@@ -312,60 +289,4 @@ TEST_CASE(no_token_comes_back_after_a_reset) {
     }
     CHECK(twice.core.state() == SequencerState::kSafe);
   }
-}
-
-TEST_CASE(a_latched_fault_outlasts_hours_and_the_turn_of_the_clock) {
-  Bench before(static_cast<tick_t>(0) - 1000 * kTicksPerMs);
-  arm(before);
-  before.switches.set(0, true, before.now);
-  Bench bench(before, ResetCause::kBrownOut);
-  bench.run_ms(2000);  // across the turn
-  CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed);
-  bench.close_both();
-  bench.run_hours(30);
-  CHECK(bench.core.state() == SequencerState::kFault);
-  CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed);
-  CHECK(bench.arm() == ErrorCode::kFaultLatched);
-  bench.open_both();
-  bench.run_hours(1);
-  check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
-}
-
-TEST_CASE(knocks_survive_resets_until_the_next_arming) {
-  for (const ResetCause cause : kCauses) {
-    Bench armed;
-    arm(armed);
-    for (int i = 0; i < 3; ++i) knock(armed);
-    Bench again(armed, cause);
-    CHECK(again.core.knocks() == 3);
-    again.run_ms(20);
-    CHECK(again.core.state() == SequencerState::kArmed && again.core.knocks() == 3);
-    knock(again);
-    Bench flying(again, cause);
-    flying.run_ms(20);
-    CHECK(flying.core.knocks() == 4);
-    flying.open_both();
-    flying.run_ms(20);
-    CHECK(flying.core.state() == SequencerState::kRunning && flying.core.knocks() == 4);
-    Bench faulty(flying, cause);
-    Bench still_faulty(faulty, cause);
-    CHECK(faulty.core.knocks() == 4 && still_faulty.core.knocks() == 4);
-    still_faulty.core.disarm();
-    still_faulty.close_both();
-    still_faulty.run_ms(20);
-    arm(still_faulty);
-    CHECK(still_faulty.core.knocks() == 0);
-    Bench dark(faulty, ResetCause::kPowerOn);
-    CHECK(dark.core.knocks() == 0);
-  }
-}
-
-TEST_CASE(an_open_switch_after_a_reset_does_not_forget_the_knocks) {
-  Bench armed;
-  arm(armed);
-  knock(armed);
-  armed.switches.set(1, true, armed.now);
-  Bench bench(armed, ResetCause::kBrownOut);
-  bench.run_ms(20);
-  CHECK(bench.core.fault() == ErrorCode::kResetWhileArmed && bench.core.knocks() == 1);
 }

@@ -51,8 +51,7 @@ bool tells_of_no_run(const Bench& bench) {
 
 // A run in which two strokes have begun.
 void fly(Bench& bench) {
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_ms(20);
+  bench.wait_armed();
   drop(bench, 3);
   bench.first_strokes_begin(2);
   bench.run_ms(1);
@@ -60,17 +59,9 @@ void fly(Bench& bench) {
 
 }  // namespace
 
-TEST_CASE(no_run_no_report) {
-  Bench bench;
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_ms(100);
-  CHECK(tells_of_no_run(bench));
-}
-
 TEST_CASE(a_run_is_reported_until_the_next) {
   Bench bench;
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_ms(20);
+  bench.wait_armed();
   bench.now += 1234;  // between two polls
   drop(bench, 3);
   check_report(bench, 20617, 3, 0);
@@ -93,38 +84,17 @@ TEST_CASE(a_run_is_reported_until_the_next) {
   check_report(bench, us_from_ticks(again_at), 0, 0);
 }
 
-TEST_CASE(a_run_that_was_disarmed_reports_the_strokes_that_had_begun) {
-  Bench bench;
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_ms(20);
-  drop(bench, 1);
-  bench.first_strokes_begin(3);
-  bench.run_ms(1);
-  bench.core.disarm();
-  bench.run_ms(3000);
-  check_report(bench, 20000, 1, 3);
-}
-
 // At any tick of a millisecond, on any clock: the report and uptime_ms tell the same time.
 TEST_CASE(the_release_is_told_on_the_clock_of_uptime) {
   for (tick_t offset = 0; offset < kTicksPerMs; offset += 37) {
     for (const int32_t before_turn_ms : {0, 10, 25, 60000}) {
       Bench bench(static_cast<tick_t>(-before_turn_ms * static_cast<int32_t>(kTicksPerMs)));
-      CHECK(bench.arm() == ErrorCode::kNone);
-      bench.run_ms(20);
+      bench.wait_armed();
       bench.now += offset;
       drop(bench, 2);
       check_report(bench, 20000 + us_from_ticks(offset), 2, 0);
     }
   }
-}
-
-TEST_CASE(the_release_is_told_after_thirty_hours) {
-  Bench bench;
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_hours(30);
-  drop(bench, 5);
-  check_report(bench, uint64_t{30} * 3600 * 1000000, 5, 0);
 }
 
 TEST_CASE(the_report_survives_resets_in_any_state_and_no_power_cut) {
@@ -157,8 +127,7 @@ TEST_CASE(a_run_that_was_finished_is_reported_after_a_reset_until_the_next) {
   Bench bench(flown, ResetCause::kWatchdog);
   bench.run_ms(20);
   CHECK(bench.core.state() == SequencerState::kSafe && told(bench) == told(flown));
-  CHECK(bench.arm() == ErrorCode::kNone);
-  bench.run_ms(20);
+  bench.wait_armed();
   CHECK(told(bench) == told(flown));
   drop(bench, 1);
   check_report(bench, 40000, 1, 0);

@@ -1,20 +1,22 @@
-// A slot pair by itself: torn bytes, worn cells, wear.
-#include "../../firmware/arduino_sequencer/src/core/slot_pair.h"
-#include "../../firmware/arduino_sequencer/src/core/maneuver.h"
-#include "fake_ports.h"
+// A slot pair alone: torn bytes, worn cells, wear. Then the two pairs of a board.
+#include "bench.h"
 
 #include <algorithm>
 #include <cstring>
 
 using namespace tfsat::sequencer;
-using tfsat::protocol::Origin;
+using namespace tfsat::protocol;
+using tfsat_test::Answers;
+using tfsat_test::Bench;
+using tfsat_test::bytes_of;
 using tfsat_test::FakeMemory;
+using tfsat_test::put;
 using tfsat_test::same;
+using tfsat_test::same_record;
 
 namespace {
 
 using Store = Stored<Maneuver>;
-using tfsat::protocol::ErrorCode;
 constexpr uint16_t kAddress = 512;
 constexpr uint16_t kSlotBytes = Store::kSlotBytes;
 constexpr uint8_t kComplete[] = {0x3C, 0x96, 0x3C, 0x96};
@@ -322,18 +324,6 @@ TEST_CASE(a_worn_cell_is_a_failure_and_the_old_maneuver_stays) {
   }
 }
 
-TEST_CASE(slots_take_turns) {
-  FakeMemory memory;
-  for (int i = 0; i < 50; ++i) {
-    CHECK(store_maneuver(memory, maneuver(static_cast<int16_t>(500 + i))));
-    memory.busy_polls = 0;
-    Store store(memory, kAddress);
-    store.load();
-    CHECK(store.generation() == static_cast<uint32_t>(i + 1));
-    CHECK(store.origin() == Origin::kUploaded);
-  }
-}
-
 // Memory that another sketch left behind, markers and plausible counts included.
 TEST_CASE(foreign_memory_is_damage_and_the_factory_maneuver) {
   std::srand(7);
@@ -351,4 +341,181 @@ TEST_CASE(foreign_memory_is_damage_and_the_factory_maneuver) {
     CHECK(same(held(memory).maneuver, Maneuver::factory()));
     if (round < 20) CHECK(store_maneuver(memory, maneuver(1000)));
   }
+}
+
+// Two records in one EEPROM, as the board has them, and bits that turn over in it: nothing is flown that may not be
+// what was uploaded last.
+namespace {
+
+constexpr uint16_t kManeuvers = Sequencer::kManeuverAddress;
+constexpr uint16_t kSettings = Sequencer::kSettingsAddress;
+
+Maneuver flown(int16_t angle_cdeg) {
+  Maneuver made = Maneuver::factory();
+  made.strokes[0].angle_cdeg = angle_cdeg;
+  made.strokes[2].angle_cdeg = static_cast<int16_t>(-angle_cdeg);
+  return made;
+}
+
+Settings settings(uint16_t zero_us) {
+  Settings made = Settings::factory();
+  made.servo[1].zero_us = zero_us;
+  return made;
+}
+
+// Both slots of both stores hold a record, slot 1 the newer.
+std::vector<uint8_t> full_eeprom() {
+  FakeMemory memory;
+  for (const int16_t angle : {4000, 5000}) CHECK(put(memory, kManeuvers, flown(angle)));
+  for (const uint16_t zero_us : {1010, 1020}) CHECK(put(memory, kSettings, settings(zero_us)));
+  return memory.bytes;
+}
+
+std::vector<uint8_t> with_flipped_bits(std::vector<size_t> addresses, unsigned bit = 4) {
+  std::vector<uint8_t> eeprom = full_eeprom();
+  for (const size_t address : addresses) {
+    eeprom[address] = static_cast<uint8_t>(eeprom[address] ^ (1u << bit));
+  }
+  return eeprom;
+}
+
+template <typename Record>
+bool store(Bench& bench, Stored<Record>& into, const Record& wanted) {
+  const std::vector<uint8_t> bytes = bytes_of(wanted);
+  std::copy(bytes.begin(), bytes.end(), into.staged());
+  into.commit();
+  bench.run_ms(100);
+  return !into.writing() && !into.failed() && same_record(into.current(), wanted);
+}
+
+// Damage is told until a new record heals it, for good. In the marker of the older record it costs
+// nothing: the record behind it says that it is older.
+template <typename Record>
+void check_every_bit(uint16_t address, const Record& older, const Record& newer,
+                     const Record& healing, Stored<Record>& (Sequencer::*stored)()) {
+  for (uint16_t offset = 0; offset < 2 * kSlotBytes; ++offset) {
+    const bool newer_is_hit = offset >= kSlotBytes;
+    const bool marker = offset % kSlotBytes < SlotPair::kMarkerBytes;
+    if (offset % kSlotBytes >= Stored<Record>::kUsedBytes) continue;
+    const bool told = newer_is_hit || !marker;
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      Bench bench(0, with_flipped_bits({static_cast<size_t>(address + offset)}, bit));
+      Stored<Record>& into = (bench.core.*stored)();
+      CHECK(same_record(into.current(), newer_is_hit ? older : newer));
+      const ErrorCode expected = told ? ErrorCode::kStoreDamaged : ErrorCode::kNone;
+      CHECK(into.defect() == expected && bench.arm() == expected);
+      CHECK(bench.servos.held == !told);
+      bench.core.disarm();
+      CHECK(store(bench, into, healing));
+      Bench after(bench, ResetCause::kPowerOn);
+      for (Bench* healed : {&bench, &after}) {
+        CHECK(same_record((healed->core.*stored)().current(), healing));
+        CHECK(healed->arm() == ErrorCode::kNone);
+      }
+    }
+  }
+}
+
+ErrorCode start_and_arm(const std::vector<uint8_t>& eeprom) {
+  Bench bench(0, eeprom);
+  return bench.arm();
+}
+
+template <typename Record>
+Record current(FakeMemory& memory, uint16_t address) {
+  memory.busy_polls = 0;
+  Stored<Record> store(memory, address);
+  store.load();
+  return store.current();
+}
+
+}  // namespace
+
+TEST_CASE(the_stores_lie_apart_and_within_the_eeprom) {
+  static_assert(kManeuvers >= SlotPair::kOldLayoutBelow, "the old layout's places are left alone");
+  static_assert(kManeuvers + SlotPair::kBytes <= kSettings, "");
+  static_assert(kSettings + SlotPair::kBytes <= 1024, "");
+  FakeMemory memory;
+  for (int round = 0; round < 3; ++round) {  // both slots of both
+    const std::vector<uint8_t> before = memory.bytes;
+    CHECK(put(memory, kSettings, settings(static_cast<uint16_t>(1100 + round))));
+    for (size_t i = 0; i < memory.bytes.size(); ++i) {
+      CHECK(i >= kSettings || memory.bytes[i] == before[i]);
+    }
+    const std::vector<uint8_t> between = memory.bytes;
+    CHECK(put(memory, kManeuvers, flown(static_cast<int16_t>(4000 + round))));
+    for (size_t i = 0; i < memory.bytes.size(); ++i) {
+      const bool inside = i >= kManeuvers && i < kManeuvers + SlotPair::kBytes;
+      CHECK(inside || memory.bytes[i] == between[i]);
+    }
+  }
+}
+
+TEST_CASE(a_worn_cell_in_one_store_leaves_the_other_alone) {
+  FakeMemory fresh;
+  CHECK(put(fresh, kManeuvers, flown(4000)) && put(fresh, kSettings, settings(1010)));
+  for (int address = kManeuvers; address < kSettings + SlotPair::kBytes; ++address) {
+    FakeMemory memory = fresh;
+    memory.worn_address = address;
+    const bool maneuver_kept = put(memory, kManeuvers, flown(5555));
+    const bool settings_kept = put(memory, kSettings, settings(1234));
+    CHECK(maneuver_kept || settings_kept);
+    CHECK(address < kSettings ? settings_kept : maneuver_kept);
+    CHECK(same(current<Maneuver>(memory, kManeuvers), flown(maneuver_kept ? 5555 : 4000)));
+    CHECK(same_record(current<Settings>(memory, kSettings), settings(settings_kept ? 1234 : 1010)));
+  }
+}
+
+TEST_CASE(a_flipped_bit_in_a_stored_maneuver_is_told_and_healed) {
+  check_every_bit(kManeuvers, flown(4000), flown(5000), flown(5500),
+                  &Sequencer::maneuvers);
+}
+
+TEST_CASE(a_flipped_bit_in_stored_settings_is_told_and_healed) {
+  check_every_bit(kSettings, settings(1010), settings(1020), settings(1030),
+                  &Sequencer::settings);
+}
+
+// The very maneuver that the other slot still holds is a new record too: it must heal.
+TEST_CASE(uploading_the_older_maneuver_again_heals_the_newer) {
+  Bench bench(0, with_flipped_bits({kManeuvers + kSlotBytes + 20u}));
+  CHECK(same_record(bench.core.maneuvers().current(), flown(4000)));
+  CHECK(store(bench, bench.core.maneuvers(), flown(4000)));
+  CHECK(bench.arm() == ErrorCode::kNone);
+  CHECK(start_and_arm(bench.memory.bytes) == ErrorCode::kNone);
+}
+
+// The host repeats its commit until it hears that the maneuver is stored: by then both slots are.
+TEST_CASE(one_upload_heals_both_slots) {
+  const std::vector<uint8_t> eeprom = with_flipped_bits({kManeuvers + 20u, kManeuvers + kSlotBytes + 20u});
+  Bench bench(0, eeprom);
+  CHECK(bench.core.maneuvers().origin() == Origin::kFactory && bench.core.maneuvers().defect() == ErrorCode::kStoreDamaged);
+  CHECK(bench.arm() == ErrorCode::kStoreDamaged);
+  bench.send_strokes(flown(5500));
+  bench.run_ms(20);
+  const std::vector<uint8_t> not_yet = {0, 1}, stored = {1, 1};
+  for (int slot = 0; slot < 2; ++slot) {
+    CHECK(bench.arm() == ErrorCode::kStoreDamaged);
+    bench.send_commit(flown(5500));
+    bench.run_ms(100);
+    CHECK(Answers(bench.stream.from_board).payloads.back() == not_yet);
+  }
+  bench.send_commit(flown(5500));
+  bench.run_ms(100);
+  CHECK(Answers(bench.stream.from_board).payloads.back() == stored);
+  CHECK(bench.arm() == ErrorCode::kNone);
+  CHECK(start_and_arm(bench.memory.bytes) == ErrorCode::kNone);
+}
+
+// Whole, but of another layout or senseless: what it was meant to be, nobody knows.
+TEST_CASE(a_record_that_is_whole_but_makes_no_sense_is_damage) {
+  FakeMemory memory;
+  CHECK(put(memory, kManeuvers, flown(4000)) && put(memory, kSettings, settings(1010)));
+  FakeMemory maneuvers = memory;
+  CHECK(!put(maneuvers, kManeuvers, flown(9001)));  // the check comes after the write
+  CHECK(start_and_arm(maneuvers.bytes) == ErrorCode::kStoreDamaged);
+  FakeMemory servo_settings = memory;
+  CHECK(!put(servo_settings, kSettings, settings(0)));
+  CHECK(start_and_arm(servo_settings.bytes) == ErrorCode::kStoreDamaged);
+  CHECK(start_and_arm(memory.bytes) == ErrorCode::kNone);
 }

@@ -1,4 +1,4 @@
-"""Uploads over bad cables and through power cuts: the board holds the old or the new maneuver, whole."""
+"""Uploads over bad cables: the board holds the old or the new maneuver, whole."""
 
 from __future__ import annotations
 
@@ -6,19 +6,16 @@ import random
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from tests.sequencer.board import ERASED, NEW, OLD, Board, Cable, Reset, connect, rows
-from tests.sequencer.store_model import BEGUN_FROM, without_markers
+from tests.sequencer.board import NEW, OLD, Board, Cable, connect, rows
+from tests.sequencer.store_model import without_markers
 from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer, VerifyError
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
-from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.messages import (
-    ArmRequest,
     DisarmRequest,
     ManeuverBeginRequest,
     ManeuverCommitRequest,
@@ -48,37 +45,6 @@ def held_after_power_cycle(board: Board) -> StoredManeuver:
     assert before == after
     assert board.edges() == []
     return after
-
-
-# ------------------------------------------------------------------ noise and damage
-
-
-@settings(max_examples=200)
-@given(st.lists(st.binary(max_size=60), max_size=12), st.integers(0, 2**32 - 1))
-def test_noise_neither_arms_nor_writes(new_board: NewBoard, pieces: list[bytes], seed: int) -> None:
-    """Random bytes, and frames that would arm or store if they were not damaged."""
-    board, rng = new_board(), random.Random(seed)
-    token = connect(board).status().arm_token
-    image = board.eeprom()
-    tempting = [
-        encode_frame(Frame(ArmRequest.TYPE, 1, ArmRequest(token).encode())),
-        encode_frame(Frame(ManeuverCommitRequest.TYPE, 1, b"\x12\x34")),
-    ]
-    for piece in pieces:
-        damaged = bytearray(rng.choice(tempting))
-        for _ in range(rng.randint(1, 3)):
-            at = rng.randrange(len(damaged) - 1)
-            damaged[at] ^= rng.randint(1, 255)
-        board.write(piece + bytes(damaged))
-        board.advance(rng.randint(0, 5000))
-    board.write(b"\0")
-    board.advance(1_000_000)
-    board.read()
-    sequencer = connect(board)
-    assert sequencer.status().state == SequencerState.SAFE
-    assert sequencer.read_back().strokes == rows(OLD)
-    assert board.eeprom() == image
-    assert board.edges() == []
 
 
 class LossyCable(Cable):
@@ -160,16 +126,6 @@ def test_a_lossy_cable_leaves_the_old_or_the_new_maneuver(new_board: NewBoard, r
         assert outcomes["old"] > 0
 
 
-def test_a_late_commit_of_an_older_upload_is_refused(board: Board) -> None:
-    sequencer = connect(board)
-    sequencer.upload(NEW)
-    crc = sequencer.read_back().crc
-    sequencer.upload(OLD)
-    board.ask(Frame(ManeuverCommitRequest.TYPE, 9, ManeuverCommitRequest(crc).encode()))
-    board.advance(500_000)
-    assert held_after_power_cycle(board).strokes == rows(OLD)
-
-
 # ------------------------------------------------------------------ the cable is pulled
 
 
@@ -247,93 +203,3 @@ def test_half_a_frame_before_the_cable_was_pulled_does_not_spoil_the_next(board:
         board.write(encode_frame(Frame(DisarmRequest.TYPE, 2, b"")))
         (answer,) = FrameReceiver().feed(board.read(10_000))
         assert answer.sequence == 2
-
-
-# ------------------------------------------------------------------ the power is cut
-
-
-class PowerCut(Exception):
-    """The supply went."""
-
-
-class SteppingCable(Cable):
-    """Lets 50 us pass at a time and notes when an EEPROM byte has begun to change; stops at `stop_us`."""
-
-    def __init__(self, board: Board, stop_us: int = 2**63) -> None:
-        super().__init__(board)
-        self._stop_us = stop_us
-        self._image = board.eeprom()
-        self.writes_us: list[int] = []
-
-    def read(self, timeout_s: float) -> bytes:
-        deadline_us = self.board.now_us + round(timeout_s * 1e6)
-        due_us = self.board.now_us + 1000
-        while self.board.now_us < deadline_us:
-            if self.board.now_us >= self._stop_us:
-                raise PowerCut
-            self.board.advance(50)
-            image = self.board.eeprom()
-            if image != self._image:
-                self._image = image
-                self.writes_us.append(self.board.now_us)
-            if self.board.now_us >= due_us and (data := self.board.read()):
-                return data
-        return b""
-
-
-HISTORIES = {
-    "erased": [],
-    "one slot": [OLD],
-    "both slots": [OLDER, OLD],
-    "twice round": [NEW, OLDER, NEW, OLD],
-}
-
-
-def board_with(new_board: NewBoard, history: list[Schedule]) -> bytes:
-    board = new_board(ERASED)
-    for schedule in history:
-        connect(board).upload(schedule)
-    return board.eeprom()
-
-
-@pytest.mark.parametrize("history", HISTORIES)
-def test_power_cut_at_every_eeprom_write(new_board: NewBoard, history: str) -> None:
-    """A byte under way is lost; whatever was written before stands."""
-    image = board_with(new_board, HISTORIES[history])
-    dry = SteppingCable(new_board(image))
-    SequencerClient.connect(dry).upload(NEW)
-    writes_us = dry.writes_us
-    assert len(writes_us) >= 5
-    cuts_us = [(number, t_us + delay) for number, t_us in enumerate(writes_us) for delay in (0, 1700, 3300)]
-    for number, cut_us in [*cuts_us, (len(writes_us), writes_us[-1] + 3500)]:
-        board = new_board(image)
-        with pytest.raises(PowerCut):
-            SequencerClient.connect(SteppingCable(board, cut_us)).upload(NEW)
-        board.power_cycle()
-        complete = number == len(writes_us)
-        assert held_after_power_cycle(board).strokes == rows(NEW if complete else OLD), (number, cut_us)
-        if number >= BEGUN_FROM:
-            assert why_not_armed(board) == (ErrorCode.NONE if complete else ErrorCode.UPLOAD_INTERRUPTED)
-        else:
-            assert why_not_armed(board) == (ErrorCode.NONE if HISTORIES[history] else ErrorCode.NO_MANEUVER)
-        if number % 7 == 0:
-            assert connect(board).upload(NEW).stored.strokes == rows(NEW)
-            assert held_after_power_cycle(board).strokes == rows(NEW)
-
-
-@pytest.mark.parametrize("cause", list(Reset))
-def test_reset_at_every_eeprom_write(new_board: NewBoard, cause: Reset) -> None:
-    """The supply stays: the EEPROM completes the byte under way while the program starts again."""
-    image = board_with(new_board, HISTORIES["both slots"])
-    dry = SteppingCable(new_board(image))
-    SequencerClient.connect(dry).upload(NEW)
-    for number, t_us in enumerate(dry.writes_us):
-        board = new_board(image)
-        with pytest.raises(PowerCut):
-            SequencerClient.connect(SteppingCable(board, t_us + 1700)).upload(NEW)
-        board.reset(cause)
-        board.advance(20_000)
-        complete = number == len(dry.writes_us) - 1
-        assert held_after_power_cycle(board).strokes == rows(NEW if complete else OLD), number
-        begun = number + 1 >= BEGUN_FROM and not complete
-        assert why_not_armed(board) == (ErrorCode.UPLOAD_INTERRUPTED if begun else ErrorCode.NONE)

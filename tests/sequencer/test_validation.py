@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from tests.sequencer.board import (
     ERASED,
     JOINTS,
-    NEW,
     OLD,
     STROKE_LINE,
     Board,
@@ -64,82 +63,6 @@ def send(board: Board, requests: list[Payload]) -> tuple[ErrorCode, int]:
 def upload_raw(board: Board, raw: RawManeuver) -> tuple[ErrorCode, int]:
     """All of an upload, whatever the host's own checks would say."""
     return send(board, raw.requests())
-
-
-FLOWN = RawManeuver.of(NEW)
-
-
-def with_stroke(index: int, **fields: int) -> RawManeuver:
-    strokes = [dict(zip(("joint", "angle", "start"), stroke, strict=True)) for stroke in FLOWN.strokes]
-    strokes[index].update(fields)
-    return RawManeuver(FLOWN.speed_cdeg_s, tuple((s["joint"], s["angle"], s["start"]) for s in strokes))
-
-
-def wire(*requests: Payload) -> list[Payload]:
-    return list(requests)
-
-
-STROKE = ManeuverStrokeRequest(0, 1, 1000, 700_000)
-REFUSED: dict[str, tuple[list[Payload], ErrorCode, int]] = {
-    "no stroke": (wire(ManeuverBeginRequest(0, 17000)), ErrorCode.TOO_MANY_STROKES, 0),
-    "17 strokes": (wire(ManeuverBeginRequest(17, 17000)), ErrorCode.TOO_MANY_STROKES, 17),
-    "255 strokes": (wire(ManeuverBeginRequest(255, 17000)), ErrorCode.TOO_MANY_STROKES, 255),
-    "stroke without begin": (wire(STROKE), ErrorCode.NO_STAGED_MANEUVER, -1),
-    "commit without begin": (wire(ManeuverCommitRequest(0)), ErrorCode.NO_STAGED_MANEUVER, -1),
-    "stroke beyond the end": (
-        wire(ManeuverBeginRequest(1, 17000), ManeuverStrokeRequest(1, 1, 1000, 700_000)),
-        ErrorCode.INDEX_OUT_OF_RANGE,
-        1,
-    ),
-    "read beyond the end": (wire(ManeuverReadRequest(4)), ErrorCode.INDEX_OUT_OF_RANGE, 4),
-    "commit with strokes missing": (
-        [request for number, request in enumerate(FLOWN.requests()) if number != 3],
-        ErrorCode.STEP_MISSING,
-        2,
-    ),
-    "commit with another crc": (
-        [*FLOWN.requests()[:-1], ManeuverCommitRequest(0x1234)],
-        ErrorCode.CRC_MISMATCH,
-        -1,
-    ),
-    "joint 0": (with_stroke(1, joint=0).requests(), ErrorCode.JOINT_UNKNOWN, 1),
-    "joint 4": (with_stroke(2, joint=4).requests(), ErrorCode.JOINT_UNKNOWN, 2),
-    "beyond 90 deg": (with_stroke(0, angle=9001).requests(), ErrorCode.ANGLE_OUT_OF_RANGE, 0),
-    "below 0 deg": (with_stroke(2, angle=-4151).requests(), ErrorCode.ANGLE_OUT_OF_RANGE, 2),
-    "no movement": (with_stroke(3, angle=0).requests(), ErrorCode.ANGLE_OUT_OF_RANGE, 3),
-    "least angle of the wire": (with_stroke(0, angle=-32768).requests(), ErrorCode.ANGLE_OUT_OF_RANGE, 0),
-    "before the pause": (with_stroke(0, start=699_999).requests(), ErrorCode.TOO_EARLY, 0),
-    "at release": (with_stroke(0, start=0).requests(), ErrorCode.TOO_EARLY, 0),
-    "overlap": (with_stroke(1, start=FLOWN.strokes[0][2] + 244_117).requests(), ErrorCode.STROKES_OVERLAP, 1),
-    "closer than the grid": (
-        RawManeuver(40_000, ((1, 1, 700_000), (1, -1, 709_999))).requests(),
-        ErrorCode.STROKES_OVERLAP,
-        1,
-    ),
-    "out of order": (with_stroke(2, start=700_000).requests(), ErrorCode.STROKES_OVERLAP, 2),
-    "outlasts the fall": (with_stroke(3, start=2_400_000).requests(), ErrorCode.TOO_LONG, 3),
-    "starts after the fall": (with_stroke(3, start=2**32 - 1).requests(), ErrorCode.TOO_LONG, 3),
-    "too slow": (RawManeuver(999, FLOWN.strokes).requests(), ErrorCode.SPEED_OUT_OF_RANGE, -1),
-    "no speed": (RawManeuver(0, FLOWN.strokes).requests(), ErrorCode.SPEED_OUT_OF_RANGE, -1),
-    "too fast": (RawManeuver(40_001, FLOWN.strokes).requests(), ErrorCode.SPEED_OUT_OF_RANGE, -1),
-}
-
-
-@pytest.mark.parametrize("stored", ["factory", "uploaded"])
-@pytest.mark.parametrize("what", REFUSED)
-def test_refused_with_its_number_and_nothing_changed(
-    new_board: Callable[..., Board], what: str, stored: str
-) -> None:
-    requests, code, detail = REFUSED[what]
-    board = new_board(ERASED if stored == "factory" else None)
-    image = board.eeprom()
-    assert send(board, requests) == (code, detail)
-    board.advance(1_000_000)
-    assert without_markers(board.eeprom()) == without_markers(image)
-    held = connect(board).read_back()
-    assert held.strokes == rows(OLD)
-    assert held.origin == (Origin.UPLOADED if stored == "uploaded" else Origin.FACTORY)
-    assert board.edges() == []
 
 
 @pytest.mark.parametrize("reply_type", [0x80, 0x81, 0x90, 0xFF])
@@ -249,25 +172,3 @@ def test_every_pulse_of_a_random_maneuver(
             assert pulse.width_ns == pytest.approx(width_ns(angle_cdeg), abs=500)
         onsets = {pulse.rise_ns for pulse in train}
         assert all(onset_ns in onsets for onset_ns, _ in changes[1:])
-
-
-def test_an_identical_maneuver_is_not_written_again(fresh_board: Board) -> None:
-    board = fresh_board
-    sequencer = connect(board)
-    assert sequencer.upload(NEW).written
-    image = board.eeprom()
-    again = sequencer.upload(NEW)
-    assert (again.written, again.stored.generation) == (False, 1)
-    board.power_cycle()
-    assert connect(board).upload(NEW).written is False
-    assert board.eeprom() == image
-    assert connect(board).upload(OLD).stored.generation == 2
-
-
-def test_a_factory_maneuver_that_is_uploaded_counts_as_uploaded(fresh_board: Board) -> None:
-    board = fresh_board
-    assert connect(board).read_back().origin == Origin.FACTORY
-    assert connect(board).upload(OLD).written
-    board.power_cycle()
-    held = connect(board).read_back()
-    assert (held.origin, held.strokes) == (Origin.UPLOADED, rows(OLD))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tests.emulator_avr.avr_board import ResetCause
+from tests.proof.campaign import Broken, Job
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, damage_image, damage_native
 from tests.sequencer_proof.dating import Dated, dated_releases, judge_dates
@@ -23,7 +22,6 @@ from tests.sequencer_proof.power_cuts import Cuts, History, Record, cut_points, 
 from tests.sequencer_proof.releases import AvrReleases, Release, avr_releases, judge, native_releases
 from tests.sequencer_proof.resets import Hangs, Moment, Resets, hang_board, reset_board
 from tests.sequencer_proof.rigs import Bench, image_report
-from tests.sequencer_proof.signals import Broken
 from tests.sequencer_proof.waiting import ACROSS_TURN_US, LONG_WAIT_US, Knocks, Wait, knocks, long_wait
 
 NATIVE_JOBS, NATIVE_RELEASES = 20, 500
@@ -67,8 +65,6 @@ SEED_OF = {
     "rule": 10_200,
 }
 """Seed of a campaign's first job; the next job has the next."""
-
-Job = Callable[[], Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,22 +153,6 @@ def all_jobs(bench: Bench, hanging_image: Path, native: Path, rule: Path) -> dic
     }
     seeded["rewrites"] = [partial(second_upload_writes, bench, record) for record in Record]
     return seeded
-
-
-def run_jobs(jobs: Mapping[str, Sequence[Job]], progress: Callable[[str], None]) -> Proof:
-    """On all cores; what comes out does not depend on how many there are. Raises Broken."""
-    results: dict[str, list[Any]] = {name: [None] * len(part) for name, part in jobs.items()}
-    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
-        places = {pool.submit(job): (name, i) for name, part in jobs.items() for i, job in enumerate(part)}
-        try:
-            for done, future in enumerate(as_completed(places), start=1):
-                name, i = places[future]
-                results[name][i] = future.result()
-                progress(f"{done} of {len(places)} jobs ({name})")
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return Proof(**results)
 
 
 def judge_all(proof: Proof, image: Path) -> None:

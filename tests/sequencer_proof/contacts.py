@@ -124,3 +124,57 @@ def _both(
         for index, cycle in begins.items()
         for contact in bounce(rng, Contact(cycle, index, closed), resolution, chatter)
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Jolt:
+    """One or both switches open for a while, and close again. Before the release, microseconds."""
+
+    before_us: int
+    """From the switches' opening to the release."""
+    open_us: int
+    switches: tuple[int, ...] = (0, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Fall:
+    """The contacts in order of time, and when the robot left: the truth that a date is held against, cycle."""
+
+    contacts: list[Contact]
+    released: int
+
+
+def fall(
+    rng: random.Random,
+    released: int,
+    resolution: int,
+    chatter: Chatter,
+    *,
+    jolts: Sequence[Jolt] = (),
+    apart_us: int = TOGETHER_US,
+) -> Fall:
+    """A robot that leaves at cycle `released`; inputs change at multiples of `resolution` cycles.
+
+    Raises:
+        ValueError: a jolt's contacts still move when those of the next jolt, or of the release, begin to.
+    """
+    contacts: list[Contact] = []
+    for jolt in sorted(jolts, key=lambda one: -one.before_us):
+        begins = released - jolt.before_us * CYCLES_PER_US
+        _check_over(contacts, begins)
+        ends = begins + jolt.open_us * CYCLES_PER_US
+        for index in jolt.switches:
+            opened = bounce(rng, Contact(begins, index, False), resolution, chatter)
+            closes = max(ends, opened[-1].cycle + CYCLES_PER_US)
+            contacts += [*opened, *bounce(rng, Contact(closes, index, True), resolution, chatter)]
+    _check_over(contacts, released)
+    first = rng.randrange(2)
+    second = released + draw(rng, 0, apart_us, resolution)
+    for index, cycle in ((first, released), (1 - first, second)):
+        contacts += bounce(rng, Contact(cycle, index, False), resolution, chatter)
+    return Fall(in_order(contacts), released)
+
+
+def _check_over(contacts: Sequence[Contact], cycle: int) -> None:
+    if any(contact.cycle >= cycle for contact in contacts):
+        raise ValueError(f"a jolt is not over at cycle {cycle}")

@@ -10,10 +10,11 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tests.proof.campaign import Broken, table
 from tests.sequencer_proof.contacts import Chatter, Contact, admissible, open_switches, opening
 from tests.sequencer_proof.releases import WORST_ERROR_US
 from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
-from tests.sequencer_proof.signals import CYCLES_PER_US, Broken
+from tests.sequencer_proof.signals import CYCLES_PER_US
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 
@@ -76,3 +77,30 @@ def _told_us(rig: Rig, client: SequencerClient) -> float:
     if status.state != SequencerState.RUNNING or status.knocks:
         raise Broken(f"after a release: {status.state.name}, {status.knocks} knocks")
     return report.release_ms * 1000.0 + report.release_us
+
+
+def page(kinds: Sequence[Sequence[Dated]]) -> str:
+    off = [[abs(one.error_us) for one in dated] for dated in kinds]
+    rows = [
+        ("releases", *map(len, kinds)),
+        ("within 1 µs", *(sum(one <= 1.0 for one in errors) for errors in off)),
+        (
+            f"off by 1 to {WORST_ERROR_US} µs",
+            *(sum(1.0 < one <= WORST_ERROR_US for one in errors) for errors in off),
+        ),
+        (
+            f"off by more than {WORST_ERROR_US} µs",
+            *(sum(one > WORST_ERROR_US for one in errors) for errors in off),
+        ),
+        ("of these allowed: one in", *ONE_BEYOND_IN.values()),
+        ("worst", *(f"{max(errors):.1f} µs" for errors in off)),
+        ("with edges of both within 1 µs", *(sum(one.undecided for one in dated) for dated in kinds)),
+    ]
+    return (
+        "**The date of the release**, that all strokes count from, in more releases and with the cable in, by "
+        "RUN_REPORT\nagainst the switches. Where edges of both switches lie within a microsecond the rule has two "
+        "answers, and the nearer one counts.\nThe switches' interrupt follows both from their first edge on. Only "
+        "where other interrupts keep it waiting, three edges can hide\nthat both were open; then the board dates the "
+        "release by their next meeting. How long that is, path by path, stands below:\n\n"
+        + table(("", "slow chatter", "slow and fast mixed", "fast chatter"), rows)
+    )

@@ -6,11 +6,12 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tests.sequencer_proof.contacts import Chatter, Contact, open_switches, play
-from tests.sequencer_proof.mechanical import Fall, Jolt, fall
+from tests.proof.campaign import Broken, table
+from tests.sequencer_proof.contacts import Chatter, Contact, Fall, Jolt, fall, open_switches, play
+from tests.sequencer_proof.figures import signed_range_us
 from tests.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly
 from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
-from tests.sequencer_proof.signals import CYCLES_PER_US, Broken, read_signal
+from tests.sequencer_proof.signals import CYCLES_PER_US, Extremes, read_signal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import (
@@ -168,3 +169,70 @@ def judge_jolted(jolted: Sequence[Jolted]) -> None:
     alone = [abs(one.error_us) for one in jolted if not one.jolts]
     if alone and max(alone) > 1_000:
         raise Broken(f"a release without a jolt is dated {max(alone)} us wrong")
+
+
+def page(parts: Sequence[Sequence[Jolted]], caught: Sequence[ClosedAgain]) -> str:
+    return f"{_jolted_page([one for part in parts for one in part])}\n\n{_closed_page(caught)}"
+
+
+def _jolted_page(jolted: Sequence[Jolted]) -> str:
+    kinds = [
+        ("none", [one for one in jolted if not one.jolts]),
+        (
+            "1 or more, the edges fit one release",
+            [one for one in jolted if one.jolts and not one.interval_us],
+        ),
+        ("1 or more, the edges fit two: an interval is told", [one for one in jolted if one.interval_us]),
+    ]
+    rows = [(name, len(kind), *_figures(kind)) for name, kind in kinds]
+    return (
+        "### Jolts before the release\n\n"
+        f"Up to {MOST_JOLTS} jolts open one switch or both for 0.3 to 50 ms and let them close again, 0.3 to 40 ms "
+        "apart, then the robot leaves; contacts\nbounce for up to 5 ms, all in the flashed image. The truth is the "
+        "moment at which the robot left. Every interval that was told held it:\n\n"
+        + table(
+            (
+                "jolts of both switches",
+                "releases",
+                "date off by, at most",
+                "median",
+                "widest interval",
+            ),
+            rows,
+        )
+    )
+
+
+def _figures(kind: Sequence[Jolted]) -> tuple[str, str, str]:
+    errors = sorted(abs(one.error_us) for one in kind)
+    if not errors:
+        return "", "", ""
+    widest = max(one.interval_us for one in kind)
+    return (
+        f"{errors[-1] / 1000:.3f} ms",
+        f"{errors[len(errors) // 2] / 1000:.3f} ms",
+        f"{widest / 1000:.1f} ms" if widest else "",
+    )
+
+
+def _closed_page(caught: Sequence[ClosedAgain]) -> str:
+    flown = [release for part in caught for release in part.releases]
+    errors = signed_range_us(Extremes.of(error for release in flown for error in release.errors))
+    rows = [
+        (
+            "before the first stroke",
+            sum(part.before for part in caught),
+            "ARMED again, counted; nothing moved",
+        ),
+        ("the drops after these", len(flown), f"all four strokes, {errors} off"),
+        (
+            "after a stroke",
+            sum(part.after for part in caught),
+            "FAULT `closed_while_running`; servos held, no stroke after it",
+        ),
+    ]
+    return (
+        "### Closed again\n\n"
+        f"Both switches open as at a release and close again for good. After {RELEASE_SEATED_US // 1000} ms, in the "
+        "flashed image:\n\n" + table(("closed", "runs", "outcome"), rows)
+    )

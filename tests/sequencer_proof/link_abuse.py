@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
+from tests.proof.campaign import Broken, table
 from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, measure
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, stack_never_used
-from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, Broken, read_signal
+from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, read_signal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.framing import Frame, encode_frame
@@ -157,3 +158,19 @@ def _reconnect(rig: AvrRig) -> SequencerClient:
     rig.board.cable(False)
     run_us(rig, 5000)
     return rig.connect()
+
+
+def page(found: Sequence[Abused]) -> str:
+    rows = []
+    for abuse in Abuse:
+        parts = [part for part in found if part.abuse is abuse]
+        rows.append((abuse.value, sum(part.runs for part in parts), sum(part.moved for part in parts)))
+    header = ("host", "runs", "runs in which a stroke began on another cycle than undisturbed")
+    return (
+        "## 3. Abuse of the link\n\n"
+        f"Each kind begins at every {STEP_US // 1000} ms of a run, 0 to {LAST_BEGIN_US / 1e6:g} s "
+        "after the release; "
+        "before, the host asks for STATUS and reads the answers.\n"
+        "The four onsets are compared with those of a run without a cable, cycle by cycle.\n\n"
+        + table(header, rows)
+    )

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from tests.proof.campaign import Broken, table
 from tests.sequencer_proof.link_abuse import release, undisturbed
 from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, measure
 from tests.sequencer_proof.rigs import AvrRig, Bench, run_us, seat, stack_never_used
-from tests.sequencer_proof.signals import CYCLES_PER_US, Broken
+from tests.sequencer_proof.signals import CYCLES_PER_US
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol import messages
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
@@ -174,3 +176,37 @@ def _is_an_order(number: int, payload: bytes, token: int) -> bool:
     if number == JogRequest.TYPE and len(payload) == JogRequest.SIZE:
         return JogRequest.decode(payload).confirm == JOG_CONFIRM
     return False
+
+
+def page(found: Sequence[Noisy]) -> str:
+    rows = []
+    for noise in Noise:
+        parts = [part for part in found if part.noise is noise]
+        sent = [sum(part.sent[state] for part in parts) for state in STATES]
+        counts = [
+            sum(part.rejected for part in parts),
+            sum(part.answers for part in parts),
+            sum(part.refusals for part in parts),
+            sum(part.arms_refused[ErrorCode.STALE_TOKEN] for part in parts),
+            sum(part.drops for part in parts),
+        ]
+        rows.append((noise.value, sum(sent), *sent, *counts))
+    names = [state.name for state in STATES]
+    header = (
+        "sent",
+        "in all",
+        *names,
+        "frames found damaged",
+        "answers",
+        "of them refusals",
+        "of them ARM in SAFE, for its token",
+        "drops flown on time",
+    )
+    return (
+        "Noise at random moments. It never armed the board, disarmed it, moved a servo or a stroke "
+        "by a cycle, or changed "
+        "one bit of the EEPROM. In SAFE the board\nlacked nothing but the right token to be armed: what ARM "
+        "frames it refused, it refused for that.\nThe frames are of every type but DISARM, which always works, and "
+        "JOINT_REPORT and MANEUVER_BEGIN, which forbid ARM; ARM has any token but the "
+        "right one, JOG any flag but the right one.\n\n" + table(header, rows)
+    )

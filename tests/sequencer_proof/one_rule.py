@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from tests.cpp.compiling import REPOSITORY, build_shared
-from tests.sequencer_proof.signals import Broken
+from tests.proof.campaign import Broken
 from tfsat_host.protocol.limits import (
     LANDING_LATEST_US,
     RELEASE_BOUNCE_US,
@@ -119,3 +119,16 @@ def one_rule(library: Path, seed: int, trains: int) -> Agreement:
     told = [one for number in range(trains) for one in compare(library, edge_train(rng), number)]
     ambiguous = sum(first_us < last_us for _, first_us, last_us, _ in told)
     return Agreement(trains, len(told), ambiguous, sum(is_false for *_, is_false in told))
+
+
+def page(found: Sequence[Agreement]) -> str:
+    trains, releases, ambiguous, false_releases = (
+        sum(getattr(part, name) for part in found)
+        for name in ("trains", "releases", "ambiguous", "false_releases")
+    )
+    return (
+        "### One rule\n\n"
+        f"Sequencer, logger and decoder were given the same {trains} random edge trains, most of their gaps within "
+        f"2 µs of the rule's limits. They told\nthe same {releases} releases, {ambiguous} with an interval that holds "
+        f"two, and {false_releases} of them false, to the microsecond."
+    )

@@ -9,12 +9,31 @@ from itertools import groupby
 from pathlib import Path
 
 from tests.emulator_avr.board_link import UPLOADED
-from tests.sequencer_proof.contacts import Chatter, admissible, hang_up, open_switches, opening
+from tests.proof.campaign import Broken, table
+from tests.sequencer_proof.contacts import (
+    LATEST_SECOND_US,
+    MOST_BOUNCES,
+    TOGETHER_US,
+    Chatter,
+    admissible,
+    hang_up,
+    open_switches,
+    opening,
+)
+from tests.sequencer_proof.figures import (
+    Spread,
+    bar,
+    histogram,
+    range_ms,
+    range_us,
+    signed_range_us,
+    signed_us,
+    us,
+)
 from tests.sequencer_proof.rigs import Bench, Rig, arm, native_rig, run_us, stack_never_used
 from tests.sequencer_proof.signals import (
     CYCLES_PER_TICK,
     CYCLES_PER_US,
-    Broken,
     Extremes,
     Onset,
     PinEdge,
@@ -22,7 +41,7 @@ from tests.sequencer_proof.signals import (
 )
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.protocol.limits import JOINT_COUNT
+from tfsat_host.protocol.limits import JOINT_COUNT, SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.servo_settings.settings import pulse_ns
 
@@ -32,6 +51,7 @@ LONGEST_WAIT_US = 400_000
 """A release comes this long after arming, at most: any phase of the 20 ms frames."""
 AFTER_RUN_US = 60_000
 NS_PER_TICK = 500
+BIN_CYCLES = 2
 
 Strokes = tuple[tuple[int, int, int], ...]
 """joint, angle_cdeg (change), start_us of each."""
@@ -173,3 +193,67 @@ def avr_releases(bench: Bench, chatter: Chatter, seed: int, count: int) -> AvrRe
     never_used = stack_never_used(rig, client, bench)
     rig.close()
     return AvrReleases(plan, releases, never_used)
+
+
+def conditions(releases: Sequence[Release]) -> str:
+    most = max(release.contact_edges for release in releases)
+    (slow,), (fast,) = Chatter.SLOW.value, Chatter.FAST.value
+    return (
+        "The robot is hung up, armed and released. When it is hung up, and again at the release, both switches "
+        "change, either one first,\n"
+        f"the second in one half of all cases up to {TOGETHER_US} µs later, in the other up to "
+        f"{LATEST_SECOND_US / 1000:g} ms, each with up to {MOST_BOUNCES} bounces; up to "
+        f"{most} edges in one release. Slow chatter: each closing and each\n"
+        f"opening between lasts {slow[0]} to {slow[1]} µs; fast chatter: {fast[0]} to {fast[1]} µs, about what an "
+        "interrupt takes. The release comes at a random\n"
+        f"moment up to {LONGEST_WAIT_US / 1000:g} ms after arming.\n\n"
+        "*Measured* is at the pins, by the emulator, in CPU cycles: the *onset* is the rise of the first pulse of "
+        "the new width, and time\n"
+        "counts from the first edge at which both switches were open, however short. Allowed: "
+        f"{WORST_ERROR_US} µs. The onsets that the board reports itself\n"
+        "(`tfsat-host status`) are its timer's compare matches at which it saw the pin high, in whole "
+        "microseconds from the release as its\n"
+        "timer stamped it. After each run they were held against the pins: equal within a tick (0.5 µs); under "
+        "fast chatter, counted from\n"
+        "the first stroke."
+    )
+
+
+def stroke_table(plan: Plan, releases: Sequence[Release]) -> str:
+    rows = []
+    for number, (joint, change_cdeg, start_us) in enumerate(plan.strokes):
+        errors = [release.errors[number] for release in releases]
+        spread = Spread.of(errors)
+        scheduled = start_us * CYCLES_PER_US
+        measured = [us(scheduled + value) for value in (spread.least, spread.median, spread.greatest)]
+        worst = signed_us(max(errors, key=abs))
+        rows.append((number + 1, joint, f"{change_cdeg / 100:+g} deg", start_us, *measured, worst))
+    header = ("stroke", "joint", "change", "scheduled", "measured: min", "median", "max", "worst error")
+    return table(header, rows)
+
+
+def error_histogram(releases: Sequence[Release]) -> str:
+    bins = histogram([error for release in releases for error in release.errors], BIN_CYCLES)
+    most = max(count for _, count in bins)
+    return "\n".join(
+        f"{signed_us(low):>9} to {signed_us(low + BIN_CYCLES):>7} µs {count:5d}  {bar(count, most)}".rstrip()
+        for low, count in bins
+    )
+
+
+def signal_table(avr: Sequence[Release], native: Sequence[Release]) -> str:
+    rows = []
+    for name, releases in (("flashed image", avr), ("*native*", native)):
+        widths = Extremes.over(release.widths for release in releases)
+        gaps = Extremes.over(release.gaps for release in releases)
+        rows.append((name, len(releases), range_us(widths), range_ms(gaps)))
+    return (
+        "Every pulse was one of the widths that the plan needs, none cut short; allowed: "
+        f"{SERVO_PULSE_MIN_US} to "
+        f"{SERVO_PULSE_MAX_US} µs. Between rises of a servo, strokes included:\n\n"
+        + table(("", "releases", "pulses", "frames"), rows)
+    )
+
+
+def error_range(releases: Sequence[Release]) -> str:
+    return signed_range_us(Extremes.of(error for release in releases for error in release.errors))

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+from tests.proof.campaign import output, table
 from tests.sequencer_proof import (
-    report_blocking,
-    report_held_pins,
-    report_jolts,
-    report_link,
-    report_releases,
-    report_resets,
-    report_store,
+    blocking,
+    damage,
+    dating,
+    held_pins,
+    jolts,
+    link_abuse,
+    noise,
+    one_rule,
+    power_cuts,
+    releases,
+    resets,
+    waiting,
 )
 from tests.sequencer_proof.campaigns import SEED_OF, Proof
-from tests.sequencer_proof.report_text import table
 from tests.sequencer_proof.rigs import image_report
 from tfsat_host.flashing.image import FLASH_BYTES
 from tfsat_host.protocol.limits import FIRMWARE_VERSION
@@ -48,8 +52,8 @@ class Tools:
     @classmethod
     def found(cls) -> Self:
         return cls(
-            _output("avr-gcc", "-dumpversion"),
-            _output("pkg-config", "--modversion", "simavr"),
+            output("avr-gcc", "-dumpversion"),
+            output("pkg-config", "--modversion", "simavr"),
         )
 
 
@@ -62,13 +66,16 @@ def render(proof: Proof, image: Path, tools: Tools) -> str:
     """The whole report, Markdown. The same image and tools give the same text."""
     sections = [
         _head(image, tools),
-        report_releases.render(proof),
-        report_jolts.render(proof),
-        report_blocking.render(image),
-        report_store.render(proof),
-        report_link.render(proof),
-        report_resets.render(proof),
-        report_held_pins.render(proof),
+        _releases(proof),
+        jolts.page(proof.jolted, proof.closed),
+        one_rule.page(proof.rule),
+        blocking.page(image),
+        power_cuts.page(proof.cuts, proof.rewrites),
+        damage.page(proof.damaged, proof.damaged_image),
+        link_abuse.page(proof.abused),
+        noise.page(proof.noisy),
+        resets.page(proof.resets, proof.hangs),
+        held_pins.page(proof.held),
         _size(proof, image),
         f"## What the emulation leaves out\n\n{NOT_MODELLED}",
         _seeds(),
@@ -102,6 +109,31 @@ def _head(image: Path, tools: Tools) -> str:
     )
 
 
+def _releases(proof: Proof) -> str:
+    avr = [release for part in proof.avr for release in part.releases]
+    fast = [release for part in proof.fast for release in part.releases]
+    native = [release for part in proof.native for release in part]
+    plan = proof.avr[0].plan
+    dated = (proof.dated, proof.fast_dated, proof.fastest_dated)
+    sections = [
+        f"## 1. Releases\n\n{releases.conditions([*avr, *fast, *native])}",
+        f"**Onset of each stroke of 59/70 in the flashed image, {len(avr)} releases with slow chatter**, "
+        "µs after the release:",
+        releases.stroke_table(plan, avr),
+        f"Errors of these {4 * len(avr)} strokes:",
+        f"```\n{releases.error_histogram(avr)}\n```",
+        f"**The same with fast chatter**, {len(fast)} releases, in one half of them mixed with slow. Where edges "
+        "of both switches lie within a\nmicrosecond the rule has two answers, and the nearer one counts:",
+        releases.stroke_table(plan, fast),
+        f"Slow and fast mixed over {len(native)} releases of the *native* core, whose edges are exact to the tick:",
+        releases.stroke_table(plan, native),
+        dating.page([[one for part in parts for one in part] for parts in dated]),
+        releases.signal_table([*avr, *fast], native),
+        waiting.page(proof.waits, proof.knocks, plan.strokes),
+    ]
+    return "\n\n".join(sections)
+
+
 def _size(proof: Proof, image: Path) -> str:
     report = image_report(image)
     flash_budget, ram_budget = report["flash_budget_bytes"], report["ram_budget_bytes"]
@@ -122,7 +154,3 @@ def _size(proof: Proof, image: Path) -> str:
 def _seeds() -> str:
     seeds = ", ".join(f"{name} {seed}" for name, seed in SEED_OF.items())
     return f"## Seeds\n\nOf each campaign's first job; every further job has the next: {seeds}."
-
-
-def _output(*command: str) -> str:
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import ResetCause
 from tests.emulator_avr.building import Edit
+from tests.proof.campaign import Broken, table
+from tests.sequencer_proof.figures import range_ms, signed_range_us
 from tests.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat
 from tests.sequencer_proof.signals import (
     CYCLES_PER_TICK,
     CYCLES_PER_US,
-    Broken,
     Extremes,
     PinEdge,
     Signal,
@@ -275,3 +277,46 @@ def _hang(rig: AvrRig) -> int:
             raise Broken(f"no reset within {HANG_LIMIT_US} us of a main loop that hangs")
         run_us(rig, LOOK_US)
     return rig.board.now_us - ordered_us
+
+
+def page(found: Sequence[Resets], hung: Sequence[Hangs]) -> str:
+    rows = [
+        (
+            part.moment.value,
+            part.cause.name.lower().replace("_", "-"),
+            part.count,
+            "ARMED, counted" if part.moment is Moment.ARMED else f"FAULT `{part.moment.fault.name.lower()}`",
+            range_ms(part.silence),
+            signed_range_us(part.errors) if part.errors else "nothing moves",
+        )
+        for part in found
+    ]
+    hangs = [
+        (
+            part.state.name,
+            part.count,
+            f"{part.reset_after.least / 1000:g} to {part.reset_after.greatest / 1000:g} ms",
+        )
+        for part in hung
+    ]
+    return (
+        "## 4. Resets and the watchdog\n\n"
+        "At random moments, after up to "
+        f"{MOST_KNOCKS} knocks. Afterwards every servo got pulses of the width from before and no other; the "
+        "knocks were\nstill counted, and the last run's report was still there; DISARM cleared state and fault.\n"
+        "The pulse that was under way ends with the reset, since the chip lets its pins go: no "
+        "program can help that.\n\n"
+        + table(
+            (
+                "reset while",
+                "cause",
+                "resets",
+                "came back as",
+                "first pulse after",
+                "errors of the release after",
+            ),
+            rows,
+        )
+        + "\n\nA main loop that hangs (the same firmware but for a planted endless loop, begun on "
+        "order) is reset by the watchdog:\n\n" + table(("hung while", "times", "reset after"), hangs)
+    )

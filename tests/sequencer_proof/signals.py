@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
+from tests.proof.campaign import Broken
 from tfsat_host.protocol.limits import JOINT_COUNT, SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 
 CYCLES_PER_US = 16
 CYCLES_PER_TICK = 8
 STROKE_LINE = 3
-
-
-class Broken(AssertionError):
-    """The board did what it must never do."""
 
 
 class PinEdge(NamedTuple):

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.emulator_avr.avr_board import PinHold, ResetCause
-from tests.emulator_avr.building import REPOSITORY, BuildError, Edit
+from tests.emulator_avr.building import REPOSITORY
+from tests.proof.campaign import Broken
 from tests.sequencer_proof.campaigns import Proof, judge_all, judge_stack
-from tests.sequencer_proof.conftest import Plant
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, Damaged, DamagedImage, Place
 from tests.sequencer_proof.dating import Dated
@@ -25,7 +25,7 @@ from tests.sequencer_proof.releases import AvrReleases, Plan, Release, avr_relea
 from tests.sequencer_proof.report import Tools, hex_sha256, render
 from tests.sequencer_proof.resets import Hangs, Moment, Resets
 from tests.sequencer_proof.rigs import Bench
-from tests.sequencer_proof.signals import Broken, Extremes
+from tests.sequencer_proof.signals import Extremes
 from tests.sequencer_proof.waiting import LONG_WAIT_US, Knocks, Wait
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.servo_settings import FACTORY
@@ -100,11 +100,3 @@ def test_the_stack_leaves_its_spare(bench: Bench) -> None:
     judge_stack(avr_releases(bench, Chatter.SLOW, seed=9, count=1).never_used, bench.image)
     with pytest.raises(Broken, match="only 511 bytes of stack"):
         judge_stack(511, bench.image)
-
-
-@pytest.mark.prove
-def test_a_variable_too_many_fails_the_build(plant: Plant) -> None:
-    setup = "void setup() {\n"
-    hog = Edit("arduino_sequencer.ino", setup, f"volatile uint8_t hog[700];\n{setup}  hog[TCNT0] = 1;\n")
-    with pytest.raises(BuildError, match=r"static RAM, \d+ more than its budget"):
-        plant(hog)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tests.proof.campaign import Broken, table
 from tests.sequencer_proof.contacts import (
     LATEST_SECOND_US,
     Chatter,
@@ -16,9 +18,18 @@ from tests.sequencer_proof.contacts import (
     opening,
     play,
 )
-from tests.sequencer_proof.releases import AFTER_RUN_US, Plan, Release, check_own_report, fly, measure
+from tests.sequencer_proof.releases import (
+    AFTER_RUN_US,
+    Plan,
+    Release,
+    Strokes,
+    check_own_report,
+    error_range,
+    fly,
+    measure,
+)
 from tests.sequencer_proof.rigs import Bench, Rig, arm, run_us
-from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, Broken, PinEdge, read_signal
+from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, PinEdge, read_signal
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import RELEASE_DEBOUNCE_US
 
@@ -124,3 +135,39 @@ def knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
         ends = rig.now + ONE_SWITCH_US * CYCLES_PER_US
         play(rig, [*contacts, *change(first, ends, closed=True)])
     run_us(rig, KNOCK_PAUSE_US)
+
+
+def page(waits: Sequence[Wait], knocked: Sequence[Knocks], strokes: Strokes) -> str:
+    rows: list[tuple[object, ...]] = []
+    for wait in waits:
+        waited = f"armed, cable pulled, {wait.waited_us / 60e6:.1f} min after power-up"
+        begins, ends = (
+            (wait.waited_us + start_us) // TURN_US
+            for start_us in (0, strokes[-1][2])
+        )  # fmt: skip
+        turns = f"{begins} turns of the clock" + (", and one between the strokes" if ends > begins else "")
+        rows.append((waited, f"{turns}; {wait.pulses} pulses held", error_range([wait.release])))
+    ones, boths = (
+        sum(part.one_switch for part in knocked),
+        sum(part.both_switches for part in knocked),
+    )
+    flown = [part.release for part in knocked]
+    rows.append(
+        (
+            f"{ones} knocks that opened one switch for 20 ms, with fast chatter",
+            "none started anything, all counted",
+            "",
+        )
+    )
+    rows.append(
+        (
+            f"{boths} knocks that opened both for less than the debounce, with fast chatter",
+            "none started anything, all counted",
+            "",
+        )
+    )
+    rows.append((f"{len(flown)} releases after them, with fast chatter", "on time", error_range(flown)))
+    return (
+        "Waiting and knocks, in the flashed image. The 32-bit tick clock turns over every "
+        f"{TURN_US / 60e6:.1f} min:\n\n" + table(("", "outcome", "errors of the strokes"), rows)
+    )

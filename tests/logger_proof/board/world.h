@@ -5,10 +5,16 @@
 #include "../../../firmware/teensy_logger/src/core/logger.h"
 #include "cable.h"
 #include "card.h"
-#include "clock.h"
 #include "robot.h"
 
 namespace proof {
+
+using tfsat::logger::Ports;
+using tfsat::protocol::LoggerState;
+
+constexpr uint64_t kUnplugUs = 400000;
+constexpr uint64_t kNextFileUs = 500000;
+constexpr tfsat::logger::Identity kIdentity = {{1, 2, 3, 4, 5, 6, 7, 8}, 0x12345678};
 
 // The sampling timer: when its next tick comes.
 class Timer final : public tfsat::logger::SampleTimer {
@@ -62,23 +68,164 @@ class SessionIds final : public tfsat::logger::Entropy {
 
 class World final : private Clock {
  public:
-  World(const Scenario& scenario, Medium& medium, Ram& ram, tfsat::logger::Block* ring,
-        Truth& truth);
+  World(const Scenario& scenario, Medium& medium, Ram& ram, tfsat::logger::Block* ring, Truth& truth)
+      : scenario_(scenario),
+        truth_(truth),
+        medium_(medium),
+        loop_(scenario.seed, 7),
+        cut_us_(scenario.cut_us),
+        timer_(*this, scenario),
+        card_(medium, scenario, *this, truth),
+        cable_(ram),
+        ids_(scenario.seed),
+        logger_(Ports{bus_a_, bus_b_, angles_, script_, timer_, card_, card_, memory_, cable_, ids_},
+                kIdentity, ring, scenario.ring_blocks) {}
 
-  void live();
+  void live() {
+    bus_a_.power_up(scenario_, 0);
+    bus_b_.power_up(scenario_, 2);
+    angles_.power_up(scenario_);
+    script_.power_up(scenario_, truth_);
+    logger_.begin();
+    while (!dead_ && !over()) {
+      talk();
+      logger_.poll(now_us_);
+      pass(loop_.between(100, 400));
+    }
+    if (!dead_ && !card_.closed()) card_.lose_supply();
+    if (scenario_.kind == Kind::kSpoiled) truth_.head.spoiled_blocks = card_.spoil();
+    card_.settle_truth();
+    tell_truth();
+  }
 
  private:
   uint64_t now_us() const override { return now_us_; }
-  void pass(uint64_t us) override;
+  void pass(uint64_t us) override {
+    const uint64_t end_us = now_us_ + us;
+    while (!dead_ && next_event_us() <= end_us) {
+      if (next_event_us() > now_us_) now_us_ = next_event_us();
+      happen();
+    }
+    if (!dead_ && end_us > now_us_) now_us_ = end_us;
+  }
   bool dead() const override { return dead_; }
-  void closing() override;
+  void closing() override {
+    if (scenario_.cut_in_close_us != 0) cut_us_ = now_us_ + scenario_.cut_in_close_us;
+  }
 
-  uint64_t next_event_us() const;
-  void happen();
-  void tick();
-  void talk();
-  bool over();
-  void tell_truth();
+  uint64_t next_event_us() const {
+    uint64_t next = cut_us_;
+    if (pull_ < 2) {
+      const uint64_t card = gone_ ? scenario_.back_us[pull_] : scenario_.pulled_us[pull_];
+      if (card < next) next = card;
+    }
+    return timer_.next_us() < next ? timer_.next_us() : next;
+  }
+  void happen() {
+    if (cut_us_ <= now_us_) {
+      card_.lose_supply();
+      dead_ = true;
+    } else if (timer_.next_us() <= now_us_) {
+      tick();
+    } else if (gone_) {
+      card_.put_back();
+      gone_ = false;
+      ++pull_;
+    } else {
+      card_.pull();
+      gone_ = true;
+      TroubleTruth& trouble = truth_.troubles.add();
+      trouble.from_us = now_us_;
+      const uint64_t back_us = scenario_.back_us[pull_];
+      trouble.to_us = back_us < scenario_.life_us ? back_us : scenario_.life_us;
+      trouble.pulled = 1;
+    }
+  }
+  void tick() {
+    timer_.advance();
+    ++ticks_;
+    const uint32_t captured = logger_.state() == LoggerState::kRecording ? card_.files() : 0;
+    bus_a_.measure(now_us_, ticks_);
+    bus_b_.measure(now_us_, ticks_);
+    angles_.measure(now_us_, ticks_);
+    script_.set_now(now_us_);
+    logger_.sample(now_us_);
+    TickTruth& truth = truth_.ticks.add();
+    truth.t_us = now_us_;
+    for (uint32_t i = 0; i < 4; ++i) {
+      const Bus& bus = i < 2 ? bus_a_ : bus_b_;
+      memcpy(truth.imu[i], bus.imu(i % 2).values(), sizeof truth.imu[i]);
+    }
+    memcpy(truth.angle, angles_.values(), sizeof truth.angle);
+    truth.served = static_cast<uint8_t>(bus_a_.served() | bus_b_.served() << 2);
+    truth.switches_open = script_.switches_open();
+    truth.angles = angles_.converted();
+    truth.captured = static_cast<uint8_t>(captured);
+  }
+  // What a host does before a drop: settings, start, cable off.
+  void talk() {
+    if (told_ == 0 && now_us_ >= kSettingsUs) {
+      tfsat::protocol::LoggerSettingsWriteRequest request;
+      request.settings = tfsat::logger::factory_settings();
+      request.settings.rate_hz = scenario_.rate_hz;
+      request.settings.after_landing_s = kAfterLandingS;
+      request.settings.file_mib = scenario_.file_mib;
+      cable_.send(request);
+      told_ = 1;
+    } else if (told_ == 1 && now_us_ >= kStartUs) {
+      tfsat::protocol::RecordStartRequest request;
+      request.number = 1;
+      request.unix_us = scenario_.unix_us;
+      truth_.head.unix_at_zero_us = scenario_.unix_us - now_us_;
+      cable_.send(request);
+      told_ = 2;
+    } else if (told_ == 2 && now_us_ >= kUnplugUs) {
+      cable_.pull();
+      told_ = 3;
+    }
+  }
+  // Another recording may follow one that was closed. From a logger that has failed, a host fetches
+  // what its RAM holds.
+  bool over() {
+    const bool failed = told_ == 3 && logger_.state() == LoggerState::kFailed;
+    if (!card_.closed()) {
+      closed_us_ = 0;
+    } else if (closed_us_ == 0) {
+      closed_us_ = now_us_;
+    }
+    const bool closed = closed_us_ != 0 && now_us_ - closed_us_ >= kNextFileUs;
+    return closed || now_us_ >= scenario_.life_us || (failed && cable_.fetch_ram(now_us_));
+  }
+  void tell_truth() {
+    TruthHead& head = truth_.head;
+    memcpy(head.magic, "TFSATRUN", sizeof head.magic);
+    head.seed = scenario_.seed;
+    head.kind = static_cast<uint8_t>(scenario_.kind);
+    head.holds_older = scenario_.holds_older;
+    head.state = static_cast<uint8_t>(logger_.state());
+    head.rate_hz = scenario_.rate_hz;
+    head.stall_one_in = static_cast<uint16_t>(scenario_.stall_one_in);
+    head.ring_blocks = scenario_.ring_blocks;
+    head.image_blocks = medium_.blocks;
+    head.tick_count = truth_.ticks.count;
+    head.write_count = truth_.writes.count;
+    head.trouble_count = truth_.troubles.count;
+    head.edge_count = truth_.edges.count;
+    head.end_us = now_us_;
+    head.release_us = scenario_.release_us;
+    head.landing_us = scenario_.landing_us;
+    for (uint32_t i = 0; i < 4; ++i) {
+      const bool own = scenario_.fault[i] != ImuFault::kNone;
+      const ImuFault mate = scenario_.fault[i ^ 1];
+      const bool by_bus = mate == ImuFault::kHang || mate == ImuFault::kStuckBus;
+      if (own || by_bus) head.faulty |= static_cast<uint8_t>(1u << i);
+    }
+    head.landing_felt = scenario_.landing_felt;
+    head.pulled = pull_ > 0 || gone_;
+    head.lost_for_good = gone_ && scenario_.back_us[pull_] == kNever;
+    head.ram_blocks = cable_.ram_blocks();
+    head.cache_blocks = scenario_.cache_blocks;
+  }
 
   const Scenario& scenario_;
   Truth& truth_;

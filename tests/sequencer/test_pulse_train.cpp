@@ -1,14 +1,10 @@
-// Release detector and pulse trains on their own, over many seeded runs at the clock's resolution.
-#include <algorithm>
-#include <random>
-
+// Pulse trains on their own, over many seeded runs at the clock's resolution.
 #include "../../firmware/arduino_sequencer/src/core/pulse_train.h"
-#include "../../firmware/arduino_sequencer/src/core/release_detector.h"
-#include "../../firmware/arduino_sequencer/src/core/settings.h"
-#include "fake_ports.h"
+#include "bench.h"
 
 using namespace tfsat::sequencer;
-using tfsat_test::FakeSwitches;
+using tfsat_test::draw;
+using tfsat_test::Random;
 
 namespace {
 
@@ -16,111 +12,7 @@ constexpr uint32_t kFrame = 20 * kTicksPerMs;
 
 uint16_t pulse_ticks(int16_t angle_cdeg) { return Settings::factory().pulse_ticks(1, angle_cdeg); }
 
-constexpr tick_t kDebounce = tfsat::protocol::kReleaseDebounceUs * kTicksPerUs;
-
-struct Contact {
-  tick_t at;
-  uint8_t index;
-  bool open;
-};
-
-using Random = std::mt19937;
-
-tick_t draw(Random& random, tick_t least, tick_t most) {
-  return std::uniform_int_distribution<tick_t>(least, most)(random);
-}
-
-// Both contacts open with chatter of less than the debounce; in order of time.
-std::vector<Contact> opening(Random& random, tick_t from) {
-  std::vector<Contact> contacts;
-  for (uint8_t index = 0; index < 2; ++index) {
-    tick_t at = from + draw(random, 0, 8 * kTicksPerMs);
-    contacts.push_back({at, index, true});
-    for (tick_t left = draw(random, 0, 10); left > 0; --left) {
-      at += draw(random, 1, kTicksPerMs / 2);
-      contacts.push_back({at, index, false});
-      at += draw(random, 1, kTicksPerMs / 2);
-      contacts.push_back({at, index, true});
-    }
-  }
-  std::stable_sort(contacts.begin(), contacts.end(),
-                   [from](const Contact& a, const Contact& b) {
-                     return a.at - from < b.at - from;
-                   });
-  return contacts;
-}
-
-// When both first were open.
-tick_t both_open_at(const std::vector<Contact>& contacts) {
-  bool open[2] = {false, false};
-  for (const Contact& contact : contacts) {
-    open[contact.index] = contact.open;
-    if (open[0] && open[1]) return contact.at;
-  }
-  return 0;
-}
-
 }  // namespace
-
-TEST_CASE(ten_thousand_releases_with_bounce_start_at_the_second_opening) {
-  Random random(59);
-  tick_t slowest = 0;
-  for (int round = 0; round < 10000; ++round) {
-    FakeSwitches switches;
-    ReleaseDetector detector;
-    tick_t now = draw(random, 0, 0xFFFFFFFF);
-    detector.reset(now, 0);
-    const std::vector<Contact> contacts = opening(random, now + draw(random, 1, 100 * kTicksPerMs));
-    const tick_t expected = both_open_at(contacts);
-    const tick_t longest_loop = draw(random, 20 * kTicksPerUs, kTicksPerMs);
-    size_t next = 0;
-    bool released = false;
-    while (!released && now - expected + 0x40000000u < 0x40000000u + 100 * kTicksPerMs) {
-      now += draw(random, 20 * kTicksPerUs, longest_loop);
-      for (; next < contacts.size() && !tick_before(now, contacts[next].at); ++next) {
-        switches.set(contacts[next].index, contacts[next].open, contacts[next].at);
-      }
-      SwitchEdge edge;
-      while (switches.take_edge(edge)) detector.on_edge(edge);
-      released = detector.poll(now, switches.levels()) == ReleaseDetector::Verdict::kReleased;
-      if (!released) continue;
-      CHECK(next == contacts.size());
-      CHECK(detector.released_at() == expected);
-      CHECK(now - contacts.back().at >= kDebounce);
-      slowest = std::max(slowest, now - contacts.back().at);
-    }
-    CHECK(released && detector.knocks() == 0);
-    CHECK(detector.poll(now + kDebounce, 3) == ReleaseDetector::Verdict::kNone);  // told once
-  }
-  std::printf("  certain at the latest %.3f ms after the last edge\n", slowest / 2000.0);
-  CHECK(slowest <= kDebounce + kTicksPerMs);
-}
-
-// Chatter of any kind that never keeps both open for the debounce.
-TEST_CASE(no_release_without_the_debounce) {
-  Random random(70);
-  for (int round = 0; round < 2000; ++round) {
-    FakeSwitches switches;
-    ReleaseDetector detector;
-    tick_t now = draw(random, 0, 0xFFFFFFFF);
-    detector.reset(now, 0);
-    tick_t both_since = now;
-    for (int step = 0; step < 400; ++step) {
-      now += draw(random, 20 * kTicksPerUs, kTicksPerMs / 2);
-      const bool overdue = switches.open == 3 && now - both_since > kDebounce - kTicksPerMs;
-      if (overdue || draw(random, 0, 3) == 0) {
-        const uint8_t index = static_cast<uint8_t>(draw(random, 0, 1));
-        switches.set(index, (switches.open & (1 << index)) == 0, now);
-        both_since = now;
-      }
-      SwitchEdge edge;
-      while (switches.take_edge(edge)) {
-        CHECK(detector.on_edge(edge) == ReleaseDetector::Verdict::kNone);
-      }
-      CHECK(detector.poll(now, switches.levels()) == ReleaseDetector::Verdict::kNone);
-    }
-  }
-}
 
 TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
   Random random(1);
