@@ -29,7 +29,7 @@ LAYERS = (
     ),
     ("robot", "maneuver", "servo_settings", "sdlog"),
     ("dynamics",),
-    ("calibration", "design", "devices", "emulated", "flashing", "monitoring", "plan"),
+    ("calibration", "design", "devices", "emulated", "flashing", "plan"),
     ("evaluation",),
     ("present", "report"),
     ("preflight", "record", "run"),

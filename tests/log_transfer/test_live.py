@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from tests.log_transfer.bench import Bench
-from tfsat_host.monitoring.stream_meter import StreamMeter
+from tfsat_host.devices.monitoring import StreamMeter
 from tfsat_host.protocol.messages import LiveSampleStream
 
 

@@ -21,7 +21,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.emulate.served import TIMEOUT_S, Served
-from tfsat_host.cli.monitor_words import UNCALIBRATED
+from tfsat_host.cli.monitor_view import UNCALIBRATED
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import SerialTransport

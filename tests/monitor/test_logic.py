@@ -7,13 +7,11 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
 from tfsat_host.devices.client import Client
+from tfsat_host.devices.monitoring import LoggerWatch, SequencerWatch, StreamMeter, convert
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.monitoring.reading import convert
-from tfsat_host.monitoring.stream_meter import StreamMeter
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.messages import (
     ArmRequest,

@@ -9,10 +9,9 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
-from tfsat_host.cli.monitor_picture import Picture
-from tfsat_host.cli.monitor_words import one_line
+from tfsat_host.cli.monitor_view import Picture, one_line
 from tfsat_host.devices.client import Client
+from tfsat_host.devices.monitoring import Watched
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
@@ -26,12 +25,12 @@ def picture() -> Iterator[Picture]:
     with EmulatedRobot() as robot:
         robot.advance(SETTLE_US)
         clients = [Client(EmulatedTransport(robot, board)) for board in BoardIndex]
-        sequencer, logger = (
-            SequencerWatch(clients[0], clients[0].hello()),
-            LoggerWatch(clients[1], clients[1].hello(), load_robot(None).angle_sensors),
-        )
-        logger.update(clients[1].transport.now_s() + 0.1)
-        yield Picture(sequencer, logger, {})
+        watched = Watched(clients[0].transport.now_s)
+        for client in clients:
+            watched.add(client, load_robot(None).angle_sensors)
+        assert watched.logger is not None
+        watched.logger.update(clients[1].transport.now_s() + 0.1)
+        yield Picture(watched)
 
 
 def drawn(picture: Picture, width: int, height: int) -> list[str]:
@@ -45,7 +44,7 @@ def drawn(picture: Picture, width: int, height: int) -> list[str]:
 
 def troubled(picture: Picture) -> Picture:
     """A fault, a refusal, a failed card, a gyro that is missing and one that is clipped."""
-    sequencer, logger = picture.sequencer, picture.logger
+    sequencer, logger = picture.watched.sequencer, picture.watched.logger
     assert sequencer is not None and logger is not None and logger.reading is not None
     sequencer.status = replace(
         sequencer.status,
@@ -107,22 +106,23 @@ def test_alarms_stand_at_the_top_with_their_words(picture: Picture, width: int, 
 
 
 def test_an_imu_that_answers_and_does_not_measure_is_told_by_its_name(picture: Picture) -> None:
-    logger = troubled(picture).logger
+    logger = troubled(picture).watched.logger
     assert logger is not None
     logger.status = replace(logger.status, imu_present=0b1101)
     text = "\n".join(drawn(picture, 80, 40))
     assert "NOT MEASURING: gyro 2 (MPU-6050)." in text
     assert "MISSING" not in text and "NO DATA" in text
-    assert "2 NOT MEASURING (MPU-6050); 3" in one_line(0.0, picture.sequencer, logger)
+    assert "2 NOT MEASURING (MPU-6050); 3" in one_line(0.0, picture.watched)
     logger.status = replace(logger.status, who_am_i=b"\x68\0\x68\x68")
     text = "\n".join(drawn(picture, 80, 40))
     assert "MISSING: gyro 2." in text and "NOT MEASURING" not in text
-    assert "2 MISSING; 3" in one_line(0.0, picture.sequencer, logger)
+    assert "2 MISSING; 3" in one_line(0.0, picture.watched)
 
 
 def test_a_low_terminal_keeps_alarms_states_and_the_way_out(picture: Picture) -> None:
     lost = PortError(PortProblem.LOST, what="The connection on robot/logger was lost.", next_step="")
-    lines = drawn(Picture(picture.sequencer, None, {"logger": lost}), 80, 6)
+    without_logger = replace(picture.watched, logger=None, lost={"logger": lost})
+    lines = drawn(Picture(without_logger), 80, 6)
     assert lines[0] == "LOST: logger. The connection on robot/logger was lost."
     assert lines[1] == "sequencer  safe; switches 1 closed, 2 closed"
     assert lines[-1] == "Ctrl-C ends it."

@@ -6,12 +6,11 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import duration_s, file_name
-from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
+from tfsat_host.cli.places import Place, absent, add_place_options, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
@@ -21,61 +20,12 @@ from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rich.console import RenderableType
-
-    from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
+    from tfsat_host.devices.monitoring import Watched
     from tfsat_host.devices.ports import BoardName
-    from tfsat_host.devices.transport import Transport
     from tfsat_host.robot import AngleSensor
 
 LINE_S = 1.0
 """Where there is no terminal, a line a second."""
-
-
-@dataclass
-class Watched:
-    """The boards that are watched, and those that were lost.
-
-    Attributes:
-        clock: Seconds on the transports' common clock.
-    """
-
-    clock: Callable[[], float]
-    sequencer: SequencerWatch | None = None
-    logger: LoggerWatch | None = None
-    lost: dict[BoardName, TfsatError] = field(default_factory=dict)
-
-    @property
-    def any_left(self) -> bool:
-        """There is something to show."""
-        return self.sequencer is not None or self.logger is not None
-
-    def update(self, until_s: float) -> None:
-        """Brings both up to date; a board that does not answer any more is given up."""
-        both = self.logger is not None
-        if self.sequencer is not None:
-            try:
-                self.sequencer.update(self.clock() if both else until_s)
-            except TfsatError as error:
-                self._give_up(self.sequencer, error)
-                self.sequencer = None
-        if self.logger is not None:
-            try:
-                self.logger.update(until_s)
-            except TfsatError as error:
-                self._give_up(self.logger, error)
-                self.logger = None
-
-    def close(self) -> None:
-        """Leaves the boards as they were; one that cannot be asked any more notices that its port is closed."""
-        for watch in (self.sequencer, self.logger):
-            if watch is not None:
-                with suppress(TfsatError):
-                    watch.close()
-
-    def _give_up(self, watch: SequencerWatch | LoggerWatch, error: TfsatError) -> None:
-        self.lost[watch.name] = error
-        watch.give_up()
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -115,7 +65,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         with _shown(out) as show:
             _watch(watched, args.for_s, stopped, show)
         if not watched.any_left:
-            raise _all_lost(watched.lost)
+            lost = list(watched.lost.values())
+            raise BoardsLost(watched.lost) if len(lost) > 1 else most_telling(lost)
     return 0
 
 
@@ -138,13 +89,10 @@ class BoardsLost(TfsatError):
         self.details = {"lost": {board: error_as_dict(error) for board, error in lost.items()}}
 
 
-def _all_lost(lost: dict[BoardName, TfsatError]) -> TfsatError:
-    """The only loss, or both in one."""
-    return BoardsLost(lost) if len(lost) > 1 else most_telling(list(lost.values()))
-
-
 def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack) -> Watched:
     """Opens what there is. Raises what is most telling if there is nothing, and BuildError."""
+    from tfsat_host.devices.monitoring import Watched
+
     watched = Watched(time.monotonic)
     errors: list[TfsatError] = []
     for place in places(args, out, stack):
@@ -165,20 +113,11 @@ def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor],
 def _open_one(
     place: Place, watched: Watched, sensors: Sequence[AngleSensor], out: Output, stack: ExitStack
 ) -> None:
-    from tfsat_host.cli.monitor_boards import LoggerWatch, SequencerWatch
     from tfsat_host.devices.client import Client
-    from tfsat_host.protocol.enums import Board
 
-    transport: Transport = place.connect()
+    transport = place.connect()
     stack.callback(transport.close)
-    client = Client(transport)
-    identity = client.hello()
-    watched.clock = transport.now_s
-    if identity.board == Board.SEQUENCER:
-        watched.sequencer = SequencerWatch(client, identity)
-    else:
-        watched.logger = LoggerWatch(client, identity, sensors)
-    name = identity.board.name.lower()
+    name = watched.add(Client(transport), sensors)
     if place.expected not in (None, name):
         out.warn(f"{place.said_by} is the {name}'s port, not the {place.expected}'s: correct it.")
 
@@ -190,7 +129,7 @@ def _watch(
     show: Callable[[float, Watched], None],
 ) -> None:
     """Until it is stopped, the time is over, or no board is left."""
-    from tfsat_host.monitoring.pace import REFRESH_S
+    from tfsat_host.devices.monitoring import REFRESH_S
 
     started_s, real_s = watched.clock(), time.monotonic()
     end_s = None if for_s is None else started_s + for_s
@@ -209,45 +148,26 @@ def _watch(
 @contextmanager
 def _shown(out: Output) -> Iterator[Callable[[float, Watched], None]]:
     """How it is shown: JSON lines, a picture in place, or a line a second."""
-    from tfsat_host.cli.monitor_words import UNCALIBRATED, one_line
+    from tfsat_host.cli.monitor_view import UNCALIBRATED, Picture, as_json, one_line
 
     if out.json_mode:
-        yield lambda t_s, watched: out.stream(_as_json(t_s, watched))
+        yield lambda t_s, watched: out.stream(as_json(t_s, watched))
         return
     with out.live() as draw:
         if draw is not None:
-            yield lambda _t_s, watched: draw(_picture(watched))
+            yield lambda _t_s, watched: draw(Picture(watched))
             return
         out.note(UNCALIBRATED)
-        due_s, told = 0.0, set[str]()
+        due_s, warned = 0.0, set[str]()
 
-        def say(t_s: float, watched: Watched) -> None:
+        def show(t_s: float, watched: Watched) -> None:
             nonlocal due_s
-            for board, error in watched.lost.items():
-                if board not in told:
-                    told.add(board)
-                    out.warn(error.what)
+            for board in watched.lost.keys() - warned:
+                warned.add(board)
+                out.warn(watched.lost[board].what)
             if t_s >= due_s and watched.any_left:
-                out.line(one_line(t_s, watched.sequencer, watched.logger))
+                out.line(one_line(t_s, watched))
                 sys.stdout.flush()  # a reader of the pipe sees it now
                 due_s += LINE_S
 
-        yield say
-
-
-def _picture(watched: Watched) -> RenderableType:
-    from tfsat_host.cli.monitor_picture import Picture
-
-    return Picture(watched.sequencer, watched.logger, watched.lost)
-
-
-def _as_json(t_s: float, watched: Watched) -> dict[str, Any]:
-    from tfsat_host.cli.monitor_words import logger_as_dict, sequencer_as_dict
-
-    shown: dict[str, Any] = {"t_s": round(t_s, 3), **dict.fromkeys(BOARDS)}
-    shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
-    if watched.sequencer is not None:
-        shown["sequencer"] = sequencer_as_dict(watched.sequencer)
-    if watched.logger is not None:
-        shown["logger"] = logger_as_dict(watched.logger)
-    return shown
+        yield show

@@ -1,0 +1,317 @@
+"""What `monitor` shows of the boards: as JSON, as one line, and as a picture for a terminal.
+
+The picture is drawn in place, and never higher than the terminal.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from itertools import groupby, zip_longest
+from typing import TYPE_CHECKING, Any
+
+from tfsat_host.cli.board_state import switch_words, with_fault
+from tfsat_host.cli.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
+from tfsat_host.cli.places import BOARDS
+from tfsat_host.cli.sequencer_state import SEQUENCER, explained
+from tfsat_host.devices.card_trouble import card_is_bad, file_was_full, state_words
+from tfsat_host.json_values import error_as_dict
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.remedies import REMEDIES
+from tfsat_host.quantity import UNKNOWN, Columns, fields, record, records
+
+if TYPE_CHECKING:
+    from rich.console import Console, ConsoleOptions, RenderResult
+
+    from tfsat_host.devices.monitoring import (
+        BodyRate,
+        JointReading,
+        LoggerWatch,
+        Reading,
+        SequencerWatch,
+        Watched,
+    )
+    from tfsat_host.protocol.messages import LoggerStatusReply, SequencerStatusReply
+
+UNCALIBRATED = (
+    "Rates as the gyros read them, bias and mounting included. "
+    "Joint angles by the robot file's zeros: uncalibrated."
+)
+
+_SEQUENCER: Columns = (*SEQUENCER, *fields("strokes_started"))
+_BODY_RATE = fields("rate_deg_s valid clipped")
+_ANGLE_SENSOR = fields("joint sensor_deg joint_deg_uncalibrated=joint_deg valid")
+ALWAYS = 0
+"""The rank of what is shown in the lowest terminal; the higher a rank, the sooner it is left out."""
+_ALARM, _NAME = "bold red", "bold"
+_READING, _ACTIVITY, _REFUSAL, _DOUBT, _IDENTITY, _GAP = 1, 2, 3, 4, 5, 6
+_BODY = "{:>4} {:>9} {:>9} {:>9} {:<8}"
+_NO_BODY = _BODY.format("", "", "", "", "")
+_JOINT = "   {:>5} {:>9} {:>8} {}"
+
+
+def as_json(t_s: float, watched: Watched) -> dict[str, Any]:
+    """One line of `--json`."""
+    shown: dict[str, Any] = {"t_s": round(t_s, 3), **dict.fromkeys(BOARDS)}
+    shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
+    if (sequencer := watched.sequencer) is not None:
+        status = sequencer.status
+        shown["sequencer"] = {**record(_SEQUENCER, status), "commanded_deg": _commanded_deg(status)}
+    if (logger := watched.logger) is not None:
+        reading, error = logger.reading, logger.status.error
+        shown["logger"] = {
+            **record(LOGGER, logger.status),
+            "error_explained": None if file_was_full(logger.status) else explained(error),
+            "measured_rate_hz": logger.meter.rate_hz,
+            "live_missed": logger.meter.missed,
+            "live_gaps": logger.meter.gaps,
+            "bodies": records(_BODY_RATE, reading.bodies if reading else ()),
+            "angle_sensors": records(_ANGLE_SENSOR, reading.angles if reading else ()),
+        }
+    return shown
+
+
+def one_line(t_s: float, watched: Watched) -> str:
+    """All of it, short, for what is no terminal."""
+    parts = [f"{t_s:.1f} s"]
+    if watched.sequencer is not None:
+        status = watched.sequencer.status
+        commanded = _commanded_deg(status)
+        servos = "limp" if commanded is None else " ".join(f"{angle_deg:.2f}" for angle_deg in commanded)
+        parts.append(
+            f"sequencer {with_fault(status.state.name.lower(), status.fault.name.lower())}, "
+            f"switches {switch_words(status.switches_open)}, knocks {status.knocks}, "
+            f"false releases {status.false_releases}, "
+            f"strokes {status.strokes_started}, commanded {servos}, last refusal {_error_words(status.last_refusal)}"
+        )
+    if (logger := watched.logger) is not None:
+        meter, reading = logger.meter, logger.reading
+        rate = UNKNOWN if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
+        state = state_words(logger.status)
+        card = logger.status.card.name.lower().replace("_", " ")
+        parts.append(f"logger {state}, card {card}, {rate} Hz, {meter.missed} lost")
+        parts += attention(logger.status)
+        if logger.status.ram_holds_drop:
+            parts.append(f"RAM {RAM_HOLDS_DROP}")
+        if reading is not None:
+            rates = "; ".join(
+                f"{index + 1} {_rates(body, idle_part(logger.status, index))}"
+                for index, body in enumerate(reading.bodies)
+            )
+            parts.append(f"rates/(deg/s) {rates}")
+            parts.append(f"joints/deg (uncalibrated) {_joints(reading.angles)}")
+    return " | ".join(parts)
+
+
+def _rates(body: BodyRate, idle: str | None) -> str:
+    if not body.valid:
+        return f"NOT MEASURING ({idle})" if idle else "MISSING"
+    return " ".join(f"{rate:+.1f}" for rate in body.rate_deg_s) + (" CLIPPED" if body.clipped else "")
+
+
+def _joints(angles: tuple[JointReading, ...]) -> str:
+    words = []
+    for joint, sensors in groupby(angles, key=lambda sensor: sensor.joint):
+        shown = (f"{sensor.joint_deg:+.1f}" if sensor.valid else "MISSING" for sensor in sensors)
+        words.append(f"{joint} {' / '.join(shown)}")
+    return "; ".join(words)
+
+
+def _commanded_deg(status: SequencerStatusReply) -> list[float] | None:
+    """Of each servo; None: the servos are limp."""
+    if not status.servos_driven:
+        return None
+    return [angle_cdeg / 100 for angle_cdeg in status.joint_angle_cdeg]
+
+
+def _error_words(code: ErrorCode) -> str:
+    """A fault or refusal for people: its name and its sentence."""
+    if code == ErrorCode.NONE:
+        return "none"
+    return f"{code.name.lower().replace('_', ' ')}: {REMEDIES[code][0]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Lines that are shown together or not at all, none wider than the terminal."""
+
+    rank: int
+    lines: tuple[str, ...]
+    style: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What is known of both boards."""
+
+    watched: Watched
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Rich asks how it looks in a terminal of this size."""
+        from rich.text import Text
+
+        # The terminal's last line is kept free: the prompt that comes at the end must not scroll the alarms away.
+        for block in fitted(self.blocks(options.max_width), console.height - 1):
+            for line in block.lines:
+                yield Text(line, style=block.style, no_wrap=True, overflow="ellipsis")
+
+    def blocks(self, width: int) -> list[Block]:
+        """All of it from top to bottom, alarms first."""
+        blocks = [Block(ALWAYS, _wrapped(text, width), _ALARM) for text in _alarms(self.watched)]
+        if self.watched.sequencer is not None:
+            blocks += _sequencer(self.watched.sequencer, width)
+        if (logger := self.watched.logger) is not None:
+            blocks += _logger(logger, width)
+            if logger.reading is not None:
+                blocks += [
+                    Block(_GAP, ("",)),
+                    Block(_READING, _table(logger.reading, logger.status)),
+                    Block(_DOUBT, _wrapped(UNCALIBRATED, width)),
+                ]
+        return [*blocks, Block(ALWAYS, ("Ctrl-C ends it.",))]
+
+
+def _alarms(watched: Watched) -> list[str]:
+    texts = [f"LOST: {board}. {error.what}" for board, error in watched.lost.items()]
+    if watched.sequencer is not None:
+        sequencer = watched.sequencer.status
+        texts += _error("SEQUENCER FAULT", sequencer.fault)
+        if sequencer.resets_while_armed:
+            texts.append(f"RESTARTS: the sequencer restarted {sequencer.resets_while_armed} x while armed.")
+    if watched.logger is not None:
+        status = watched.logger.status
+        texts += attention(status)
+        if not file_was_full(status):
+            texts += _error("LOGGER ERROR", status.error)
+        if status.ram_holds_drop:
+            texts.append(f"RAM {RAM_HOLDS_DROP}")
+        if card_is_bad(status):
+            texts.append(f"CARD {card_words(status)}")
+        if status.samples_dropped:
+            texts.append(f"DROPPED: {status.samples_dropped} samples of the recording.")
+        if watched.logger.reading is not None:
+            texts += _sensor_alarms(watched.logger.reading, status)
+    return texts
+
+
+def fitted(blocks: list[Block], height: int) -> list[Block]:
+    """As many blocks as `height` lines hold, the most important ones, in their order.
+
+    Where even what is always shown is too much, its end is kept, and as much as fits from the top.
+    """
+    left = height
+    kept: set[int] = set()
+    for index in sorted(range(len(blocks)), key=lambda index: blocks[index].rank):
+        if blocks[index].rank == ALWAYS or len(blocks[index].lines) <= left:
+            kept.add(index)
+            left -= len(blocks[index].lines)
+    shown = [blocks[index] for index in sorted(kept)]
+    if left >= 0:
+        return shown
+    lines = [Block(ALWAYS, (line,), block.style) for block in shown for line in block.lines]
+    return [*lines[: max(height - 1, 0)], lines[-1]]
+
+
+def _sequencer(watch: SequencerWatch, width: int) -> list[Block]:
+    status = watch.status
+    commanded = _commanded_deg(status)
+    joints = enumerate(commanded or (), 1)
+    servos = (
+        "limp" if commanded is None else ", ".join(f"{joint} {angle_deg:.2f}°" for joint, angle_deg in joints)
+    )
+    return [
+        *_head(
+            watch,
+            with_fault(status.state.name.lower(), status.fault.name.lower()),
+            status.switches_open,
+            width,
+        ),
+        _row(_REFUSAL, "last refusal", _error_words(status.last_refusal), width),
+        _row(
+            _ACTIVITY,
+            "knocks",
+            f"{status.knocks}; false releases: {status.false_releases}; "
+            f"strokes of the last run: {status.strokes_started}",
+            width,
+        ),
+        _row(_ACTIVITY, "commanded", servos, width),
+    ]
+
+
+def _logger(watch: LoggerWatch, width: int) -> list[Block]:
+    status, meter = watch.status, watch.meter
+    recording = "none since the start"
+    if status.session:
+        recording = (
+            f"session {status.session:08x}, {status.samples} samples, {status.samples_dropped} dropped"
+        )
+    measured = UNKNOWN if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
+    sampling = (
+        f"{measured} Hz measured, {status.rate_hz} Hz set; {meter.missed} not shown in {meter.gaps} gaps"
+    )
+    return [
+        *_head(watch, state_words(status), status.switches_open, width),
+        _row(_ACTIVITY, "recording", recording, width),
+        _row(_ACTIVITY, "card", card_words(status), width),
+        _row(_ACTIVITY, "sampling", sampling, width),
+    ]
+
+
+def _head(watch: SequencerWatch | LoggerWatch, state: str, switches_open: int, width: int) -> list[Block]:
+    """State and switches, which are always shown, and who the board is."""
+    return [
+        Block(
+            ALWAYS,
+            _wrapped(f"{watch.name:<9}  {state}; switches {switch_words(switches_open)}", width),
+            _NAME,
+        ),
+        _row(_IDENTITY, "port", f"{watch.client.transport.name}, {watch.identity.describe()}", width),
+    ]
+
+
+def _row(rank: int, name: str, text: str, width: int) -> Block:
+    return Block(rank, _wrapped(f"  {name:<13} {text}", width, indent=16))
+
+
+def _wrapped(text: str, width: int, indent: int = 2) -> tuple[str, ...]:
+    lines = textwrap.wrap(text, max(width, indent + 1), subsequent_indent=" " * indent, drop_whitespace=True)
+    return tuple(lines)
+
+
+def _error(name: str, code: ErrorCode) -> list[str]:
+    return [] if code == ErrorCode.NONE else [f"{name}: {' '.join(REMEDIES[code])}"]
+
+
+def _sensor_alarms(reading: Reading, status: LoggerStatusReply) -> list[str]:
+    silent = {i: idle_part(status, i) for i, body in enumerate(reading.bodies) if not body.valid}
+    missing = [f"gyro {i + 1}" for i, part in silent.items() if part is None]
+    idle = [f"gyro {i + 1} ({part})" for i, part in silent.items() if part is not None]
+    missing += [f"an angle sensor of joint {sensor.joint}" for sensor in reading.angles if not sensor.valid]
+    clipped = [
+        f"gyro {number}" for number, body in enumerate(reading.bodies, 1) if body.valid and body.clipped
+    ]
+    alarms = (("MISSING", missing), ("NOT MEASURING", idle), ("CLIPPED", clipped))
+    return [f"{name}: {', '.join(which)}." for name, which in alarms if which]
+
+
+def _table(reading: Reading, status: LoggerStatusReply) -> tuple[str, ...]:
+    """Bodies on the left, angle sensors on the right: 77 columns."""
+    left = [_body(i + 1, body, idle_part(status, i)) for i, body in enumerate(reading.bodies)]
+    right = [_sensor(sensor) for sensor in reading.angles]
+    head = _BODY.format("body", "x / deg/s", "y / deg/s", "z / deg/s", "gyro")
+    head += _JOINT.format("joint", "angle/deg", "read/deg", "sensor")
+    rows = zip_longest(left, right, fillvalue="")
+    return (head, *(body.ljust(len(_NO_BODY)) + sensor for body, sensor in rows))
+
+
+def _body(number: int, body: BodyRate, idle: str | None) -> str:
+    silent = "NO DATA" if idle else "MISSING"
+    said = silent if not body.valid else "CLIPPED" if body.clipped else "ok"
+    rates = [f"{rate:+.1f}" if body.valid else "–" for rate in body.rate_deg_s]
+    return _BODY.format(number, *rates, said)
+
+
+def _sensor(sensor: JointReading) -> str:
+    if not sensor.valid:
+        return _JOINT.format(sensor.joint, "–", "–", "MISSING")
+    return _JOINT.format(sensor.joint, f"{sensor.joint_deg:+.1f}", f"{sensor.sensor_deg:.1f}", "ok")

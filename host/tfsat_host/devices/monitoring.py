@@ -1,0 +1,250 @@
+"""Both boards live: asked no more than a view needs, and one sample in degrees and degrees per second."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from tfsat_host.devices.client import BoardIdentity, Client
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.ports import BoardName
+from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.errors import TfsatError
+from tfsat_host.protocol.enums import Board, SequencerState
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+from tfsat_host.robot import AngleSensor
+from tfsat_host.units import US_PER_S
+
+REFRESH_S = 0.2
+"""The picture is drawn, and a board at rest is asked, five times a second."""
+BUSY_S = 0.5
+"""An armed or running sequencer is asked twice a second: a view must never disturb it."""
+WINDOW_US = US_PER_S
+"""The rate is that of the last second, on the logger's clock."""
+_BUSY = (SequencerState.ARMED, SequencerState.RUNNING)
+_ANGLE_BIT = IMU_COUNT
+_CLIPPED_BIT = IMU_COUNT + ANGLE_SENSOR_COUNT + SWITCH_COUNT
+"""First bits of the angle sensors and of the clipped IMUs in a sample's flags."""
+_TURN_DEG = 360.0
+
+
+@dataclass(frozen=True, slots=True)
+class BodyRate:
+    """What a body's gyro says.
+
+    Attributes:
+        rate_deg_s: About x, y, z of the sensor, as read: bias and mounting are not corrected.
+        valid: The IMU answered.
+        clipped: Its range was exceeded.
+    """
+
+    rate_deg_s: tuple[float, ...]
+    valid: bool
+    clipped: bool
+
+
+@dataclass(frozen=True, slots=True)
+class JointReading:
+    """What an absolute angle sensor says.
+
+    Attributes:
+        joint: From 1.
+        sensor_deg: As read, 0 to 360.
+        joint_deg: The joint's angle by the robot file's zero, -180 to 180.
+        valid: The sensor answered.
+    """
+
+    joint: int
+    sensor_deg: float
+    joint_deg: float
+    valid: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One sample: bodies in order, angle sensors in the order of the log."""
+
+    bodies: tuple[BodyRate, ...]
+    angles: tuple[JointReading, ...]
+
+
+def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[AngleSensor]) -> Reading:
+    """In units for people.
+
+    Args:
+        sample: As it came.
+        scales: As the logger named them when live sampling was switched on.
+        sensors: Joint, direction and zero of the angle sensors, from the robot file.
+    """
+
+    def flag(bit: int) -> bool:
+        return bool(sample.sample.flags >> bit & 1)
+
+    bodies = [
+        BodyRate(
+            tuple(count / scales.gyro_lsb_per_deg_s for count in imu.gyro),
+            valid=flag(body),
+            clipped=flag(_CLIPPED_BIT + body),
+        )
+        for body, imu in enumerate(sample.sample.imu)
+    ]
+    angles = []
+    for index, (count, sensor) in enumerate(zip(sample.sample.angle, sensors, strict=True)):
+        sensor_deg = (count + 0.5) * _TURN_DEG / scales.angle_counts_per_turn
+        turned_deg = sensor.direction * (sensor_deg - math.degrees(sensor.zero_offset_rad))
+        joint_deg = math.remainder(turned_deg, _TURN_DEG)
+        angles.append(JointReading(sensor.joint + 1, sensor_deg, joint_deg, flag(_ANGLE_BIT + index)))
+    return Reading(tuple(bodies), tuple(angles))
+
+
+class StreamMeter:
+    """How fast live samples really come, and which never came.
+
+    Attributes:
+        missed: Samples that the logger took and that never arrived, since the first.
+        gaps: Places at which some are missing.
+    """
+
+    def __init__(self) -> None:
+        self.missed = 0
+        self.gaps = 0
+        self._recent: deque[tuple[int, int]] = deque()
+
+    def add(self, samples: Iterable[LiveSampleStream]) -> None:
+        """Takes samples in the order in which they came."""
+        for sample in samples:
+            if self._recent:
+                lost = sample.index - self._recent[-1][0] - 1
+                if lost < 0:  # the logger has restarted, and so have its indices
+                    self._recent.clear()
+                elif lost > 0:
+                    self.missed += lost
+                    self.gaps += 1
+            self._recent.append((sample.index, sample.time_us))
+            while self._recent[-1][1] - self._recent[0][1] > WINDOW_US:
+                self._recent.popleft()
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Samples that the logger took a second, those that never arrived included; None: not known yet."""
+        if len(self._recent) < 2:
+            return None
+        (first, first_us), (last, last_us) = self._recent[0], self._recent[-1]
+        return (last - first) * US_PER_S / (last_us - first_us) if last_us > first_us else None
+
+
+class SequencerWatch:
+    """Asks for the status, rarely while the sequencer is armed or runs. Sends nothing else."""
+
+    name: BoardName = "sequencer"
+
+    def __init__(self, client: Client, identity: BoardIdentity) -> None:
+        self.client, self.identity = client, identity
+        self._board = SequencerClient(client, identity)
+        self.status = self._board.status()
+        self._asked_s = client.transport.now_s()
+
+    def update(self, until_s: float) -> None:
+        """Asks if it is time to, and lets time pass to `until_s` on the transport's clock. Raises TfsatError."""
+        transport = self.client.transport
+        interval_s = BUSY_S if self.status.state in _BUSY else REFRESH_S
+        if transport.now_s() - self._asked_s >= interval_s:
+            self.status = self._board.status()
+            self._asked_s = transport.now_s()
+        self.client.wait(until_s - transport.now_s())
+
+    def close(self) -> None:
+        """Nothing was switched on."""
+
+
+class LoggerWatch:
+    """Takes live samples, and asks for the status between them."""
+
+    name: BoardName = "logger"
+
+    def __init__(self, client: Client, identity: BoardIdentity, sensors: Sequence[AngleSensor]) -> None:
+        self.client, self.identity = client, identity
+        self._sensors = sensors
+        self._board = LoggerClient(client, identity)
+        self.status = self._board.status()
+        self._asked_s = client.transport.now_s()
+        self.meter = StreamMeter()
+        self.reading: Reading | None = None
+        self._scales = self._board.start_live()
+
+    def update(self, until_s: float) -> None:
+        """Takes samples until then. Raises TfsatError, also where none come any more."""
+        transport = self.client.transport
+        if transport.now_s() - self._asked_s >= REFRESH_S:
+            self.status = self._board.status()
+            self._asked_s = transport.now_s()
+        while True:
+            samples = self._board.live_samples()
+            self.meter.add(samples)
+            self.reading = convert(samples[-1], self._scales, self._sensors)
+            if transport.now_s() >= until_s:
+                return
+
+    def close(self) -> None:
+        """Switches live sampling off. Raises TfsatError when the board is lost."""
+        self._board.stop_live()
+
+
+@dataclass
+class Watched:
+    """The boards that are watched, and those that were lost.
+
+    Attributes:
+        clock: Seconds on the transports' common clock.
+        sequencer: None: it is not watched.
+        logger: Likewise.
+        lost: Why a board is not watched any more, by its name.
+    """
+
+    clock: Callable[[], float]
+    sequencer: SequencerWatch | None = None
+    logger: LoggerWatch | None = None
+    lost: dict[BoardName, TfsatError] = field(default_factory=dict)
+
+    @property
+    def any_left(self) -> bool:
+        """There is something to show."""
+        return self.sequencer is not None or self.logger is not None
+
+    def add(self, client: Client, sensors: Sequence[AngleSensor]) -> BoardName:
+        """Watches the board that answers; its name. `sensors` as in `convert`. Raises TfsatError."""
+        identity = client.hello()
+        self.clock = client.transport.now_s
+        if identity.board == Board.SEQUENCER:
+            self.sequencer = SequencerWatch(client, identity)
+            return self.sequencer.name
+        self.logger = LoggerWatch(client, identity, sensors)
+        return self.logger.name
+
+    def update(self, until_s: float) -> None:
+        """Brings both up to date; a board that does not answer any more is given up, its port closed."""
+        if self.sequencer is not None:
+            try:
+                self.sequencer.update(self.clock() if self.logger is not None else until_s)
+            except TfsatError as error:
+                self.lost[self.sequencer.name] = error
+                self.sequencer.client.close()
+                self.sequencer = None
+        if self.logger is not None:
+            try:
+                self.logger.update(until_s)
+            except TfsatError as error:
+                self.lost[self.logger.name] = error
+                self.logger.client.close()
+                self.logger = None
+
+    def close(self) -> None:
+        """Leaves the boards as they were; one that cannot be asked any more notices that its port is closed."""
+        for watch in (self.sequencer, self.logger):
+            if watch is not None:
+                with suppress(TfsatError):
+                    watch.close()
