@@ -6,7 +6,7 @@ import pytest
 
 from tests.log_transfer.bench import Bench
 from tfsat_host.devices.client import BoardError
-from tfsat_host.devices.log_names import RAM
+from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import CardError, LoggerClient, ram_seconds
 from tfsat_host.emulated.card import CardDefect
 from tfsat_host.errors import RefusedError

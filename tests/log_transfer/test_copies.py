@@ -13,7 +13,7 @@ from tests.cli.process import RunCli
 from tests.emulate.served import Served
 from tests.log_transfer.served_robot import LoggerAtPort
 from tfsat_host.cli.main import main
-from tfsat_host.devices.partial_log import PartialLog
+from tfsat_host.devices.log_copies import PartialLog
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 

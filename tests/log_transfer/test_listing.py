@@ -6,11 +6,11 @@ from typing import cast
 
 import pytest
 
-from tfsat_host.cli.log import pick
 from tfsat_host.devices.client import BoardError, Client, board_error
 from tfsat_host.devices.log_transfer import Listing, list_logs
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogListReply, LogListRequest
+from tfsat_host.run.fetched_log import pick
 
 _RAM = LogEntry(number=0, session=7, blocks=100, wall_clock_us=0, closed=1)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.log_transfer.bench import Bench
-from tfsat_host.devices.partial_log import PartialLog, PartialLogError
+from tfsat_host.devices.log_copies import PartialLog, PartialLogError
 from tfsat_host.devices.ports import PortError
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import LogEntry

@@ -8,8 +8,8 @@ import pytest
 
 from tests.log_transfer.bench import Bench
 from tfsat_host.devices.client import BoardError
-from tfsat_host.devices.log_names import RAM
 from tfsat_host.devices.log_transfer import (
+    RAM,
     READINGS,
     UNREADABLE_LIMIT,
     TransferError,

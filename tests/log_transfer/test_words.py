@@ -7,13 +7,13 @@ from dataclasses import replace
 import pytest
 
 from tests.log_transfer.bench import Bench
-from tfsat_host.cli.event_words import event_words
-from tfsat_host.cli.log_copy import Copy, judge
 from tfsat_host.cli.logger_state import logger_state
 from tfsat_host.devices.card_trouble import drop_in_danger, state_words
-from tfsat_host.devices.log_names import RAM
+from tfsat_host.devices.log_transfer import RAM
+from tfsat_host.present.recording import event_words
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.run.fetched_log import Copy
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_a_copy_without_samples_leads_to_ram(bench: Bench, number: int) -> None:
     path = bench.folder / "header.bin"
     path.write_bytes(bench.fetch(bench.entry(1))[:BLOCK_BYTES])
     copy = Copy(bench.entry(number), path)
-    judge(copy, bench.logger.listing())
+    copy.judge(bench.logger.listing())
     said = " ".join(copy.warnings)
     assert "was copied whole, but it cannot be decoded" in said and "has no samples" in said
     assert ("tfsat-host log fetch ram" in said) is (number != RAM)

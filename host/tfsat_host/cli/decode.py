@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.decode_words import show
 from tfsat_host.cli.options import add_output_options, file_name, session_id
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
@@ -67,8 +66,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
-    from tfsat_host.cli.decode_calibration import tell_calibration
     from tfsat_host.notices import recordings_lines
+    from tfsat_host.present.recording import show_recording
+    from tfsat_host.run.decoded import held_calibration
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.summary import summary
 
@@ -77,18 +77,17 @@ def run(args: argparse.Namespace, out: Output) -> int:
     facts = summary(log)
     for line in recordings_lines(facts, args.file):
         out.note(line)
-    for warning in facts["warnings"]:
-        out.warn(warning) if not warning.startswith(" ") else out.note(warning)
-    facts |= tell_calibration(log, args.calibration, out)
+    out.warn_each(facts["warnings"])
+    facts |= held_calibration(log, args.calibration, out)
     try:
         written = _write(log, args, out)
     except TfsatError as error:
-        show(facts, out)
+        show_recording(facts, out)
         raise NotWrittenError(error, facts) from None
     for path in written.removed:
         out.note(f"{path} was removed: it is older than the recording of this name.")
     facts["files"] = {name: str(path) for name, path in written.files.items()}
-    out.result(facts, lambda: show(facts, out))
+    out.result(facts, lambda: show_recording(facts, out))
     return DataLossError.exit_code if facts["warnings"] else 0
 
 

@@ -8,17 +8,12 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.subcommands import add_subcommands
-from tfsat_host.errors import RefusedError
+from tfsat_host.errors import DataLossError, RefusedError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
-from tfsat_host.present.terminal import show_rows
-from tfsat_host.quantity import UNKNOWN, Column, record, records
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tfsat_host.devices.log_transfer import Listing
-    from tfsat_host.protocol.messages import LogEntry
+    from tfsat_host.run.fetched_log import Copy
 
 _RAM = 0
 _ACTIONS = {
@@ -30,46 +25,37 @@ _ACTIONS = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """List, fetch or erase; the device."""
-    for name, action in add_subcommands(parser, _ACTIONS).items():
-        if name == "fetch":
-            action.add_argument(
-                "which",
-                metavar="N|ram|all",
-                type=_which_or_all,
-                help="number as listed, what RAM holds, or all",
-            )
-            action.add_argument(
-                "--out",
-                metavar="PATH",
-                type=_place,
-                help="file, or folder; a name that ends with / is a new one "
-                "(default: the recording's own name in the current folder)",
-            )
-            action.add_argument("--force", action="store_true", help="overwrite another file of that name")
-        elif name == "erase":
-            action.add_argument(
-                "which", metavar="N|ram", type=_which, help="number as listed, or what RAM holds"
-            )
-            action.add_argument(
-                "--force",
-                action="store_true",
-                help="even if this computer has no copy of it: it is lost then",
-            )
+    actions = add_subcommands(parser, _ACTIONS)
+    fetch, erase = actions["fetch"], actions["erase"]
+    which = "number as listed, what RAM holds, or all"
+    fetch.add_argument("which", metavar="N|ram|all", type=_which_or_all, help=which)
+    fetch.add_argument(
+        "--out",
+        metavar="PATH",
+        type=_place,
+        help="file, or folder; a name that ends with / is a new one "
+        "(default: the recording's own name in the current folder)",
+    )
+    fetch.add_argument("--force", action="store_true", help="overwrite another file of that name")
+    erase.add_argument("which", metavar="N|ram", type=_which, help="number as listed, or what RAM holds")
+    lost = "even if this computer has no copy of it: it is lost then"
+    erase.add_argument("--force", action="store_true", help=lost)
+    for action in actions.values():
         add_device_options(action, "logger")
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Does what was typed."""
-    from tfsat_host.cli.log_fetch import fetch
-
-    return {"list": _list, "fetch": fetch, "erase": _erase}[args.action](args, out)
+    return {"list": _list, "fetch": _fetch, "erase": _erase}[args.action](args, out)
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
-    from tfsat_host.cli.fetched import FetchedLogs
-    from tfsat_host.cli.log_words import ENTRIES
     from tfsat_host.cli.logger_state import card_words
+    from tfsat_host.devices.log_copies import FetchedLogs
+    from tfsat_host.present.terminal import show_rows
+    from tfsat_host.quantity import UNKNOWN, Column, records
+    from tfsat_host.run.fetched_log import ENTRIES
 
     fetched = FetchedLogs()
     with open_logger(args, out) as logger:
@@ -119,65 +105,88 @@ def ram_warning(option: str) -> str:
     )
 
 
+def _fetch(args: argparse.Namespace, out: Output) -> int:
+    """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
+    from tfsat_host.cli.connection import open_logger
+    from tfsat_host.run.fetched_log import fetch, listing_after_the_drop, release_ram, target_of, wanted
+
+    with open_logger(args, out) as logger:
+        listing = listing_after_the_drop(logger, out)
+        copies = []
+        for entry in wanted(logger, listing, args.which):
+            target = target_of(entry, args.out, several=args.which is None)
+            copies.append(fetch(logger, entry, target, out, force=args.force))
+            copies[-1].judge(listing)
+        released = any(release_ram(logger, copy, out) for copy in copies)
+        holds_drop = bool(logger.status().ram_holds_drop)
+        result = {
+            "logs": [copy.as_dict() for copy in copies],
+            "ram_released": released,
+            "ram_holds_drop": holds_drop,
+            "device": {"port": logger.port, **logger.identity.as_dict()},
+        }
+    out.result(result, lambda: _show(copies, released, out))
+    for copy in copies:
+        out.warn_each(copy.warnings)
+    if holds_drop:
+        out.warn(ram_warning(device_option(args)))
+    card_left_out = args.which is None and listing.card_error is not None
+    if card_left_out:
+        out.warn(f"Nothing of the card was fetched. {listing.card_error}")
+    return DataLossError.exit_code if card_left_out or any(copy.warnings for copy in copies) else 0
+
+
+def _show(copies: list[Copy], released: bool, out: Output) -> None:
+    if not copies:
+        out.line("No recordings.")
+    for copy in copies:
+        copy.show(out)
+    if released:
+        out.line("The drop is safe on this computer; the logger's RAM is free, a recording may be started.")
+
+
 def _erase(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
-    from tfsat_host.cli.fetched import FetchedLogs
-    from tfsat_host.cli.log_words import ENTRIES
-    from tfsat_host.devices.log_names import entry_words
+    from tfsat_host.devices.log_copies import FetchedLogs
+    from tfsat_host.devices.log_transfer import entry_words
+    from tfsat_host.quantity import record
+    from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
 
     with open_logger(args, out) as logger:
         entry = pick(logger.listing(), args.which)
+        in_ram = entry.number == _RAM
         holds_drop = bool(logger.status().ram_holds_drop)
         copy = FetchedLogs().copy_of(logger.identity.serial, entry)
-        if copy is None and not args.force and (entry.number != _RAM or holds_drop):
+        if copy is None and not args.force and (not in_ram or holds_drop):
             raise RefusedError(
                 what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
                 "or not as it was fetched.",
                 meaning="Erased, it would be lost. Nothing was erased.",
-                next_step=f"tfsat-host log fetch {word(entry)}{device_option(args)}\n"
+                next_step=f"tfsat-host log fetch {which_words(entry)}{device_option(args)}\n"
                 "To erase it all the same: the same command with --force",
             )
         kept = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
         out.confirm(f"{kept} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
         logger.erase_log(entry)
-        out.result(
-            {
-                **record(ENTRIES, entry),
-                "erased": True,
-                "copy": copy,
-                "device": {"port": logger.port, **logger.identity.as_dict()},
-            },
-            _given_up(copy, holds_drop) if entry.number == _RAM else f"Erased: {entry_words(entry)}.",
-        )
+        # RAM is overwritten by the next recording; until then it stays as it is.
+        text = f"Erased: {entry_words(entry)}."
+        if in_ram and copy is not None:
+            text = f"RAM is free for the next recording; what it held is safe: {copy}."
+        elif in_ram:
+            had_drop = "Given up: a recording may be started again."
+            text = (
+                had_drop
+                if holds_drop
+                else "RAM held no drop that needed keeping; a recording may be started."
+            )
+        result = {
+            **record(ENTRIES, entry),
+            "erased": True,
+            "copy": copy,
+            "device": {"port": logger.port, **logger.identity.as_dict()},
+        }
+        out.result(result, text)
     return 0
-
-
-def _given_up(copy: Path | None, held_drop: bool) -> str:
-    """RAM is overwritten by the next recording; until then it stays as it is."""
-    if copy is not None:
-        return f"RAM is free for the next recording; what it held is safe: {copy}."
-    if held_drop:
-        return "Given up: a recording may be started again."
-    return "RAM held no drop that needed keeping; a recording may be started."
-
-
-def pick(listing: Listing, number: int) -> LogEntry:
-    """The recording of that number. Raises BoardError, as the logger would."""
-    from tfsat_host.devices.client import board_error
-    from tfsat_host.protocol.enums import ErrorCode
-    from tfsat_host.protocol.messages import ErrorReply, LogReadRequest
-
-    for entry in listing.entries:
-        if entry.number == number:
-            return entry
-    if listing.card_error is not None and number != _RAM:
-        raise listing.card_error
-    raise board_error(ErrorReply(LogReadRequest.TYPE, ErrorCode.NO_SUCH_LOG, -1))
-
-
-def word(entry: LogEntry) -> str:
-    """What a person types for it."""
-    return "ram" if entry.number == _RAM else str(entry.number)
 
 
 def _place(text: str) -> str:

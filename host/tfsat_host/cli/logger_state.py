@@ -6,12 +6,12 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.board_state import Rows, switch_words, switches_closed
-from tfsat_host.cli.log_words import clock_words
 from tfsat_host.devices.card_trouble import drop_in_danger, file_was_full, recording_in_danger, state_words
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.quantity import Column, Columns, fields, record
+from tfsat_host.run.fetched_log import clock_words
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:

@@ -49,10 +49,28 @@ _CRC_OFFSET = BLOCK_BYTES - 4
 _MAGIC_VERSION_SESSION = struct.Struct("<I4xI")
 _ZEROS = bytes(BLOCK_BYTES)
 
+RAM = 0
+"""The number of what the logger's RAM holds."""
+
 Put = Callable[[int, bytes], None]
 """Takes a block: its index in the recording, its bytes."""
 Span = tuple[int, int]
 """Blocks in a row: the first, and how many."""
+
+
+def recording_name(number: int) -> str:
+    """The card's name for a recording."""
+    return f"DROP{number:04}.BIN"
+
+
+def copy_name(entry: LogEntry) -> str:
+    """The name that a fetched copy gets: the card's; that of RAM tells its session."""
+    return f"RAM-{entry.session:08x}.BIN" if entry.number == RAM else recording_name(entry.number)
+
+
+def entry_words(entry: LogEntry) -> str:
+    """For people, in a sentence."""
+    return "what RAM holds" if entry.number == RAM else recording_name(entry.number)
 
 
 class TransferError(TfsatError):

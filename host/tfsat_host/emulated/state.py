@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from tfsat_host.devices.log_names import recording_name
+from tfsat_host.devices.log_transfer import recording_name
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.whole_file import write_whole

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tfsat_host.devices.log_names import RAM
+from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.ports import PortError
 from tfsat_host.errors import TfsatError

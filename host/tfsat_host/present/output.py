@@ -133,6 +133,11 @@ class Output:
         """A warning, to stderr, marked as one."""
         print(f"{self._paint('Warning:', '33')} {text}", file=self._stderr, flush=True)
 
+    def warn_each(self, texts: Iterable[str]) -> None:
+        """Warnings; one that begins with a space goes on with the one before."""
+        for text in texts:
+            (self.note if text.startswith(" ") else self.warn)(text)
+
     def error(self, error: TfsatError) -> int:
         """Shows an error (with `--json`, as the one JSON object) and gives its exit code."""
         if self.json_mode and not self._result_given:

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tfsat_host.devices.client import BoardError
-from tfsat_host.devices.log_names import RAM
+from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule

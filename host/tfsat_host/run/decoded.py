@@ -1,16 +1,19 @@
-"""The files that a decoded recording becomes, beside each other under one name."""
+"""The files that a decoded recording becomes, beside each other under one name; and the calibration for it."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from tfsat_host.errors import TfsatError
 from tfsat_host.output_files import OutputFile, was_made_with, write_all
 
 if TYPE_CHECKING:
+    from tfsat_host.present.output import Output
     from tfsat_host.sdlog import DropLog
 
 FORMATS = ("csv", "npz", "mat", "parquet", "mcap")
@@ -105,3 +108,60 @@ def _write_mcap(log: DropLog, path: Path) -> None:
     from tfsat_host.sdlog.export_mcap import write_mcap
 
     write_mcap(log, path, body_frames(log, load_robot()))
+
+
+def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str, Any]:
+    """Which calibration would apply, what stands against it, and how long the gyros rested, said in notes.
+
+    The landing of the recording is written into a certificate of the same sensors. Neither the exit code nor the
+    recording's own warnings depend on any of this: the recording is what it is.
+
+    Returns:
+        `calibration` (None: there is none) and `quiet_s` for `--json`.
+    """
+    from tfsat_host.run.certificate import hold_against, origin_of_log
+    from tfsat_host.run.certificate_notices import unreadable_as_json
+    from tfsat_host.run.files import find_certificate
+
+    file = find_certificate(named, log.path.parent, Path(), emulated=origin_of_log(log.header).emulated)
+    facts = None
+    if file is not None:
+        try:
+            held = hold_against(log, file, out)
+        except TfsatError as error:
+            out.warn(f"{error.what} {error.meaning} {error.next_step}")
+            facts = unreadable_as_json(file, error.what)
+        else:
+            facts = held.facts
+            if not held.said:
+                out.note(f"Calibration: {held.path} holds for this recording.")
+            for sentence in held.said:
+                out.note(f"Calibration {held.path}: {sentence}")
+    return {"calibration": facts, "quiet_s": _quiet_s(log, file, out)}
+
+
+def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
+    """How long the gyros rested before the release, s."""
+    import numpy as np
+
+    from tfsat_host.calibration.quiet_log import quiet_before_release
+    from tfsat_host.calibration.steps.recording import Recording
+    from tfsat_host.run.certificate import origin_of_log, time_of_day
+    from tfsat_host.run.certificate_notices import command_options
+
+    quiet = quiet_before_release(log)
+    if quiet is None:
+        return None
+    quiet_s = float(quiet.t_us[-1] - quiet.t_us[0]) * 1e-6
+    biases = np.rad2deg(Recording.from_counts(quiet).rate_rad_s.mean(axis=0))
+    words = [f"body {body} {' '.join(f'{one:+.3f}' for one in bias)}" for body, bias in enumerate(biases, 1)]
+    until = "" if log.release_us is None else " before the release"
+    rested = f"The gyros rested for {quiet_s:.0f} s{until}: bias {', '.join(words)} deg/s. "
+    if time_of_day(log, log.origin_us) is None:
+        out.note(f"{rested}Without a time of day no calibration takes it.")
+        return quiet_s
+    emulated = origin_of_log(log.header).emulated
+    options = "" if file is None else command_options(file, emulated=emulated)
+    command = f"tfsat-host calibrate bias --log {shlex.quote(str(log.path))}{options}"
+    out.note(f"{rested}To calibrate with it: {command}")
+    return quiet_s

@@ -1,0 +1,300 @@
+"""A recording's way from the logger into a file of this computer, and what the file is worth."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from tfsat_host import sdlog
+from tfsat_host.devices.client import BoardError, board_error
+from tfsat_host.devices.log_copies import FetchedLogs, PartialLog, sha256_if_same
+from tfsat_host.devices.log_transfer import RAM, Listing, Outcome, copy_name, entry_words
+from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
+from tfsat_host.errors import TfsatError
+from tfsat_host.present.output import Output
+from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
+from tfsat_host.quantity import UNKNOWN, Column, Columns, fields, record
+from tfsat_host.sdlog.errors import LogError
+from tfsat_host.sdlog.summary import summary
+from tfsat_host.units import US_PER_S
+
+FALL_WAIT_S = 15.0
+"""RAM takes a drop until 5 s after the release at the earliest and a second after the landing."""
+_ENDING_S = 2.0
+_DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "rate_hz")
+
+
+def clock_words(unix_us: int) -> str:
+    """A time of day by this computer's time zone; a dash where nobody has set it."""
+    if not unix_us:
+        return UNKNOWN
+    return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"
+
+
+def _clock_iso(unix_us: int) -> str | None:
+    if not unix_us:
+        return None
+    return datetime.fromtimestamp(unix_us / US_PER_S).astimezone().isoformat(timespec="milliseconds")
+
+
+def size_words(blocks: int) -> str:
+    """How much room some blocks take."""
+    n_bytes = blocks * BLOCK_BYTES
+    return f"{n_bytes / 2**20:.1f} MiB" if n_bytes >= 2**20 else f"{n_bytes / 2**10:.1f} KiB"
+
+
+def which_words(entry: LogEntry) -> str:
+    """What a person types for it."""
+    return "ram" if entry.number == RAM else str(entry.number)
+
+
+ENTRIES: Columns = (
+    Column("number", "number", words=which_words),
+    Column("in_ram", of=lambda entry: entry.number == RAM),
+    Column("name", "file", of=copy_name, words=lambda e: "(in RAM)" if e.number == RAM else copy_name(e)),
+    Column(
+        "start",
+        "start",
+        of=lambda entry: _clock_iso(entry.wall_clock_us),
+        words=lambda entry: clock_words(entry.wall_clock_us),
+    ),
+    Column(
+        "bytes",
+        "size",
+        of=lambda entry: entry.blocks * BLOCK_BYTES,
+        words=lambda entry: size_words(entry.blocks),
+    ),
+    Column("closed", "closed", of=lambda entry: bool(entry.closed)),
+    Column("session", "session", of=lambda entry: f"{entry.session:08x}"),
+)
+"""Recordings on a card."""
+_COPY = fields(
+    "fetched sha256 resumed_blocks torn_blocks=outcome.torn unreadable_blocks=outcome.unreadable warnings"
+)
+
+
+@dataclass
+class Copy:
+    """One recording on this computer.
+
+    Attributes:
+        entry: As listed.
+        path: Where it is.
+        sha256: Of the file.
+        fetched: By this command; otherwise it was there already, unchanged.
+        resumed_blocks: Blocks that an earlier attempt had fetched.
+        outcome: What became of its blocks.
+        facts: What decoding says; empty where nothing can be decoded.
+        warnings: What is lost or doubtful.
+    """
+
+    entry: LogEntry
+    path: Path
+    sha256: str = ""
+    fetched: bool = True
+    resumed_blocks: int = 0
+    outcome: Outcome = field(default_factory=Outcome)
+    facts: dict[str, Any] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def judge(self, listing: Listing) -> None:
+        """Adds what the file is worth, by decoding it; where nothing can be, whether RAM has something."""
+        name = entry_words(self.entry)
+        for blocks, what in (
+            (self.outcome.unreadable, "the card does not read them; the copy has zeros there"),
+            (self.outcome.torn, "their CRC does not match: they are torn on the card itself"),
+        ):
+            if blocks:
+                listed = ", ".join(map(str, blocks[:8])) + (", …" if len(blocks) > 8 else "")
+                self.warnings.append(f"{name}, {len(blocks)} blocks ({listed}): {what}.")
+        try:
+            self.facts = summary(sdlog.load(self.path))
+            self.warnings += self.facts["warnings"]
+        except LogError as error:
+            self.warnings.append(
+                f"{name} was copied whole, but it cannot be decoded. {error.what} {error.meaning}"
+            )
+            if self.entry.number != RAM and any(
+                other.number == RAM and other.session == self.entry.session for other in listing.entries
+            ):
+                self.warnings.append("RAM has samples of that recording: tfsat-host log fetch ram")
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            **record(ENTRIES, self.entry),
+            "file": self.path,
+            **record(_COPY, self),
+            **{name: self.facts.get(name) for name in _DECODED},
+        }
+
+    def show(self, out: Output) -> None:
+        """For people."""
+        how = "every block checked" if self.fetched else "fetched before, unchanged"
+        size = size_words(self.entry.blocks)
+        out.line(f"{self.path}: {size}, session {self.entry.session:08x}, {how}.")
+        if facts := self.facts:
+            rate = "unknown rate" if facts["rate_hz"] is None else f"{facts['rate_hz']:.2f} Hz"
+            out.line(
+                f"  {facts['verdict']}: {facts['samples']} samples in {facts['duration_s']:.3f} s, {rate}, "
+                f"{facts['samples_lost']} lost"
+            )
+            out.line(f"  tfsat-host decode {self.path}")
+
+
+def listing_after_the_drop(logger: LoggerClient, out: Output) -> Listing:
+    """What there is. A drop that RAM still takes is waited for; any other capture ends only if a person agrees."""
+    try:
+        return logger.listing()
+    except BoardError as error:
+        status = logger.status()
+        if error.code != ErrorCode.WRONG_STATE or status.state not in (
+            LoggerState.FAILED,
+            LoggerState.STOPPING,
+        ):
+            raise
+    if status.state == LoggerState.STOPPING:
+        with out.progress("the logger tries to write the recording's end to its card: waiting"):
+            return logger.wait_for_listing(STOP_TIMEOUT_S)
+    if status.phase != DropPhase.WAITING:
+        with out.progress("the card has failed and the drop goes into RAM: waiting for its end"):
+            return logger.wait_for_listing(FALL_WAIT_S)
+    out.confirm(
+        "The card has failed, and the logger goes on in its RAM. Fetching ends that: a drop after it would not be "
+        "recorded. Fetch now?",
+        meaning="Nothing was done: the newest seconds stay in RAM, and it would keep a drop.",
+    )
+    logger.end_capture()
+    return logger.wait_for_listing(_ENDING_S)
+
+
+def pick(listing: Listing, number: int) -> LogEntry:
+    """The recording of that number. Raises BoardError, as the logger would."""
+    for entry in listing.entries:
+        if entry.number == number:
+            return entry
+    if listing.card_error is not None and number != RAM:
+        raise listing.card_error
+    raise board_error(ErrorReply(LogReadRequest.TYPE, ErrorCode.NO_SUCH_LOG, -1))
+
+
+def wanted(logger: LoggerClient, listing: Listing, number: int | None) -> list[LogEntry]:
+    """The one of that number; None: all, RAM's only where it has more than the card. Raises BoardError."""
+    if number is not None:
+        return [pick(listing, number)]
+    holds_drop = bool(logger.status().ram_holds_drop)
+    # Only a recording that was closed is sure to have its end.
+    whole = {entry.session: entry.blocks for entry in listing.entries if entry.number != RAM and entry.closed}
+    entries = [
+        entry
+        for entry in listing.entries
+        if entry.number != RAM or holds_drop or whole.get(entry.session, -1) < entry.blocks
+    ]
+    if not entries and listing.card_error is not None:
+        raise listing.card_error
+    return entries
+
+
+def target_of(entry: LogEntry, place: str | None, *, several: bool) -> Path:
+    """Where a recording goes: `place` is a file or a folder, as it was typed; of several, a folder."""
+    if place is None:
+        return Path(copy_name(entry))
+    is_folder = several or place.endswith(("/", os.sep)) or Path(place).is_dir()
+    return Path(place) / copy_name(entry) if is_folder else Path(place)
+
+
+def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, force: bool) -> Copy:
+    """The recording at `target`, where it is not there already; `force` overwrites another file.
+
+    Raises:
+        TfsatError: another file is there; the disk, the cable or the card fail. What came is kept.
+    """
+    fetched, serial = FetchedLogs(), logger.identity.serial
+    sha256 = fetched.sha256_of(serial, entry, target)
+    if sha256 is None and target.exists() and not force:
+        sha256 = sha256_if_same(logger, entry, target)
+        if sha256 is None:
+            raise TfsatError(
+                what=f"{target} exists and is not this recording (session {entry.session:08x}).",
+                meaning="Nothing was overwritten.",
+                next_step="Name another place with --out, or add --force to overwrite it.",
+            )
+        fetched.add(serial, entry, target, sha256)
+    if sha256 is not None:
+        return Copy(entry, target, sha256, fetched=False)
+    with PartialLog(target, entry, replace=force) as partial:
+        copy = Copy(entry, target, resumed_blocks=partial.present_blocks)
+        if partial.present_blocks:
+            out.note(
+                f"{partial.path} has {partial.present_blocks} of {entry.blocks} blocks already: going on."
+            )
+        description = f"fetching {entry_words(entry)}, {size_words(entry.blocks)}"
+        with (
+            _kept_on_failure(partial, entry, out) as count,
+            out.progress(description, total=entry.blocks) as advance,
+        ):
+            advance(partial.present_blocks)
+
+            def put(index: int, block: bytes) -> None:
+                partial.put(index, block)
+                count()
+                advance(1)
+
+            copy.outcome = logger.fetch_blocks(entry, partial.missing, put)
+        copy.sha256 = partial.finish()
+    if not copy.outcome.unreadable:
+        fetched.add(serial, entry, target, copy.sha256)
+    return copy
+
+
+@contextmanager
+def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Iterator[Callable[[], None]]:
+    """Gives what counts blocks; says of any end before the last that they are kept."""
+    have = partial.present_blocks
+
+    def count() -> None:
+        nonlocal have
+        have += 1
+
+    def kept() -> str:
+        return f"{have} of {entry.blocks} blocks are kept in {partial.path}."
+
+    try:
+        yield count
+    except KeyboardInterrupt:
+        out.note(f"{kept()} The same command goes on from there.")
+        raise
+    except OSError as error:
+        raise TfsatError(
+            what=f"{partial.path}: {error.strerror or error}.",
+            meaning=f"{kept()} The recording is as it was, on the logger.",
+            next_step=f"Make room, {size_words(entry.blocks - have)} are to come; then the same "
+            "log fetch goes on from there.",
+        ) from None
+    except TfsatError as error:
+        if isinstance(error, BoardError):
+            error.meaning = f"{error.meaning} {kept()}"
+        else:
+            error.meaning = f"{kept()} The recording is as it was, on the logger."
+            error.next_step = f"{error.next_step}\nThe same log fetch goes on from there."
+        raise
+
+
+def release_ram(logger: LoggerClient, copy: Copy, out: Output) -> bool:
+    """Gives RAM free once its drop is on this computer's disk, each block proven; whether it did."""
+    if copy.entry.number != RAM or not logger.status().ram_holds_drop:
+        return False
+    if copy.outcome.torn or copy.outcome.unreadable:
+        out.warn(
+            "The copy of RAM is not whole, so the logger keeps it. To give it up: tfsat-host log erase ram"
+        )
+        return False
+    logger.erase_log(copy.entry)
+    return True
