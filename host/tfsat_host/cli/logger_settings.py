@@ -49,9 +49,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for action in actions.values():
         add_device_options(action, "logger")
         # An action's defaults would replace options that were typed before its name.
-        for option in action._actions:
-            if option.dest in ("port", "emulated", "json", "yes"):
-                option.default = argparse.SUPPRESS
+        for argument in action._actions:
+            if argument.dest in ("port", "emulated", "json", "yes"):
+                argument.default = argparse.SUPPRESS
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
