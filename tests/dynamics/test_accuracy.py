@@ -21,7 +21,6 @@ from tfsat_host.dynamics import (
     propagate_within,
     sampled,
 )
-from tfsat_host.dynamics.propagate import propagate_estimated
 from tfsat_host.robot import load_robot
 
 FAST = np.radians([300.0, 200.0, 400.0])
@@ -71,7 +70,7 @@ def test_the_estimate_is_no_smaller_than_the_error() -> None:
     exact = propagate(body, history, initial_rate_rad_s=FAST, step_s=1e-3, order=6).quaternion_xyzw[-1]
     for order in (4, 6):
         for step_s in (0.05, 0.025):
-            found = propagate_estimated(
+            found = propagate_within(
                 body, history, initial_rate_rad_s=FAST, step_s=step_s, order=4 if order == 4 else 6
             )
             error_deg = apart_deg(found.flight.quaternion_xyzw[-1], exact)

@@ -10,14 +10,8 @@ from scipy.spatial.transform import Rotation
 from tests.paper_numbers.page import Row, row
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad
 from tfsat_host.plan.flight import fly
-from tfsat_host.plan.grid import (
-    DROP_TEST_CORRECTED_ERROR_DEG,
-    DROP_TEST_ERROR_DEG,
-    average_rate,
-    distribution,
-    expected_error,
-    slew_time_s,
-)
+from tfsat_host.plan.grid import distribution
+from tfsat_host.plan.grid_result import DROP_TEST_CORRECTED_ERROR_DEG, DROP_TEST_ERROR_DEG, expected_error_deg
 from tfsat_host.plan.planner import Planner
 from tfsat_host.plan.primitives import primitive_table
 from tfsat_host.robot import RobotModel
@@ -38,7 +32,7 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
     turned = path_rotation(body, [2, 1, 2, 1], np.array([right, right, -right, -right]))
     angle_deg = float(np.degrees(rotation_angle_rad(turned)))
     efficiency = angle_deg / 360.0
-    rate = average_rate(JOINT_RATE_DEG_S, efficiency)
+    rate = JOINT_RATE_DEG_S * efficiency
     grid = distribution(body, robot.joint_limits_rad, 5.0)
     best = grid.maneuver(grid.best_by_efficiency)
     i, j = (joint + 1 for joint in best.joints)
@@ -63,18 +57,18 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
             unit="deg/s",
             why="30 deg/s times the efficiency of 90/90.",
         ),
-        row("time for 90 deg", "27.4", slew_time_s(90.0, rate), unit="s", why=_all_axes(robot)),
+        row("time for 90 deg", "27.4", 90.0 / rate, unit="s", why=_all_axes(robot)),
         row(
             "accuracy for 90 deg, model not corrected",
             "1.21",
-            expected_error(90.0, error_deg=DROP_TEST_ERROR_DEG),
+            expected_error_deg(90.0, DROP_TEST_ERROR_DEG),
             unit="deg",
             why="In proportion to the 0.314 deg and 0.237 deg for 23.3 deg that the drop test showed.",
         ),
         row(
             "accuracy for 90 deg, corrected model",
             "0.92",
-            expected_error(90.0, error_deg=DROP_TEST_CORRECTED_ERROR_DEG),
+            expected_error_deg(90.0, DROP_TEST_CORRECTED_ERROR_DEG),
             unit="deg",
         ),
     ]

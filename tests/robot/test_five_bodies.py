@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
@@ -76,17 +75,6 @@ def test_a_mistake_in_it_is_named_with_its_line(
     assert lines[named - 1].startswith(at)
     changed = next(n for n, (a, b) in enumerate(zip(TEXT.splitlines(), lines, strict=True), 1) if a != b)
     assert changed - 2 <= named <= changed
-
-
-def test_it_is_shown() -> None:
-    shown = io.StringIO()
-    load_robot(FILE).show(shown)
-    text = shown.getvalue()
-    assert "right wing" in text
-    assert "hub relative to right wing" in text
-    assert "(0.70711, 0.70711, 0)" in text
-    assert "(-100, -100, 0) to (100, 100, 260)" in text
-    assert "IMUs" not in text
 
 
 def test_the_boards_refuse_to_be_on_it() -> None:

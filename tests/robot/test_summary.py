@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.robot import default_robot_path, find_robot, load_robot, shipped_robots
-from tfsat_host.robot.totals import totals
+from tfsat_host.robot.summary import totals
 
 FIVE = Path(__file__).with_name("five_bodies.toml")
 
@@ -30,14 +30,14 @@ def test_the_whole_robot_is_the_sum_of_point_masses() -> None:
     center = np.average(at, axis=0, weights=weights)
     arm = at - center
     inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(weights, arm, strict=True))
-    whole = totals(robot)
-    assert whole.mass_kg == pytest.approx(7.6)
-    assert whole.com_m == pytest.approx(center)
-    assert whole.inertia_kg_m2 == pytest.approx(np.asarray(inertia))
+    mass, com, tensor = totals(robot)
+    assert mass == pytest.approx(7.6)
+    assert com == pytest.approx(center)
+    assert tensor == pytest.approx(np.asarray(inertia))
 
 
 def test_the_command_shows_the_drop_tower_robot(tfsat_host: RunCli) -> None:
-    text = tfsat_host("robot").stdout
+    text = " ".join(tfsat_host("robot").stdout.split())
     for words in (
         "drop tower robot",
         "2.847 kg",
@@ -74,6 +74,8 @@ def test_the_shown_text_and_the_json_agree_on_the_five_bodies(tfsat_host: RunCli
     assert [joint["servo"]["pulses"] for joint in facts["joints"]] == [None] * 4
     for named in (*facts["bodies"], *facts["joints"]):
         assert named["name"] in text
+    assert "hub relative to right wing" in text and "-100 -100 0 to 100 100 260" in text
+    assert "IMUs" not in text
 
 
 def test_a_name_means_a_shipped_robot_unless_a_file_has_it(tfsat_host: RunCli) -> None:

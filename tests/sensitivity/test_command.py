@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
-from tfsat_host.plan.sources import KEYS
 from tfsat_host.robot import default_robot_path
+from tfsat_host.robot.model import UNCERTAIN
 
-_EXACT = tuple(word for key in KEYS for word in ("--sigma", f"{key}=0"))
+_EXACT = tuple(word for key in UNCERTAIN for word in ("--sigma", f"{key}=0"))
 
 
 def test_json_has_derivatives_sources_and_samples(tfsat_host: RunCli) -> None:
@@ -63,7 +63,9 @@ def test_it_warns_where_the_integration_is_not_good_enough(
 ) -> None:
     good = tfsat_host.json("sensitivity", 59, 70, "--samples", 2)
     assert 0.0 < good["integration_error_deg"] < 1e-4 and good["notices"] == []
-    monkeypatch.setattr("tfsat_host.cli.simulate_notices.ERROR_DEG", 0.5 * good["integration_error_deg"])
+    monkeypatch.setattr(
+        "tfsat_host.dynamics.simulation_result.ERROR_DEG", 0.5 * good["integration_error_deg"]
+    )
     (notice,) = tfsat_host.json("sensitivity", 59, 70, "--samples", 2)["notices"]
     assert "by the error of the integration" in notice
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from tests.sensitivity.studies import EXACT, parameters_of, scaled, stated_by, study_of
-from tfsat_host.plan.sources import LARGEST_SHARE, error_sources
+from tfsat_host.plan.sources import error_sources
 from tfsat_host.plan.statistics import TimeLimit, summary
 from tfsat_host.plan.study import CHUNK, Outcomes, Study, derivatives, linear_spread, run_chunk, run_locally
 from tfsat_host.robot import RobotModel, Uncertainty
+from tfsat_host.robot.model import GREATEST_SHARE
 
 
 def _same(one: Outcomes, other: Outcomes) -> bool:
@@ -57,14 +58,16 @@ def test_without_errors_nothing_spreads(robot: RobotModel) -> None:
     nominal = derivatives(study.parameters).quaternion_xyzw
     assert (outcomes.quaternion_xyzw == outcomes.quaternion_xyzw[0]).all()
     assert outcomes.attitude_error_deg(nominal).max() < 1e-9
-    summed = summary(study, outcomes, nominal, (TimeLimit("fall", True, 2.5),))
+    summed = summary(study, outcomes, nominal, (TimeLimit("fall", "end_s", 2.5),))
     assert summed.outputs["end_s"].std.value == pytest.approx(0.0, abs=1e-12)
     assert summed.exceeded[0][1].value == 0.0
     assert not summed.variance_shares.any() and not summed.rank_correlation.any()
 
 
 def test_the_largest_errors_leave_every_body_physical(robot: RobotModel) -> None:
-    largest = Uncertainty(LARGEST_SHARE, 0.02, LARGEST_SHARE, 0.02, 0.2, 0.2, LARGEST_SHARE, LARGEST_SHARE)
+    largest = Uncertainty(
+        GREATEST_SHARE, 0.02, GREATEST_SHARE, 0.02, 0.2, 0.2, GREATEST_SHARE, GREATEST_SHARE
+    )
     study = study_of(robot, largest, samples=20 * CHUNK)
     for chunk in range(study.chunks):
         vectors = study.vectors(study.deviates(chunk))
@@ -160,7 +163,7 @@ def test_one_kind_of_error_less_leaves_the_others_as_they_were(robot: RobotModel
 def test_exceeded_limits_are_counted(robot: RobotModel) -> None:
     study = study_of(robot, scaled(stated_by(robot), 0.5), samples=1000)
     outcomes = run_locally(study, workers=1)
-    limits = (TimeLimit("strokes", False, 1.5), TimeLimit("fall", True, 2.2))
+    limits = (TimeLimit("strokes", "moving_time_s", 1.5), TimeLimit("fall", "end_s", 2.2))
     exceeded = dict(summary(study, outcomes, outcomes.quaternion_xyzw[0], limits).exceeded)
     assert exceeded[limits[0]].value == np.mean(outcomes.moving_time_s > 1.5)
     assert exceeded[limits[1]].value == np.mean(outcomes.end_s > 2.2)

@@ -193,7 +193,7 @@ def test_a_history_that_cannot_be_understood(tfsat_host: RunCli) -> None:
         (("59",), "Two angles are needed"),
         (("59", "70", "--base", "body 9"), "no body 'body 9'"),
         (("59", "70", "--until", "2"), "before the joints have come to rest"),
-        (("59", "70", "--step", "0"), "leads nowhere"),
+        (("59", "70", "--step", "0"), "more than zero"),
         (("59", "70", "--step", "1e-9"), "steps"),
         (("59", "70", "--initial-rate", "0", "nan", "0"), "is no rate"),
         (("59", "70", "--initial-rate", "1e200", "0", "0"), "beyond 100000 deg/s"),

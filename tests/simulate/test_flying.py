@@ -21,7 +21,7 @@ from tfsat_host.dynamics import (
     sampled,
 )
 from tfsat_host.dynamics.flight_file import body_attitudes, body_rates_rad_s
-from tfsat_host.dynamics.flying import Simulation, fly_history, fly_schedule, held, robot_limits
+from tfsat_host.dynamics.simulation import Simulation, fly, held, robot_limits
 from tfsat_host.maneuver import Defect, ManeuverError, four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel, load_robot
 
@@ -35,7 +35,7 @@ def five_bodies(folder: Path) -> RobotModel:
     return load_robot(write_robot_file(random_tree(np.random.default_rng(5), 5), folder / "five.toml"))
 
 
-def fly(
+def flown(
     robot: RobotModel,
     *strokes: tuple[int, float],
     until_s: float = 6.0,
@@ -45,7 +45,7 @@ def fly(
 ) -> Simulation:
     asked = replace(maneuver(*strokes), speed_deg_s=speed_deg_s)
     schedule = schedule_maneuver(asked, robot_limits(robot))
-    return fly_schedule(robot, schedule, until_s=until_s, base=base, initial_rate_rad_s=rate_rad_s)
+    return fly(robot, schedule, until_s=until_s, base=base, initial_rate_rad_s=rate_rad_s)
 
 
 def final(simulation: Simulation) -> Rotation:
@@ -57,7 +57,7 @@ def apart_deg(a: Rotation, b: Rotation) -> float:
 
 
 def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
-    simulation = fly(load_robot(), *THERE)
+    simulation = flown(load_robot(), *THERE)
     assert np.degrees(final(simulation).as_rotvec()) == pytest.approx([0.0, 0.0, -26.11], abs=0.6)
     assert np.degrees(final(simulation).magnitude()) == pytest.approx(26.11, abs=0.005)
     assert simulation.is_closed
@@ -67,13 +67,13 @@ def test_the_papers_maneuver_turns_every_body_by_26_11_deg_about_z() -> None:
 
 def test_the_reversed_maneuver_gives_the_inverse_rotation() -> None:
     robot = load_robot()
-    assert apart_deg(final(fly(robot, *BACK)), final(fly(robot, *THERE)).inv()) < 1e-9
-    assert np.degrees(final(fly(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
+    assert apart_deg(final(flown(robot, *BACK)), final(flown(robot, *THERE)).inv()) < 1e-9
+    assert np.degrees(final(flown(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
 
 
 @pytest.mark.parametrize("base", range(5))
 def test_the_path_alone_and_the_propagation_in_time_agree(tmp_path: Path, base: int) -> None:
-    simulation = fly(five_bodies(tmp_path), *STRAY, base=base, speed_deg_s=90.0)
+    simulation = flown(five_bodies(tmp_path), *STRAY, base=base, speed_deg_s=90.0)
     assert not simulation.is_closed and not simulation.strokes_overlap
     assert apart_deg(final(simulation), Rotation.from_quat(simulation.flight.quaternion_xyzw[-1])) < 1e-6
     assert np.degrees(final(simulation).magnitude()) > 5.0
@@ -82,7 +82,7 @@ def test_the_path_alone_and_the_propagation_in_time_agree(tmp_path: Path, base: 
 def test_whichever_body_is_the_base_the_bodies_turn_alike_up_to_the_axes(tmp_path: Path) -> None:
     robot = five_bodies(tmp_path)
     turned = [
-        np.degrees(Rotation.from_matrix(fly(robot, *STRAY, base=base).rotations()).magnitude())
+        np.degrees(Rotation.from_matrix(flown(robot, *STRAY, base=base).rotations()).magnitude())
         for base in range(5)
     ]
     # At the release all bodies' axes are parallel, so the inertial axes are the same for every base.
@@ -94,7 +94,7 @@ def test_the_attitude_after_each_stroke_is_the_propagations_with_and_without_ini
     robot = load_robot()
     schedule = schedule_maneuver(four_stroke(58.75, 70.29))
     for rate in (None, RATE_RAD_S):
-        simulation = fly_schedule(robot, schedule, until_s=2.5, initial_rate_rad_s=rate)
+        simulation = fly(robot, schedule, until_s=2.5, initial_rate_rad_s=rate)
         flight = simulation.flight
         for stroke, attitude in zip(schedule.strokes, simulation.stroke_quaternions_xyzw, strict=True):
             at = int(np.flatnonzero(np.isclose(flight.t_s, stroke.end_us / 1e6, atol=1e-9))[0])
@@ -127,7 +127,7 @@ def test_a_robot_that_holds_its_joints_tumbles_as_eulers_equations_say() -> None
     expected = solve_ivp(
         tumble, (0.0, 3.0), [*RATE_RAD_S, 0, 0, 0, 1], rtol=1e-11, atol=1e-12, method="DOP853"
     )
-    simulation = fly(robot, until_s=3.0, rate_rad_s=RATE_RAD_S)
+    simulation = flown(robot, until_s=3.0, rate_rad_s=RATE_RAD_S)
     flight = simulation.flight
     assert flight.rate_rad_s[-1] == pytest.approx(expected.y[:3, -1], abs=1e-8)
     assert apart_deg(final(simulation), Rotation.from_quat(expected.y[3:, -1])) < 1e-5
@@ -140,7 +140,7 @@ def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_p
     tmp_path: Path,
 ) -> None:
     robot = five_bodies(tmp_path)
-    cut, parted = fly(robot, *STRAY), fly(robot, *STRAY, speed_deg_s=90.0)
+    cut, parted = flown(robot, *STRAY), flown(robot, *STRAY, speed_deg_s=90.0)
     assert cut.strokes_overlap
     assert np.array_equal(cut.quaternion_xyzw, cut.flight.quaternion_xyzw[-1])
     assert apart_deg(final(cut), final(parted)) > 1e-5
@@ -164,7 +164,7 @@ def test_momentum_by_the_rates_at_which_the_attitudes_change_is_conserved(tmp_pa
 
 
 def test_momentum_is_kept_while_the_joints_move_and_the_robot_spins(tmp_path: Path) -> None:
-    flight = fly(five_bodies(tmp_path), *STRAY, rate_rad_s=RATE_RAD_S).flight
+    flight = flown(five_bodies(tmp_path), *STRAY, rate_rad_s=RATE_RAD_S).flight
     assert flight.rate_rad_s[0] == pytest.approx(RATE_RAD_S)
     momentum = flight.momentum()
     assert np.ptp(momentum, axis=0) == pytest.approx(
@@ -176,7 +176,7 @@ def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) 
     robot = five_bodies(tmp_path)
     t_s = np.linspace(0.0, 1.0, 21)
     history = sampled(t_s, np.sin(np.outer(t_s, [3.0, 4.0, 5.0, 6.0])))
-    flight = fly_history(robot, history, until_s=1.0, initial_rate_rad_s=RATE_RAD_S, step_s=1e-3).flight
+    flight = fly(robot, history, until_s=1.0, initial_rate_rad_s=RATE_RAD_S, step_s=1e-3).flight
     attitudes, rates = body_attitudes(flight), body_rates_rad_s(flight)
     at = len(flight.t_s) // 2
     for body in range(5):
@@ -187,9 +187,9 @@ def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) 
 
 def test_a_sampled_maneuver_ends_where_its_strokes_end() -> None:
     robot = load_robot()
-    strokes = fly(robot, *THERE, until_s=2.5)
+    strokes = flown(robot, *THERE, until_s=2.5)
     flight = strokes.flight
-    again = fly_history(robot, sampled(flight.t_s, flight.angles_rad), until_s=2.5)
+    again = fly(robot, sampled(flight.t_s, flight.angles_rad), until_s=2.5)
     assert apart_deg(final(again), final(strokes)) < 1e-3
 
 
@@ -226,7 +226,7 @@ def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> No
     with pytest.raises(ManeuverError) as caught:
         schedule_maneuver(maneuver((2, 61.0)), robot_limits(robot))
     assert "starts with joint 2 at 30 deg" in caught.value.next_step
-    closed = fly(robot, (2, 60.0), (3, -70.0), (2, -60.0), (3, 70.0))
+    closed = flown(robot, (2, 60.0), (3, -70.0), (2, -60.0), (3, 70.0))
     assert np.degrees(closed.flight.angles_rad[0]) == pytest.approx(np.full(4, 30.0))
     assert closed.is_closed
     turned = Rotation.from_matrix(closed.rotations())
@@ -237,12 +237,12 @@ def test_a_history_is_flown_until_any_time_in_it() -> None:
     robot = load_robot()
     t_s = np.linspace(0.0, 2.0, 41)
     history = sampled(t_s, np.outer(np.sin(2.0 * t_s), [0.6, 0.9, 0.3]))
-    whole = fly_history(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
+    whole = fly(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
     for until_s in (0.02, 0.35, 1.25, 2.0, 2.4):
-        part = fly_history(robot, history, until_s=until_s, initial_rate_rad_s=RATE_RAD_S)
+        part = fly(robot, history, until_s=until_s, initial_rate_rad_s=RATE_RAD_S)
         assert part.flight.t_s[-1] == until_s
         assert part.flight.angles_rad[-1] == pytest.approx(history.angles_rad(np.array(until_s)))
-    middle = fly_history(robot, history, until_s=1.25, initial_rate_rad_s=RATE_RAD_S)
+    middle = fly(robot, history, until_s=1.25, initial_rate_rad_s=RATE_RAD_S)
     there = int(np.argmin(np.abs(whole.flight.t_s - 1.25)))
     assert whole.flight.t_s[there] == pytest.approx(1.25)
     reached = Rotation.from_quat(whole.flight.quaternion_xyzw[there])

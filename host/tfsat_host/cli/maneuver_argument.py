@@ -1,4 +1,4 @@
-"""The maneuver that a command is told: two angles, or a file."""
+"""The maneuver that a command is given, two angles or a file; the robot that flies it; how it turns at the release."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ from tfsat_host.errors import UsageError
 if TYPE_CHECKING:
     from tfsat_host.maneuver import Limits, Maneuver, Schedule
     from tfsat_host.robot import RobotModel
+    from tfsat_host.robot.model import FloatArray
 
 WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
+SERVOS_SPEED = "what the robot file says of its servos"
+_FASTEST_DEG_S = 100_000.0
 
 
 def add_maneuver_arguments(
@@ -35,24 +38,55 @@ def add_maneuver_arguments(
     group = parser.add_argument_group("maneuver")
     group.add_argument("a_deg", metavar="A", nargs="?", type=number, help="angle of joint 1, deg, to 0.01")
     group.add_argument("b_deg", metavar="B", nargs="?", type=number, help="angle of joint 2, deg, to 0.01")
+    speed = f"average joint speed of A B, deg/s (default {default_speed})"
     group.add_argument(
         "--file", metavar="FILE", type=file_name, help="take the strokes from a maneuver file (TOML)"
     )
-    group.add_argument(
-        "--speed",
-        metavar="DEG_S",
-        type=number,
-        help=f"average joint speed of A B, deg/s (default {default_speed})",
-    )
+    group.add_argument("--speed", metavar="DEG_S", type=number, help=speed)
     return group
 
 
-def maneuver_from(args: argparse.Namespace, *, default_speed_deg_s: float | None = None) -> Maneuver:
+def add_robot_option(group: argparse._ActionsContainer) -> None:
+    """`--robot`: a file or a name."""
+    shown = "a robot file, or the name of a robot that tfsat brings along (default: drop_tower)"
+    group.add_argument("--robot", metavar="FILE", type=file_name, help=shown)
+
+
+def add_initial_rate_option(group: argparse._ActionsContainer) -> None:
+    """`--initial-rate X Y Z`."""
+    shown = (
+        "angular rate of the base body at the release, in its own axes, deg/s (default: no angular momentum)"
+    )
+    group.add_argument("--initial-rate", metavar=("X", "Y", "Z"), nargs=3, type=number, help=shown)
+
+
+def initial_rate_rad_s(args: argparse.Namespace) -> FloatArray | None:
+    """The rate (3,) that was given; None: no angular momentum.
+
+    Raises:
+        UsageError: this is no rate that a robot can have.
+    """
+    import numpy as np
+
+    if args.initial_rate is None:
+        return None
+    size = math.hypot(*args.initial_rate)
+    if not size <= _FASTEST_DEG_S:
+        problem = f"is beyond {_FASTEST_DEG_S:g} deg/s" if math.isfinite(size) else "is no rate"
+        raise UsageError(
+            what=f"The initial rate {args.initial_rate} {problem}.",
+            meaning="No robot turns like that. Nothing was computed.",
+            next_step="Give three numbers, deg/s: --initial-rate 0 0 1.5",
+        )
+    return np.asarray(np.radians(args.initial_rate))
+
+
+def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> Maneuver:
     """The maneuver that the arguments name: a file or two angles, never both.
 
     Args:
         args: Of a parser with `add_maneuver_arguments`.
-        default_speed_deg_s: Of A B without `--speed`; that of the drop experiment if None.
+        robot: A B without `--speed` move as fast as its servos do on average; as in the drop experiment if None.
 
     Raises:
         UsageError: both, or neither.
@@ -76,21 +110,11 @@ def maneuver_from(args: argparse.Namespace, *, default_speed_deg_s: float | None
             meaning="Nothing was done.",
             next_step=f"tfsat-host {args.command} 59 70   or   tfsat-host {args.command} --file maneuver.toml",
         )
-    speeds = (args.speed, default_speed_deg_s, DEFAULT_SPEED_DEG_S)
-    return four_stroke(
-        args.a_deg, args.b_deg, speed_deg_s=next(speed for speed in speeds if speed is not None)
+    servos = (
+        [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]] if robot is not None else []
     )
-
-
-def robots_maneuver(args: argparse.Namespace, robot: RobotModel) -> Maneuver:
-    """The maneuver that the arguments name; A B without `--speed` move as fast as the robot's servos do on average.
-
-    Raises:
-        UsageError: no maneuver was named, or two.
-        ManeuverError: the file cannot be understood.
-    """
-    rates_deg_s = [math.degrees(servo.average_rate_rad_s) for servo in robot.servos[:2]]
-    return maneuver_from(args, default_speed_deg_s=round(min(rates_deg_s), 9) if rates_deg_s else None)
+    speed = round(min(servos, default=DEFAULT_SPEED_DEG_S), 9) if args.speed is None else args.speed
+    return four_stroke(args.a_deg, args.b_deg, speed_deg_s=speed)
 
 
 def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits | None = None) -> Schedule:
@@ -105,9 +129,7 @@ def schedule_from(args: argparse.Namespace, maneuver: Maneuver, limits: Limits |
         try:
             return schedule_maneuver(maneuver, limits or SEQUENCER)
         except ManeuverError as error:
-            if args.file is None:
-                raise
-            raise error.in_file(str(args.file)) from error
+            raise (error if args.file is None else error.in_file(str(args.file))) from None
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import argparse
 import math
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from tfsat_host.devices.ports import BoardName, port_variable
@@ -107,6 +108,19 @@ def seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 20 and int(text) < _SEED_LIMIT):
         raise argparse.ArgumentTypeError(f"{text!r} is no seed: write a whole number from 0")
     return int(text)
+
+
+def whole_number(what: str, low: int, high: int) -> Callable[[str], int]:
+    """An argparse type: how many of something, within limits; ArgumentTypeError otherwise."""
+
+    def count(text: str) -> int:
+        if not (text.isascii() and text.isdigit() and len(text) < 20 and low <= int(text) <= high):
+            raise argparse.ArgumentTypeError(
+                f"{text!r} is no number of {what}: write a whole number from {low} to {high}"
+            )
+        return int(text)
+
+    return count
 
 
 def session_id(text: str) -> int:

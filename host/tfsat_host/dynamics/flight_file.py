@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import Flight
+from tfsat_host.errors import UsageError
+from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.robot.model import FloatArray
 
 _FIRST_COLUMNS = (
@@ -24,14 +26,52 @@ _FIRST_COLUMNS = (
 )
 _FIRST_FORMATS = ("%.9f", *("%.12f",) * 4, *("%.9e",) * 4)
 
-CSV_MARKER = ",".join(_FIRST_COLUMNS).encode()
-"""How the header begins, whatever the robot."""
-NPZ_MARKER = b"made by tfsat-host simulate"
-"""The archive's comment."""
+# How the CSV's header begins, whatever the robot, and the archive's comment.
+_MARKERS = {".csv": ",".join(_FIRST_COLUMNS).encode(), ".npz": b"made by tfsat-host simulate"}
+_NAME_IN_FOLDER = "simulation.csv"
 
 
-def write_flight_csv(flight: Flight, path: Path) -> None:
-    """One row an instant: the columns are explained in docs/simulate.md."""
+def flight_path(out: Path, history: Path | None, *, force: bool) -> Path:
+    """The file that `out` names, a file or a folder; checked before anything is computed.
+
+    Raises:
+        UsageError: no format has such an ending, or it is the file that the joint history is read from.
+        TfsatError: something else is there.
+    """
+    path = out / _NAME_IN_FOLDER if out.is_dir() or not out.suffix else out
+    what, cure = "", "Give another name to --out."
+    if path.suffix.lower() not in _MARKERS:
+        what, cure = (
+            f"--out {out} ends neither in .csv nor in .npz.",
+            "Name a file with one of them, or a folder.",
+        )
+    elif history is not None and path.exists() and history.exists() and path.samefile(history):
+        what = f"--out {path} is the file that the joint history is read from."
+    if what:
+        raise UsageError(what=what, meaning="Nothing was done.", next_step=cure)
+    check_may_write(path, marker=_MARKERS[path.suffix.lower()], force=force)
+    return path
+
+
+def write_flight(flight: Flight, path: Path, metadata: Mapping[str, Any], *, force: bool) -> None:
+    """Writes the file whole, as its ending says; the columns are explained in docs/simulate.md.
+
+    Raises:
+        TfsatError: something else is there.
+    """
+    ending = path.suffix.lower()
+
+    def write(to: Path) -> None:
+        if ending == ".csv":
+            _write_csv(flight, to)
+        else:
+            _write_npz(flight, to, metadata)
+
+    write_all([OutputFile(path, _MARKERS[ending], write)], force=force)
+
+
+def _write_csv(flight: Flight, path: Path) -> None:
+    """One row an instant."""
     joints = range(1, flight.body.n_joints + 1)
     bodies = range(1, flight.body.n_bodies + 1)
     names = [
@@ -58,7 +98,7 @@ def write_flight_csv(flight: Flight, path: Path) -> None:
     np.savetxt(path, table, fmt=formats, delimiter=",", header=",".join(names), comments="", newline="\r\n")
 
 
-def write_flight_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) -> None:
+def _write_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) -> None:
     """What `numpy.load` reads; `json.loads(str(file["metadata"]))` gives the metadata."""
     attitudes = body_attitudes(flight)
     m, n = attitudes.shape[:2]
@@ -78,7 +118,7 @@ def write_flight_npz(flight: Flight, path: Path, metadata: Mapping[str, Any]) ->
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w") as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
-        archive.comment = NPZ_MARKER
+        archive.comment = _MARKERS[".npz"]
 
 
 def body_attitudes(flight: Flight) -> FloatArray:

@@ -369,6 +369,7 @@ def propagate_within(
     tolerance_rad: float = TOLERANCE_RAD,
     order: Literal[4, 6] = 6,
     steps_max: int = STEPS_MAX,
+    step_s: float | None = None,
 ) -> EstimatedFlight:
     """As `propagate`, with steps as short as the tolerance needs, along the whole way.
 
@@ -376,6 +377,7 @@ def propagate_within(
         body, history, initial_attitude_xyzw, initial_rate_rad_s, order: As `propagate`.
         tolerance_rad: Greatest error of the attitude.
         steps_max: Most steps of a flight. Where they are not enough, `within_tolerance` is false.
+        step_s: Longest step, whatever the tolerance needs; a second flight with half of it gives the error.
 
     Returns:
         The flight of the shortest steps that were tried, instants 0.01 s apart or closer, unless it is very long.
@@ -387,31 +389,14 @@ def propagate_within(
         raise ValueError(f"a tolerance of {tolerance_rad} rad cannot be kept")
     release = Release.of(initial_attitude_xyzw, initial_rate_rad_s)
     duration_s = float(history.breaks_s[-1] - history.breaks_s[0])
-    step_s = max(2.0 * DEFAULT_STEP_S, duration_s / _FIRST_STEPS)
-    course = Propagation(body, history, release, step_s=step_s, order=order)
-    parts, attitudes, error = _halved(course, tolerance_rad, steps_max)
+    longest_s = max(2.0 * DEFAULT_STEP_S, duration_s / _FIRST_STEPS) if step_s is None else step_s
+    course = Propagation(body, history, release, step_s=longest_s, order=order)
+    if step_s is None:
+        parts, attitudes, error = _halved(course, tolerance_rad, steps_max)
+    else:
+        parts, (attitudes, fine) = 1, (np.array(list(course.attitudes(parts))) for parts in (1, 2))
+        error = _apart_rad(attitudes, fine[::2])
     return EstimatedFlight(course.flight(parts, attitudes), error, error <= tolerance_rad)
-
-
-def propagate_estimated(
-    body: Multibody,
-    history: JointHistory,
-    *,
-    initial_rate_rad_s: FloatArray | None = None,
-    step_s: float,
-    order: Literal[4, 6] = 6,
-    tolerance_rad: float = TOLERANCE_RAD,
-) -> EstimatedFlight:
-    """As `propagate` with these very steps, and an estimate of its error by a second flight with half the step.
-
-    Raises:
-        ValueError: as `propagate`.
-    """
-    release = Release.of(None, initial_rate_rad_s)
-    course = Propagation(body, history, release, step_s=step_s, order=order)
-    attitudes, fine = (np.array(list(course.attitudes(parts))) for parts in (1, 2))
-    error = _apart_rad(attitudes, fine[::2])
-    return EstimatedFlight(course.flight(1, attitudes), error, error <= tolerance_rad)
 
 
 def final_attitudes(

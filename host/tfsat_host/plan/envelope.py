@@ -23,7 +23,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, poses
-from tfsat_host.dynamics.flying import arrivals_s, fly_schedule
+from tfsat_host.dynamics.simulation import arrivals_s, fly
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.facility import permissible_transversal_velocity_mm_s
@@ -137,7 +137,7 @@ def envelope_of(
             meaning=f"{_UNKNOWN_REACH} To follow it that long would take very much time and memory.",
             next_step="Use smaller angles or a higher speed.",
         )
-    flight = fly_schedule(
+    flight = fly(
         robot,
         replace(schedule, strokes=begun),
         until_s=max(until_s, rest_s),

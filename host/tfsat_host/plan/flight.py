@@ -7,15 +7,16 @@ measured nearest is known exactly, whatever the robot: the same loops backwards.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TextIO
+from typing import Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from tfsat_host.dynamics import Multibody, TimedMove, moved, path_rotation, quaternion, servo_moves
+from tfsat_host.dynamics import Multibody, path_rotation, quaternion
+from tfsat_host.errors import UsageError
 from tfsat_host.plan.grid import OrbitError
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.plan.planner import Chain, Planner, backwards, remainder
@@ -114,17 +115,22 @@ class Pilot:
         return remaining > max(allowed, self._chain.remaining_rad * (1.0 + 1e-6) + 1e-9)
 
 
-@dataclass(frozen=True)
 class Sensing:
-    """How the attitude is measured.
+    """Measures attitudes, with errors of its own.
 
-    Attributes:
-        noise_rad: Standard deviation of its error about each body axis, independent at every measurement.
+    Args:
+        noise_rad: Standard deviation of the error about each body axis, independent at every measurement.
         seed: Of the errors.
     """
 
-    noise_rad: float = 0.0
-    seed: int = 1
+    def __init__(self, noise_rad: float = 0.0, seed: int = 1) -> None:
+        self.noise_rad = noise_rad
+        self._random = np.random.default_rng(seed)
+
+    def measure(self, attitude: FloatArray) -> FloatArray:
+        """An attitude (4,) as it is measured."""
+        error = self.noise_rad * self._random.standard_normal(3)
+        return quaternion.product(attitude, quaternion.exponential(error))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +161,7 @@ class Flight:
     Attributes:
         target_xyzw: (4,).
         tolerance_rad: What was asked for.
+        noise_rad: Of what was measured, about each axis.
         start_error_rad: At the start.
         steps: The primitives in order.
         outcome: Why it ended, as the robot believes by what it measured: "within tolerance"; "no progress", no
@@ -164,6 +171,7 @@ class Flight:
 
     target_xyzw: FloatArray
     tolerance_rad: float
+    noise_rad: float
     start_error_rad: float
     steps: tuple[Step, ...]
     outcome: Outcome
@@ -215,16 +223,16 @@ def fly(
     attitude = quaternion.identity() if initial_xyzw is None else _unit(initial_xyzw)
     robot = planner.table.body if plant is None else plant
     sensing = sensing or Sensing()
-    sensor, pilot = _Sensor(sensing), Pilot(planner, target, sensing.noise_rad)
-    measured, start_error = sensor.measure(attitude), _error(attitude, target)
+    pilot = Pilot(planner, target, sensing.noise_rad)
+    measured, start_error = sensing.measure(attitude), _error(attitude, target)
     steps = list[Step]()
     while (primitive := pilot.next(measured, planner.most - len(steps))) is not None:
         predicted = quaternion.product(measured, primitive.quaternion_xyzw)
         attitude = quaternion.product(attitude, flown(robot, planner.table.start_rad, primitive))
-        measured = sensor.measure(attitude)
+        measured = sensing.measure(attitude)
         errors = _error(attitude, target), _error(measured, target)
         steps.append(Step(primitive, predicted, attitude, measured, *errors))
-    return Flight(target, planner.tolerance_rad, start_error, tuple(steps), pilot.outcome)
+    return Flight(target, planner.tolerance_rad, sensing.noise_rad, start_error, tuple(steps), pilot.outcome)
 
 
 def open_loop_error_rad(
@@ -250,18 +258,6 @@ def flown(robot: Multibody, start_rad: FloatArray, primitive: Primitive) -> Floa
     )
 
 
-class _Sensor:
-    """Measures attitudes with errors of its own."""
-
-    def __init__(self, sensing: Sensing) -> None:
-        self._noise_rad = sensing.noise_rad
-        self._random = np.random.default_rng(sensing.seed)
-
-    def measure(self, attitude: FloatArray) -> FloatArray:
-        error = self._noise_rad * self._random.standard_normal(3)
-        return quaternion.product(attitude, quaternion.exponential(error))
-
-
 def _error(attitude: FloatArray, target: FloatArray) -> float:
     return float(quaternion.angle(quaternion.product(quaternion.inverse(attitude), target)))
 
@@ -269,6 +265,24 @@ def _error(attitude: FloatArray, target: FloatArray) -> float:
 def _unit(values: FloatArray) -> FloatArray:
     array = np.asarray(values, dtype=np.float64)
     return np.asarray(array / np.linalg.norm(array))
+
+
+def unit_quaternion(euler_zyx_deg: Sequence[float] | None, xyzw: Sequence[float] | None) -> FloatArray:
+    """A target (4,) by its Euler angles, or by a quaternion of any length.
+
+    Raises:
+        UsageError: the quaternion has no direction.
+    """
+    if euler_zyx_deg is not None:
+        return np.asarray(Rotation.from_euler("ZYX", euler_zyx_deg, degrees=True).as_quat())
+    length = float(np.linalg.norm(np.array(xyzw)))
+    if not (math.isfinite(length) and length > 0.0):
+        raise UsageError(
+            what="--target-quaternion is no rotation: its four numbers have no direction.",
+            meaning="Nothing was planned.",
+            next_step="tfsat-host plan --target-quaternion 0 0 0.7071 0.7071",
+        )
+    return np.asarray(np.array(xyzw) / length)
 
 
 def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
@@ -291,56 +305,11 @@ def drawn_robot(robot: RobotModel, scale: float, seed: int) -> Multibody:
             next_step="Add a table [uncertainty] to the robot file (see robots/cubesat_3u.toml), or leave "
             "--model-error out.",
         )
-    stated = Uncertainty(
-        **{name: scale * value for name, value in dataclasses.asdict(robot.uncertainty).items()}
-    )
+    stated = Uncertainty.of({key: scale * value for key, value in robot.uncertainty.stated().items()})
     # Parameters come with a maneuver; what it is does not touch the robot.
     plan = Plan.of(robot, [PlannedStroke(joint=0, delta_rad=0.0, start_s=0.0)], 1.0)
     parameters = Parameters.of(robot, plan)
     study = Study(parameters, error_sources(parameters, stated), samples=1, seed=seed)
     drawn = parameters.robots(study.vectors(study.deviates(0)))
-    return drawn.replace(
-        mass_kg=drawn.mass_kg[0],
-        com_m=drawn.com_m[0],
-        inertia_kg_m2=drawn.inertia_kg_m2[0],
-        joint_axis=drawn.joint_axis[0],
-        joint_point_m=drawn.joint_point_m[0],
-    )
-
-
-_SAMPLE_S = 0.05
-# A spline through fewer samples of a stroke would cut its corners.
-_LEAST_SAMPLES = 8
-
-
-def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], file: TextIO) -> None:
-    """Writes t_s, the angle of every joint in deg and the number of the primitive, from 1.
-
-    Strokes follow one another as the servos carry them out, each at its joint's average rate or as fast as it can.
-    Without primitives the joints rest for a second.
-    """
-    moves, times, numbers, now_s = list[TimedMove](), [np.zeros(1)], [np.zeros(1)], 0.0
-    for number, primitive in enumerate(primitives, start=1):
-        for joint, angle_rad in primitive.strokes:
-            duration_s = abs(angle_rad) / robot.servos[joint].average_rate_rad_s
-            moves.append(TimedMove(joint, angle_rad, now_s, now_s + duration_s))
-            (carried,) = servo_moves(robot, moves[-1:])
-            count = max(int((carried.end_s - now_s) / _SAMPLE_S) + 1, _LEAST_SAMPLES)
-            times.append(np.linspace(now_s, carried.end_s, count + 1)[1:])
-            numbers.append(np.full(count, number))
-            now_s = carried.end_s
-    if not moves:
-        times.append(np.ones(1))
-        numbers.append(np.zeros(1))
-    t_s = np.concatenate(times).round(6)
-    history = moved(robot, moves, start_rad=np.array([servo.start_rad for servo in robot.servos]))
-    angles_deg = np.degrees(history.angles_rad(t_s))
-    joints = ",".join(f"theta{joint + 1}_deg" for joint in range(robot.n_joints))
-    np.savetxt(
-        file,
-        np.column_stack([t_s, angles_deg, np.concatenate(numbers)]),
-        fmt=["%.6f", *["%.8f"] * robot.n_joints, "%d"],
-        delimiter=",",
-        header=f"t_s,{joints},primitive",
-        comments="",
-    )
+    names = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
+    return drawn.replace(**{name: getattr(drawn, name)[0] for name in names})

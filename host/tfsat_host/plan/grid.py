@@ -14,8 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
-from typing import NamedTuple, TextIO
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -310,109 +309,3 @@ def _check_size(axes: list[GridAxis], step_deg: float) -> None:
             meaning="Nothing was computed.",
             next_step=f"Give a step of at least {step_deg * (loops / _MOST_MANEUVERS) ** 0.5 * 1.005:.3g} deg.",
         )
-
-
-COLUMNS = (
-    "joint_i,joint_j,alpha_deg,beta_deg,"
-    "euler_z_deg,euler_y_deg,euler_x_deg,"
-    "rotation_x_deg,rotation_y_deg,rotation_z_deg,"
-    "reorientation_deg,efficiency"
-)
-"""The first line of the CSV. Joints are counted from 1."""
-
-
-def write_csv(found: Distribution, file: TextIO) -> None:
-    """Writes one loop a line, below the names of the columns."""
-    table = np.column_stack(
-        [
-            found.joints + 1,
-            np.degrees(found.displacement_rad),
-            np.degrees(found.euler_zyx_rad),
-            np.degrees(found.rotation_vector_rad),
-            np.degrees(found.angle_rad),
-            found.efficiency,
-        ]
-    )
-    np.savetxt(file, table, fmt="%d,%d,%.6g,%.6g" + ",%.8f" * 8, header=COLUMNS, comments="")
-
-
-def draw_distribution(found: Distribution, title: str, path: Path, file_format: str) -> None:
-    """Draws every loop as a point, its color the efficiency, and the most efficient ones as stars.
-
-    They are two: a loop flown backwards is as efficient, and turns the other way.
-    """
-    from matplotlib.figure import Figure
-
-    angles = np.degrees(found.euler_zyx_rad)
-    best = angles[found.most_efficient()]
-    figure = Figure(figsize=(7.0, 5.6), layout="constrained")
-    axes = figure.add_subplot(projection="3d", computed_zorder=False)
-    # Rasterized, a million points are a picture of some kilobytes in a PDF or an SVG, too.
-    points = axes.scatter(
-        *angles.T, c=found.efficiency, s=_area(len(angles)), cmap="viridis", linewidths=0.0, rasterized=True
-    )
-    axes.scatter(
-        *best.T,
-        marker="*",
-        s=220,
-        c="gold",
-        edgecolors="black",
-        depthshade=False,
-        zorder=3,
-        label="most efficient",
-    )
-    axes.set_xlabel("z / deg")
-    axes.set_ylabel("y / deg")
-    axes.set_zlabel("x / deg")
-    axes.set_title(title)
-    axes.legend(loc="upper left")
-    figure.colorbar(points, ax=axes, shrink=0.7, label="efficiency")
-    figure.savefig(path, format=file_format, dpi=150)
-
-
-def _area(count: int) -> float:
-    """Of a point, in square points: many must leave room for one another."""
-    return max(min(5.0, 10_000.0 / count), 0.5)
-
-
-# Errors of the drop test's reorientation, paper, section "Result": before and after its model was corrected.
-DROP_TEST_REORIENTATION_DEG = 23.3
-DROP_TEST_ERROR_DEG = 0.314
-DROP_TEST_CORRECTED_ERROR_DEG = 0.237
-
-
-def average_rate(joint_rate: float, efficiency: float) -> float:
-    """Average rate of reorientation, in the unit of the joint rate: loops follow one another without pause.
-
-    30 deg/s with an efficiency of 0.1092 make 3.28 deg/s.
-    """
-    return joint_rate * efficiency
-
-
-def slew_time_s(target_deg: float, rate_deg_s: float) -> float:
-    """Time to turn by `target_deg` at an average rate: 27.4 s for 90 deg at 3.28 deg/s.
-
-    Raises:
-        ValueError: the rate is not above zero.
-    """
-    if not rate_deg_s > 0.0:
-        raise ValueError(f"an average rate of {rate_deg_s:g} deg/s reaches no target")
-    return abs(target_deg) / rate_deg_s
-
-
-def expected_error(
-    target_deg: float,
-    *,
-    error_deg: float = DROP_TEST_ERROR_DEG,
-    at_deg: float = DROP_TEST_REORIENTATION_DEG,
-) -> float:
-    """Error in deg of a reorientation without feedback, if a known one of `at_deg` had `error_deg`.
-
-    In proportion to the angle, as the paper takes it: 1.21 deg for 90 deg, and with the corrected model 0.92 deg.
-
-    Raises:
-        ValueError: the known reorientation is not above zero.
-    """
-    if not at_deg > 0.0:
-        raise ValueError(f"a reorientation of {at_deg:g} deg is no measure")
-    return abs(target_deg) * error_deg / at_deg

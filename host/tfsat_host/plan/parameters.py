@@ -20,6 +20,7 @@ joint angles, and with it the rotation, is another one.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -28,8 +29,11 @@ import numpy as np
 
 from tfsat_host.dynamics.history import JointHistory, ServoMotion, history_of
 from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.maneuver import Schedule
+from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
+from tfsat_host.units import s_from_us
 
 
 class PlannedStroke(NamedTuple):
@@ -109,6 +113,13 @@ class Plan:
             acceleration_rad_s2=np.array([servo.acceleration_rad_s2 for servo in robot.servos]),
             until_s=until_s,
         )
+
+    @classmethod
+    def of_schedule(cls, robot: RobotModel, schedule: Schedule) -> Plan:
+        """A schedule as its servos are commanded; looked at when `simulate` looks: at the landing or later."""
+        strokes = [PlannedStroke(s.joint - 1, math.radians(s.angle_deg), s.t_s) for s in schedule.strokes]
+        until_s = s_from_us(max(FALL_US, schedule.end_us))
+        return cls.of(robot, strokes, math.radians(schedule.speed_deg_s), until_s=until_s)
 
     @property
     def moved_joints(self) -> tuple[int, ...]:

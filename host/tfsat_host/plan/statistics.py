@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from tfsat_host.plan.facility import DropTower
 from tfsat_host.plan.study import Outcomes, Study
 from tfsat_host.robot.model import FloatArray
 
@@ -110,13 +112,26 @@ class TimeLimit:
 
     Attributes:
         name: Which limit.
-        of_end: The end of the last stroke is limited; else the time that the strokes take together.
+        of: The output that is limited: `end_s` of the last stroke, or `moving_time_s` of all strokes together.
         limit_s: Greatest permitted time.
     """
 
     name: str
-    of_end: bool
+    of: Literal["moving_time_s", "end_s"]
     limit_s: float
+
+
+def time_limits(tower: DropTower) -> tuple[TimeLimit, ...]:
+    """What a drop tower leaves for the strokes, and for the fall."""
+    planned_s, longest_s = (
+        tower.maneuver_time_max_s,
+        tower.maneuver_time_max_s + tower.maneuver_time_tolerance_s,
+    )
+    return (
+        TimeLimit("time for the strokes", "moving_time_s", planned_s),
+        TimeLimit("time for the strokes, with its tolerance", "moving_time_s", longest_s),
+        TimeLimit("fall", "end_s", tower.fall_s),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,10 +191,7 @@ def summary(
     counts, edges = np.histogram(turned, bins=bins)
     return Summary(
         outputs={name: spread(column) for name, column in values.items()},
-        exceeded=tuple(
-            (limit, share(values["end_s" if limit.of_end else "moving_time_s"] > limit.limit_s))
-            for limit in limits
-        ),
+        exceeded=tuple((limit, share(values[limit.of] > limit.limit_s)) for limit in limits),
         variance_shares=has_effect * variance_shares(turned, deviates),
         rank_correlation=has_effect * rank_correlation(turned, deviates),
         end_rank_correlation=has_effect * rank_correlation(end_s, deviates),

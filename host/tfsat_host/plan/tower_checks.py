@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
-from tfsat_host.dynamics.flying import arrivals_s
+from tfsat_host.dynamics.simulation import arrivals_s
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.envelope import Envelope, permissible_transversal_velocities
 from tfsat_host.plan.facility import (
@@ -17,8 +19,9 @@ from tfsat_host.plan.facility import (
     residual_force_n,
     vertical_travel_mm,
 )
+from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot import RobotModel
-from tfsat_host.units import US_PER_S
+from tfsat_host.units import s_from_us
 
 _EXACT = 1e-9  # below what any of the numbers means: 0.7 s is not refused for its binary digits
 
@@ -62,12 +65,8 @@ def check_maneuver(
     slowest, fastest = release_velocities_mm_s(tower, float(robot.mass_kg.sum()))
     return (
         *_release(tower, slowest, fastest),
-        _pause(schedule, tower, slowest),
-        _clearance(schedule, envelope, slowest),
-        _stroke_time(schedule, tower),
-        _landing(schedule, robot, tower),
-        *_walls(tower, envelope),
-        _bottom(tower, envelope, fastest),
+        *_strokes(schedule, robot, tower, envelope, slowest),
+        *_space(tower, envelope, fastest),
     )
 
 
@@ -79,143 +78,121 @@ def release_velocities_mm_s(tower: DropTower, mass_kg: float) -> tuple[float, fl
     return min(*expected, tower.slowest_release_mm_s), max(*expected, tower.fastest_release_mm_s)
 
 
-def _at_most(name: str, value: float, limit: float, unit: str, sentence: str) -> Check:
-    return Check(name, value <= limit + _EXACT, value, limit, True, unit, sentence)
+def _check(name: str, value: float, needed: str, limit: float, unit: str, sentence: str) -> Check:
+    """`needed` is how the value must compare: at most, at least, more than."""
+    at_most, beyond = needed == "at most", needed == "more than"
+    room = limit - value if at_most else value - limit
+    passed = room > _EXACT if beyond else room >= -_EXACT
+    return Check(name, passed, value, limit, at_most, unit, sentence, beyond)
 
 
-def _at_least(name: str, value: float, limit: float, unit: str, sentence: str) -> Check:
-    return Check(name, value >= limit - _EXACT, value, limit, False, unit, sentence)
-
-
-def _more_than(name: str, value: float, limit: float, unit: str, sentence: str) -> Check:
-    return Check(name, value > limit + _EXACT, value, limit, False, unit, sentence, beyond=True)
-
-
-def _release(tower: DropTower, slowest: float, fastest: float) -> tuple[Check, ...]:
+def _release(tower: DropTower, slowest: float, fastest: float) -> Iterator[Check]:
     held = residual_force_n(tower.magnet_force_n, tower.residual_magnetism)
     low, high = tower.release_velocity_window_mm_s
-    return (
-        _more_than(
-            "detaching-force",
-            tower.spring_force_n,
-            held,
-            "N",
-            f"The spring pushes with {tower.spring_force_n:g} N against {held:g} N of residual magnetism.",
-        ),
-        _at_least(
-            "separation",
-            tower.spring_stroke_mm,
-            tower.separation_needed_mm,
-            "mm",
-            f"The spring separates robot and magnet by {tower.spring_stroke_mm:g} mm.",
-        ),
-        _at_least(
-            "slowest-release",
-            slowest,
-            low,
-            "mm/s",
-            f"At {slowest:.1f} mm/s the robot is clear of the release mechanism "
-            f"after {pause_s(tower.clearance_mm, slowest):.2f} s.",
-        ),
-        _at_most(
-            "fastest-release",
-            fastest,
-            high,
-            "mm/s",
-            f"At {fastest:.1f} mm/s the robot falls {vertical_travel_mm(fastest, tower.fall_s):.0f} mm "
-            "in the capsule before the landing.",
-        ),
+    spring = f"The spring pushes with {tower.spring_force_n:g} N against {held:g} N of residual magnetism."
+    yield _check("detaching-force", tower.spring_force_n, "more than", held, "N", spring)
+    apart = f"The spring separates robot and magnet by {tower.spring_stroke_mm:g} mm."
+    yield _check("separation", tower.spring_stroke_mm, "at least", tower.separation_needed_mm, "mm", apart)
+    clear = (
+        f"At {slowest:.1f} mm/s the robot is clear of the release mechanism "
+        f"after {pause_s(tower.clearance_mm, slowest):.2f} s."
     )
+    yield _check("slowest-release", slowest, "at least", low, "mm/s", clear)
+    falls = (
+        f"At {fastest:.1f} mm/s the robot falls {vertical_travel_mm(fastest, tower.fall_s):.0f} mm "
+        "in the capsule before the landing."
+    )
+    yield _check("fastest-release", fastest, "at most", high, "mm/s", falls)
 
 
-def _pause(schedule: Schedule, tower: DropTower, slowest: float) -> Check:
+def _strokes(
+    schedule: Schedule, robot: RobotModel, tower: DropTower, envelope: Envelope, slowest: float
+) -> Iterator[Check]:
     start_s = schedule.strokes[0].t_s
-    return _at_least(
-        "pause",
-        start_s,
-        pause_s(tower.clearance_mm, slowest),
-        "s",
+    away = (
         f"At the first stroke, {start_s:.2f} s, even the slowest release has taken the robot "
-        f"{slowest * start_s:.1f} mm away; {tower.clearance_mm:g} mm are needed.",
+        f"{slowest * start_s:.1f} mm away; {tower.clearance_mm:g} mm are needed."
     )
-
-
-def _clearance(schedule: Schedule, envelope: Envelope, slowest: float) -> Check:
-    moving = envelope.t_s >= schedule.strokes[0].t_s - _EXACT
-    gap_mm = slowest * envelope.t_s[moving] - envelope.rise_mm[moving]
-    least = int(np.argmin(gap_mm))
-    t_s = envelope.t_s[moving][least]
-    return _at_least(
-        "clearance",
-        float(gap_mm[least]),
-        0.0,
-        "mm",
-        f"The robot's highest point comes closest to where it was held {t_s:.2f} s after release: it opens "
-        f"upwards by {envelope.rise_mm[moving][least]:.0f} mm while the slowest release "
-        f"takes it {slowest * t_s:.0f} mm down.",
+    yield _check("pause", start_s, "at least", pause_s(tower.clearance_mm, slowest), "s", away)
+    moving = envelope.t_s >= start_s - _EXACT
+    t_s, rise_mm = envelope.t_s[moving], envelope.rise_mm[moving]
+    least = int(np.argmin(slowest * t_s - rise_mm))
+    gap = (
+        f"The robot's highest point comes closest to where it was held {t_s[least]:.2f} s after release: it opens "
+        f"upwards by {rise_mm[least]:.0f} mm while the slowest release takes it {slowest * t_s[least]:.0f} mm down."
     )
-
-
-def _stroke_time(schedule: Schedule, tower: DropTower) -> Check:
+    yield _check("clearance", float(slowest * t_s[least] - rise_mm[least]), "at least", 0.0, "mm", gap)
     moving_s = sum(abs(stroke.angle_deg) for stroke in schedule.strokes) / schedule.speed_deg_s
     planned_s, tolerance_s = tower.maneuver_time_max_s, tower.maneuver_time_tolerance_s
-    return _at_most(
-        "stroke-time",
-        moving_s,
-        planned_s + tolerance_s,
-        "s",
+    together = (
         f"The strokes take {moving_s:.3f} s together; the fall of {tower.fall_s:g} s less a margin of "
-        f"{tower.margin_s:g} s leaves {planned_s:g} s, with a tolerance of {tolerance_s:g} s.",
+        f"{tower.margin_s:g} s leaves {planned_s:g} s, with a tolerance of {tolerance_s:g} s."
     )
+    yield _check("stroke-time", moving_s, "at most", planned_s + tolerance_s, "s", together)
+    end_s = max(s_from_us(schedule.end_us), *arrivals_s(robot, schedule))
+    landing = f"The last stroke ends {end_s:.2f} s after release, the fall at {tower.fall_s:g} s."
+    yield _check("landing", end_s, "at most", tower.fall_s, "s", landing)
 
 
-def _landing(schedule: Schedule, robot: RobotModel, tower: DropTower) -> Check:
-    end_s = max(schedule.end_us / US_PER_S, *arrivals_s(robot, schedule))
-    return _at_most(
-        "landing",
-        end_s,
-        tower.fall_s,
-        "s",
-        f"The last stroke ends {end_s:.2f} s after release, the fall at {tower.fall_s:g} s.",
-    )
-
-
-def _walls(tower: DropTower, envelope: Envelope) -> tuple[Check, ...]:
+def _space(tower: DropTower, envelope: Envelope, fastest: float) -> Iterator[Check]:
     permissible = permissible_transversal_velocities(envelope, tower.envelope_radius_mm, tower.fall_s)
+    reach = (
+        f"{envelope.max_radius_body} reaches furthest from the line of fall, {envelope.max_radius_t_s:.2f} s after "
+        f"release; in its start pose the robot reaches {envelope.folded_radius_mm:.0f} mm."
+    )
+    yield _check("envelope", envelope.max_radius_mm, "at most", tower.envelope_radius_mm, "mm", reach)
     observed = tower.observed_transversal_velocity_mm_s
-    return (
-        _at_most(
-            "envelope",
-            envelope.max_radius_mm,
-            tower.envelope_radius_mm,
-            "mm",
-            f"{envelope.max_radius_body} reaches furthest from the line of fall, "
-            f"{envelope.max_radius_t_s:.2f} s after release; in its start pose the robot reaches "
-            f"{envelope.folded_radius_mm:.0f} mm.",
-        ),
-        _at_least(
-            "transversal-velocity",
-            permissible.paper,
-            observed,
-            "mm/s",
-            f"The robot may drift sideways at {permissible.paper:.1f} mm/s "
-            f"({permissible.moment_by_moment:.1f} mm/s when each moment is taken by itself); "
-            f"an earlier drop showed {observed:g} mm/s.",
-        ),
+    drift = (
+        f"The robot may drift sideways at {permissible.paper:.1f} mm/s ({permissible.moment_by_moment:.1f} mm/s when "
+        f"each moment is taken by itself); an earlier drop showed {observed:g} mm/s."
     )
-
-
-def _bottom(tower: DropTower, envelope: Envelope, fastest: float) -> Check:
+    yield _check("transversal-velocity", permissible.paper, "at least", observed, "mm/s", drift)
     falling = envelope.t_s <= tower.fall_s + _EXACT
-    travel_mm = np.array(
-        [vertical_travel_mm(fastest, t, tower.residual_acceleration_g) for t in envelope.t_s[falling]]
-    )
+    g = tower.residual_acceleration_g
+    travel_mm = np.array([vertical_travel_mm(fastest, t_s, g) for t_s in envelope.t_s[falling]])
     lowest_mm = float(np.max(travel_mm + envelope.sink_mm[falling]))
-    return _at_most(
-        "vertical-travel",
-        lowest_mm,
-        tower.usable_vertical_travel_mm,
-        "mm",
-        f"The fastest release and {tower.residual_acceleration_g:g} g of residual acceleration take the robot's "
-        f"lowest point {lowest_mm:.0f} mm down before the landing.",
+    bottom = (
+        f"The fastest release and {g:g} g of residual acceleration take the robot's "
+        f"lowest point {lowest_mm:.0f} mm down before the landing."
     )
+    yield _check("vertical-travel", lowest_mm, "at most", tower.usable_vertical_travel_mm, "mm", bottom)
+
+
+_CHECKS: Columns = (
+    Column("name", "check"),
+    Column("value", "found", words=lambda check: _shown(check.value, check.unit)),
+    Column("limit", "needed", words=lambda check: f"{check.needed} {_shown(check.limit, check.unit)}"),
+    Column("passed", "passed", words=lambda check: "ok" if check.passed else "NO"),
+    Column("sentence", "which means"),
+)
+
+
+def _shown(value: float, unit: str) -> str:
+    """Times to a millisecond, all else to a tenth."""
+    return f"{value:.3f} {unit}" if unit == "s" else f"{value:.1f} {unit}"
+
+
+def document(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> dict[str, Any]:
+    """The object of `--json`, less what the command knows besides."""
+    permissible = permissible_transversal_velocities(envelope, tower.envelope_radius_mm, tower.fall_s)
+    names = "max_radius_mm max_radius_t_s max_radius_body folded_radius_mm height_mm"
+    return {
+        "fits": all(check.passed for check in checks),
+        "checks": [asdict(check) for check in checks],
+        **{name: getattr(envelope, name) for name in names.split()},
+        "permissible_transversal_velocity_mm_s": permissible.paper,
+        "permissible_transversal_velocity_moment_by_moment_mm_s": permissible.moment_by_moment,
+        "facility": tower.name,
+    }
+
+
+def lines(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> Iterator[str | Table]:
+    """What a person reads of it."""
+    yield Table("", _CHECKS, checks)
+    yield (
+        f"The robot reaches {envelope.max_radius_mm:.0f} mm from its line of fall and {envelope.height_mm:.0f} mm "
+        "in height, by the boxes of its robot file."
+    )
+    failed = [check.name for check in checks if not check.passed]
+    fits = f"The maneuver fits {tower.name}: all {len(checks)} checks passed."
+    yield f"Doubtful at {tower.name}: {', '.join(failed)}." if failed else fits

@@ -27,6 +27,15 @@ def show_table(table: Table, out: Output) -> None:
     sentences([text for text in (table.fold, table.caption if shown else "") if text], out)
 
 
+def show(parts: Iterable[str | Table], out: Output) -> None:
+    """Lines and tables in their order."""
+    for part in parts:
+        if isinstance(part, Table):
+            show_table(part, out)
+        else:
+            out.line(part)
+
+
 def show_rows(columns: Columns, rows: Sequence[Any], out: Output, *, title: str = "") -> None:
     """Rows under the columns that are for people."""
     shown = [column for column in columns if column.label]

@@ -15,6 +15,8 @@ import numpy as np
 
 from tfsat_host.config import Table, read_config
 from tfsat_host.robot.model import (
+    GREATEST_SHARE,
+    UNCERTAIN,
     AngleSensor,
     FloatArray,
     Imu,
@@ -278,10 +280,6 @@ def _check_tree(
 
 
 _ROBOT = "format name source base inertia_off_diagonals uncertainty body joint imu angle_sensor"
-_SHARES = ("mass_relative", "inertia_relative", "stroke_relative", "servo_speed_relative")
-_ERRORS = ("com_mm", "joint_point_mm", "joint_axis_deg", "stroke_deg")
-# Five standard deviations below the figure, something must be left of a mass, an inertia or a rate.
-_GREATEST_SHARE = 0.2
 
 
 def load_robot(name_or_path: Path | str | None = None) -> RobotModel:
@@ -336,13 +334,8 @@ def _uncertainty(top: Table) -> Uncertainty | None:
     """The figures of `[uncertainty]`, 0 for one that is left out; None without the table."""
     if not top.has("uncertainty"):
         return None
-    table = top.table("uncertainty", " ".join((*_SHARES, *_ERRORS)))
-    shares = {key: table.number(key, 0.0, least=0, most=_GREATEST_SHARE) for key in _SHARES}
-    errors = {key: table.number(key, 0.0, least=0) for key in _ERRORS}
-    return Uncertainty(
-        com_m=1e-3 * errors["com_mm"],
-        joint_point_m=1e-3 * errors["joint_point_mm"],
-        joint_axis_rad=math.radians(errors["joint_axis_deg"]),
-        stroke_rad=math.radians(errors["stroke_deg"]),
-        **shares,
+    table = top.table("uncertainty", " ".join(UNCERTAIN))
+    most = {key: GREATEST_SHARE for key in UNCERTAIN if key.endswith("_relative")}
+    return Uncertainty.of(
+        {key: table.number(key, 0.0, least=0, most=most.get(key, math.inf)) for key in UNCERTAIN}
     )

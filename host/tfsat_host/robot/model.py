@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tfsat_host.angles import FloatArray as FloatArray
+from tfsat_host.errors import UsageError
 
 IntArray = NDArray[np.int64]
 
@@ -96,6 +96,21 @@ class AngleSensor:
     nonlinearity_rad: float = 0.05 * math.pi / 180  # assumed: a good magnetic encoder, adjusted
 
 
+UNCERTAIN: Mapping[str, tuple[str, float]] = {
+    "mass_relative": ("mass_relative", 1.0),
+    "com_mm": ("com_m", 1e-3),
+    "inertia_relative": ("inertia_relative", 1.0),
+    "joint_point_mm": ("joint_point_m", 1e-3),
+    "joint_axis_deg": ("joint_axis_rad", math.radians(1.0)),
+    "stroke_deg": ("stroke_rad", math.radians(1.0)),
+    "stroke_relative": ("stroke_relative", 1.0),
+    "servo_speed_relative": ("servo_speed_relative", 1.0),
+}
+"""The keys of a file's `[uncertainty]`: which attribute each is, and its unit in SI units."""
+GREATEST_SHARE = 0.2
+"""Of a relative figure: five standard deviations below it, something must be left of a mass, an inertia or a rate."""
+
+
 @dataclass(frozen=True)
 class Uncertainty:
     """One standard deviation of what the file's figures may be wrong by, for Monte Carlo studies.
@@ -115,14 +130,23 @@ class Uncertainty:
         servo_speed_relative: Of a servo's rate, drawn once for a joint; a share of the rate.
     """
 
-    mass_relative: float
-    com_m: float
-    inertia_relative: float
-    joint_point_m: float
-    joint_axis_rad: float
-    stroke_rad: float
-    stroke_relative: float
-    servo_speed_relative: float
+    mass_relative: float = 0.0
+    com_m: float = 0.0
+    inertia_relative: float = 0.0
+    joint_point_m: float = 0.0
+    joint_axis_rad: float = 0.0
+    stroke_rad: float = 0.0
+    stroke_relative: float = 0.0
+    servo_speed_relative: float = 0.0
+
+    @classmethod
+    def of(cls, stated: Mapping[str, float]) -> Uncertainty:
+        """From the figures of a file, in the units of their keys; 0 for one that is left out."""
+        return cls(**{name: stated[key] * unit for key, (name, unit) in UNCERTAIN.items() if key in stated})
+
+    def stated(self) -> dict[str, float]:
+        """The figures as a file has them, by `UNCERTAIN`."""
+        return {key: float(f"{getattr(self, name) / unit:.12g}") for key, (name, unit) in UNCERTAIN.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,8 +211,24 @@ class RobotModel:
         """Number of joints."""
         return len(self.joint_names)
 
-    def show(self, file: TextIO | None = None) -> None:
-        """Writes a summary for people to `file`, standard output by default."""
-        from tfsat_host.robot.summary_text import summary_text
+    @property
+    def has_sequencer(self) -> bool:
+        """Whether the sequencer commands every servo: the file says what its pulses do."""
+        return all(servo.pulses is not None for servo in self.servos)
 
-        (file or sys.stdout).write(summary_text(self))
+    def body_index(self, body: str) -> int:
+        """Index of a body by its name, or by its number from 1.
+
+        Raises:
+            UsageError: there is no such body.
+        """
+        names = self.body_names
+        if body in names:
+            return names.index(body)
+        if body.isascii() and body.isdigit() and 1 <= int(body) <= len(names):
+            return int(body) - 1
+        raise UsageError(
+            what=f"{self.path} has no body {body!r}.",
+            meaning="Nothing was done.",
+            next_step=f"Name one of its bodies ({', '.join(names)}) or a number from 1 to {len(names)}.",
+        )

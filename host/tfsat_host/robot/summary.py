@@ -1,23 +1,86 @@
-"""A robot in numbers that people read: what `tfsat-host robot` shows and prints as JSON.
+"""A robot in numbers that people read: what `tfsat-host robot` prints as JSON, and as tables.
 
 Millimetres, degrees and g m^2, unlike the model itself; units stand in the keys.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tfsat_host.robot.model import AngleSensor, FloatArray, Imu, PulseMap, RobotModel, Servo, Uncertainty
-from tfsat_host.robot.totals import totals
+from tfsat_host.quantity import Column, Columns, Table, vector
+from tfsat_host.robot.model import FloatArray, PulseMap, RobotModel
 
 Json = dict[str, Any]
 
 # Decimal figures of a file come back as they were typed after the way to SI units and back.
 _DECIMALS = 9
+_INERTIA_CONVENTION = (
+    "Inertias are tensors about the center of mass, in body axes, all parallel to the global ones at zero angles; "
+    "off-diagonal entries are minus the products of inertia."
+)
+_BODIES: Columns = (
+    Column("name", "body"),
+    Column("mass_kg", "kg", form="g"),
+    Column("origin_mm", "origin", form=".5g"),
+    Column("com_mm", "CoM in body", form=".5g"),
+    Column("corners_mm", "shape in body", words=lambda body: _extent(body["corners_mm"])),
+)
+_ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+_INERTIAS: Columns = (
+    Column("name", "g m^2"),
+    *(Column(entry, entry, form=".5g") for entry in _ENTRIES),
+    Column("principal_moments_g_m2", "principal moments", form=".5g"),
+)
+_JOINTS: Columns = (
+    Column("name", "joint"),
+    Column("outer", "its angle turns", words=lambda joint: f"{joint['outer']} relative to {joint['inner']}"),
+    Column("axis", "about +", form=".5g"),
+    Column("point_mm", "through", form=".5g"),
+    Column("limits_deg", "limits", words=lambda joint: _range(joint["limits_deg"])),
+)
+_SERVOS: Columns = (
+    Column("name", "joint"),
+    Column("average_rate_deg_s", "average", form="g"),
+    Column("max_rate_deg_s", "max", form="g"),
+    Column("acceleration_deg_s2", "deg/s^2", form="g"),
+    Column("start_deg", "start", form="g"),
+    Column("pulses", "pulses", words=lambda servo: _pulses_words(servo["pulses"])),
+)
+_IMUS: Columns = (
+    Column("body", "on"),
+    Column("address", "bus, address", words=lambda imu: f"{imu['bus']}, 0x{imu['address']:02x}"),
+    Column("position_mm", "at", form=".5g"),
+    Column(
+        "sensor_to_body",
+        "rows of sensor to body",
+        words=lambda imu: ", ".join(vector(row, form=".5g") for row in imu["sensor_to_body"]),
+    ),
+    Column("gyro_range_deg_s", "range", form="g"),
+    Column("low_pass_hz", "low-pass", form="g"),
+)
+_ANGLE_SENSORS: Columns = (
+    Column("joint", "joint"),
+    Column("direction", "direction", words=lambda sensor: f"{sensor['direction']:+d}"),
+    Column("zero_offset_deg", "shows at zero", form="g"),
+)
+_UNCERTAINTY: Columns = (Column("key", "one sigma of"), Column("value", "figure", form="g"))
+
+
+def totals(robot: RobotModel) -> tuple[float, FloatArray, FloatArray]:
+    """The robot as one rigid body at zero joint angles: mass in kg, CoM (3,) in m, inertia (3, 3) about it in kg m^2.
+
+    Global axes; by the parallel axis theorem.
+    """
+    com = robot.origin_m + robot.com_m
+    mass = float(robot.mass_kg.sum())
+    center = robot.mass_kg @ com / mass
+    arm = com - center
+    squared = np.einsum("ni,ni->n", arm, arm)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
+    return mass, center, (robot.inertia_kg_m2 + robot.mass_kg[:, None, None] * squared).sum(axis=0)
 
 
 def summary(robot: RobotModel) -> Json:
@@ -25,31 +88,48 @@ def summary(robot: RobotModel) -> Json:
 
     Inertias are tensors about the center of mass: off-diagonal entries are minus the products of inertia.
     """
-    whole = totals(robot)
+    mass, com, inertia = totals(robot)
     return {
         "name": robot.name,
         "file": str(robot.path),
         "source": robot.source,
         "base": robot.body_names[robot.base],
-        "mass_kg": _rounded(whole.mass_kg),
-        "com_mm": _thousandths(whole.com_m),
-        **_inertia(whole.inertia_kg_m2),
-        "bodies": [_body(robot, i) for i in range(robot.n_bodies)],
+        "mass_kg": _rounded(mass),
+        "com_mm": _thousandths(com),
+        **_inertia(inertia),
+        "bodies": [
+            {
+                "name": name,
+                "mass_kg": _rounded(robot.mass_kg[i]),
+                "origin_mm": _thousandths(robot.origin_m[i]),
+                "com_mm": _thousandths(robot.com_m[i]),
+                **_inertia(robot.inertia_kg_m2[i]),
+                "corners_mm": _thousandths(robot.shape_m[i]),
+            }
+            for i, name in enumerate(robot.body_names)
+        ],
         "joints": [_joint(robot, j) for j in range(robot.n_joints)],
-        "imus": [_imu(robot, imu) for imu in robot.imus],
-        "angle_sensors": [_angle_sensor(robot, sensor) for sensor in robot.angle_sensors],
-        "uncertainty": None if robot.uncertainty is None else _uncertainty(robot.uncertainty),
-    }
-
-
-def _body(robot: RobotModel, i: int) -> Json:
-    return {
-        "name": robot.body_names[i],
-        "mass_kg": _rounded(robot.mass_kg[i]),
-        "origin_mm": _thousandths(robot.origin_m[i]),
-        "com_mm": _thousandths(robot.com_m[i]),
-        **_inertia(robot.inertia_kg_m2[i]),
-        "corners_mm": _thousandths(robot.shape_m[i]),
+        "imus": [
+            {
+                "body": robot.body_names[imu.body],
+                "bus": imu.bus,
+                "address": imu.address,
+                "position_mm": _thousandths(imu.position_m),
+                "sensor_to_body": _rounded(imu.sensor_to_body),
+                "gyro_range_deg_s": _degrees(imu.gyro_range_rad_s),
+                "low_pass_hz": imu.low_pass_hz,
+            }
+            for imu in robot.imus
+        ],
+        "angle_sensors": [
+            {
+                "joint": robot.joint_names[sensor.joint],
+                "direction": sensor.direction,
+                "zero_offset_deg": _degrees(sensor.zero_offset_rad),
+            }
+            for sensor in robot.angle_sensors
+        ],
+        "uncertainty": None if robot.uncertainty is None else robot.uncertainty.stated(),
     }
 
 
@@ -61,6 +141,7 @@ def _inertia(tensor: FloatArray) -> Json:
 
 
 def _joint(robot: RobotModel, j: int) -> Json:
+    servo = robot.servos[j]
     return {
         "name": robot.joint_names[j],
         "inner": robot.body_names[robot.joint_inner[j]],
@@ -68,17 +149,13 @@ def _joint(robot: RobotModel, j: int) -> Json:
         "axis": _rounded(robot.joint_axis[j]),
         "point_mm": _thousandths(robot.joint_point_m[j]),
         "limits_deg": _degrees(robot.joint_limits_rad[j]),
-        "servo": _servo(robot.servos[j]),
-    }
-
-
-def _servo(servo: Servo) -> Json:
-    return {
-        "average_rate_deg_s": _degrees(servo.average_rate_rad_s),
-        "max_rate_deg_s": _degrees(servo.max_rate_rad_s),
-        "acceleration_deg_s2": _degrees(servo.acceleration_rad_s2),
-        "start_deg": _degrees(servo.start_rad),
-        "pulses": None if servo.pulses is None else _pulses(servo.pulses),
+        "servo": {
+            "average_rate_deg_s": _degrees(servo.average_rate_rad_s),
+            "max_rate_deg_s": _degrees(servo.max_rate_rad_s),
+            "acceleration_deg_s2": _degrees(servo.acceleration_rad_s2),
+            "start_deg": _degrees(servo.start_rad),
+            "pulses": None if servo.pulses is None else _pulses(servo.pulses),
+        },
     }
 
 
@@ -91,37 +168,46 @@ def _pulses(pulses: PulseMap) -> Json:
     }
 
 
-def _imu(robot: RobotModel, imu: Imu) -> Json:
-    return {
-        "body": robot.body_names[imu.body],
-        "bus": imu.bus,
-        "address": imu.address,
-        "position_mm": _thousandths(imu.position_m),
-        "sensor_to_body": _rounded(imu.sensor_to_body),
-        "gyro_range_deg_s": _degrees(imu.gyro_range_rad_s),
-        "low_pass_hz": imu.low_pass_hz,
-    }
+def lines(facts: Json) -> Iterator[str | Table]:
+    """What a person reads of a `summary`; what the robot does not have is left out."""
+    yield f"Robot    {facts['name']}"
+    yield f"File     {facts['file']}"
+    yield f"Figures  {facts['source'] or 'the file does not say where they come from'}"
+    yield f"Base     {facts['base']}: its attitude is the robot's attitude"
+    yield f"Mass     {facts['mass_kg']:.6g} kg"
+    yield f"CoM      {vector(facts['com_mm'], form='.5g')} mm, global, at zero joint angles"
+    yield Table("Bodies", _BODIES, facts["bodies"])
+    whole = {**facts, "name": "all, joints at zero"}
+    tensors = [
+        {**one, **{entry: one["inertia_g_m2"][i][k] for entry, (i, k) in _ENTRIES.items()}}
+        for one in (*facts["bodies"], whole)
+    ]
+    yield Table("Inertia tensors", _INERTIAS, tensors, _INERTIA_CONVENTION)
+    yield Table("Joints", _JOINTS, facts["joints"])
+    yield Table("Servos", _SERVOS, [{**joint, **joint["servo"]} for joint in facts["joints"]])
+    yield Table("IMUs", _IMUS, facts["imus"])
+    yield Table("Angle sensors", _ANGLE_SENSORS, facts["angle_sensors"])
+    uncertain = (facts["uncertainty"] or {}).items()
+    yield Table("Uncertainty", _UNCERTAINTY, [{"key": key, "value": value} for key, value in uncertain])
 
 
-def _angle_sensor(robot: RobotModel, sensor: AngleSensor) -> Json:
-    return {
-        "joint": robot.joint_names[sensor.joint],
-        "direction": sensor.direction,
-        "zero_offset_deg": _degrees(sensor.zero_offset_rad),
-    }
+def _pulses_words(pulses: Json | None) -> str:
+    if pulses is None:
+        return "none"
+    return (
+        f"{pulses['reference_pulse_us']:g} us at {pulses['reference_angle_deg']:g} deg, "
+        f"{pulses['pulse_us_per_deg']:.6g} us/deg, {_range(pulses['range_us'])} us"
+    )
 
 
-def _uncertainty(wrong: Uncertainty) -> Json:
-    """The table as the file writes it."""
-    shown: Json = {}
-    for name, value in asdict(wrong).items():
-        if name.endswith("_rad"):
-            shown[name.removesuffix("_rad") + "_deg"] = _degrees(value)
-        elif name.endswith("_m"):
-            shown[name.removesuffix("_m") + "_mm"] = _thousandths(value)
-        else:
-            shown[name] = value
-    return shown
+def _range(values: list[float]) -> str:
+    return f"{values[0]:g} to {values[1]:g}"
+
+
+def _extent(corners: list[list[float]]) -> str:
+    if not corners:
+        return "not stated"
+    return f"{vector(np.min(corners, axis=0), form='.5g')} to {vector(np.max(corners, axis=0), form='.5g')}"
 
 
 def _rounded(values: ArrayLike) -> Any:

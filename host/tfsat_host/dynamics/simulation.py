@@ -1,0 +1,154 @@
+"""A maneuver or a measured joint history, flown from the release on.
+
+Inertial axes are those of the base body at the release.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tfsat_host.dynamics import quaternion
+from tfsat_host.dynamics.history import JointHistory, ServoMove, TimedMove, moved, overlap, servo_moves
+from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.dynamics.poses import poses
+from tfsat_host.dynamics.propagate import EstimatedFlight, Flight, propagate_within
+from tfsat_host.maneuver import Limits, Schedule
+from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
+from tfsat_host.units import cdeg_from_deg, s_from_us
+
+# Joints within 0.01 deg of where they started have closed the loop.
+_CLOSED_RAD = math.radians(0.01)
+_SPEED_RANGE_CDEG_S = (1, 1_000_000)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What a robot did from the release to the last instant of the flight.
+
+    Attributes:
+        robot: Who flew.
+        motion: The schedule that it flew, or the joint history.
+        estimated: The whole motion, with an estimate of its error.
+        arrivals_s: (k,) when the joint of each stroke has arrived.
+        stroke_quaternions_xyzw: (k, 4) attitude of the base then; (0, 4) for a sampled history.
+        strokes_overlap: Whether a stroke starts while another joint is still under way.
+    """
+
+    robot: RobotModel
+    motion: Schedule | JointHistory
+    estimated: EstimatedFlight
+    arrivals_s: tuple[float, ...]
+    stroke_quaternions_xyzw: FloatArray
+    strokes_overlap: bool
+
+    @property
+    def flight(self) -> Flight:
+        """The whole motion."""
+        return self.estimated.flight
+
+    @property
+    def quaternion_xyzw(self) -> FloatArray:
+        """(4,) attitude of the base at the end: from its axes there to those at the release."""
+        return np.asarray(self.flight.quaternion_xyzw[-1])
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether every joint is back where it was at the release; if so, all bodies have turned alike."""
+        angles = self.flight.angles_rad
+        return bool((np.abs(angles[-1] - angles[0]) < _CLOSED_RAD).all())
+
+    def rotations(self) -> FloatArray:
+        """(n, 3, 3): how each body has turned from the release to the end, in inertial axes."""
+        pose, _ = poses(self.flight.body, self.flight.angles_rad[[0, -1]])
+        return np.asarray(quaternion.to_matrix(self.quaternion_xyzw) @ pose[1] @ pose[0].swapaxes(1, 2))
+
+
+def fly(
+    robot: RobotModel,
+    motion: Schedule | JointHistory,
+    *,
+    until_s: float,
+    base: int | None = None,
+    initial_rate_rad_s: FloatArray | None = None,
+    step_s: float | None = None,
+    order: Literal[4, 6] = 6,
+) -> Simulation:
+    """The strokes of a schedule as the servos carry them out, from the start pose of the servos; or a joint history.
+
+    Args:
+        robot: Who flies.
+        motion: A schedule, checked against `robot_limits(robot)` or stricter limits; or a history that does not begin
+            before the release, t = 0, held still before it begins and after it ends.
+        until_s: End of the flight, after the release; of a schedule at least the last of `arrivals_s`. What a history
+            says of later times is left out.
+        base: Index of the body whose attitude is followed; the robot's base if None.
+        initial_rate_rad_s: (3,) rate of the base at the release, base axes. None: no angular momentum.
+        step_s, order: Of the propagation in time; None: steps as short as 1e-4 deg needs.
+    """
+    carried: list[ServoMove] = []
+    if isinstance(motion, Schedule):
+        moves, start = timed_moves(motion), np.array([servo.start_rad for servo in robot.servos])
+        carried, history = servo_moves(robot, moves), moved(robot, moves, start_rad=start, end_s=until_s)
+    else:
+        history = held(motion, 0.0, until_s)
+    body = Multibody.of(robot, base)
+    estimated = propagate_within(
+        body, history, initial_rate_rad_s=initial_rate_rad_s, order=order, step_s=step_s
+    )
+    ends = [int(np.abs(estimated.flight.t_s - move.end_s).argmin()) for move in carried]
+    arrivals = tuple(move.end_s for move in carried)
+    attitudes = estimated.flight.quaternion_xyzw[ends]
+    return Simulation(robot, motion, estimated, arrivals, attitudes, overlap(carried))
+
+
+def robot_limits(robot: RobotModel, *, strokes_min: int = 0) -> Limits:
+    """What bounds a maneuver of this robot when no sequencer is involved: the range of its own joints."""
+    return Limits(
+        joint_ranges_cdeg=tuple((_cdeg(low), _cdeg(high)) for low, high in robot.joint_limits_rad),
+        start_cdeg=tuple(_cdeg(servo.start_rad) for servo in robot.servos),
+        speed_range_cdeg_s=_SPEED_RANGE_CDEG_S,
+        strokes_min=strokes_min,
+        strokes_max=None,
+        pause_min_us=0,
+        end_max_us=None,
+        numbering=f"they are numbered in the order of {robot.path.name}, and --robot names another robot",
+    )
+
+
+def _cdeg(angle_rad: float) -> int:
+    return cdeg_from_deg(math.degrees(angle_rad))
+
+
+def arrivals_s(robot: RobotModel, schedule: Schedule) -> tuple[float, ...]:
+    """When the joint of each stroke has arrived: later than scheduled where its servo needs longer."""
+    return tuple(move.end_s for move in servo_moves(robot, timed_moves(schedule)))
+
+
+def timed_moves(schedule: Schedule) -> list[TimedMove]:
+    """What the joints are to do, for `moved` and `servo_moves`."""
+    return [
+        TimedMove(s.joint - 1, math.radians(s.angle_deg), s.t_s, s_from_us(s.end_us))
+        for s in schedule.strokes
+    ]
+
+
+def held(history: JointHistory, from_s: float, until_s: float) -> JointHistory:
+    """The history from `from_s` to `until_s`, with the joints at rest before it begins and after it ends.
+
+    `from_s` is no later than its beginning.
+    """
+    before_end = int(np.searchsorted(history.breaks_s[:-1], until_s))
+    breaks = np.append(history.breaks_s[:before_end], min(until_s, history.breaks_s[before_end]))
+    pieces = history.coefficients[:, : len(breaks) - 1]
+    rest = np.zeros((len(pieces), 2, pieces.shape[2]))  # a piece before and one after
+    rest[-1] = history.angles_rad(history.breaks_s[[0, -1]])
+    if from_s < breaks[0]:
+        breaks, pieces = np.append(from_s, breaks), np.concatenate([rest[:, :1], pieces], axis=1)
+    if until_s > breaks[-1]:
+        breaks, pieces = np.append(breaks, until_s), np.concatenate([pieces, rest[:, 1:]], axis=1)
+    return JointHistory(breaks, pieces)

@@ -1,0 +1,141 @@
+"""A design as the maneuver that is written: what sequencer and drop tower say of it, as a document and for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
+from tfsat_host.maneuver.servo_speed import servo_speed_notices
+from tfsat_host.plan.design import Candidate, Design
+from tfsat_host.plan.envelope import EnvelopeError, envelope_of
+from tfsat_host.plan.facility import load_tower
+from tfsat_host.plan.loops import written
+from tfsat_host.plan.tower_checks import Check, check_maneuver
+from tfsat_host.quantity import Column, Table, vector
+from tfsat_host.robot import RobotModel
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A designed maneuver and what is known of flying it.
+
+    Attributes:
+        flown: As it is commanded.
+        maneuver: To be written.
+        schedule: Its times; None if no sequencer commands the robot, or it would refuse.
+        refusal: Why it would.
+        checks: Against the drop tower; none without a schedule.
+        notices: What else a person should know.
+    """
+
+    flown: Candidate
+    maneuver: Maneuver
+    schedule: Schedule | None = None
+    refusal: str = ""
+    checks: tuple[Check, ...] = ()
+    notices: tuple[str, ...] = ()
+
+    @property
+    def failed(self) -> list[Check]:
+        """The checks that did not pass."""
+        return [check for check in self.checks if not check.passed]
+
+
+def propose(found: Design, robot: RobotModel, *, swarm: bool) -> Proposal:
+    """The optimum, or what the `swarm` found, as the drop robot's sequencer and the drop tower see it."""
+    flown = found.flown(found.swarm if swarm else found.optimum)
+    name = f"designed: {written(flown.sequence)} for {robot.name}, {flown.reorientation_deg:.3f} deg"
+    made = Proposal(flown, found.maneuver(found.swarm if swarm else found.optimum, name))
+    if not robot.has_sequencer:
+        return made
+    try:
+        schedule = schedule_maneuver(made.maneuver)
+    except ManeuverError as error:
+        return replace(made, refusal=error.what)
+    made = replace(made, schedule=schedule, notices=servo_speed_notices(schedule, robot.path))
+    tower = load_tower()
+    try:
+        envelope = envelope_of(robot, schedule, until_s=tower.fall_s)
+    except EnvelopeError as error:
+        return replace(made, notices=(*made.notices, f"Not checked against the drop tower: {error.what}"))
+    return replace(made, checks=check_maneuver(schedule, robot, tower, envelope))
+
+
+def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
+    """What `--json` prints: the maneuver as it was written, then swarm and optimum as they were found."""
+    schedule = made.schedule
+    return {
+        **asdict(made.flown),
+        "joints": [joint + 1 for joint in found.problem.joints],
+        "swarm": {
+            **asdict(found.swarm),
+            "best_objective_deg": [math.degrees(value) for value in found.search.best_values],
+            "evaluations": found.search.evaluations,
+        },
+        "optimum": {
+            **asdict(found.optimum),
+            "gain_deg_per_s": math.degrees(found.summit.gain_rad_s),
+            "gradient_left_deg_per_deg": found.summit.residual,
+            "summits_climbed": found.summits,
+        },
+        "swarm_behind_optimum_deg": found.gap_deg,
+        "file": path,
+        "schedule": None if schedule is None else schedule.as_rows(),
+        "end_s": None if schedule is None else schedule.end_s,
+        "sequencer_refuses": made.refusal or None,
+        "checks": [asdict(check) for check in made.checks],
+        "notices": list(made.notices),
+    }
+
+
+def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
+    """What a person reads: swarm, optimum and what was written, what the drop tower says, what to type next."""
+    rows = [
+        {**asdict(one), "who": who, "sequence": written(one.sequence)}
+        for who, one in (("swarm", found.swarm), ("optimum", found.optimum), ("written", made.flown))
+    ]
+    columns = (
+        Column("who", " "),
+        Column(
+            "alpha_deg", f"joints {', '.join(str(joint + 1) for joint in found.problem.joints)}", form=".2f"
+        ),
+        Column("sequence", "sequence"),
+        Column("reorientation_deg", "turns"),
+        Column("duration_s", "time", form=".4f"),
+        Column("efficiency", "turn per travel", form=".4f"),
+    )
+    yield Table("", columns, rows)
+    yield f"Rotation vector of what was written: {vector(made.flown.rotation_vector_deg)} deg."
+    if found.gap_deg is not None:
+        gain = 0.1 * math.degrees(found.summit.gain_rad_s)
+        more = f"; 0.1 s more would give {gain:.2f} deg more" if gain > 0.0 else ""
+        yield f"The swarm stays {found.gap_deg:.3f} deg behind the optimum{more}."
+    named = f"--file {path}{robot_option}"
+    if made.checks and not made.failed:
+        yield f"It fits the drop tower: all {len(made.checks)} checks passed (tfsat-host envelope {named})."
+    if made.schedule is None:
+        yield f"Written to {path}."
+        yield f"Next: tfsat-host simulate {named}"
+        return
+    yield f"Written to {path}; ends {made.schedule.end_s:.2f} s after release."
+    if made.failed:
+        yield "Do not fly it: design with a shorter --time-limit, smaller --limit or a true --speed."
+    else:
+        yield f"Next: tfsat-host upload-sequence --file {path}"
+
+
+def warnings(found: Design, made: Proposal) -> Iterator[str]:
+    """What stands against flying it, for people."""
+    if found.gap_deg is None:
+        yield (
+            f"The swarm takes {found.swarm.duration_s:.3f} s, longer than the time limit of "
+            f"{found.problem.time_limit_s:g} s: its penalty is too small to keep it."
+        )
+    yield from made.notices
+    yield from (f"The check {check.name} failed: {check.sentence}" for check in made.failed)
+    if made.refusal:
+        yield f"The drop robot's sequencer would refuse it: {made.refusal}"

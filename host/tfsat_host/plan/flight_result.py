@@ -1,0 +1,182 @@
+"""A flight of primitives as a document, for people, and its joints' motion as a file for `simulate --history`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.dynamics import Multibody, TimedMove, moved, servo_moves
+from tfsat_host.dynamics.euler import euler_zyx_rad
+from tfsat_host.plan.flight import Flight, Step, fly, open_loop_error_rad
+from tfsat_host.plan.planner import Planner
+from tfsat_host.plan.primitives import Primitive
+from tfsat_host.quantity import Column, Columns, Table, fields, records
+from tfsat_host.robot import RobotModel
+
+_SAMPLE_S = 0.05
+_LEAST_SAMPLES = 8  # a spline through fewer of a stroke would cut its corners
+_WHY = {
+    "within tolerance": "The measured error is within the tolerance, the true one is not: the noise is too great "
+    "for it.",
+    "no progress": "No single loop brings it nearer any more.",
+    "given up": "The last plans brought no progress; it ends where it was measured nearest.",
+    "primitives used up": "The primitives were used up; --most allows more.",
+}
+_STEPS: Columns = (
+    Column("number", "number"),
+    Column("strokes", "joint:angle / deg"),
+    Column("t_s", "t", form=".1f"),
+    Column("measured_error_deg", "measured"),
+    Column("error_deg", "error"),
+)
+
+
+def _strokes(step: Step) -> list[dict[str, Any]]:
+    return [{"joint": joint + 1, "angle_deg": math.degrees(angle)} for joint, angle in step.primitive.strokes]
+
+
+_STEP: Columns = (
+    Column("strokes", of=_strokes),
+    *fields("duration_s=primitive.duration_s predicted_xyzw attitude_xyzw measured_xyzw"),
+    *fields("error_deg measured_error_deg"),
+)
+
+
+def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibody | None) -> dict[str, Any]:
+    """The plan and its flight by `plant`, another robot than the planner's or None, less what the command knows."""
+    start_deg = math.degrees(flight.start_error_rad)
+    rate = math.degrees(planner.table.best_rate_about(flight.target_xyzw))
+    possible = (
+        None if flight.reached or flight.noise_rad > 0.0 else _possible_tolerance_deg(planner, flight, plant)
+    )
+    open_loop = None if plant is None else open_loop_error_rad(planner, flight.target_xyzw, plant=plant)
+    return {
+        "robot": robot.name,
+        "method": planner.method,
+        "reached": flight.reached,
+        "outcome": flight.outcome,
+        "tolerance_deg": math.degrees(flight.tolerance_rad),
+        "measured_to_deg": math.degrees(math.sqrt(3.0) * flight.noise_rad),
+        "error_deg": math.degrees(flight.error_rad),
+        "least_error_deg": math.degrees(flight.least_error_rad),
+        "possible_tolerance_deg": possible,
+        "primitives": len(flight.steps),
+        "table_size": len(planner.table),
+        "duration_s": flight.duration_s,
+        "start_error_deg": start_deg,
+        "axis_rate_deg_s": rate if rate > 0.0 else None,
+        "axis_time_s": start_deg / rate if rate > 0.0 else None,
+        "open_loop_error_deg": None if open_loop is None else math.degrees(open_loop),
+        "target_quaternion_xyzw": flight.target_xyzw.tolist(),
+        "target_euler_zyx_deg": np.degrees(
+            euler_zyx_rad(Rotation.from_quat(flight.target_xyzw).as_matrix())
+        ).tolist(),
+        "steps": records(_STEP, flight.steps),
+    }
+
+
+def _possible_tolerance_deg(planner: Planner, flight: Flight, plant: Multibody | None) -> float | None:
+    """A tolerance a little above the smallest error, if a flight with it does reach it."""
+    possible = float(f"{1.02 * math.degrees(flight.least_error_rad):.3g}")
+    easier = replace(planner, tolerance_rad=math.radians(possible))
+    return possible if fly(easier, flight.target_xyzw, plant=plant).reached else None
+
+
+def lines(result: Mapping[str, Any]) -> Iterator[str | Table]:
+    """The primitives one by one, where they lead, and what would be possible."""
+    steps, tolerance = result["steps"], f"{result['tolerance_deg']:g} deg"
+    ends_s = accumulate(step["duration_s"] for step in steps)
+    yield Table(
+        "",
+        _STEPS,
+        [
+            {**step, "number": count, "strokes": _strokes_words(step), "t_s": end_s}
+            for count, (step, end_s) in enumerate(zip(steps, ends_s, strict=True), 1)
+        ],
+    )
+    if not steps and result["reached"]:
+        yield f"Reached: it is there at the start, within {tolerance}. Nothing is flown."
+    else:
+        yield (
+            f"{'Reached' if result['reached'] else 'NOT REACHED'}: {_shown(result['error_deg'])} deg left of "
+            f"{result['start_error_deg']:.1f} deg, tolerance {tolerance}, in {result['duration_s']:.1f} s by "
+            f"{result['primitives']} of {result['table_size']} primitives."
+        )
+    if result["axis_rate_deg_s"] is not None:
+        yield (
+            f"About the axis of this turn the best loop turns by {result['axis_rate_deg_s']:.2f} deg/s: the angle "
+            f"alone takes {result['axis_time_s']:.1f} s by it."
+        )
+    if result["open_loop_error_deg"] is not None:
+        yield f"Without feedback {_shown(result['open_loop_error_deg'])} deg would be left."
+    if not result["reached"]:
+        yield _advice(result)
+    if result["measured_to_deg"] > result["tolerance_deg"]:
+        yield (
+            f"The tolerance is below the noise: the attitude is measured to {result['measured_to_deg']:.2g} deg, "
+            "and what is measured within the tolerance is so by chance."
+        )
+    if result["file"] is not None:
+        yield f"Written to {result['file']}."
+    if result["history"] is not None:
+        yield (
+            f"Joint angles written to {result['history']}: tfsat-host simulate --robot {result['robot_file']} "
+            f"--history {result['history']}"
+        )
+
+
+def _strokes_words(step: Mapping[str, Any]) -> str:
+    return " ".join(f"{stroke['joint']}:{stroke['angle_deg']:+.1f}" for stroke in step["strokes"])
+
+
+def _advice(result: Mapping[str, Any]) -> str:
+    """What came of it, and what would be possible where that is certain."""
+    why, possible = _WHY[result["outcome"]], result["possible_tolerance_deg"]
+    if result["outcome"] == "within tolerance":
+        return why
+    met = "." if possible is None else f": --tolerance {possible:g} is met."
+    return f"{why} The smallest error on the way was {_shown(result['least_error_deg'])} deg{met}"
+
+
+def _shown(angle_deg: float) -> str:
+    """An angle with three digits; what is only rounding is none."""
+    return f"{angle_deg if angle_deg >= 1e-9 else 0.0:.3g}"
+
+
+def write_joint_motion(robot: RobotModel, primitives: Sequence[Primitive], path: Path) -> None:
+    """Writes t_s, the angle of every joint in deg and the number of the primitive, from 1.
+
+    Strokes follow one another as the servos carry them out, each at its joint's average rate or as fast as it can.
+    Without primitives the joints rest for a second.
+    """
+    moves, times, numbers, now_s = list[TimedMove](), [np.zeros(1)], [np.zeros(1)], 0.0
+    for number, primitive in enumerate(primitives, start=1):
+        for joint, angle_rad in primitive.strokes:
+            duration_s = abs(angle_rad) / robot.servos[joint].average_rate_rad_s
+            moves.append(TimedMove(joint, angle_rad, now_s, now_s + duration_s))
+            (carried,) = servo_moves(robot, moves[-1:])
+            count = max(int((carried.end_s - now_s) / _SAMPLE_S) + 1, _LEAST_SAMPLES)
+            times.append(np.linspace(now_s, carried.end_s, count + 1)[1:])
+            numbers.append(np.full(count, number))
+            now_s = carried.end_s
+    if not moves:
+        times.append(np.ones(1))
+        numbers.append(np.zeros(1))
+    t_s = np.concatenate(times).round(6)
+    history = moved(robot, moves, start_rad=np.array([servo.start_rad for servo in robot.servos]))
+    joints = ",".join(f"theta{joint + 1}_deg" for joint in range(robot.n_joints))
+    np.savetxt(
+        path,
+        np.column_stack([t_s, np.degrees(history.angles_rad(t_s)), np.concatenate(numbers)]),
+        fmt=["%.6f", *["%.8f"] * robot.n_joints, "%d"],
+        delimiter=",",
+        header=f"t_s,{joints},primitive",
+        comments="",
+    )
