@@ -243,25 +243,23 @@ def _solved(table: PrimitiveTable, primitive: Primitive, needed: FloatArray) -> 
     loops = Loops(table.body, joints, (shape.sequence,), start_rad=table.start_rad, steps=table.steps)
     low, high = (table.limits_rad[joints] - table.start_rad[joints, None]).T
 
-    def left(displacements: FloatArray) -> FloatArray:
-        """Rotation vectors (3, b) that displacements (d, b) leave."""
-        undone = quaternion.inverse(loops.rotations(displacements)[:, 0])
-        return quaternion.logarithm(quaternion.product(undone, needed[:, None]))
+    shifts = _DIFFERENCE_RAD * np.hstack(
+        [np.zeros((len(joints), 1)), np.eye(len(joints)), -np.eye(len(joints))]
+    )
+    slopes: dict[bytes, FloatArray] = {}
 
-    def slopes(displacement: FloatArray) -> FloatArray:
-        about = displacement[:, None] + _DIFFERENCE_RAD * np.hstack(
-            [np.eye(len(joints)), -np.eye(len(joints))]
-        )
-        forward, backward = np.split(left(about), 2, axis=1)
-        return np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
-
-    def residual(displacement: FloatArray) -> FloatArray:
-        return np.asarray(left(displacement[:, None])[:, 0])
+    def left(displacement: FloatArray) -> FloatArray:
+        """Rotation vector (3,) that displacements (d,) leave; its slopes come with it, at the price of a call."""
+        undone = quaternion.inverse(loops.rotations(displacement[:, None] + shifts)[:, 0])
+        vectors = quaternion.logarithm(quaternion.product(undone, needed[:, None]))
+        forward, backward = np.split(vectors[:, 1:], 2, axis=1)
+        slopes[displacement.tobytes()] = np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
+        return np.asarray(vectors[:, 0])
 
     solution = least_squares(
-        residual,
+        left,
         np.clip(primitive.displacement_rad, low, high),
-        jac=slopes,
+        jac=lambda displacement: slopes[displacement.tobytes()],
         bounds=(low, high),
         xtol=1e-12,
         ftol=1e-12,
