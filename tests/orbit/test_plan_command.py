@@ -115,7 +115,24 @@ def test_noise_above_the_tolerance_does_not_lead_away_and_promises_nothing(
     nearest = found["steps"][measured.index(min(measured))]["attitude_xyzw"]
     assert found["steps"][-1]["attitude_xyzw"] == pytest.approx(nearest, abs=1e-6)
     assert len(attitudes) > 1
-    shown = tfsat_host(*arguments, expect=3).stdout
+    assert found["possible_tolerance_deg"] is None and found["measured_to_deg"] == pytest.approx(3.0**0.5)
+
+
+def test_noise_above_the_tolerance_is_named(tfsat_host: RunCli) -> None:
+    arguments = (
+        "plan",
+        "--target",
+        "z:90",
+        "--method",
+        "greedy",
+        "--noise",
+        "1",
+        "--tolerance",
+        0.5,
+        "--seed",
+        2,
+    )
+    shown = tfsat_host(*arguments, "--most", 4, expect=3).stdout
     assert "--tolerance" not in shown and "No single loop" not in shown
     assert "below the noise" in shown and "measured to 1.7 deg" in shown
 

@@ -246,20 +246,23 @@ def _solved(table: PrimitiveTable, primitive: Primitive, needed: FloatArray) -> 
     shifts = _DIFFERENCE_RAD * np.hstack(
         [np.zeros((len(joints), 1)), np.eye(len(joints)), -np.eye(len(joints))]
     )
-    slopes: dict[bytes, FloatArray] = {}
+    known: dict[bytes, FloatArray] = {}
 
     def left(displacement: FloatArray) -> FloatArray:
         """Rotation vector (3,) that displacements (d,) leave; its slopes come with it, at the price of a call."""
         undone = quaternion.inverse(loops.rotations(displacement[:, None] + shifts)[:, 0])
         vectors = quaternion.logarithm(quaternion.product(undone, needed[:, None]))
         forward, backward = np.split(vectors[:, 1:], 2, axis=1)
-        slopes[displacement.tobytes()] = np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
+        known[displacement.tobytes()] = np.asarray((forward - backward) / (2.0 * _DIFFERENCE_RAD))
         return np.asarray(vectors[:, 0])
+
+    def slopes(displacement: FloatArray) -> FloatArray:
+        return known[displacement.tobytes()]
 
     solution = least_squares(
         left,
         np.clip(primitive.displacement_rad, low, high),
-        jac=lambda displacement: slopes[displacement.tobytes()],
+        jac=slopes,
         bounds=(low, high),
         xtol=1e-12,
         ftol=1e-12,
