@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
+
+import numpy as np
 
 from tfsat_host.protocol.enums import BlockKind, EventCode, StopReason
 from tfsat_host.protocol.limits import (
@@ -18,7 +20,14 @@ from tfsat_host.protocol.limits import (
     PROTOCOL_HASH,
     SAMPLES_PER_BLOCK,
 )
-from tfsat_host.protocol.log_layout import CRC_OFFSET, EVENT_BYTES, EVENTS_OFFSET, SAMPLE_BYTES
+from tfsat_host.protocol.log_layout import (
+    BLOCK_HEADER_DTYPE,
+    CRC_OFFSET,
+    EVENT_BYTES,
+    EVENTS_OFFSET,
+    HEADER_BYTES,
+    SAMPLE_BYTES,
+)
 from tfsat_host.protocol.messages import BlockHeader, Event, ImuReading, LogFooter, LogHeader, Sample
 
 ALL_VALID = 0x03FF
@@ -157,6 +166,30 @@ def recording(data_blocks: int = 6, *, closed: bool = True, **settings: Any) -> 
     if closed:
         recorder.close()
     return recorder
+
+
+def long_recording(
+    blocks: int, *, start_us: int = 5_000_000, late_us: Mapping[int, int] | None = None
+) -> bytes:
+    """A header, then full blocks that differ in nothing but their numbers and times, 3571 us a sample.
+
+    Args:
+        blocks: How many, the header counted.
+        start_us: Time of the first sample.
+        late_us: Block number to how much later it and all after it begin.
+    """
+    header, data = recording(1, closed=False, start_us=start_us).blocks
+    image = np.tile(np.frombuffer(data, np.uint8), (blocks, 1))
+    image[0] = np.frombuffer(header, np.uint8)
+    heads = image[:, :HEADER_BYTES].view(np.dtype(BLOCK_HEADER_DTYPE))[:, 0]
+    heads["block_number"] = np.arange(blocks)
+    heads["first_sample"] = SAMPLES_PER_BLOCK * np.maximum(np.arange(blocks) - 1, 0)
+    heads["time_us"] = start_us + 3571 * heads["first_sample"].astype(np.uint64)
+    for number, later_us in (late_us or {}).items():
+        heads["time_us"][number:] += np.uint64(later_us)
+    crcs = [zlib.crc32(block) for block in image[:, :CRC_OFFSET]]
+    image[:, CRC_OFFSET:] = np.array(crcs, "<u4").view(np.uint8).reshape(-1, 4)
+    return image.tobytes()
 
 
 def event(time_us: int, code: EventCode, index: int = 0, arg: int = 0, value: int = 0) -> Event:

@@ -13,7 +13,7 @@ import pytest
 import scipy.io
 from pyarrow import csv as arrow_csv
 
-from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release
+from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, long_recording
 from tests.sdlog.test_values import write
 from tfsat_host.errors import TfsatError
 from tfsat_host.sdlog import DropLog, export_arrays, load
@@ -85,10 +85,7 @@ def test_csv_leaves_invalid_readings_empty_and_shows_clipping(tmp_path: Path) ->
 
 
 def test_csv_is_the_same_for_a_log_of_many_chunks(tmp_path: Path) -> None:
-    recorder = Recorder(start_us=999_000)
-    for _ in range(3000):
-        recorder.data()
-    log = load(write(tmp_path / "SD.bin", recorder.image()))
+    log = load(write(tmp_path / "SD.bin", long_recording(3000, start_us=999_000)))
     write_csv(log, tmp_path / "SD.csv")
     table = read_csv(tmp_path / "SD.csv")
     assert [int(text) for text in table["t_us"]] == log.t_us.tolist()

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-import random
-import struct
 import subprocess
 import sys
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.sdlog.encoder import SESSION, recording, renumbered
-from tfsat_host.protocol.log_layout import CRC_OFFSET
+from tests.sdlog.encoder import SESSION, long_recording, recording, renumbered
+from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.sdlog import LogError, load
 from tfsat_host.sdlog.load import survey
 from tfsat_host.sdlog.source import LogSource
@@ -53,19 +50,6 @@ def above_output(path: Path) -> tuple[int, list[object]]:
     return peak - output, said
 
 
-def long_recording(blocks: int) -> Iterator[bytes]:
-    """A header, then data blocks that differ in nothing but their numbers and times."""
-    header, data = recording(1).blocks[:2]
-    yield header
-    head, body = struct.Struct("<4sBBBBIIIIQ"), data[32:CRC_OFFSET]
-    magic, version, kind, samples, events, session, *_ = head.unpack_from(data)
-    for number in range(1, blocks):
-        first = 6 * (number - 1)
-        fields = (magic, version, kind, samples, events, session, number, first, 0, 5_000_000 + first * 3571)
-        text = head.pack(*fields) + body
-        yield text + struct.pack("<I", zlib.crc32(text))
-
-
 def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
     path = tmp_path / "card.img"
     with path.open("wb") as file:
@@ -80,23 +64,22 @@ def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
 
 def test_a_long_recording_and_a_whole_copy_of_it(tmp_path: Path) -> None:
     path = tmp_path / "SD.bin"
-    with path.open("wb") as file:
-        file.writelines(long_recording(400_000))
+    image = long_recording(400_000)
+    path.write_bytes(image)
     used, said = above_output(path)
     assert used < ALLOWED_BYTES
     assert said == ["truncated", 2_399_994, 0]
     with path.open("ab") as file:
-        file.writelines(long_recording(400_000))
+        file.write(image)
     used, said = above_output(path)
     assert used < ALLOWED_BYTES
     assert said == ["truncated", 2_399_994, 400_000]
 
 
 def test_blocks_in_any_order(tmp_path: Path) -> None:
-    blocks = list(long_recording(40_000))
-    random.Random(3).shuffle(blocks)
+    blocks = np.frombuffer(long_recording(40_000), f"S{BLOCK_BYTES}")
     path = tmp_path / "SD.bin"
-    path.write_bytes(b"".join(blocks))
+    path.write_bytes(np.random.default_rng(3).permutation(blocks).tobytes())
     used, said = above_output(path)
     assert used < ALLOWED_BYTES
     assert said == ["truncated", 239_994, 0]
@@ -142,7 +125,7 @@ def test_old_recordings_of_a_whole_card_leave_only_their_places(
 ) -> None:
     """The same blocks of another recording again and again are a piece each time, and nothing is decoded."""
     path = tmp_path / "SD.bin"
-    chunk = b"".join(long_recording(64))
+    chunk = long_recording(64)
     path.write_bytes(chunk)
     seen = 0
 
@@ -189,8 +172,8 @@ def test_a_file_too_large_to_decode_in_passing_gives_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "SD.bin"
-    blocks = recording(5000).blocks
-    path.write_bytes(b"".join([*blocks[:3000], *blocks[3005:], *blocks[100:150]]))
+    image = long_recording(5000)
+    path.write_bytes(image[: 3000 * BLOCK_BYTES] + image[3005 * BLOCK_BYTES :] + image[51_200:76_800])
     at_once = load(path)
     monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "DECODED_AT_ONCE_BYTES", 0)
     in_two = load(path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import struct
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -210,11 +211,13 @@ def test_files_that_give_no_log_say_why(tmp_path: Path, make: Callable[[], bytes
         load(write(tmp_path / "SD.bin", make()))
 
 
-def test_more_blocks_than_are_held_in_memory(tmp_path: Path) -> None:
-    recorder = recording(5000)
+def test_more_blocks_than_are_held_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("source", "copies", "load"):
+        monkeypatch.setattr(sys.modules[f"tfsat_host.sdlog.{name}"], "CHUNK_BLOCKS", 64)
+    recorder = recording(300)
     blocks = [block for number, block in enumerate(recorder.blocks) if number % 97 != 50]
     lost = [number for number in range(len(recorder.blocks)) if number % 97 == 50]
-    blocks[100], blocks[4000] = blocks[4000], blocks[100]
+    blocks[20], blocks[250] = blocks[250], blocks[20]
     log = load(write(tmp_path / "SD.bin", b"".join(blocks)))
     assert log.blocks_lost == len(lost)
     expected = [

@@ -23,6 +23,7 @@ class Story:
         self.recorder = Recorder(repeat_blocks=1 << 20)
         self.releases: list[int] = []
         self.at: list[int] = []
+        self.closed = False
 
     def hang(self, blocks: int, events: Sequence[Event] = ()) -> None:
         for block in range(blocks):
@@ -59,7 +60,9 @@ class Story:
         return self.recorder.time_us(self.recorder.samples)
 
     def load(self, tmp_path: Path, *, without: range = range(0)) -> DropLog:
-        self.recorder.close()
+        if not self.closed:
+            self.recorder.close()
+        self.closed = True
         left = [block for number, block in enumerate(self.recorder.blocks) if number not in without]
         return load(write(tmp_path / "SD.bin", b"".join(left)))
 
@@ -157,7 +160,7 @@ def test_whatever_is_lost_the_release_is_right_or_doubted(tmp_path: Path, run: i
     story = knocked_then_dropped()
     exact = 0
     for first in range(1, len(story.recorder.blocks) - run, max(1, run // 3)):
-        log = knocked_then_dropped().load(tmp_path, without=range(first, first + run))
+        log = story.load(tmp_path, without=range(first, first + run))
         if log.release is None:
             assert log.doubts or story.at[1] in range(first, first + run), first
             continue

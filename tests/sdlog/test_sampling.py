@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sdlog.encoder import Recorder, event
+from tests.sdlog.encoder import Recorder, event, long_recording
 from tests.sdlog.test_decode_command import decode, decode_json
 from tests.sdlog.test_values import write
 from tfsat_host.protocol.enums import ErrorCode, EventCode
@@ -51,12 +51,9 @@ def test_the_time_across_lost_blocks_is_a_gap_and_no_missed_tick(tmp_path: Path)
 
 
 def test_late_samples_are_found_at_any_place_of_a_long_log(tmp_path: Path) -> None:
-    recorder = Recorder()
-    for block in range(12_000):
-        recorder.start_us += 4000 * (block % 5461 == 5460)
-        recorder.data()
-    log = load(write(tmp_path / "SD.bin", recorder.image()))
-    assert log.late_rows.tolist() == [5460 * 6, 10921 * 6]
+    image = long_recording(12_000, late_us={5461: 4000, 10_922: 4000})
+    log = load(write(tmp_path / "SD.bin", image))
+    assert log.late_rows.tolist() == [5460 * 6, 10_921 * 6]
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +34,7 @@ DECODED_AT_ONCE_BYTES = 2 << 30
 Progress = Callable[[float], object]
 
 
-@dataclass(frozen=True, eq=False)
-class Survey:
+class Survey(NamedTuple):
     """What a file holds.
 
     Attributes:
@@ -224,8 +223,8 @@ def survey(source: LogSource, session: int | None, progress: Progress | None = N
         heads = looked.heads if len(where) == len(looked.heads) else looked.heads.take(where)
         found = as_pieces(where + first, heads)
         pieces.append(found)
-        if early is not None and not early.take(first, data, looked, found):
-            early = None
+        if early is not None:
+            early.take(data, looked, found, first)
         census.add(data, heads, where)
         if progress is not None:
             reached, before = first + len(looked.heads), reached
@@ -238,54 +237,37 @@ def survey(source: LogSource, session: int | None, progress: Progress | None = N
 
 
 class _EarlyDecoder:
-    """Decodes the first recording of the file for as long as its blocks come in order.
+    """Decodes the first recording of the file, or the one that is asked for, as far as its blocks' numbers rise.
 
-    Whether that was the right recording, and all of it, is decided afterwards (`assembly`).
+    Whether that was the right recording, and all of it, is decided afterwards.
     """
 
     def __init__(self, source: LogSource, session: int | None) -> None:
         self.builder = RecordsBuilder(source.block_count)
         self.pieces = PieceList(source.path)
         self._session = session
-        self._asked_for = session is not None
-        self._another_began = False
         self._last_number = -1
 
-    def take(self, first: int, data: memoryview, looked: Looked, pieces: NDArray[np.void]) -> bool:
-        """Take what continues the recording; False once it is certain that the order is another.
-
-        Args:
-            first: Position of the chunk's first block.
-            data: The chunk.
-            looked: What it is.
-            pieces: Its usable blocks.
-        """
+    def take(self, data: memoryview, looked: Looked, pieces: NDArray[np.void], first: int) -> None:
+        """Take what continues the recording, of a chunk, its usable blocks, and the position of its first block."""
         if not len(pieces):
-            return True
+            return
         if self._session is None:
             self._session = int(pieces["session"][0])
-        if len(pieces) == 1 and pieces["session"][0] == self._session and not self._another_began:
-            if pieces["number"][0] > self._last_number:
-                self._take(data, looked.heads, looked.usable, pieces)
-            return True
-        own = looked.usable & (looked.heads["session"] == self._session)
-        numbers = np.where(own, looked.heads["block_number"].astype(np.int64), -1)
-        before = np.maximum.accumulate(np.concatenate(([self._last_number], numbers[:-1])))
-        new = own & (numbers > before)
-        if not self._asked_for:
-            others = np.flatnonzero(looked.usable & ~own)
-            begins = 0 if self._another_began else others[0] if len(others) else len(new)
-            if new[begins:].any():
-                return False
-            self._another_began = self._another_began or len(others) > 0
-        if new.any():
+        heads, new = looked.heads, looked.usable
+        if (
+            len(pieces) > 1
+            or pieces["session"][0] != self._session
+            or pieces["number"][0] <= self._last_number
+        ):
+            own = looked.usable & (heads["session"] == self._session)
+            numbers = np.where(own, heads["block_number"].astype(np.int64), -1)
+            before = np.maximum.accumulate(np.concatenate(([self._last_number], numbers[:-1])))
+            new = own & (numbers > before)
+            if not new.any():
+                return
             where = np.flatnonzero(new)
-            self._take(data, looked.heads, new, as_pieces(where + first, looked.heads.take(where)))
-        return True
-
-    def _take(
-        self, data: memoryview, heads: NDArray[np.void], new: NDArray[np.bool_], pieces: NDArray[np.void]
-    ) -> None:
+            pieces = as_pieces(where + first, heads.take(where))
         self.pieces.append(pieces)
         self.builder.take(data, heads, new)
         self._last_number = int(pieces["number"][-1] + pieces["count"][-1] - 1)
