@@ -7,8 +7,8 @@ import shlex
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.evaluate.options import add_run_arguments, options_of
 from tfsat_host.cli.options import add_output_options, output_file_name
+from tfsat_host.cli.run_options import add_run_arguments, options_of
 from tfsat_host.errors import DataLossError, UsageError
 from tfsat_host.present.output import Output
 

@@ -5,11 +5,17 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.options import add_output_options, file_name, output_file_name
 from tfsat_host.cli.subcommands import add_subcommands
-from tfsat_host.errors import DataLossError
+from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import printable, show_rows
+from tfsat_host.quantity import UNKNOWN, Column, Columns
+
+if TYPE_CHECKING:
+    from tfsat_host.run.campaign.reporting import CampaignReport, OfOneRobot
 
 _ACTIONS = {
     "init": "make a folder a campaign, without drops",
@@ -83,7 +89,6 @@ def _init(args: argparse.Namespace, out: Output) -> int:
 
 
 def _add(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.notices import printable
     from tfsat_host.run.campaign.adding import add
     from tfsat_host.run.files import EMULATED
 
@@ -128,30 +133,96 @@ def _next(args: argparse.Namespace, out: Output) -> int:
 
 
 def _list(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.campaign_words import show_list
     from tfsat_host.run.campaign.campaign import changes_in, read
 
     contents = read(args.dir)
-    rows = [(drop, changes_in(args.dir, drop)) for drop in contents.drops]
+    rows = [{**drop.as_dict(), "changes": changes_in(args.dir, drop)} for drop in contents.drops]
     result = {
         "campaign": str(args.dir),
-        "drops": [{**drop.as_dict(), "changes": changes} for drop, changes in rows],
+        "drops": rows,
         "next": contents.next_number,
         "findings": list(contents.findings),
     }
-    out.result(result, lambda: show_list(rows, out))
+    out.result(result, lambda: _show_list(rows, out))
     code = _warned(contents.findings, out)
-    return DataLossError.exit_code if any(changes for _, changes in rows) else code
+    return DataLossError.exit_code if any(row["changes"] for row in rows) else code
+
+
+def _show_list(rows: Sequence[dict[str, Any]], out: Output) -> None:
+    """The drops, and what of them is not as it came."""
+    if not rows:
+        out.line("No drops yet.")
+        return
+    show_rows(_DROPS, rows, out)
+    for row in rows:
+        for sentence in row["changes"]:
+            out.line(f"CHANGED   drop {row['number']}: {printable(sentence)}")
+
+
+def _remembered(drop: dict[str, Any]) -> str:
+    void = [f"VOID: {drop['void']['text']}"] if drop["void"] else []
+    return "; ".join([*void, *(note["text"] for note in drop["notes"])]) or UNKNOWN
+
+
+_DROPS: Columns = (
+    Column("number", "drop"),
+    Column("robot", "robot"),
+    Column("", "released / UTC", words=lambda drop: (drop["released"] or "unknown")[:19].replace("T", " ")),
+    Column("recording", "recording"),
+    Column("", "id", words=lambda drop: drop["session"] or "unknown"),
+    Column("", "as it came", words=lambda drop: "NO" if drop["changes"] else "yes"),
+    Column("", "notes", words=_remembered),
+)
 
 
 def _report(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.campaign_words import report_as_dict, show_report
     from tfsat_host.run.campaign.reporting import report
 
     made = report(args.dir, args.robot, args.out, force=args.force, notices=out)
-    out.result(report_as_dict(args.dir, made), lambda: show_report(made, out))
+    out.result({"campaign": str(args.dir), **made.as_dict()}, lambda: _show_report(made, out))
     _warned(made.findings, out)
     return 0 if made.good else DataLossError.exit_code
+
+
+def _show_report(made: CampaignReport, out: Output) -> None:
+    """Each drop, why some are left out, what each robot's say together, and the page."""
+    from tfsat_host.run.evaluated import dropped_robot
+    from tfsat_host.run.several import DROPS, row_of
+
+    rows, refused = [], []
+    for drop, one in made.tried:
+        done = None if isinstance(one, TfsatError) else one
+        robot = drop.robot if done is None else dropped_robot(done.found.log).kind
+        notes = "; ".join(note.text for note in drop.notes) or UNKNOWN
+        rows.append({**row_of(drop.number, done), "robot": robot, "notes": notes})
+        if isinstance(one, TfsatError):
+            refused.append(f"Drop {drop.number} cannot be evaluated: {one.what} {one.next_step}")
+    columns = (DROPS[0], Column("robot", "robot"), *DROPS[1:], Column("notes", "notes"))
+    show_rows(columns, rows, out, title="All drops")
+    for text in refused:
+        out.line(printable(text))
+    for drop in made.void:
+        why = "" if drop.void is None else f": {printable(drop.void.text)}"
+        out.line(f"Drop {drop.number} is void and not counted{why}")
+    _show_robots(made.robots, out)
+    out.line("No report was written." if made.page is None else f"Written  {printable(made.page)}")
+
+
+def _show_robots(robots: list[OfOneRobot], out: Output) -> None:
+    """What each robot's drops say together, and that robots are kept apart."""
+    from tfsat_host.present.evaluation import show_comparison
+
+    if len(robots) > 1:
+        out.line(
+            f"The drops are of {len(robots)} robots or robot files: none is combined with those of another."
+        )
+    for robot in robots:
+        if robot.compared is not None:
+            out.line(f"The drops of the {robot.name} together:")
+            tables = robot.compared.tables([f"drop {number}" for number in robot.numbers])
+            show_comparison(tables, robot.compared.remarks, out)
+        elif len(robots) > 1:
+            out.line(f"Drop {robot.numbers[0]} is the only one of the {robot.name}: compared with nothing.")
 
 
 def _warned(sentences: Sequence[str], out: Output) -> int:

@@ -54,7 +54,6 @@ HELPS = {
 """What each command does, as `tfsat-host --help` has it."""
 _MODULES = {
     "calibrate": "calibrate.command",
-    "evaluate": "evaluate.command",
     "arm": "arming",
     "disarm": "arming",
 }

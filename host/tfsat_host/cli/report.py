@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.evaluate.options import add_run_arguments, options_of
 from tfsat_host.cli.options import add_output_options, file_name, output_file_name
+from tfsat_host.cli.run_options import add_run_arguments, options_of
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
 

@@ -20,7 +20,6 @@ from tfsat_host.evaluation.result.model import model
 from tfsat_host.evaluation.result.tables import CHECKS
 from tfsat_host.evaluation.verdict import Verdict, verdict_of
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
@@ -95,6 +94,31 @@ class EvaluatedRun:
     def calibration_facts(self) -> dict[str, Any] | None:
         """For `--json`, as `decode` has it."""
         return None if self.held is None else self.held.facts
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`: plain numbers, lists and text, NaN where something is unknown."""
+        found = self.found
+        of_bodies = bodies(found)
+        return {
+            "drop": str(self.place),
+            "verdict": self.verdict.as_dict(),
+            # The turn of body 1 under the keys that everybody looks for first.
+            **{key: value for key, value in of_bodies[0].items() if key not in ("body", "bridged")},
+            "strokes": records(STROKES, found.strokes),
+            "standing": records(STANDING, found.standing),
+            **model(found),
+            "checks": records(CHECKS, found.checks),
+            "bodies": of_bodies,
+            "joints": records(JOINTS, joints(found.motion)),
+            "until_s": float(found.motion.t_s[-1]),
+            "lag": record(LAG, found.motion.lag),
+            **fall(found),
+            "notes": [*found.notes, *self.remarks],
+            "calibration": self.calibration_facts,
+            "maneuver": None if self.files.maneuver is None else str(self.files.maneuver),
+            "robot": found.model.name,
+            "recording": record(_RECORDING, self),
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,34 +299,3 @@ def _witnesses(options: EvaluationOptions) -> Witnesses | None:
         None if options.laser is None else read_tracks(options.laser),
         None if options.laser is None else windows_of(load_tower(options.facility)),
     )
-
-
-def result_of(run: EvaluatedRun) -> dict[str, Any]:
-    """Everything that was found in a drop; plain numbers, lists and text, NaN where something is unknown."""
-    found = run.found
-    of_bodies = bodies(found)
-    return {
-        "drop": str(run.place),
-        "verdict": run.verdict.as_dict(),
-        # The turn of body 1 under the keys that everybody looks for first.
-        **{key: value for key, value in of_bodies[0].items() if key not in ("body", "bridged")},
-        "strokes": records(STROKES, found.strokes),
-        "standing": records(STANDING, found.standing),
-        **model(found),
-        "checks": records(CHECKS, found.checks),
-        "bodies": of_bodies,
-        "joints": records(JOINTS, joints(found.motion)),
-        "until_s": float(found.motion.t_s[-1]),
-        "lag": record(LAG, found.motion.lag),
-        **fall(found),
-        "notes": [*found.notes, *run.remarks],
-        "calibration": run.calibration_facts,
-        "maneuver": None if run.files.maneuver is None else str(run.files.maneuver),
-        "robot": found.model.name,
-        "recording": record(_RECORDING, run),
-    }
-
-
-def refused_as_dict(place: object, error: TfsatError, verdict: Verdict) -> dict[str, Any]:
-    """One of several drops that could not be evaluated."""
-    return {"drop": str(place), "verdict": verdict.as_dict(), "error": error_as_dict(error)}

@@ -11,7 +11,6 @@ from itertools import chain
 from pathlib import Path
 
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.evaluation.result.model import comparison_tables
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
@@ -257,14 +256,7 @@ def reported(name: str, run: EvaluatedRun) -> Reported:
 
 def together(drops: Sequence[Reported], compared: Comparison) -> list[Table]:
     """What several drops say of the model together; `drops` are those that are compared, in order."""
-    if compared.combined is None:
-        return []
-    names = {str(run.place): drop.name for run, drop in zip(compared.runs, drops, strict=True)}
-    found = {drop.name: drop.evaluation for drop in drops}
-    left_out = [replace(one, name=names[one.name]) for one in compared.left_out]
-    return [
-        page_table(one) for one in comparison_tables(found, compared.combined, left_out, compared.remarks)
-    ]
+    return [page_table(one) for one in compared.tables([drop.name for drop in drops])]
 
 
 def lacking(place: Path, refusal: TfsatError) -> str:

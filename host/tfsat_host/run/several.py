@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,12 @@ from tfsat_host.evaluation.model_fit.cross_validation import (
     left_aside,
     trusted,
 )
+from tfsat_host.evaluation.result.model import comparison, comparison_tables
 from tfsat_host.evaluation.verdict import Verdict, refused
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
+from tfsat_host.quantity import Column, Columns, Table, record
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import evaluated
 from tfsat_host.run.evaluated import EvaluatedRun
@@ -40,8 +43,33 @@ class Refused:
         """What it is worth."""
         return refused(self.error)
 
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        error = error_as_dict(self.error)
+        return {"drop": str(self.place), "verdict": self.verdict.as_dict(), "error": error}
+
 
 Tried = EvaluatedRun | Refused
+
+
+def _angle(key: str, label: str, of: str, std: str = "") -> Column:
+    return Column(key, label, of=f"found.{of}", std=f"found.{std}" if std else "")
+
+
+DROPS: Columns = (
+    Column("drop", "drop", of=lambda run: str(run.place)),
+    Column("verdict", "verdict", of="verdict.level"),
+    _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
+    _angle("before_deg", "model off", "explained.before.error.final_norm_rad"),
+    _angle("after_deg", "corrected", "explained.after.error.final_norm_rad"),
+)
+"""Of several drops, a line each."""
+
+
+def row_of(drop: object, run: EvaluatedRun | None) -> dict[str, Any]:
+    """The line of a drop; None: it was refused."""
+    refused = dict.fromkeys(column.key for column in DROPS) | {"verdict": "failed"}
+    return {**(refused if run is None else record(DROPS, run)), "drop": str(drop)}
 
 
 def evaluate_several(
@@ -123,6 +151,23 @@ class Comparison:
         doubt = "" if self.combined is None else self.combined.doubt()
         self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
         self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`, under `comparison`."""
+        return comparison([run.found for run in self.runs], self.combined, self.left_out, self.remarks)
+
+    def tables(self, names: Sequence[str]) -> list[Table]:
+        """The common correction and how each drop does by the others', for people; none: all are withheld.
+
+        Args:
+            names: What people call the drops, in their order.
+        """
+        if self.combined is None:
+            return []
+        found = {name: run.found for name, run in zip(names, self.runs, strict=True)}
+        by_place = {str(run.place): name for name, run in zip(names, self.runs, strict=True)}
+        left_out = [replace(one, name=by_place[one.name]) for one in self.left_out]
+        return comparison_tables(found, self.combined, left_out, self.remarks)
 
     @classmethod
     def of(cls, runs: Sequence[EvaluatedRun]) -> Comparison | None:

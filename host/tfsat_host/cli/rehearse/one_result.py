@@ -186,9 +186,7 @@ def evaluation_facts(
 
 def _found(evaluated: EvaluatedRun) -> Json:
     """The keys of `evaluate --json` that tell of the maneuver."""
-    from tfsat_host.run.evaluated import result_of
-
-    whole = result_of(evaluated)
+    whole = evaluated.as_dict()
     return {
         **whole["verdict"],
         **{key: whole[key] for key in ("reorientation_deg", "reorientation_deg_std", "until_s")},

@@ -225,7 +225,7 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
             done = evaluated.evaluate_run(folder / used.recording, options, robot)
         except TfsatError as error:
             return Recomputed(_relative({"error": jsonable(error_as_dict(error))}, roots), None, None)
-        result = {"made_by": f"tfsat-host evaluate {__version__}", **jsonable(evaluated.result_of(done))}
+        result = {"made_by": f"tfsat-host evaluate {__version__}", **jsonable(done.as_dict())}
         certificate = None if done.held is None else done.held.path
         # The time in it is the drop's own, so that it does not hang on when it was made.
         drop = Reported(

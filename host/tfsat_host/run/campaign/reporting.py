@@ -6,10 +6,12 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tfsat_host.crash import bug_error
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.report.document import Table
 from tfsat_host.run import evaluated
@@ -42,6 +44,16 @@ class OfOneRobot:
     numbers: tuple[int, ...]
     compared: Comparison | None
 
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "robot": self.robot.kind,
+            "logger_serial": self.robot.logger_serial,
+            "robot_sha256": self.model_sha256,
+            "drops": list(self.numbers),
+            "comparison": None if self.compared is None else self.compared.as_dict(),
+        }
+
 
 @dataclass(frozen=True, eq=False)
 class CampaignReport:
@@ -70,6 +82,21 @@ class CampaignReport:
             and not any(robot.compared is not None and robot.compared.doubts for robot in self.robots)
             and not self.findings
         )
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "report": None if self.page is None else str(self.page),
+            "drops": [
+                {**drop.as_dict(), "error": error_as_dict(one), "evaluation": None}
+                if isinstance(one, TfsatError)
+                else {**drop.as_dict(), "evaluation": one.as_dict()}
+                for drop, one in self.tried
+            ],
+            "void": [drop.as_dict() for drop in self.void],
+            "comparisons": [robot.as_dict() for robot in self.robots],
+            "findings": list(self.findings),
+        }
 
 
 def report(

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host import __version__
-from tfsat_host.cli.evaluate.options import add_run_arguments, options_of
 from tfsat_host.cli.options import add_output_options, file_name
+from tfsat_host.cli.run_options import add_run_arguments, options_of
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.json_values import jsonable
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
@@ -18,6 +18,7 @@ from tfsat_host.present.terminal import bullets, printable, show_rows
 from tfsat_host.run.files import EVALUATION_MARKER
 
 if TYPE_CHECKING:
+    from tfsat_host.run.evaluated import EvaluatedRun
     from tfsat_host.run.several import Comparison, Tried
 
 
@@ -43,8 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop; several are compared."""
-    from tfsat_host.cli.evaluate.words import show
-    from tfsat_host.run.evaluated import evaluate_run, result_of, robot_of
+    from tfsat_host.run.evaluated import evaluate_run, robot_of
 
     options = options_of(args)
     options.check(args.runs)
@@ -53,26 +53,20 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if len(args.runs) > 1:
         return _run_several(args, out)
     done = evaluate_run(args.runs[0], options, robot_of(options.robot, args.runs), out)
-    result = _made(result_of(done))
-    out.result(result, lambda: show(done, out))
+    result = _made(done.as_dict())
+    out.result(result, lambda: _show(done, out))
     _write(args, result, out)
     return DataLossError.exit_code if done.verdict.level != "good" else 0
 
 
 def _run_several(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.evaluate.several import comparison_as_dict
-    from tfsat_host.run.evaluated import refused_as_dict, result_of
     from tfsat_host.run.several import Comparison, Refused, evaluate_several
 
     tried = evaluate_several(args.runs, options_of(args), out)
     done = [one for one in tried if not isinstance(one, Refused)]
     compared = Comparison.of(done)
-    drops = [
-        refused_as_dict(one.place, one.error, one.verdict) if isinstance(one, Refused) else result_of(one)
-        for one in tried
-    ]
-    comparison = None if compared is None else comparison_as_dict(compared)
-    result = _made({"drops": drops, "comparison": comparison})
+    comparison = None if compared is None else compared.as_dict()
+    result = _made({"drops": [one.as_dict() for one in tried], "comparison": comparison})
     out.result(result, lambda: _show_several(tried, compared, out))
     _write(args, result, out)
     if len(done) < len(tried):
@@ -81,10 +75,22 @@ def _run_several(args: argparse.Namespace, out: Output) -> int:
     return DataLossError.exit_code if doubtful else 0
 
 
+def _show(run: EvaluatedRun, out: Output) -> None:
+    from tfsat_host.present.evaluation import show_evaluation
+
+    held = "none"
+    when = "at an unknown time of day" if run.recorded is None else f"{run.recorded:%Y-%m-%d %H:%M:%S} UTC"
+    if run.held is not None:
+        held = f"{run.held.path}, which {'does not hold as it is' if run.held.said else 'holds'}"
+    recording = f"{run.files.recording}, {run.found.log.session:08x}, released {when}"
+    maneuver = "unknown" if run.files.maneuver is None else str(run.files.maneuver)
+    sources = (("Calibrated", held), ("Maneuver", maneuver))
+    show_evaluation(run.found, run.verdict, recording, sources, run.remarks, out)
+
+
 def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Output) -> None:
-    from tfsat_host.cli.evaluate.several import DROPS, row_of, show_comparison
-    from tfsat_host.cli.evaluate.words import show
-    from tfsat_host.run.several import Refused
+    from tfsat_host.present.evaluation import show_comparison
+    from tfsat_host.run.several import DROPS, Refused, row_of
 
     for one in tried:
         out.line(f"== {printable(one.place)}")
@@ -92,12 +98,13 @@ def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Outp
             out.line(f"Verdict     FAILED. {printable(one.verdict.sentence)}")
             bullets(one.verdict.reasons, out)
         else:
-            show(one, out)
+            _show(one, out)
         out.line()
     rows = [row_of(one.place, None if isinstance(one, Refused) else one) for one in tried]
     show_rows(DROPS, rows, out, title="All drops")
     if compared is not None:
-        show_comparison(compared, out)
+        names = [f"drop {number}" for number in range(1, len(compared.runs) + 1)]
+        show_comparison(compared.tables(names), compared.remarks, out)
 
 
 def _made(result: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,78 @@
+"""One evaluated drop for people: what a tired team wants to know, in that order; and what several say together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.result.key_numbers import key_numbers_of
+from tfsat_host.evaluation.result.model import remarks as model_remarks
+from tfsat_host.evaluation.result.tables import reasons_of, tables_of
+from tfsat_host.evaluation.verdict import Verdict
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import bullets, labelled, sentences, show_quantities, show_table
+from tfsat_host.quantity import Table, plus_minus, vector
+
+
+def show_evaluation(
+    found: Evaluation,
+    verdict: Verdict,
+    recording: str,
+    sources: Iterable[tuple[str, str]],
+    remarks: Sequence[str],
+    out: Output,
+) -> None:
+    """Verdict, key numbers, where they come from, tables, notes.
+
+    Args:
+        found: The evaluation.
+        verdict: What it is worth.
+        recording: Where it was, and of when.
+        sources: Label and text of each other file that it was made of.
+        remarks: What else a reader should know.
+        out: Where to.
+    """
+    labelled("Verdict", f"{verdict.level.upper()}. {verdict.sentence}", out)
+    bullets(reasons_of(found, verdict), out)
+    out.line()
+    show_quantities((one for one in key_numbers_of(found) if one.group != "Strokes"), out)
+    turn = found.reorientation
+    axes = {"Rotation vector x, y, z": turn.rotation_vector_rad, "Euler angles z, y, x": turn.euler_zyx_rad}
+    sentences(
+        [f"{name}: {vector(np.rad2deg(angles), form='+.2f')} deg" for name, angles in axes.items()], out
+    )
+    out.line()
+    log = found.log
+    labelled("Recording", f"{recording}: {log.verdict}", out)
+    labelled("", f"{len(log)} samples at {log.rate_hz:.1f} Hz, {log.samples_lost} lost", out)
+    labelled("Gyros", _lag_words(found), out)
+    for label, text in sources:
+        labelled(label, text, out)
+    for table in tables_of(found):
+        out.line()
+        show_table(table, out)
+    sentences(model_remarks(found), out)
+    others = [note for note in (*found.notes, *remarks) if note not in verdict.reasons]
+    if others:
+        out.line()
+        out.line("Notes")
+        bullets(others, out)
+
+
+def show_comparison(tables: Sequence[Table], remarks: Sequence[str], out: Output) -> None:
+    """What several drops say together, and of each other; without tables no correction is to be made."""
+    if not tables:
+        out.line("No correction of all drops together: that of each drop is withheld.")
+        sentences(remarks, out)
+    for table in tables:
+        show_table(table, out)
+
+
+def _lag_words(found: Evaluation) -> str:
+    lag = found.motion.lag
+    late = f"{plus_minus(1e3 * lag.delay_s, 1e3 * lag.delay_std_s)} ms late"
+    if not lag.measured:
+        return f"{late} by their data sheet, taken off"
+    return f"{late} by the strokes, taken off; {1e3 * lag.expected_s:.1f} ms by their data sheet"
