@@ -71,6 +71,14 @@ def joint_momentum(body: Multibody, angles_rad: FloatArray) -> FloatArray:
     return batch_first(_unit_rates(body, angles_rad)[1], 2)
 
 
+def inertia_and_joint_momentum(body: Multibody, angles_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """I (..., 3, 3) and A (..., 3, n - 1) of the same pose at once; see `locked_inertia` and `joint_momentum`."""
+    inertia, momentum = _unit_rates(body, angles_rad)
+    return batch_first(np.broadcast_to(inertia, (3, 3, 1, *momentum.shape[2:]))[:, :, 0], 2), batch_first(
+        momentum, 2
+    )
+
+
 def connection(body: Multibody, angles_rad: FloatArray) -> FloatArray:
     """(..., 3, n - 1): the base rate for unit rate of each joint at zero momentum, base axes.
 

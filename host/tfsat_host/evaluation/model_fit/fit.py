@@ -12,18 +12,18 @@ everything is solved anew with them, so that values, covariance and information 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics.momentum import locked_inertia
 from tfsat_host.evaluation.model_fit.momentum import (
     Derivatives,
     Flown,
     derivatives,
     inertial_momentum,
-    unexplained,
 )
 from tfsat_host.evaluation.model_fit.offsets import Offsets
 
@@ -57,7 +57,6 @@ class ModelFit:
         converged: They came to an end; else the values are where they were broken off, and mean little.
         at_bound: (p,) the offset stopped at its bound.
         derivatives: At the values.
-        left_over_rad_s: (m, 3) unexplained after the fit.
     """
 
     offsets: Offsets
@@ -73,7 +72,11 @@ class ModelFit:
     converged: bool
     at_bound: NDArray[np.bool_]
     derivatives: Derivatives
-    left_over_rad_s: FloatArray
+
+    @property
+    def left_over_rad_s(self) -> FloatArray:
+        """(m, 3) unexplained after the fit."""
+        return self.derivatives.unexplained_rad_s
 
     @property
     def std(self) -> FloatArray:
@@ -91,11 +94,12 @@ def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
     momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
     start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
     place = _settled(offsets, flown, start, 1.0)
-    system, explained = _left_over(offsets, flown, place)
-    excess = _excess(flown.t_s, np.einsum("nij,nj->ni", system.whitening, explained))
+    system = _System.of(offsets, place, flown)
+    excess = _excess(flown.t_s, np.einsum("nij,nj->ni", system.whitening, system.found.unexplained_rad_s))
     if excess > 1.0:
         place = _settled(offsets, flown, place, excess)
-    return _fit(offsets, flown, place, excess, excess)
+        system = _System.of(offsets, place, flown)
+    return _fit(offsets, system, place, excess, excess)
 
 
 def widened(fit: ModelFit, flown: Flown, misfit: float) -> ModelFit:
@@ -105,11 +109,11 @@ def widened(fit: ModelFit, flown: Flown, misfit: float) -> ModelFit:
     """
     start = _Place(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
     widening = fit.widening * misfit**2
-    return _fit(fit.offsets, flown, _settled(fit.offsets, flown, start, widening), fit.excess, widening)
+    place = _settled(fit.offsets, flown, start, widening)
+    return _fit(fit.offsets, _System.of(fit.offsets, place, flown), place, fit.excess, widening)
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
+class _Place(NamedTuple):
     """Where Gauss and Newton are: offsets (p,), momentum (3,), the sensors' errors (r,)."""
 
     values: FloatArray
@@ -126,32 +130,28 @@ def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> 
     other. The steps are then halved until they do not.
     """
     p = len(offsets)
-    values, momentum, errors = place.values, place.momentum, place.errors
     share, before = 1.0, np.inf
-    for step in range(1, _STEPS + 1):
-        system = _System.of(offsets, values, momentum, errors, flown)
-        moved = system.solved(offsets, values, errors, widening)
+    for _ in range(_STEPS):
+        system = _System.of(offsets, place, flown)
+        moved = system.solved(offsets, place, widening)
         length = float(np.linalg.norm(moved[:p] / offsets.prior_std))
         arrived = bool((np.abs(moved[:p]) < _CLOSE).all())
         share = 1.0 if arrived else share if length < _SHORTER * before else 0.5 * share
         before = length
-        values = values + share * moved[:p]
-        momentum = momentum + share * moved[p : p + 3] * system.momentum_unit
-        errors = errors + share * moved[p + 3 :]
+        place = _Place(
+            place.values + share * moved[:p],
+            place.momentum + share * moved[p : p + 3] * system.momentum_unit,
+            place.errors + share * moved[p + 3 :],
+            place.steps + 1,
+            arrived,
+        )
         if arrived:
-            return _Place(values, momentum, errors, place.steps + step, converged=True)
-    return _Place(values, momentum, errors, place.steps + _STEPS, converged=False)
+            break
+    return place
 
 
-def _left_over(offsets: Offsets, flown: Flown, place: _Place) -> tuple[_System, FloatArray]:
-    """The system at a place, and the rate (m, 3) that neither model nor errors explain there."""
-    system = _System.of(offsets, place.values, place.momentum, place.errors, flown)
-    return system, unexplained(offsets.corrected(place.values), flown.corrected(place.errors), place.momentum)
-
-
-def _fit(offsets: Offsets, flown: Flown, place: _Place, excess: float, widening: float) -> ModelFit:
+def _fit(offsets: Offsets, system: _System, place: _Place, excess: float, widening: float) -> ModelFit:
     """Everything that is said of a place."""
-    system, explained = _left_over(offsets, flown, place)
     p = len(offsets)
     data = system.normal / widening
     own = data + np.diag([*np.zeros(p), *np.diag(system.prior)[p:]])
@@ -175,12 +175,10 @@ def _fit(offsets: Offsets, flown: Flown, place: _Place, excess: float, widening:
         place.converged,
         np.abs(place.values) >= offsets.bounds - _CLOSE,
         system.found,
-        explained,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _System:
+class _System(NamedTuple):
     """One linear step: columns of offsets, momentum and errors, whitened."""
 
     design: FloatArray
@@ -191,13 +189,10 @@ class _System:
     found: Derivatives
 
     @classmethod
-    def of(
-        cls, offsets: Offsets, values: FloatArray, momentum: FloatArray, errors: FloatArray, flown: Flown
-    ) -> _System:
-        flown = flown.corrected(errors)
-        found = derivatives(offsets, values, flown, momentum)
-        left = unexplained(offsets.corrected(values), flown, momentum)
-        inertia = conserved.locked_inertia(offsets.body, flown.angles_rad[:1])
+    def of(cls, offsets: Offsets, place: _Place, flown: Flown) -> _System:
+        flown = flown.corrected(place.errors)
+        found = derivatives(offsets, place.values, flown, place.momentum)
+        inertia = locked_inertia(offsets.body, flown.angles_rad[:1])
         unit = float(np.trace(inertia[0])) / 3.0 * np.deg2rad(1.0)
         columns = np.concatenate([found.by_offsets, unit * found.by_momentum, found.by_errors], axis=2)
         whitening = np.linalg.inv(np.linalg.cholesky(found.noise))
@@ -206,7 +201,7 @@ class _System:
         prior = np.diag([*offsets.prior_std**-2.0, *np.zeros(3), *np.ones(r)])
         return cls(
             (whitening @ columns).reshape(-1, p + 3 + r),
-            -np.einsum("nij,nj->ni", whitening, left).reshape(-1),
+            -np.einsum("nij,nj->ni", whitening, found.unexplained_rad_s).reshape(-1),
             prior,
             whitening,
             unit,
@@ -217,17 +212,18 @@ class _System:
     def normal(self) -> FloatArray:
         return np.asarray(self.design.T @ self.design)
 
-    def solved(self, offsets: Offsets, values: FloatArray, errors: FloatArray, widening: float) -> FloatArray:
+    def solved(self, offsets: Offsets, place: _Place, widening: float) -> FloatArray:
         """What to add to offsets, momentum and errors."""
+        p = len(offsets)
         right = self.design.T @ self.target / widening
-        right[: len(values)] -= values / offsets.prior_std**2
-        right[len(values) + 3 :] -= errors
-        unbound = np.full(len(right) - len(values), np.inf)
+        right[:p] -= place.values / offsets.prior_std**2
+        right[p + 3 :] -= place.errors
+        unbound = np.full(len(right) - p, np.inf)
         return bounded_solution(
             self.normal / widening + self.prior,
             right,
-            np.concatenate([-offsets.bounds - values, -unbound]),
-            np.concatenate([offsets.bounds - values, unbound]),
+            np.concatenate([-offsets.bounds - place.values, -unbound]),
+            np.concatenate([offsets.bounds - place.values, unbound]),
         )
 
 

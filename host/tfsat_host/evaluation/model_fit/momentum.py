@@ -34,7 +34,7 @@ import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
-from tfsat_host.dynamics import momentum as conserved
+from tfsat_host.dynamics.momentum import inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.model_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.attitude import integrate_rates
@@ -161,12 +161,12 @@ def _shown(motion: Motion, solved: Solved) -> FloatArray:
 
 def momentum_of(body: Multibody, flown: Flown) -> FloatArray:
     """(..., m, 3) total angular momentum about the center of mass, base axes; `body` may be a batch of robots."""
-    inertia = conserved.locked_inertia(body, flown.angles_rad)
-    joints = conserved.joint_momentum(body, flown.angles_rad)
-    return np.asarray(
-        np.einsum("...nij,nj->...ni", inertia, flown.base_rate_rad_s)
-        + np.einsum("...nij,nj->...ni", joints, flown.joint_rate_rad_s)
-    )
+    return _momentum(*inertia_and_joint_momentum(body, flown.angles_rad), flown)
+
+
+def _momentum(inertia: FloatArray, joints: FloatArray, flown: Flown) -> FloatArray:
+    of_base = np.einsum("...nij,nj->...ni", inertia, flown.base_rate_rad_s)
+    return np.asarray(of_base + np.einsum("...nij,nj->...ni", joints, flown.joint_rate_rad_s))
 
 
 def inertial_momentum(body: Multibody, flown: Flown) -> FloatArray:
@@ -183,20 +183,21 @@ class Derivatives:
         by_momentum: (m, 3, 3).
         by_errors: (m, 3, r) by the sensors' errors, which are independent and of variance one.
         noise: (m, 3, 3) covariance of a sample.
+        unexplained_rad_s: (m, 3) the rate itself.
     """
 
     by_offsets: FloatArray
     by_momentum: FloatArray
     by_errors: FloatArray
     noise: FloatArray
+    unexplained_rad_s: FloatArray
 
 
 def unexplained(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
-    left = momentum_of(body, flown) - flown.attitude.swapaxes(1, 2) @ momentum
-    return np.asarray(
-        np.linalg.solve(conserved.locked_inertia(body, flown.angles_rad), left[..., None])[..., 0]
-    )
+    inertia, joints = inertia_and_joint_momentum(body, flown.angles_rad)
+    left = _momentum(inertia, joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
+    return np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0])
 
 
 def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: FloatArray) -> Derivatives:
@@ -205,15 +206,16 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     They are taken at the rates that the model predicts: with the measured ones, noise times itself would pull masses
     and inertias down together, which nothing but their prior holds.
     """
-    left = unexplained(offsets.corrected(vector), flown, momentum)
-    flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - left)
+    body = offsets.corrected(vector)
+    inertia, of_joints = inertia_and_joint_momentum(body, flown.angles_rad)
+    left = _momentum(inertia, of_joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
+    inverse = np.linalg.inv(inertia)
+    rate = np.linalg.solve(inertia, left[..., None])[..., 0]
+    flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - rate)
     steps = _OFFSET_STEP * np.eye(len(offsets))
     ends = momentum_of(offsets.applied(np.concatenate([vector + steps, vector - steps])), flown)
     slope = (ends[: len(offsets)] - ends[len(offsets) :]) / (2.0 * _OFFSET_STEP)
-    body = offsets.corrected(vector)
-    inertia = conserved.locked_inertia(body, flown.angles_rad)
-    inverse = np.linalg.inv(inertia)
-    joints = inverse @ conserved.joint_momentum(body, flown.angles_rad)
+    joints = inverse @ of_joints
     both = np.concatenate([np.broadcast_to(np.eye(3), inverse.shape), joints], axis=2)
     by_angles = inverse @ _momentum_by_angles(body, flown)
     return Derivatives(
@@ -221,20 +223,15 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
         -inverse @ flown.attitude.swapaxes(1, 2),
         both @ flown.rate_errors + by_angles @ flown.angle_errors,
         both @ flown.rate_covariance @ both.swapaxes(1, 2),
+        rate,
     )
 
 
 def _momentum_by_angles(body: Multibody, flown: Flown) -> FloatArray:
-    """(m, 3, 3): momentum, base axes, by each joint angle at the same rates."""
-    columns = []
-    for joint in range(body.n_joints):
-        ends = []
-        for sign in (1.0, -1.0):
-            angles = flown.angles_rad.copy()
-            angles[:, joint] += sign * _ANGLE_STEP_RAD
-            ends.append(momentum_of(body, replace(flown, angles_rad=angles)))
-        columns.append((ends[0] - ends[1]) / (2.0 * _ANGLE_STEP_RAD))
-    return np.stack(columns, axis=-1)
+    """(m, 3, joints): momentum, base axes, by each joint angle at the same rates."""
+    steps = _ANGLE_STEP_RAD * np.eye(body.n_joints)[:, None]
+    high, low = (momentum_of(body, replace(flown, angles_rad=flown.angles_rad + s)) for s in (steps, -steps))
+    return np.asarray(np.moveaxis((high - low) / (2.0 * _ANGLE_STEP_RAD), 0, -1))
 
 
 PAPER_SIZE = 25

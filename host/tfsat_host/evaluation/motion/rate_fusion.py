@@ -126,16 +126,19 @@ def rates_by_angles(
     """(n, 6, 3) base and joint rates, and (n, 4, 3, 3) the bodies' rates that follow, by the joint angles.
 
     Args:
-        fused_at: The rates from the same readings at other joint angles (n, 3).
+        fused_at: The rates from the same readings at other joint angles, (k n, 3) for k sets of them.
         angles_rad: (n, 3).
     """
-    both, bodies = [], []
-    for step in _STEP_RAD * np.eye(angles_rad.shape[1]):
-        high, low = fused_at(angles_rad + step), fused_at(angles_rad - step)
-        base = high.base_rate_rad_s - low.base_rate_rad_s
-        both.append(np.concatenate([base, high.joint_rate_rad_s - low.joint_rate_rad_s], axis=1))
-        bodies.append(high.body_rates() - low.body_rates())
-    return np.stack(both, axis=-1) / (2.0 * _STEP_RAD), np.stack(bodies, axis=-1) / (2.0 * _STEP_RAD)
+    n, joints = angles_rad.shape
+    steps = _STEP_RAD * np.concatenate([np.eye(joints), -np.eye(joints)])
+    fused = fused_at((angles_rad + steps[:, None]).reshape(-1, joints))
+    both = np.concatenate([fused.base_rate_rad_s, fused.joint_rate_rad_s], axis=1)
+
+    def slope(rates: FloatArray) -> FloatArray:
+        high, low = rates.reshape(2, joints, n, *rates.shape[1:])
+        return np.asarray(np.moveaxis(high - low, 0, -1) / (2.0 * _STEP_RAD))
+
+    return slope(both), slope(fused.body_rates())
 
 
 _BLOCK_S = 0.1

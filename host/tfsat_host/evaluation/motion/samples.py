@@ -227,12 +227,17 @@ class Readings:
         bridged = _bridged_over(samples.t_s, np.stack(own, axis=1))
         return cls(tuple(gyros), bridged, _away_from_holes(samples.answered))
 
-    def with_errors(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(n, 4, 3) rates in body axes if the gyros' parameters are off by (4, 9), and (n, 4, 3, 9) by those."""
-        right = [gyro.corrected(off) for gyro, off in zip(self.gyros, parameters, strict=True)]
-        rates = [gyro.body_rates(self.reading_rad_s[:, b]) for b, gyro in enumerate(right)]
-        by = [gyro.jacobian(self.reading_rad_s[:, b]) for b, gyro in enumerate(right)]
-        return np.stack(rates, axis=1), np.stack(by, axis=1)
+    def without(self, parameters: FloatArray) -> tuple[GyroCalibration, ...]:
+        """The gyros with what their parameters are off (4, 9) taken off."""
+        return tuple(gyro.corrected(off) for gyro, off in zip(self.gyros, parameters, strict=True))
+
+    def rates(self, gyros: Sequence[GyroCalibration]) -> FloatArray:
+        """(n, 4, 3) rates in body axes by such gyros."""
+        return np.stack([g.body_rates(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
+
+    def by_parameters(self, gyros: Sequence[GyroCalibration]) -> FloatArray:
+        """(n, 4, 3, 9) those by each gyro's parameters."""
+        return np.stack([g.jacobian(self.reading_rad_s[:, b]) for b, g in enumerate(gyros)], axis=1)
 
 
 def _bridged_over(t_s: FloatArray, readings: FloatArray) -> FloatArray:

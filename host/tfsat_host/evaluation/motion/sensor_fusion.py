@@ -7,11 +7,13 @@ they make, and lets the angle sensors and the neighbouring gyros correct them.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.evaluation.motion.gyro_signal import (
@@ -124,7 +126,7 @@ class SensorFusion:
             sheet_lag(low_pass),
             Readings.of(samples, calibration.gyros),
         )
-        t, (shown, _) = samples.t_s, readings.with_errors(np.zeros((len(calibration.gyros), 9)))
+        t, shown = samples.t_s, readings.rates(calibration.gyros)
         variance = sample_variance(densities, t, shown, samples.rate_hz, low_pass)
         slopes = sensed_slopes(t, joints, samples.rate_hz)
         held = np.array([servo.start_rad for servo in model.servos])
@@ -203,34 +205,41 @@ class SensorFusion:
             here = self._at(errors, here.angles)
         first = self.spread.moments.start
         std_s = float(self.spread.lag[0] * np.sqrt(covariance[first, first]))
-        lag = replace(self.spread.lag_of(self.sheet, errors), delay_std_s=std_s)
+        lag = replace(here.lag, delay_std_s=std_s)
         slow = self._columns(here, covariance)
         return Solved(errors, lag, here.rates, here.shown, here.fused, here.angles, slow)
 
-    def _at(self, errors: FloatArray, angles: FloatArray) -> _Here:
+    def _at(self, errors: FloatArray, angles: FloatArray) -> _Pass:
         """Rates without those errors, fused over joint angles (n, 3), and the joint angles that they make."""
         t, lag = self.samples.t_s, self.spread.lag_of(self.sheet, errors)
-        shown, by_parameters = self.readings.with_errors(self.spread.parameters_of(errors))
-        gyros = gyro_errors(self.spread, t, lag, shown, by_parameters)
+        gyros = self.readings.without(self.spread.parameters_of(errors))
+        shown = self.readings.rates(gyros)
         rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
         fused = self._fused(angles, rates)
-        turned = turned_from(t, fused.joint_rate_rad_s)
-        return _Here(
-            shown, gyros, rates, fused, angles, self.start_rad + turned + self.spread.own_angles(errors)
-        )
+        turned = turned_from(t, fused.joint_rate_rad_s) + self.spread.own_angles(errors)
+        return _Pass(gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
 
     def _fused(self, angles: FloatArray, rates: FloatArray) -> Fused:
-        return fuse(self.body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
+        """Over angles (k n, 3): k sets of joint angles one after the other, with the same rates (n, 4, 3)."""
+        k = len(angles) // len(rates)
+        rates, variance = np.tile(rates, (k, 1, 1)), np.tile(self.variance, (k, 1))
+        return fuse(
+            self.body, angles, rates, variance, np.tile(self.slopes.rate_rad_s, (k, 1)), self.slopes.variance
+        )
 
-    def _columns(self, here: _Here, covariance: FloatArray) -> SlowErrors:
+    def _columns(self, here: _Pass, covariance: FloatArray) -> SlowErrors:
+        by_parameters = self.readings.by_parameters(here.gyros)
+        gyros = gyro_errors(self.spread, self.samples.t_s, here.lag, here.shown, by_parameters)
         by_angles = rates_by_angles(lambda angles: self._fused(angles, here.rates), here.fused_over)
-        return slow_errors(self.spread, self.samples.t_s, here.fused, here.gyros, by_angles, covariance)
+        return slow_errors(self.spread, self.samples.t_s, here.fused, gyros, by_angles, covariance)
 
 
-@dataclass(frozen=True, eq=False)
-class _Here:
+class _Pass(NamedTuple):
+    """Rates and angles with some errors taken off: gyros corrected, their lag, what they show, and what follows."""
+
+    gyros: tuple[GyroCalibration, ...]
+    lag: Lag
     shown: FloatArray
-    gyros: FloatArray
     rates: FloatArray
     fused: Fused
     fused_over: FloatArray
