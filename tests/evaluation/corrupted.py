@@ -4,31 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import Drop, calibrated_from_truth, drop, with_com_offsets
+from tests.evaluation.drops import MODEL, Drop, certificate, flown, moved
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.checks import Check, checks_of
 from tfsat_host.evaluation.model_fit.fit import fit_model
 from tfsat_host.evaluation.model_fit.momentum import flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.motion.gyro_signal import noise_densities
-from tfsat_host.evaluation.motion.motion import Motion, motion_of
-from tfsat_host.evaluation.motion.samples import samples_of
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 Wrong = Callable[[DropLog], DropLog]
 
-MODEL = load_robot()
 ACCEL, GYRO = slice(0, 3), slice(4, 7)
 
 
@@ -44,32 +36,24 @@ class Flown:
     ) -> tuple[Check, ...]:
         """By the checks, with one thing wrong; with the model fitted, which takes a second, only on demand."""
         log = wrong(self.drop.log)
-        motion = motion_in(log, self.calibration, model)
+        motion = moved(log, self.calibration, model)
         fit = fit_model(com_offsets(model), flown_of(motion)) if fitted else None
         return checks_of(motion, fit, log, self.calibration, model)
 
 
-def flown(folder: Path, seed: int, dlpf_cfg: int = 3) -> Flown:
+@cache
+def healthy_drop(seed: int = 1, dlpf_cfg: int = 3) -> Flown:
     """One whose CoM offsets and initial rates follow from the seed."""
-    imperfections, random = draw_as_built(seed), np.random.default_rng(seed)
-    truth = with_com_offsets(MODEL, random.uniform(-0.01, 0.01, (3, 3)))
-    rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)))
-    one = drop(folder, MODEL, truth, imperfections, seed=seed, dlpf_cfg=dlpf_cfg, rate_rad_s=rates)
-    return Flown(one, calibrated_from_truth(MODEL, imperfections, seed))
+    random = np.random.default_rng(seed)
+    random.uniform(size=9)  # the offsets
+    rates = tuple(np.deg2rad(random.uniform(-2.0, 2.0, 3)).tolist())
+    one = flown(seed, dlpf_cfg, rate_rad_s=rates)
+    return Flown(one, certificate(one, seed))
 
 
 def failed(checks: tuple[Check, ...]) -> dict[str, Check]:
     """By name."""
     return {check.name: check for check in checks if check.failed}
-
-
-def motion_in(log: DropLog, calibration: Calibration, model: RobotModel) -> Motion:
-    """What the evaluation makes of a recording."""
-    rest = log.t_s < -1.5
-    densities = noise_densities(log.t_s[rest], log.rate_rad_s[rest])
-    return motion_of(
-        samples_of(log, calibration, model), calibration, model, densities, LowPass.of(log.header)
-    )
 
 
 def with_imu(log: DropLog, body: int, part: slice, counts: FloatArray) -> DropLog:

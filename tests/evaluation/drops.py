@@ -1,34 +1,48 @@
-"""Emulated drops with a hidden truth, for everything that is evaluated."""
+"""Emulated drops with a hidden truth, each flown and evaluated once a run, and how far an evaluation is from it."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.logger_settings import FACTORY
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.emulated.certificate import careful_certificate
-from tfsat_host.emulated.imperfections import Imperfections
+from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.evaluation.fall.rest import rest_before_release
+from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
+from tfsat_host.evaluation.model_fit.momentum import Flown, flown_of
+from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.motion.motion import Motion, motion_of
+from tfsat_host.evaluation.motion.samples import samples_of
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
-from tfsat_host.robot import RobotModel
+from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.sdlog import DropLog, load
-
-FloatArray = NDArray[np.float64]
 
 WAIT_US = 6 * US_PER_S
 TRUTH_PERIOD_US = 1000
 DLPF_42_HZ, DLPF_5_HZ = 3, 6
 MORNING = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
+DROPPED = MORNING + timedelta(hours=1)
+MODEL = load_robot()
+RATE_RAD_S = tuple(np.deg2rad([-0.73, -0.48, -0.77]).tolist())
+"""Of the paper's robot after its release."""
+RAMPS_DEG = 0.03
+"""What two moments of a low-pass leave of a servo's ramp in a joint's angle."""
+STDS = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +92,10 @@ def drop(
     dlpf_cfg: int = DLPF_42_HZ,
     bus_khz: int = FACTORY.bus_khz,
     rate_rad_s: tuple[float, ...] = (0.0, 0.0, 0.0),
-    angles_deg: tuple[float, float] = (59.0, 70.0),
     before_drop: Callable[[EmulatedRobot], None] = lambda _: None,
 ) -> Drop:
     """Uploads, records, arms, drops; the log lies in `folder` as SD.bin."""
-    schedule = schedule_maneuver(four_stroke(*angles_deg))
+    schedule = schedule_maneuver(four_stroke(59.0, 70.0))
     with EmulatedRobot(flown, imperfections=imperfections, seed=seed, session_seed=seed) as robot:
         robot.advance(SETTLE_US)
         sequencer = SequencerClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
@@ -122,3 +135,116 @@ def with_com_offsets(model: RobotModel, offsets_m: FloatArray) -> RobotModel:
 def calibrated_from_truth(model: RobotModel, truth: Imperfections, seed: int) -> Calibration:
     """A certificate as a careful day on the bench would have it."""
     return careful_certificate(model, truth, seed, MORNING)
+
+
+def moved_centers(seed: int) -> RobotModel:
+    """The drop tower's robot with centers of mass up to 10 mm off."""
+    return with_com_offsets(MODEL, np.random.default_rng(seed).uniform(-0.010, 0.010, (3, 3)))
+
+
+@cache
+def flown(
+    seed: int,
+    dlpf_cfg: int = DLPF_42_HZ,
+    *,
+    robot: int | None = None,
+    parts: bytes = b"",
+    bus_khz: int = FACTORY.bus_khz,
+    rate_rad_s: tuple[float, ...] = RATE_RAD_S,
+) -> Drop:
+    """The robot that `robot` (or else `seed`) draws, dropped with the paper's maneuver; `parts` are its IMUs."""
+    robot = seed if robot is None else robot
+    built = draw_as_built(robot)
+    if parts:
+        built = replace(built, imu_who_am_i=parts)
+    with tempfile.TemporaryDirectory() as folder:
+        return drop(
+            Path(folder),
+            MODEL,
+            moved_centers(robot),
+            built,
+            seed=seed,
+            dlpf_cfg=dlpf_cfg,
+            bus_khz=bus_khz,
+            rate_rad_s=rate_rad_s,
+        )
+
+
+@cache
+def certificate(one: Drop, seed: int) -> Calibration:
+    """As a careful day on the bench would have it."""
+    return calibrated_from_truth(one.model, one.imperfections, seed)
+
+
+def moved(log: DropLog, calibration: Calibration, model: RobotModel = MODEL) -> Motion:
+    """What the robot did, by that log."""
+    densities = rest_before_release(log).densities_rad_s_rthz
+    samples = samples_of(log, calibration, model)
+    return motion_of(samples, calibration, model, densities, LowPass.of(log.header))
+
+
+@cache
+def motion(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Motion:
+    """Of such a drop, well calibrated."""
+    one = flown(seed, dlpf_cfg, robot=robot)
+    return moved(one.log, certificate(one, seed if robot is None else robot))
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """One drop with what follows from it: what drives the model, and the fit of the nine offsets."""
+
+    drop: Drop
+    motion: Motion
+    flown: Flown
+    fit: ModelFit
+
+
+@cache
+def fitted(seed: int, dlpf_cfg: int = DLPF_42_HZ, *, robot: int | None = None) -> Fitted:
+    """The same, with the model fitted."""
+    found = motion(seed, dlpf_cfg, robot=robot)
+    driven = flown_of(found)
+    return Fitted(flown(seed, dlpf_cfg, robot=robot), found, driven, fit_model(com_offsets(MODEL), driven))
+
+
+@dataclass(frozen=True, slots=True)
+class TurnOff:
+    """A body's last attitude.
+
+    Attributes:
+        error_deg: From the truth.
+        std_deg: As stated, in the direction that is known least.
+        stds: The error by its whole covariance.
+    """
+
+    error_deg: float
+    std_deg: float
+    stds: float
+
+
+def turn_off(one: Drop, found: Motion, body: int, from_s: float | None = None) -> TurnOff:
+    """Of body 1 to 4 since the first sample of the fall, or since `from_s`."""
+    track = found.bodies[body - 1]
+    true = one.true_turn(body, float(track.t_s[0]) if from_s is None else from_s, float(track.t_s[-1]))
+    error = (track.attitude[-1] * true.inv()).as_rotvec()
+    covariance = track.covariance()
+    return TurnOff(
+        float(np.rad2deg(np.linalg.norm(error))),
+        float(np.rad2deg(np.sqrt(np.linalg.eigvalsh(covariance).max()))),
+        float(np.sqrt(error @ np.linalg.solve(covariance, error))),
+    )
+
+
+def angle_off_deg(one: Drop, found: Motion, joint: int) -> tuple[FloatArray, FloatArray]:
+    """(m,) errors of the angle of joint 1 to 3 in the fall, and (m,) their stated standard deviations."""
+    fall = found.samples.fall
+    error = (found.angles_rad - one.true_angles_rad(found.t_s))[fall, joint - 1]
+    return np.rad2deg(error), np.rad2deg(found.joints[joint - 1].std_rad()[fall])
+
+
+def assert_angle_holds(one: Drop, found: Motion, joint: int, widest_deg: float) -> None:
+    """The truth lies within what is stated, and that is no wider than so much."""
+    error, std = angle_off_deg(one, found, joint)
+    assert (np.abs(error) < STDS * std + RAMPS_DEG).all(), np.abs(error).max()
+    assert std.max() < widest_deg

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import MORNING, Drop, calibrated_from_truth, drop, with_com_offsets
-from tests.evaluation.fitted_drops import PAPER_RATE_RAD_S
+from tests.evaluation.drops import MORNING, RATE_RAD_S, Drop, calibrated_from_truth, drop, with_com_offsets
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.maneuver import format_maneuver, four_stroke
@@ -43,7 +42,7 @@ def _made(seed: int) -> _Made:
     folder = Path(tempfile.mkdtemp(prefix="tfsat-drop-"))
     model, imperfections = load_robot(), draw_as_built(ROBOT)
     off = with_com_offsets(model, np.random.default_rng(ROBOT).uniform(-0.008, 0.008, (3, 3)))
-    flown = drop(folder, model, off, imperfections, seed=seed, rate_rad_s=PAPER_RATE_RAD_S)
+    flown = drop(folder, model, off, imperfections, seed=seed, rate_rad_s=RATE_RAD_S)
     calibration = calibrated_from_truth(model, imperfections, ROBOT)
     tell_time(folder / "SD.bin", DROPPED)
     (folder / CERTIFICATE).write_text(format_calibration(calibration), encoding="utf-8")

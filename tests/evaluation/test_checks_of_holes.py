@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from tests.evaluation.corrupted import Flown, failed, flown, unanswered, without_samples
+from tests.evaluation.corrupted import Flown, failed, healthy_drop, unanswered, without_samples
 from tfsat_host.sdlog import DropLog
 
 HOLES, ANSWERS = "holes in the fall", "answers in the fall"
 
 
 @pytest.fixture(scope="module")
-def healthy(tmp_path_factory: pytest.TempPathFactory) -> Flown:
-    return flown(tmp_path_factory.mktemp("drop"), 1)
+def healthy() -> Flown:
+    return healthy_drop()
 
 
 def all_silent(log: DropLog, from_s: float, until_s: float) -> DropLog:

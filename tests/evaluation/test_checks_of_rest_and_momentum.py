@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 from tests.evaluation.corrupted import (
     ACCEL,
     GYRO,
-    MODEL,
     Flown,
     axes_exchanged,
     failed,
-    flown,
     gyro_plus,
-    motion_in,
+    healthy_drop,
     unanswered,
     with_imu,
     without_samples,
 )
+from tests.evaluation.drops import MODEL, moved
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.dynamics.multibody import Multibody
@@ -40,8 +39,8 @@ THROUGHOUT, BEFORE_AFTER = "momentum throughout the fall", "momentum before and 
 
 
 @pytest.fixture(scope="module")
-def healthy(tmp_path_factory: pytest.TempPathFactory) -> Flown:
-    return flown(tmp_path_factory.mktemp("drop"), SEED)
+def healthy() -> Flown:
+    return healthy_drop()
 
 
 def test_a_gyro_mounted_anew_keeps_its_bias(healthy: Flown) -> None:
@@ -67,7 +66,7 @@ def test_a_stale_certificate_is_told_from_a_warm_gyro(healthy: Flown) -> None:
     gyros = (*healthy.calibration.gyros[:2], wide, healthy.calibration.gyros[3])
     log = gyro_plus(healthy.drop.log, 3, (0.5, 0.0, 0.0))
     warm = replace(healthy.calibration, gyros=gyros)
-    checks = checks_of(motion_in(log, warm, MODEL), None, log, warm, MODEL)
+    checks = checks_of(moved(log, warm, MODEL), None, log, warm, MODEL)
     assert failed(checks) == {}
 
 
@@ -165,7 +164,7 @@ PUSHED_S = 1.3
 
 def pushed(healthy: Flown, log: DropLog) -> DropLog:
     """Something gives the robot 1 deg/s at 1.3 s, and all gyros show it."""
-    base = motion_in(log, healthy.calibration, MODEL).bodies[MODEL.base]
+    base = moved(log, healthy.calibration, MODEL).bodies[MODEL.base]
     nearest = np.clip(np.searchsorted(base.t_s, log.t_s), 0, len(base.t_s) - 1)
     inertial_deg_s = np.outer(np.clip((log.t_s - PUSHED_S) / 0.05, 0.0, 1.0), (0.4, 1.0, -0.5))
     rate = base.attitude[nearest].inv().apply(inertial_deg_s)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.evaluation.fitted_drops import MODEL, fitted
+from tests.evaluation.drops import MODEL, fitted
 from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial, powers, swarm_fit
 from tfsat_host.evaluation.model_fit.momentum import averaged_momentum
 from tfsat_host.evaluation.model_fit.offsets import com_offsets

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.evaluation.fitted_drops import MODEL, Fitted, fitted
+from tests.evaluation.drops import MODEL, Fitted, fitted
 from tfsat_host.evaluation.model_fit.cross_validation import (
     FittedDrop,
     combine,

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import MORNING, Drop
-from tests.evaluation.some_drops import certificate, flown
+from tests.evaluation.drops import DROPPED, Drop, certificate, flown
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.external.camera import LaserTracks
 from tfsat_host.evaluation.external.laser_velocity import windows_of
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.sdlog import DropLog
-
-DROPPED = MORNING + timedelta(hours=1)
 
 
 def evaluated(one: Drop, log: DropLog, witnesses: Witnesses | None = None) -> Evaluation:

@@ -10,10 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.beside_truth import STDS, assert_angle_holds, turn_off
 from tests.evaluation.corrupted import failed, gyro_plus
-from tests.evaluation.drops import Drop, drop
-from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
+from tests.evaluation.drops import (
+    RATE_RAD_S,
+    STDS,
+    Drop,
+    assert_angle_holds,
+    certificate,
+    drop,
+    moved,
+    turn_off,
+)
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.emulated.imperfections import draw_as_built

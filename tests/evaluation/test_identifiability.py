@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.evaluation.fitted_drops import MODEL, fitted
+from tests.evaluation.drops import MODEL, fitted
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.identifiability import identifiability
 from tfsat_host.evaluation.model_fit.momentum import Flown

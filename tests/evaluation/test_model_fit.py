@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
-from tests.evaluation.some_drops import certificate, flown, moved
-from tests.evaluation.test_stand_ins import DROPPED
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, DROPPED, Drop, certificate, flown, motion, moved
 from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
@@ -37,7 +35,7 @@ SEEDS = (1, 2, 3)
 @cache
 def explained(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Explained]:
     one = flown(seed, dlpf_cfg)
-    return one, explain(moved(one.log, certificate(one, seed), one.model), com_offsets(one.model), 0.7)
+    return one, explain(motion(seed, dlpf_cfg), com_offsets(one.model), 0.7)
 
 
 @FILTERS
@@ -76,8 +74,7 @@ def test_a_model_that_is_right_needs_no_correction() -> None:
 
 def test_masses_that_are_free_too_cost_certainty_and_no_truth() -> None:
     one, alone = explained(1)
-    motion = moved(one.log, certificate(one, 1), one.model)
-    more = explain(motion, com_offsets(one.model, masses=True, inertias=True), 0.7)
+    more = explain(motion(1), com_offsets(one.model, masses=True, inertias=True), 0.7)
     assert (more.fit.std[:9] >= 0.99 * alone.fit.std).all()
     assert more.fit.std[:9].max() > 1.5 * alone.fit.std.max()
     assert (np.abs(more.fit.values[:9] - one.true_com_offsets_mm) < 4.0 * more.fit.std[:9]).all()
@@ -87,7 +84,7 @@ def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
     one, _ = explained(1)
     largest = int(np.abs(one.true_com_offsets_mm).argmax())
     tight = replace(com_offsets(one.model), bounds=np.full(9, 5.0))
-    found = explain(moved(one.log, certificate(one, 1), one.model), tight, 0.7).fit
+    found = explain(motion(1), tight, 0.7).fit
     assert np.abs(found.values).max() <= 5.0 + 1e-9
     assert found.at_bound[largest]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ
-from tests.evaluation.fitted_drops import fitted
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
 from tfsat_host.evaluation.model_fit.momentum import (
     PAPER_SIZE,
     averaged_momentum,
@@ -114,7 +113,7 @@ def test_the_objective_is_the_papers_sum() -> None:
 @pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
 def test_the_true_robots_momentum_stays(dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
-        one = fitted(seed, dlpf_cfg=dlpf_cfg)
+        one = fitted(seed, dlpf_cfg)
         vectors = np.stack([np.zeros(9), one.fit.values, one.drop.true_com_offsets_mm])
         before, fit, truth = averaged_momentum(one.fit.offsets.applied(vectors), one.flown).objective
         assert truth < 0.05 * before

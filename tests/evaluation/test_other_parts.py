@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
-from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import Drop, drop, with_com_offsets
-from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
+from tests.evaluation import drops
+from tests.evaluation.drops import Drop, certificate, moved
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.robot import load_robot
 
 ALL_ICM_20689 = bytes([0x98] * 4)
 MIXED = bytes([0x68, 0x70, 0x68, 0x98])
@@ -25,17 +20,8 @@ PARTS = pytest.mark.parametrize("parts", [ALL_ICM_20689, MIXED], ids=bytes.hex)
 
 @cache
 def flown(parts: bytes) -> tuple[Drop, Motion]:
-    model = load_robot()
-    with tempfile.TemporaryDirectory() as folder:
-        one = drop(
-            Path(folder),
-            model,
-            with_com_offsets(model, np.random.default_rng(1).uniform(-0.010, 0.010, (3, 3))),
-            replace(draw_as_built(1), imu_who_am_i=parts),
-            seed=1,
-            rate_rad_s=RATE_RAD_S,
-        )
-    return one, moved(one.log, certificate(one, 1), one.model)
+    one = drops.flown(1, parts=parts)
+    return one, moved(one.log, certificate(one, 1))
 
 
 @PARTS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.evaluation.corrupted import without_samples
-from tests.evaluation.some_drops import certificate, flown
+from tests.evaluation.drops import certificate, flown
 from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
 
 

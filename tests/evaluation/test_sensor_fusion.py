@@ -6,15 +6,22 @@ Every error must lie within what is stated of it, and that must not be so wide t
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from tests.evaluation.beside_truth import STDS, angle_off_deg, assert_angle_holds, turn_off
 from tests.evaluation.corrupted import failed, unanswered, with_angles
-from tests.evaluation.drops import Drop
-from tests.evaluation.some_drops import certificate, flown, moved
+from tests.evaluation.drops import (
+    STDS,
+    Drop,
+    angle_off_deg,
+    assert_angle_holds,
+    certificate,
+    flown,
+    motion,
+    moved,
+    turn_off,
+)
 from tfsat_host.evaluation.checks import checks_of
 from tfsat_host.evaluation.motion.motion import Motion, notes_of
 from tfsat_host.sdlog import DropLog
@@ -23,11 +30,6 @@ HOLE_S = 0.05
 HOLES = pytest.mark.parametrize(("seed", "from_s"), [(1, 1.045), (2, 1.10), (3, 1.38)])
 """The first stroke of joint 2 begins in the first, lasts all through the second, and ends in or after the third."""
 SEEDS = pytest.mark.parametrize("seed", [1, 2, 3])
-
-
-@cache
-def whole(seed: int) -> Motion:
-    return motion_in(flown(seed), seed, flown(seed).log)
 
 
 def motion_in(one: Drop, seed: int, log: DropLog) -> Motion:
@@ -60,7 +62,7 @@ def test_a_hole_in_all_gyros_within_a_stroke_is_carried_over(seed: int, from_s: 
     for joint in (1, 2, 3):
         assert_angle_holds(one, found, joint, widest_deg=0.02)
     for body in (1, 2, 3, 4):
-        off, without = turn_off(one, found, body), turn_off(one, whole(seed), body)
+        off, without = turn_off(one, found, body), turn_off(one, motion(seed), body)
         assert off.stds < STDS
         assert off.std_deg > 5.0 * without.std_deg
         fastest_deg_s = np.rad2deg(np.linalg.norm(found.bodies[body - 1].rate_rad_s, axis=1).max())
@@ -76,7 +78,7 @@ def test_where_no_angle_sensor_answers_the_others_tell_what_the_joint_turned_in_
     silent = sensors_silent_after(one.log, slice(2, 4), 0.9)
     found = motion_in(one, seed, no_gyro(silent, from_s, from_s + HOLE_S))
     assert_angle_holds(one, found, 2, widest_deg=0.05)
-    std, without = (angle_off_deg(one, motion, 2)[1] for motion in (found, whole(seed)))
+    std, without = (angle_off_deg(one, each, 2)[1] for each in (found, motion(seed)))
     assert std.max() > 1.5 * without.max()
 
 
@@ -90,7 +92,7 @@ def test_over_a_hole_at_the_release_the_robot_turns_on_evenly(seed: int) -> None
         off = turn_off(one, found, body, from_s=0.0)
         assert off.stds < STDS
         assert off.error_deg < 0.05, "it turned by 0.11 deg meanwhile"
-        assert np.hypot(turn_off(one, whole(seed), body).std_deg, 0.015) < off.std_deg < 0.1
+        assert np.hypot(turn_off(one, motion(seed), body).std_deg, 0.015) < off.std_deg < 0.1
 
 
 @SEEDS
@@ -102,7 +104,7 @@ def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_righ
     found = motion_in(one, seed, unanswered(one.log, body, -100.0, 100.0))
     for other in (1, 2, 3):
         assert_angle_holds(one, found, other, widest_deg=0.06)
-    std, without = (angle_off_deg(one, motion, joint)[1] for motion in (found, whole(seed)))
+    std, without = (angle_off_deg(one, each, joint)[1] for each in (found, motion(seed)))
     assert std.max() > 2.5 * without.max()
     assert (std > without).all()
 

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import Drop, drop, with_com_offsets
-from tests.evaluation.some_drops import RATE_RAD_S, certificate, moved
-from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.robot import load_robot
-
-
-def dropped(folder: Path) -> Drop:
-    model = load_robot()
-    flown = with_com_offsets(model, np.random.default_rng(1).uniform(-0.010, 0.010, (3, 3)))
-    return drop(folder, model, flown, draw_as_built(1), seed=1, bus_khz=100, rate_rad_s=RATE_RAD_S)
+from tests.evaluation.drops import Drop, certificate, flown, moved
 
 
 @pytest.fixture(scope="module")
-def one(tmp_path_factory: pytest.TempPathFactory) -> Drop:
-    return dropped(tmp_path_factory.mktemp("slow_bus"))
+def one() -> Drop:
+    return flown(1, bus_khz=100)
 
 
 def off_deg(one: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
@@ -47,11 +37,11 @@ def test_the_offsets_are_told_and_taken_off(one: Drop) -> None:
 
 
 def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(
-    one: Drop, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    one: Drop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of 1 ms, shorter than a reading of both IMUs of a bus, and of 100 ms."""
     monkeypatch.setattr("tests.evaluation.drops.TRUTH_PERIOD_US", 100_000)
-    coarse = dropped(tmp_path)
+    coarse = flown.__wrapped__(1, bus_khz=100)
     rows = min(len(one.log), len(coarse.log))
     np.testing.assert_array_equal(one.log.t_us[:rows], coarse.log.t_us[:rows])
     falling = (one.log.t_s[:rows] > 0.0) & (one.log.t_s[:rows] < 2.3)

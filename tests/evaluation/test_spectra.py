@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ
-from tests.evaluation.fitted_drops import fitted
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
 from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
 from tfsat_host.evaluation.spectra import (
     WINDOWS,
@@ -148,7 +147,7 @@ def test_what_has_no_spectrum_is_refused(t_s: FloatArray, values: FloatArray, ma
 @pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
 def test_the_correction_takes_the_momentum_below_the_cutoff(window: Window, dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
-        one = fitted(seed, dlpf_cfg=dlpf_cfg)
+        one = fitted(seed, dlpf_cfg)
         before, after = (
             inertial_momentum(one.fit.offsets.corrected(values), one.flown)
             for values in (np.zeros(9), one.fit.values)

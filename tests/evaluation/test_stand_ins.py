@@ -8,16 +8,11 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import MORNING, Drop
-from tests.evaluation.some_drops import certificate, flown
+from tests.evaluation.drops import DROPPED, MORNING, Drop, certificate, flown, moved
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
-from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.fallback_calibration import StandIns, with_stand_ins
-from tfsat_host.evaluation.motion.motion import motion_of
-from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
-
-DROPPED = MORNING + timedelta(hours=1)
+from tfsat_host.evaluation.motion.samples import EvaluationError
 
 
 def filled(one: Drop, calibration: Calibration | None) -> StandIns:
@@ -25,15 +20,7 @@ def filled(one: Drop, calibration: Calibration | None) -> StandIns:
 
 
 def reorientation_error_deg(one: Drop, used: Calibration) -> tuple[float, float]:
-    rest = rest_before_release(one.log)
-    motion = motion_of(
-        samples_of(one.log, used, one.model),
-        used,
-        one.model,
-        rest.densities_rad_s_rthz,
-        LowPass.of(one.log.header),
-    )
-    track = motion.bodies[0]
+    track = moved(one.log, used).bodies[0]
     angle, std = track.reorientation_rad()
     true = one.true_turn(1, track.t_s[0], track.t_s[-1]).magnitude()
     return float(np.rad2deg(angle - true)), float(np.rad2deg(std))
@@ -122,14 +109,7 @@ def test_an_angle_sensor_that_says_nothing_before_the_release_has_no_zero_and_is
         "not used."
     ]
     assert np.isnan(found.calibration.joints[1].zero_rad).tolist() == [True, False]
-    rest = rest_before_release(log)
-    motion = motion_of(
-        samples_of(log, found.calibration, one.model),
-        found.calibration,
-        one.model,
-        rest.densities_rad_s_rthz,
-        LowPass.of(log.header),
-    )
+    motion = moved(log, found.calibration)
     off = motion.angles_rad[:, 1] - one.true_angles_rad(motion.t_s)[:, 1]
     assert np.abs(np.rad2deg(off)).max() < 6.0, (
         "by the other sensor, whose zero is that of a joint that hung there"
@@ -144,14 +124,7 @@ def test_where_both_sensors_of_a_joint_are_so_its_gyros_count_from_where_its_ser
     found = with_stand_ins(None, log, one.model, rest_before_release(log), DROPPED)
     assert sum("of joint 2 has no zero point" in note for note in found.notes) == 2
     assert not any(note.startswith("The zero point of joint 2 ") for note in found.notes)
-    rest = rest_before_release(log)
-    motion = motion_of(
-        samples_of(log, found.calibration, one.model),
-        found.calibration,
-        one.model,
-        rest.densities_rad_s_rthz,
-        LowPass.of(log.header),
-    )
+    motion = moved(log, found.calibration)
     assert not motion.joints[1].sensed
     off = motion.angles_rad[:, 1] - one.true_angles_rad(motion.t_s)[:, 1]
     assert np.abs(np.rad2deg(off)).max() < 8.0

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.evaluation import drops
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
-from tests.evaluation.fitted_drops import moved
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import (
     FlownStroke,
@@ -37,7 +37,7 @@ def logged_s(drop: Drop) -> list[float]:
 
 
 def flown(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Motion, tuple[FlownStroke, ...]]:
-    drop, motion = moved(seed, dlpf_cfg=dlpf_cfg)
+    drop, motion = drops.flown(seed, dlpf_cfg), drops.motion(seed, dlpf_cfg)
     return drop, motion, strokes_flown(motion, drop.schedule, logged_s(drop))
 
 

@@ -8,8 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DLPF_42_HZ, calibrated_from_truth
-from tests.evaluation.fitted_drops import MODEL, fitted
+from tests.evaluation.drops import DLPF_42_HZ, MODEL, calibrated_from_truth, fitted
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.identifiability import trades

@@ -27,7 +27,7 @@ from tfsat_host.sdlog import DropLog
 
 FloatArray = NDArray[np.float64]
 
-PAPER_RATE_RAD_S = np.deg2rad([-0.73, -0.48, -0.77])
+RATE_RAD_S = np.deg2rad([-0.73, -0.48, -0.77])
 SENSED_UNTIL_S = 0.6
 """The first stroke is at 0.7 s: until then the angle sensors tell where the joints are."""
 _UNDOUBTED_STD = 1e-6
@@ -68,7 +68,7 @@ class Replay:
 
 def replays_of(robot: Robot, drop_5_hz: Drop) -> dict[str, Replay]:
     """A drop with centers of mass that are off, and one without."""
-    exact = dropped(robot, robot.model, _EXACT, DLPF_5_HZ, PAPER_RATE_RAD_S)
+    exact = dropped(robot, robot.model, _EXACT, DLPF_5_HZ, RATE_RAD_S)
     return {"10 mm off": _replay(robot, drop_5_hz), "exact": _replay(robot, exact)}
 
 

@@ -210,7 +210,7 @@ def derivatives(offsets: Offsets, vector: FloatArray, flown: Flown, momentum: Fl
     inertia, of_joints = inertia_and_joint_momentum(body, flown.angles_rad)
     left = _momentum(inertia, of_joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
     inverse = np.linalg.inv(inertia)
-    rate = np.linalg.solve(inertia, left[..., None])[..., 0]
+    rate = np.asarray(np.linalg.solve(inertia, left[..., None])[..., 0], dtype=np.float64)
     flown = replace(flown, base_rate_rad_s=flown.base_rate_rad_s - rate)
     steps = _OFFSET_STEP * np.eye(len(offsets))
     ends = momentum_of(offsets.applied(np.concatenate([vector + steps, vector - steps])), flown)
