@@ -1,9 +1,9 @@
-"""One integrity check: what was looked at, what it may be at most, and what it means."""
+"""One integrity check: what was looked at, what it may be at most, what it means, and which results rest on it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from scipy.special import chdtri, ndtri
 
@@ -28,6 +28,7 @@ class Check:
         cause: The likely cause of a failure; begins with `unknown` where no hypothesis explains the data; None unless
             it failed.
         next_step: What to do about a failure; None unless it failed.
+        protects: The results that are wrong by more than they state, or worthless, where it fails.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Check:
     sentence: str
     cause: str | None = None
     next_step: str | None = None
+    protects: tuple[str, ...] = ()
 
     @property
     def failed(self) -> bool:
@@ -49,18 +51,31 @@ class Check:
         return replace(self, cause=cause, next_step=next_step) if self.failed else self
 
 
-def judged(name: str, value: float, threshold: float, unit: str, sentence: str) -> Check:
-    """Failed if the value is above the threshold, or no number; its cause is then unknown as yet."""
+class Kind(NamedTuple):
+    """What is the same of a check in every drop; see `Check`."""
+
+    name: str
+    unit: str
+    protects: tuple[str, ...]
+
+    def judged(self, value: float, threshold: float, sentence: str) -> Check:
+        """Failed if the value is above the threshold, or no number; its cause is then unknown as yet."""
+        return judged(self.name, value, threshold, self.unit, sentence, self.protects)
+
+    def not_possible(self, why: str) -> Check:
+        """The data do not allow the check."""
+        nan = float("nan")
+        return Check(self.name, "not possible", nan, nan, self.unit, why, protects=self.protects)
+
+
+def judged(
+    name: str, value: float, threshold: float, unit: str, sentence: str, protects: tuple[str, ...] = ()
+) -> Check:
+    """See `Kind.judged`."""
     if value <= threshold:
-        return Check(name, "passed", value, threshold, unit, sentence)
-    return Check(
-        name, "failed", value, threshold, unit, sentence, UNKNOWN, "Look at the samples: tfsat-host decode"
-    )
-
-
-def not_possible(name: str, unit: str, why: str) -> Check:
-    """The data do not allow the check."""
-    return Check(name, "not possible", float("nan"), float("nan"), unit, why)
+        return Check(name, "passed", value, threshold, unit, sentence, protects=protects)
+    look = "Look at the samples: tfsat-host decode"
+    return Check(name, "failed", value, threshold, unit, sentence, UNKNOWN, look, protects)
 
 
 def z_limit(numbers: int) -> float:

@@ -94,6 +94,21 @@ class Consistency:
     def joints(self) -> int:
         return len(self.model.joint_names)
 
+    @property
+    def bodies(self) -> int:
+        return len(self.calibration.gyros)
+
+    def pair(self, joint: int) -> tuple[int, int]:
+        """The outer and the inner body of a joint (index)."""
+        return int(self.model.joint_outer[joint]), int(self.model.joint_inner[joint])
+
+    def rows(self, *parts: slice) -> BoolArray:
+        """(size,) whether each row is in one of the parts."""
+        chosen = np.zeros(self.size, dtype=bool)
+        for part in parts:
+            chosen[part] = True
+        return chosen
+
     def sensors(self, joint: int) -> list[int]:
         """Where in the log the angle sensors of a joint (index) stand."""
         return sensor_columns(self.model, joint + 1)
@@ -122,7 +137,7 @@ class Consistency:
 
     @property
     def size(self) -> int:
-        return 4 * self.blocks * self.joints + 12
+        return 4 * self.blocks * self.joints + 3 * self.bodies
 
     def body_rates(self, body: int, readings_rad_s: FloatArray) -> FloatArray:
         """(..., n, 3) body axes, of readings of the gyro of a body (index)."""
@@ -199,7 +214,7 @@ class Consistency:
 
     def by_gyros(self, joint: int) -> FloatArray:
         """(n,) angle of a joint by its own two gyros, for want of angle sensors: from where its servo holds it."""
-        outer, inner = int(self.model.joint_outer[joint]), int(self.model.joint_inner[joint])
+        outer, inner = self.pair(joint)
         # What turns about the axis looks the same from both bodies.
         rate = (self.own_rates[outer] - self.own_rates[inner]) @ self.model.joint_axis[joint]
         return self.model.servos[joint].start_rad + _turned(self.t_s, rate)
@@ -212,7 +227,7 @@ class Consistency:
                 continue
             rows, turn = self.off_axis(joint), self.turned_by(joint, pair)
             angles = [self.along(joint, sensor) for sensor in range(2)]
-            for body in (int(self.model.joint_outer[joint]), int(self.model.joint_inner[joint])):
+            for body in self.pair(joint):
                 was, now = np.zeros(self.size), np.zeros(self.size)
                 self._add(was, joint, body, self.own_rates[body], self.own_turns[joint])
                 self._add(now, joint, body, self.own_rates[body], turn)
@@ -227,7 +242,7 @@ class Consistency:
     @cached_property
     def own_rates(self) -> tuple[FloatArray, ...]:
         """(n, 3) of each body, by the readings as they are."""
-        return tuple(self.body_rates(b, self.readings.gyro_rad_s[:, b]) for b in range(4))
+        return tuple(self.body_rates(b, self.readings.gyro_rad_s[:, b]) for b in range(self.bodies))
 
     @cached_property
     def own_sensed(self) -> tuple[FloatArray, ...]:
@@ -244,13 +259,21 @@ class Consistency:
         """(4, size) what each gyro's readings as they are add to the vector."""
         readings = self.readings
         return np.stack(
-            [self.of_readings(b, readings.gyro_rad_s[:, b], readings.rest_rad_s[b]) for b in range(4)]
+            [
+                self.of_readings(b, readings.gyro_rad_s[:, b], readings.rest_rad_s[b])
+                for b in range(self.bodies)
+            ]
         )
 
     @cached_property
     def own_vector(self) -> FloatArray:
         """(size,) of the readings as they are."""
         return np.asarray(self.own_parts.sum(axis=0) + self.of_angles(self.own_sensed))
+
+
+def sensor_name(joint: int, sensor: int) -> str:
+    """For people; both are indices."""
+    return f"angle sensor {sensor + 1} of joint {joint + 1}"
 
 
 def _across_and_along(axis: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.checks.check import Check
 from tfsat_host.evaluation.checks.consistency import consistency_of
-from tfsat_host.evaluation.checks.diagnosis import Diagnosis, diagnose
+from tfsat_host.evaluation.checks.diagnosis import diagnose
 from tfsat_host.evaluation.checks.momentum import momentum_checks
 from tfsat_host.evaluation.checks.recording import completeness_checks
 from tfsat_host.evaluation.checks.rest import BIAS, DOWN, GRAVITY, NOISE, noise_check, rest_checks
@@ -52,15 +52,13 @@ def checks_of(
         attitude_check(motion, calibration, model),
     ]
     momentum = list(momentum_checks(motion, fit, model.base))
-    contradictory = [check for check in (*rest, *sensors) if check.name not in (GRAVITY, DOWN, NOISE)]
+    contradictory = [
+        check for check in (*rest, *sensors) if check.name not in (GRAVITY.name, DOWN.name, NOISE.name)
+    ]
     if any(check.failed for check in contradictory):
-        found = diagnose(of, stated)
+        cause, next_step = diagnose(of, stated)
         # Accelerometers and noise have causes of their own.
-        rest = [_explained(check, found) if check.name == BIAS else check for check in rest]
-        sensors = [_explained(check, found) for check in sensors]
-        momentum = [_explained(check, found) for check in momentum]
+        rest = [check.caused_by(cause, next_step) if check.name == BIAS.name else check for check in rest]
+        sensors = [check.caused_by(cause, next_step) for check in sensors]
+        momentum = [check.caused_by(cause, next_step) for check in momentum]
     return (*complete, *rest, *sensors, *momentum)
-
-
-def _explained(check: Check, found: Diagnosis) -> Check:
-    return check.caused_by(found.cause, found.next_step)

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.checks.check import Check, judged, not_possible, rms_limit, z_limit
+from tfsat_host.evaluation.checks.check import Check, Kind, rms_limit, z_limit
 from tfsat_host.evaluation.checks.diagnosis import CLEARLY, ENDS_IT
 from tfsat_host.evaluation.checks.stated_errors import RATE_FLOOR_RAD_S
 from tfsat_host.evaluation.model_fit.fit import ModelFit
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 
-CONSTANT, BEFORE_AFTER = "momentum throughout the fall", "momentum before and after the maneuver"
+_MODEL = ("offsets", "attitude error")
+CONSTANT = Kind("momentum throughout the fall", "deg/s", _MODEL)
+BEFORE_AFTER = Kind("momentum before and after the maneuver", "deg/s", _MODEL)
 QUIET_RAD_S = np.deg2rad(5.0)
 """A joint that turns slower stands."""
 LEAST_QUIET_S = 0.1
@@ -26,8 +28,8 @@ def momentum_checks(motion: Motion, fit: ModelFit | None, base: int) -> Iterator
     """Both, and why."""
     if fit is None:
         why = "No model was fitted to this drop."
-        yield not_possible(CONSTANT, "deg/s", why)
-        yield not_possible(BEFORE_AFTER, "deg/s", why)
+        yield CONSTANT.not_possible(why)
+        yield BEFORE_AFTER.not_possible(why)
         return
     left = _Left.of(motion, fit)
     checks = (_constant(left), _before_after(motion, fit, base))
@@ -91,7 +93,7 @@ def _constant(left: _Left) -> Check:
         f"{left.t_s[worst]:.1f} s."
     )
     limit = expected * rms_limit(left.rate_rad_s.size)
-    return judged(CONSTANT, float(np.rad2deg(rms)), float(np.rad2deg(limit)), "deg/s", sentence)
+    return CONSTANT.judged(float(np.rad2deg(rms)), float(np.rad2deg(limit)), sentence)
 
 
 def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
@@ -99,10 +101,10 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
     moving = np.flatnonzero((np.abs(motion.fused.joint_rate_rad_s[settled]) > QUIET_RAD_S).any(axis=1))
     t = motion.t_s[settled]
     if not len(moving):
-        return not_possible(BEFORE_AFTER, "deg/s", "No joint moved: there is no before and no after.")
+        return BEFORE_AFTER.not_possible("No joint moved: there is no before and no after.")
     before, after = slice(0, int(moving[0])), slice(int(moving[-1]) + 1, None)
     if min(t[moving[0]] - t[0], t[-1] - t[moving[-1]]) < LEAST_QUIET_S:
-        return not_possible(BEFORE_AFTER, "deg/s", "The joints did not stand long enough before and after.")
+        return BEFORE_AFTER.not_possible("The joints did not stand long enough before and after.")
     own = motion.bodies[base]
     inertial = own.attitude[np.flatnonzero(own.t_s >= SETTLED_S)].apply(fit.left_over_rad_s)
     change = inertial[after].mean(axis=0) - inertial[before].mean(axis=0)
@@ -115,7 +117,7 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
         f"Between before and after the maneuver the momentum changes by {np.rad2deg(value):.3f} deg/s of the base "
         "more than the model explains."
     )
-    return judged(BEFORE_AFTER, float(np.rad2deg(value)), float(np.rad2deg(limit)), "deg/s", sentence)
+    return BEFORE_AFTER.judged(float(np.rad2deg(value)), float(np.rad2deg(limit)), sentence)
 
 
 def _cause(left: _Left, fit: ModelFit) -> tuple[str, str]:

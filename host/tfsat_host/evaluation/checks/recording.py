@@ -9,8 +9,8 @@ import numpy as np
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
-from tfsat_host.evaluation.checks.check import Check, judged, not_possible
-from tfsat_host.evaluation.checks.hypotheses import sensor_name
+from tfsat_host.evaluation.checks.check import Check, Kind
+from tfsat_host.evaluation.checks.consistency import sensor_name
 from tfsat_host.evaluation.checks.momentum import QUIET_RAD_S
 from tfsat_host.evaluation.checks.stated_errors import LONGEST_HOLE_S
 from tfsat_host.evaluation.clocks import MOST_EDGES, RESONATOR_PPM, stroke_edges
@@ -44,7 +44,7 @@ def _clipped(log: DropLog, fall: BoolArray) -> Check:
         if count.any()
         else "No IMU was at full scale in the fall."
     )
-    return judged("full scale in the fall", float(count.sum()), 0.0, "readings", sentence).caused_by(
+    return _FULL_SCALE.judged(float(count.sum()), 0.0, sentence).caused_by(
         f"a knock, or a range that is too small, at the IMU of body {bodies}",
         "Compare the ranges with the strokes' rates: tfsat-host logger-settings",
     )
@@ -71,7 +71,7 @@ def _answered(log: DropLog, fall: BoolArray, model: RobotModel) -> Check:
         if missing[worst] > 0.0
         else "All sensors answered throughout the fall."
     )
-    check = judged("answers in the fall", float(missing[worst]), 100.0 * MISSING_SHARE, "%", sentence)
+    check = _ANSWERS.judged(float(missing[worst]), 100.0 * MISSING_SHARE, sentence)
     return check.caused_by(f"{name}: cable, connector or bus", "Watch the sensor live: tfsat-host monitor")
 
 
@@ -85,7 +85,7 @@ def _holes(log: DropLog, fall: BoolArray, motion: Motion) -> Check:
     sentence = f"The longest time without any gyro is {1e3 * hole_s:.1f} ms, at {from_s:.2f} s."
     if hole_s > LONGEST_HOLE_S:
         sentence += f" {_cost(motion, from_s, from_s + hole_s)}"
-    check = judged("holes in the fall", 1e3 * hole_s, 1e3 * LONGEST_HOLE_S, "ms", sentence)
+    check = _HOLES.judged(1e3 * hole_s, 1e3 * LONGEST_HOLE_S, sentence)
     within = fall & (log.t_s > from_s + _NEXT_S) & (log.t_s < from_s + hole_s - _NEXT_S)
     if within.any():
         return check.caused_by(
@@ -117,7 +117,11 @@ def _numbers(chosen: BoolArray) -> str:
     return ", ".join(str(b + 1) for b in np.flatnonzero(chosen))
 
 
-MANEUVER = "maneuver as filed"
+MANEUVER = Kind("maneuver as filed", "strokes", ("strokes", "attitude error", "offsets"))
+_ALL = ("rates", "joint angles", "attitudes", "strokes", "offsets")
+_FULL_SCALE = Kind("full scale in the fall", "readings", _ALL)
+_ANSWERS = Kind("answers in the fall", "%", _ALL)
+_HOLES = Kind("holes in the fall", "ms", _ALL)
 OFF_TIME_S = 5e-3
 """Nothing on the board delays a stroke by so much; to this comes what clocks and a lost release edge leave open."""
 OTHER_JOINT_RAD = np.deg2rad(5.0)
@@ -151,10 +155,10 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
         strokes: As filed, and what became of each; none: no file says.
     """
     if not strokes:
-        return not_possible(MANEUVER, "strokes", "No file says what was to be flown.")
+        return MANEUVER.not_possible("No file says what was to be flown.")
     edges_s = stroke_edges(log)
     if len(edges_s) > MOST_EDGES:
-        return not_possible(MANEUVER, "strokes", "The stroke line chatters: no stroke can be told from it.")
+        return MANEUVER.not_possible("The stroke line chatters: no stroke can be told from it.")
     wrong = _off_time(log, strokes) | _other_joint(motion, strokes)
     surplus = [t_s for t_s in edges_s if not any(abs(one.logged_s - t_s) < 1e-6 for one in strokes)]
     unseen = {one.number for one in strokes if not np.isfinite(one.logged_s)}
@@ -171,8 +175,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
             f"Another maneuver was flown than the file says. The file: {filed}. Flown, by the stroke line and the "
             f"angle sensors: {flown}. What is said of single strokes compares these two."
         )
-    check = judged(MANEUVER, float(len(wrong)), 0.0, "strokes", sentence)
-    return check.caused_by(
+    return MANEUVER.judged(float(len(wrong)), 0.0, sentence).caused_by(
         "the file is not the one that was uploaded last, or the cables of two servos are exchanged",
         "Evaluate again with the file that was uploaded: --maneuver FILE",
     )

@@ -10,7 +10,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.checks.check import Check, judged, not_possible, z_limit
+from tfsat_host.evaluation.checks.check import Check, Kind, z_limit
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
 from tfsat_host.evaluation.fall.micro_gravity import ALARM_STDS, AtRest, check_gravity
@@ -20,18 +20,26 @@ from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 
-GRAVITY, DOWN, BIAS, NOISE = "gravity at rest", "down at rest", "gyro bias at rest", "gyro noise"
+_FLOATING = ("micro-gravity", "release", "landing")
+GRAVITY, DOWN = Kind("gravity at rest", "g", _FLOATING), Kind("down at rest", "deg", _FLOATING)
+BIAS = Kind("gyro bias at rest", "deg/s", ("rates", "attitudes", "offsets"))
+NOISE = Kind("gyro noise", "deg/s/sqrt(Hz)", ("rates", "attitudes", "offsets"))
 NOISY = 4.0
 """Times the data sheet's density, which is typical and without a limit."""
-_NEVER_STILL = "The robot never hung still before the release, or that was not recorded."
+START_POSE = Kind("start pose", "deg", ("strokes", "reorientation"))
+TOLERANCE_DEG = START_POSE_TOLERANCE_CDEG / 100.0
+"""What ARM and the preflight allow: an uncalibrated servo's scale, its play, and a joint that sags, as the paper's
+joint 1 by 6 deg, stay within it."""
+LOOKED_AT_S = 0.5
+BEFORE_RELEASE_S = 0.02
+"""The releaser's springs may move a joint that is on its way out."""
 
 
 def rest_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
     """Of one drop."""
     if of.rest is None:
-        yield from (
-            not_possible(*one, _NEVER_STILL) for one in ((GRAVITY, "g"), (DOWN, "deg"), (BIAS, "deg/s"))
-        )
+        why = "The robot never hung still before the release, or that was not recorded."
+        yield from (kind.not_possible(why) for kind in (GRAVITY, DOWN, BIAS))
         return
     yield _gravity(of.rest)
     yield _down(of.rest, of.model)
@@ -42,13 +50,12 @@ def _gravity(rest: Hanging) -> Check:
     """Accelerometers are not calibrated: three of their standard deviations hold 50 mg, 80 mg along z, and 3 %."""
     found = [check_gravity(b + 1, one, None, None) for b, one in enumerate(rest.force) if one is not None]
     if not found:
-        return not_possible(GRAVITY, "g", "No accelerometer answered before the release.")
+        return GRAVITY.not_possible("No accelerometer answered before the release.")
     worst = max(found, key=lambda one: abs(one.norm_g - 1.0) / one.norm_std_g)
     sentence = (
         f"At rest body {worst.body} feels {worst.norm_g:.3f} g, the farthest from 1 g of {len(found)} bodies."
     )
-    check = judged(GRAVITY, abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, "g", sentence)
-    return check.caused_by(
+    return GRAVITY.judged(abs(worst.norm_g - 1.0), ALARM_STDS * worst.norm_std_g, sentence).caused_by(
         f"accelerometer of body {worst.body}: its range or its scale is not the header's, or it is defective",
         "Compare the accelerometers live, the robot at rest: tfsat-host monitor",
     )
@@ -57,7 +64,7 @@ def _gravity(rest: Hanging) -> Check:
 def _down(rest: Hanging, model: RobotModel) -> Check:
     directions = _directions(rest, model)
     if len(directions) < 3:
-        return not_possible(DOWN, "deg", "Fewer than three accelerometers answered: none can be outvoted.")
+        return DOWN.not_possible("Fewer than three accelerometers answered: none can be outvoted.")
     usual = np.median([direction for direction, _, _ in directions.values()], axis=0)
     usual /= np.linalg.norm(usual)
     off = {b: float(np.arccos(np.clip(d @ usual, -1.0, 1.0))) for b, (d, _, _) in directions.items()}
@@ -65,15 +72,19 @@ def _down(rest: Hanging, model: RobotModel) -> Check:
     body = max(off, key=lambda b: off[b] / directions[b][1])
     limit = ALARM_STDS * float(np.hypot(directions[body][1], spread))
     sentence = f"At rest body {body + 1} feels down {np.rad2deg(off[body]):.1f} deg away from the others."
-    check = judged(DOWN, float(np.rad2deg(off[body])), float(np.rad2deg(limit)), "deg", sentence)
     turn = directions[body][2]
     felt, right = (_axis(turn.T @ vector) for vector in (directions[body][0], usual))
-    return check.caused_by(
-        f"accelerometer of body {body + 1} feels up along {felt} where it is {right}: "
-        "its axes are exchanged or reversed"
-        if felt != right
-        else f"unknown; body {body + 1} hangs bent, or its accelerometer is off by more than its data sheet allows",
-        "Compare the IMU's mounting with the robot file: tfsat-host robot",
+    cause = (
+        f"unknown; body {body + 1} hangs bent, or its accelerometer is off by more than its data sheet allows"
+    )
+    if felt != right:
+        cause = (
+            f"accelerometer of body {body + 1} feels up along {felt} where it is {right}: "
+            "its axes are exchanged or reversed"
+        )
+    step = "Compare the IMU's mounting with the robot file: tfsat-host robot"
+    return DOWN.judged(float(np.rad2deg(off[body])), float(np.rad2deg(limit)), sentence).caused_by(
+        cause, step
     )
 
 
@@ -103,26 +114,21 @@ def _axis(vector: FloatArray) -> str:
 
 
 def _bias(of: Consistency, stated: StatedErrors) -> Check:
-    worst: tuple[float, float, float, int, int] | None = None
-    rows = [(b, axis) for b in range(4) for axis in range(3) if stated.known[of.at_rest(b)][axis]]
-    for body, axis in rows:
-        row = of.at_rest(body).start + axis
-        limit = z_limit(len(rows)) * float(np.sqrt(stated.covariance[row, row]))
-        off = float(of.own_vector[row])
-        if worst is None or abs(off) / limit > worst[0]:
-            worst = (abs(off) / limit, off, limit, body, axis)
-    if worst is None:
-        return not_possible(BIAS, "deg/s", "No gyro answered before the release.")
-    _, off, limit, body, axis = worst
-    taken = of.calibration.gyros[body].bias_taken
-    against = (
-        f"the bias of {taken:%Y-%m-%d %H:%M} UTC" if taken else "no bias at all, for none was calibrated"
-    )
+    rows = np.flatnonzero(of.rows(*map(of.at_rest, range(of.bodies))) & stated.known)
+    if not len(rows):
+        return BIAS.not_possible("No gyro answered before the release.")
+    limits = z_limit(len(rows)) * np.sqrt(np.diag(stated.covariance)[rows])
+    worst = int((np.abs(of.own_vector[rows]) / limits).argmax())
+    body, axis = divmod(int(rows[worst]) - of.at_rest(0).start, 3)
+    off_deg, taken = np.rad2deg(of.own_vector[rows[worst]]), of.calibration.gyros[body].bias_taken
+    against = "no bias at all, for none was calibrated"
+    if taken:
+        against = f"the bias of {taken:%Y-%m-%d %H:%M} UTC"
     sentence = (
-        f"At rest the gyro of body {body + 1} shows {np.rad2deg(off):+.3f} deg/s about its {'xyz'[axis]} "
+        f"At rest the gyro of body {body + 1} shows {off_deg:+.3f} deg/s about its {'xyz'[axis]} "
         f"beside {against}."
     )
-    return judged(BIAS, float(np.rad2deg(abs(off))), float(np.rad2deg(limit)), "deg/s", sentence)
+    return BIAS.judged(float(abs(off_deg)), float(np.rad2deg(limits[worst])), sentence)
 
 
 def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
@@ -131,27 +137,17 @@ def noise_check(densities_rad_s_rthz: FloatArray) -> Check:
     body = int(ratio.argmax())
     value = float(np.rad2deg(densities_rad_s_rthz[body]))
     sentence = (
-        f"The gyro of body {body + 1} is the noisiest: {value:.4f} deg/s/sqrt(Hz), "
+        f"The gyro of body {body + 1} is the noisiest: {value:.4f} {NOISE.unit}, "
         f"{ratio[body]:.1f} times its data sheet's."
     )
-    limit = float(np.rad2deg(NOISY * SHEET_DENSITY_RAD_S_RTHZ))
-    return judged(NOISE, value, limit, "deg/s/sqrt(Hz)", sentence).caused_by(
+    return NOISE.judged(value, float(np.rad2deg(NOISY * SHEET_DENSITY_RAD_S_RTHZ)), sentence).caused_by(
         f"gyro of body {body + 1}: its supply or its cable is disturbed, or the robot was shaken before the release",
         "Watch the rates at rest: tfsat-host monitor",
     )
 
 
-START_POSE = "start pose"
-TOLERANCE_RAD = np.deg2rad(START_POSE_TOLERANCE_CDEG / 100.0)
-"""What ARM and the preflight allow: an uncalibrated servo's scale, its play, and a joint that sags, as the paper's
-joint 1 by 6 deg, stay within it."""
-LOOKED_AT_S = 0.5
-BEFORE_RELEASE_S = 0.02
-"""The releaser's springs may move a joint that is on its way out."""
-
-
 def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) -> Check:
-    """Of one drop, by the medians of the last half second before the release.
+    """The joints by the medians of the last half second before the release: every maneuver begins at the start pose.
 
     Args:
         log: The recording.
@@ -161,34 +157,26 @@ def start_pose_check(log: DropLog, calibration: Calibration, model: RobotModel) 
     """
     rows = (log.t_s >= -LOOKED_AT_S) & (log.t_s < -BEFORE_RELEASE_S)
     if not rows.any():
-        return not_possible(
-            START_POSE, "deg", "No sample was recorded in the half second before the release."
-        )
+        return START_POSE.not_possible("No sample was recorded in the half second before the release.")
     angles = angles_at_rest(log, rows, calibration, model)
     measured = np.array([sensors.zero_taken is not None for sensors in calibration.joints])
     off_deg = np.rad2deg(angles - np.array([servo.start_rad for servo in model.servos]))
-    told = np.flatnonzero(measured & np.isfinite(off_deg))
-    if not len(told):
-        return not_possible(
-            START_POSE,
-            "deg",
-            "No joint has a calibrated angle sensor that tells where it stood at the release.",
-        )
-    worst = int(told[np.abs(off_deg[told]).argmax()])
+    known = np.flatnonzero(measured & np.isfinite(off_deg))
+    if not len(known):
+        why = "No joint has a calibrated angle sensor that tells where it stood at the release."
+        return START_POSE.not_possible(why)
+    worst = int(known[np.abs(off_deg[known]).argmax()])
     std_deg = np.rad2deg(np.sqrt(calibration.joints[worst].zero_covariance.max()))
-    start_deg, limit_deg = float(np.rad2deg(model.servos[worst].start_rad)), float(np.rad2deg(TOLERANCE_RAD))
+    start_deg, value = float(np.rad2deg(model.servos[worst].start_rad)), float(abs(off_deg[worst]))
     at = f"{start_deg + off_deg[worst]:+.2f} ± {max(std_deg, 0.01):.2f} deg"
-    pose = f"{start_deg:g} ± {limit_deg:g} deg"
-    sentence = (
-        f"Just before the release joint {worst + 1} stood at {at}, the farthest from the start pose ({pose})."
-    )
-    if abs(off_deg[worst]) > limit_deg:
+    stood, pose = f"the release joint {worst + 1} stood at {at}", f"{start_deg:g} ± {TOLERANCE_DEG:g} deg"
+    sentence = f"Just before {stood}, the farthest from the start pose ({pose})."
+    if value > TOLERANCE_DEG:
         sentence = (
-            f"Wrong start pose: just before the release joint {worst + 1} stood at {at} instead of {pose}. The strokes "
-            "began elsewhere than the maneuver means."
+            f"Wrong start pose: just before {stood} instead of {pose}. The strokes began elsewhere than the maneuver "
+            "means."
         )
-    check = judged(START_POSE, float(abs(off_deg[worst])), limit_deg, "deg", sentence)
-    return check.caused_by(
+    return START_POSE.judged(value, TOLERANCE_DEG, sentence).caused_by(
         f"servo of joint {worst + 1}: it turns the other way, did not hold its joint, or was not calibrated; or the "
         "zero point of the joint's angle sensors is another one",
         f"Without a drop: tfsat-host jog --joint {worst + 1} --from 0 --to 5 shows which way it turns; "

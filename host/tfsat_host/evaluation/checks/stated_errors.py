@@ -75,7 +75,7 @@ def stated_errors(of: Consistency) -> StatedErrors:
     second_std_s2 = 0.25 * sheet_lag(of.low_pass).delay_s ** 2
     roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in of.parameter_covariance]
     in_fall = by_gyros.copy()
-    for body in range(4):
+    for body in range(of.bodies):
         in_fall[of.at_rest(body)] = 0.0
     design = np.concatenate(
         [
@@ -97,8 +97,8 @@ def stated_errors(of: Consistency) -> StatedErrors:
 
 def _by_gyros(of: Consistency) -> FloatArray:
     """(size, 4, 9)."""
-    out = np.zeros((of.size, 4, 9))
-    for body in range(4):
+    out = np.zeros((of.size, of.bodies, 9))
+    for body in range(of.bodies):
         out[:, body] = of.of_body(body, np.moveaxis(of.jacobian[:, body], 2, 0), of.own_turns).T
         # At rest a gyro shows its bias: what the certificate's has too much is missing there.
         out[of.at_rest(body), body, :3] = -np.eye(3)
@@ -167,7 +167,7 @@ def _noise(of: Consistency) -> FloatArray:
     counts = of.mean(np.ones(len(of.t_s))) * np.diff(of.edges, append=len(of.t_s))
     centers = of.edges + (counts / 2).astype(int)
     for joint in range(of.joints):
-        inner, outer = int(of.model.joint_inner[joint]), int(of.model.joint_outer[joint])
+        outer, inner = of.pair(joint)
         sample = of.variance[:, inner] + of.variance[:, outer]
         askew = _askew(of, inner) + _askew(of, outer)
         rows = np.arange(of.size)[of.off_axis(joint)]
@@ -182,7 +182,7 @@ def _noise(of: Consistency) -> FloatArray:
         for k in range(2):
             rows = np.arange(of.size)[of.along(joint, k)]
             out[rows, rows] += sample_noise_rad(sensed[:, k]) ** 2 / counts + SENSOR_FLOOR_RAD**2
-    for body in range(4):
+    for body in range(of.bodies):
         std = np.zeros(3) if of.rest is None else np.nan_to_num(of.rest.reading_std_rad_s[body])
         rows = np.arange(of.size)[of.at_rest(body)]
         out[rows, rows] = std**2
@@ -201,12 +201,11 @@ def _known(of: Consistency) -> tuple[BoolArray, BoolArray]:
     share = of.mean(of.answered.T.astype(np.float64))
     through = bool(np.diff(of.t_s).max() <= LONGEST_HOLE_S)
     for joint in range(of.joints):
-        pair = [int(of.model.joint_inner[joint]), int(of.model.joint_outer[joint])]
-        whole = (share[pair] >= LEAST_ANSWERED).all(axis=0)
+        whole = (share[list(of.pair(joint))] >= LEAST_ANSWERED).all(axis=0)
         out[of.off_axis(joint)] = np.tile(whole, 2)
         for k, angles in enumerate(of.own_sensed[joint]):
             shown[of.along(joint, k)] = of.mean(np.isfinite(angles).astype(np.float64)) >= LEAST_ANSWERED
             out[of.along(joint, k)] = shown[of.along(joint, k)] & whole.all() & through
-    for body in range(4):
+    for body in range(of.bodies):
         out[of.at_rest(body)] = np.isfinite(of.readings.rest_rad_s[body])
     return out, shown
