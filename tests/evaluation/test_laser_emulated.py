@@ -13,9 +13,9 @@ from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedR
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.evaluation.external.camera import LaserTracks, read_tracks
 from tfsat_host.evaluation.external.laser_velocity import (
+    LASERS,
     UP,
     BodyTurning,
-    LaserGeometry,
     release_velocity,
     windows_of,
 )
@@ -36,7 +36,7 @@ BODY_2_ATTITUDE = slice(8, 12)
 
 def cast(com_m: np.ndarray, attitude: Rotation, number: int) -> tuple[float, float]:
     """Where a laser's ray meets its wall, along and up, mm: from places in the world, less the capsule's fall."""
-    laser = LaserGeometry().lasers[number - 1]
+    laser = LASERS[number - 1]
     start = com_m + attitude.apply(laser.exit_m - COM_M)
     ray = attitude.apply(laser.ray)
     wall = laser.ray @ (laser.exit_m + MODEL.origin_m[1]) + laser.wall_m

@@ -6,16 +6,23 @@ wall times the angle by which body 2 turns; the gyro's share is taken off first.
 evenly, but for what remains of gravity.
 
 Frame: body 2's axes at the release; z up, so the robot, pushed off downwards, has a *downward* velocity above zero.
-Velocities are relative to the capsule.
+Velocities are relative to the capsule. The paper says of the lasers only: mounted orthogonally on body 2, graph paper
+on the side walls.
 
-Where the lasers are on body 2 and what they point at, and how body 2 turns: how a spot moves with the robot.
+| | spot 1 | spot 2 | |
+|---|---|---|---|
+| ray | +x of body 2 | +y of body 2 | assumed |
+| `along_mm` grows towards | +y | +x | by definition of the file |
+| laser at | (100, 50, 56) mm | (50, 100, 56) mm | assumed: the middle of a side of body 2 |
+| to the wall | 200 ± 30 mm | 200 ± 30 mm | assumed: half of the space's 500 mm, less half of body 2 |
 
-An even motion through scattered places, some of them wrong: robust weighted least squares.
+The distance matters only as far as body 2 turns: 30 mm are 0.4 mm/s at the paper's 0.8 deg/s.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -32,27 +39,36 @@ from tfsat_host.units import STANDARD_GRAVITY_M_S2
 PUSHED_OFF_S = 0.15
 """Until then the levers of the switches may still push: when they snap back they have 4.0 mm to go (SS-5GL: FP less
 RP), which takes 0.13 s at 30 mm/s."""
-RATE_STD_RAD_S = np.deg2rad(1.0)
-"""Of a body that nobody measured after the release: the paper's turned by 0.5 to 0.8 deg/s about each axis."""
 CONFIDENCE = 0.95
 PAPER_RADIUS_MM = 100.0
 """Of the robot over the whole maneuver (section "Design of the release mechanism")."""
+UP = np.array([0.0, 0.0, 1.0])
+"""z of every body in the releaser."""
+_ACCELERATION_STD_M_S2 = 1e-3 * STANDARD_GRAVITY_M_S2 / 3**0.5
+"""What remains of gravity is up to a thousandth, up or down: an acceleration within it is fitted along."""
 _LEAST_SAMPLES = 4
 _LEAST_SPAN_S = 0.1
+_MOST_LEFT_OUT = 0.25
+"""Of all places: wrong ones are few; where many seem wrong, something else is."""
+_ROUNDS = 30
+_SETTLED = 1e-6
+"""Relative change of the scatter after which another round would change nothing."""
+_HUBER = 1.5
+"""A residual beyond so many deviations weighs less while the good places are looked for."""
+_LEFT_OUT = 5.0
+"""A place beyond so many deviations is not used: of good ones, one in two million."""
+_NORMAL_MAD = 1.4826
+"""Standard deviation over median absolute deviation of a normal distribution."""
+_FLOOR_M = 1e-6
 
 Judgement = Literal["within", "outside", "uncertain"]
-
-
-_MOST_LEFT_OUT = 0.25
-"""Of all places."""
 
 
 class LaserError(TfsatError):
     """The tracks do not hold what a velocity needs (exit code 1)."""
 
 
-@dataclass(frozen=True, slots=True)
-class VelocityWindows:
+class VelocityWindows(NamedTuple):
     """What the facility permits, mm/s: the downward velocity from, to; the transversal speed up to."""
 
     downward_mm_s: tuple[float, float]
@@ -63,6 +79,49 @@ def windows_of(tower: DropTower, radius_mm: float = PAPER_RADIUS_MM) -> Velocity
     """Of a facility, for a robot that reaches `radius_mm` from its CoM over its maneuver."""
     sideways = permissible_transversal_velocity_mm_s(tower.envelope_radius_mm, radius_mm, tower.fall_s)
     return VelocityWindows(tower.release_velocity_window_mm_s, sideways)
+
+
+class Laser(NamedTuple):
+    """One laser, and the wall that it points at.
+
+    Attributes:
+        ray: (3,) unit vector in body 2's frame; horizontal in the releaser, and the normal of its wall.
+        along: (3,) unit vector of the wall's horizontal coordinate, body 2's axes in the releaser.
+        exit_m: (3,) where the ray leaves the laser, body 2's frame.
+        wall_m: From there to the wall in the releaser, along the ray.
+        wall_std_m: Standard deviation of `wall_m`.
+    """
+
+    ray: FloatArray
+    along: FloatArray
+    exit_m: FloatArray
+    wall_m: float = 0.2
+    wall_std_m: float = 0.03
+
+
+LASERS = (
+    Laser(np.eye(3)[0], np.eye(3)[1], np.array([0.100, 0.050, 0.056])),
+    Laser(np.eye(3)[1], np.eye(3)[0], np.array([0.050, 0.100, 0.056])),
+)
+"""Of spot 1 and spot 2; see the module's table."""
+
+
+class BodyTurning(NamedTuple):
+    """How body 2 turned after the release, by its gyro.
+
+    Attributes:
+        t_s: (n,) ascending, after the release; 2 at least.
+        rotation: (n, 3, 3) from body 2's axes to where these were at the release.
+        rate_std_rad_s: (3,) standard deviation of the rate that it was integrated from, constant in time.
+    """
+
+    t_s: FloatArray
+    rotation: FloatArray
+    rate_std_rad_s: FloatArray
+
+    def at(self, t_s: FloatArray) -> FloatArray:
+        """(m, 3, 3) rotations at times between the first and the last."""
+        return np.asarray(Slerp(self.t_s, Rotation.from_matrix(self.rotation))(t_s).as_matrix())
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +155,7 @@ class ReleaseVelocity:
         samples_left_out: Places that lie off the others, such as another light taken for the spot.
         scatter_mm: Root mean square of what the fit leaves of a coordinate.
         from_s, until_s: What was used, after the release.
-        notes: What was assumed or is missing, one sentence each.
+        notes: What is missing, one sentence each.
     """
 
     downward: Velocity
@@ -119,48 +178,40 @@ def release_velocity(
     windows: VelocityWindows,
     *,
     first_stroke_s: float,
-    turning: BodyTurning | None = None,
-    geometry: LaserGeometry | None = None,
-    from_s: float = PUSHED_OFF_S,
-    residual_acceleration_g: float = 1e-3,
+    turning: BodyTurning,
 ) -> ReleaseVelocity:
-    """The velocity at the end of the push, from places between `from_s` and `first_stroke_s`.
+    """The velocity at the end of the push, from places between it and the first stroke.
 
     Args:
         tracks: Times after the release, see `LaserTracks.after_release`.
-        com_m: (3,) the robot's CoM in body 2's frame, see `arms.com_in_bodies_m`.
+        com_m: (3,) the robot's CoM in body 2's frame, see `com_in_bodies_m`.
         windows: What is permitted.
         first_stroke_s: When the first stroke began, after the release.
-        turning: Of body 2, by its gyro; None: it is taken to have turned at 0 ± 1 deg/s about each axis.
-        geometry: Of the lasers; None: the assumed one.
-        from_s: When the release mechanism has let go, after the release.
-        residual_acceleration_g: The most that remains of gravity: an acceleration up to this, up or down, is
-            fitted along.
+        turning: Of body 2, by its gyro.
 
     Raises:
         LaserError: too few places in that time, or too many that contradict the others.
     """
-    notes = []
-    if turning is None:
-        turning = BodyTurning.steady(np.zeros(3), np.full(3, RATE_STD_RAD_S), first_stroke_s)
-        notes.append(
-            "Body 2 was taken not to turn after the release, give or take 1 deg/s: no rates were given."
+    kept = _chosen(
+        tracks, max(PUSHED_OFF_S, float(turning.t_s[0])), min(first_stroke_s, float(turning.t_s[-1]))
+    )
+    path = _straight_path(kept, turning.at(kept.t_s), LASERS, com_m)
+    if path.left_out > _MOST_LEFT_OUT * len(kept.t_s):
+        raise LaserError(
+            what=f"{tracks.path}: {path.left_out} of {len(kept.t_s)} places do not lie on one even motion.",
+            meaning="The spots contradict each other or body 2's gyro: no velocity follows from them.",
+            next_step="See that spots 1 and 2 are not exchanged, that along and up are millimetres on the paper, and "
+            "that the times count from the release.",
         )
-    kept = _chosen(tracks, max(from_s, float(turning.t_s[0])), min(first_stroke_s, float(turning.t_s[-1])))
-    geometry = geometry or LaserGeometry()
-    acceleration_std = residual_acceleration_g * STANDARD_GRAVITY_M_S2 / 3**0.5
-    path = _path(kept, turning.at(kept.t_s), geometry, com_m, acceleration_std)
-    _require_agreement(kept, path)
-    covariance = path.covariance + _of_parameters(kept, turning, geometry, com_m, acceleration_std, path)
-    for spot, axis in ((2, "x"), (1, "y")):
-        if not (kept.spot == spot).any():
-            notes.append(
-                f"The velocity along {axis} is unknown: there is no place of spot {spot} in that time."
-            )
+    covariance = path.covariance + _of_parameters(kept, turning, com_m, path)
     student = float(stdtrit(path.degrees_of_freedom, 0.5 + CONFIDENCE / 2))
-    x, y, up = (_component(path, covariance, axis, student) for axis in range(3))
-    speed = _speed(path.velocity_m_s[:2], covariance[:2, :2], student)
+    x, y, up = (_velocity(path.velocity_m_s[axis], covariance[axis, axis], student) for axis in range(3))
     down = Velocity(-up.value_mm_s, up.std_mm_s, -up.high_mm_s, -up.low_mm_s)
+    speed = None
+    if np.isfinite(path.velocity_m_s[:2]).all():
+        # The deviation along the worst direction: near zero the velocity's own tells nothing.
+        length, worst = np.linalg.norm(path.velocity_m_s[:2]), np.linalg.eigvalsh(covariance[:2, :2])[-1]
+        speed = _velocity(length, worst, student, least_mm_s=0.0)
     return ReleaseVelocity(
         downward=down,
         transversal_x=x if np.isfinite(x.value_mm_s) else None,
@@ -173,7 +224,11 @@ def release_velocity(
         scatter_mm=1e3 * path.scatter_m,
         from_s=float(kept.t_s.min()),
         until_s=float(kept.t_s.max()),
-        notes=tuple(notes),
+        notes=tuple(
+            f"The velocity along {axis} is unknown: there is no place of spot {spot} in that time."
+            for spot, axis in ((2, "x"), (1, "y"))
+            if not (kept.spot == spot).any()
+        ),
     )
 
 
@@ -187,45 +242,19 @@ def _chosen(tracks: LaserTracks, from_s: float, until_s: float) -> LaserTracks:
             meaning=f"A velocity takes {_LEAST_SAMPLES} places of one spot over {_LEAST_SPAN_S:g} s at least.",
             next_step="Track the spots from the release to the first stroke; see that times count from the release.",
         )
-    return replace(
-        tracks,
-        t_s=tracks.t_s[rows],
-        spot=tracks.spot[rows],
-        along_m=tracks.along_m[rows],
-        up_m=tracks.up_m[rows],
-        std_m=tracks.std_m[rows],
-    )
+    columns = ("t_s", "spot", "along_m", "up_m", "std_m")
+    return replace(tracks, **{name: getattr(tracks, name)[rows] for name in columns})
 
 
-def _require_agreement(tracks: LaserTracks, path: StraightPath) -> None:
-    """Wrong places are few; where many seem wrong, something else is."""
-    if path.left_out > _MOST_LEFT_OUT * len(tracks.t_s):
-        raise LaserError(
-            what=f"{tracks.path}: {path.left_out} of {len(tracks.t_s)} places do not lie on one even motion.",
-            meaning="The spots contradict each other or body 2's gyro: no velocity follows from them.",
-            next_step="See that spots 1 and 2 are not exchanged, that along and up are millimetres on the paper, and "
-            "that the times count from the release.",
-        )
-
-
-def _path(
-    tracks: LaserTracks,
-    rotation: FloatArray,
-    geometry: LaserGeometry,
-    com_m: FloatArray,
-    acceleration_std: float,
-    keep: NDArray[np.bool_] | None = None,
-) -> StraightPath:
-    return fit_straight_path(spot_equations(tracks, rotation, geometry, com_m), acceleration_std, keep)
+def _velocity(
+    value_m_s: float, variance: float, student: float, least_mm_s: float = float("-inf")
+) -> Velocity:
+    value, std = 1e3 * float(value_m_s), 1e3 * float(np.sqrt(variance))
+    return Velocity(value, std, max(least_mm_s, value - student * std), value + student * std)
 
 
 def _of_parameters(
-    tracks: LaserTracks,
-    turning: BodyTurning,
-    geometry: LaserGeometry,
-    com_m: FloatArray,
-    acceleration_std: float,
-    path: StraightPath,
+    tracks: LaserTracks, turning: BodyTurning, com_m: FloatArray, path: _StraightPath
 ) -> FloatArray:
     """(3, 3) of the velocity, from the gyro's error and that of the distances: each moved by its deviation."""
     rotation = turning.at(tracks.t_s)
@@ -233,120 +262,25 @@ def _of_parameters(
     for axis, std in enumerate(turning.rate_std_rad_s):
         angle = np.outer(tracks.t_s, std * np.eye(3)[axis])
         error = np.eye(3) + np.cross(np.eye(3)[None], -angle[:, None, :]).transpose(0, 2, 1)
-        moved.append(_path(tracks, rotation @ error, geometry, com_m, acceleration_std, path.kept))
-    for number, laser in enumerate(geometry.lasers):
-        lasers = list(geometry.lasers)
-        lasers[number] = replace(laser, wall_m=laser.wall_m + laser.wall_std_m)
-        other = LaserGeometry((lasers[0], lasers[1]))
-        moved.append(_path(tracks, rotation, other, com_m, acceleration_std, path.kept))
+        moved.append(_straight_path(tracks, rotation @ error, LASERS, com_m, path.kept))
+    for number, laser in enumerate(LASERS):
+        lasers = list(LASERS)
+        lasers[number] = laser._replace(wall_m=laser.wall_m + laser.wall_std_m)
+        moved.append(_straight_path(tracks, rotation, lasers, com_m, path.kept))
     shifts = np.nan_to_num(np.array([other.velocity_m_s - path.velocity_m_s for other in moved]))
-    covariance: FloatArray = shifts.T @ shifts
-    return covariance
+    return np.asarray(shifts.T @ shifts)
 
 
-def _component(path: StraightPath, covariance: FloatArray, axis: int, student: float) -> Velocity:
-    value, std = 1e3 * float(path.velocity_m_s[axis]), 1e3 * float(np.sqrt(covariance[axis, axis]))
-    return Velocity(value, std, value - student * std, value + student * std)
-
-
-def _speed(velocity_m_s: FloatArray, covariance: FloatArray, student: float) -> Velocity | None:
-    """The length, with the deviation along the worst direction: near zero the velocity's own tells nothing."""
-    if not np.isfinite(velocity_m_s).all():
-        return None
-    value = 1e3 * float(np.linalg.norm(velocity_m_s))
-    std = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
-    return Velocity(value, std, max(0.0, value - student * std), value + student * std)
-
-
-UP = np.array([0.0, 0.0, 1.0])
-"""z of every body in the releaser."""
-
-
-@dataclass(frozen=True, eq=False)
-class Laser:
-    """One laser, and the wall that it points at.
-
-    Attributes:
-        ray: (3,) unit vector in body 2's frame; horizontal in the releaser, and the normal of its wall.
-        along: (3,) unit vector of the wall's horizontal coordinate, body 2's axes in the releaser.
-        exit_m: (3,) where the ray leaves the laser, body 2's frame.
-        wall_m: From there to the wall in the releaser, along the ray.
-        wall_std_m: Standard deviation of `wall_m`.
-    """
-
-    ray: FloatArray
-    along: FloatArray
-    exit_m: FloatArray
-    wall_m: float
-    wall_std_m: float
-
-
-def _default_lasers() -> tuple[Laser, Laser]:
-    x, y = np.eye(3)[:2]
-    return (
-        Laser(ray=x, along=y, exit_m=np.array([0.100, 0.050, 0.056]), wall_m=0.2, wall_std_m=0.03),
-        Laser(ray=y, along=x, exit_m=np.array([0.050, 0.100, 0.056]), wall_m=0.2, wall_std_m=0.03),
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class LaserGeometry:
-    """Both lasers. The paper says of them only: mounted orthogonally on body 2, graph paper on the side walls.
-
-    | | spot 1 | spot 2 | |
-    |---|---|---|---|
-    | ray | +x of body 2 | +y of body 2 | assumed |
-    | `along_mm` grows towards | +y | +x | by definition of the file |
-    | laser at | (100, 50, 56) mm | (50, 100, 56) mm | assumed: the middle of a side of body 2 |
-    | to the wall | 200 ± 30 mm | 200 ± 30 mm | assumed: half of the space's 500 mm, less half of body 2 |
-
-    The distance matters only as far as body 2 turns: 30 mm are 0.4 mm/s at the paper's 0.8 deg/s.
-
-    Attributes:
-        lasers: Of spot 1 and spot 2.
-    """
-
-    lasers: tuple[Laser, Laser] = field(default_factory=_default_lasers)
-
-
-@dataclass(frozen=True, eq=False)
-class BodyTurning:
-    """How body 2 turned after the release, by its gyro.
-
-    Attributes:
-        t_s: (n,) ascending, after the release; 2 at least.
-        rotation: (n, 3, 3) from body 2's axes to where these were at the release.
-        rate_std_rad_s: (3,) standard deviation of the rate that it was integrated from, constant in time.
-    """
-
-    t_s: FloatArray
-    rotation: FloatArray
-    rate_std_rad_s: FloatArray
-
-    @classmethod
-    def steady(cls, rate_rad_s: FloatArray, rate_std_rad_s: FloatArray, until_s: float) -> BodyTurning:
-        """At a constant rate (3,), body 2's axes, from the release until `until_s`: before anything moves."""
-        turned = Rotation.from_rotvec(np.outer([0.0, until_s], rate_rad_s))
-        return cls(np.array([0.0, until_s]), turned.as_matrix(), np.asarray(rate_std_rad_s, dtype=np.float64))
-
-    def at(self, t_s: FloatArray) -> FloatArray:
-        """(m, 3, 3) rotations at times between the first and the last."""
-        between: FloatArray = Slerp(self.t_s, Rotation.from_matrix(self.rotation))(t_s).as_matrix()
-        return between
-
-
-@dataclass(frozen=True, eq=False)
-class SpotEquations:
+class _Equations(NamedTuple):
     """Places of spots as linear functions of the path of the robot's CoM: `place = toward @ path + turned`, but for a
     constant of each spot and coordinate. 2 m rows for m places, along first, then up.
 
     Attributes:
         t_s: (2 m,) after the release.
         series: (2 m,) 0 to 3: which spot and coordinate.
-        place_m: (2 m,) as read.
+        place_m: (2 m,) as read, less what the turning of body 2 does to it.
         std_m: (2 m,) of it.
         toward: (2 m, 3) what a step of the CoM does to the place, body 2's axes at the release.
-        turned_m: (2 m,) what the turning of body 2 does to it.
     """
 
     t_s: FloatArray
@@ -354,23 +288,15 @@ class SpotEquations:
     place_m: FloatArray
     std_m: FloatArray
     toward: FloatArray
-    turned_m: FloatArray
 
 
-def spot_equations(
-    tracks: LaserTracks, rotation: FloatArray, geometry: LaserGeometry, com_m: FloatArray
-) -> SpotEquations:
-    """A ray from exit p along u meets the wall n x = D at p + u (D - n p) / (n u); both p and u turn with body 2.
-
-    Args:
-        tracks: m places, times after the release.
-        rotation: (m, 3, 3) of body 2 at these times.
-        geometry: Of both lasers.
-        com_m: (3,) the robot's CoM in body 2's frame, the joints as at the release.
-    """
+def _equations(
+    tracks: LaserTracks, rotation: FloatArray, lasers: Sequence[Laser], com_m: FloatArray
+) -> _Equations:
+    """A ray from exit p along u meets the wall n x = D at p + u (D - n p) / (n u); both p and u turn with body 2."""
     toward = np.empty((2, len(tracks.t_s), 3))
     turned = np.empty((2, len(tracks.t_s)))
-    for number, laser in enumerate(geometry.lasers, 1):
+    for number, laser in enumerate(lasers, 1):
         rows = tracks.spot == number
         ray, arm = rotation[rows] @ laser.ray, rotation[rows] @ (laser.exit_m - com_m)
         wall = laser.ray @ (laser.exit_m - com_m) + laser.wall_m
@@ -378,31 +304,16 @@ def spot_equations(
             slant = (ray @ axis) / (ray @ laser.ray)
             toward[index, rows] = axis - slant[:, None] * laser.ray
             turned[index, rows] = np.einsum("mi,mi->m", toward[index, rows], arm) + slant * wall
-    series = np.concatenate([2 * (tracks.spot - 1), 2 * (tracks.spot - 1) + 1])
-    return SpotEquations(
-        t_s=np.tile(tracks.t_s, 2),
-        series=series,
-        place_m=np.concatenate([tracks.along_m, tracks.up_m]),
-        std_m=np.tile(tracks.std_m, 2),
-        toward=toward.reshape(-1, 3),
-        turned_m=turned.ravel(),
+    return _Equations(
+        np.tile(tracks.t_s, 2),
+        np.concatenate([2 * (tracks.spot - 1), 2 * (tracks.spot - 1) + 1]),
+        np.concatenate([tracks.along_m, tracks.up_m]) - turned.ravel(),
+        np.tile(tracks.std_m, 2),
+        toward.reshape(-1, 3),
     )
 
 
-_ROUNDS = 30
-_SETTLED = 1e-6
-"""Relative change of the scatter after which another round would change nothing."""
-_HUBER = 1.5
-"""A residual beyond so many deviations weighs less while the good places are looked for."""
-_LEFT_OUT = 5.0
-"""A place beyond so many deviations is not used: of good ones, one in two million."""
-_NORMAL_MAD = 1.4826
-"""Standard deviation over median absolute deviation of a normal distribution."""
-_FLOOR_M = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class StraightPath:
+class _StraightPath(NamedTuple):
     """The CoM's velocity at the release, extrapolated evenly.
 
     Attributes:
@@ -422,81 +333,74 @@ class StraightPath:
     left_out: int
 
 
-def fit_straight_path(
-    equations: SpotEquations, acceleration_std_m_s2: float, keep: BoolArray | None = None
-) -> StraightPath:
-    """Velocity, vertical acceleration 0 ± `acceleration_std_m_s2` and a zero of each spot and coordinate.
+def _straight_path(
+    tracks: LaserTracks,
+    rotation: FloatArray,
+    lasers: Sequence[Laser],
+    com_m: FloatArray,
+    keep: BoolArray | None = None,
+) -> _StraightPath:
+    """Velocity, vertical acceleration and a zero of each spot and coordinate, by robust weighted least squares.
 
-    Args:
-        equations: Of m places.
-        acceleration_std_m_s2: Above zero.
-        keep: (2 m,) rows to use; None: all but those that lie off the others.
+    `keep` (2 m,) are the rows to use; None: all but those that lie off the others.
     """
+    equations = _equations(tracks, rotation, lasers, com_m)
     design, shown = _design(equations)
     # Unit weights where a place is as good as is said; the scatter then scales them all.
-    design = design / equations.std_m[:, None]
-    target = (equations.place_m - equations.turned_m) / equations.std_m
+    design, target = design / equations.std_m[:, None], equations.place_m / equations.std_m
     prior = np.zeros(design.shape[1])
-    prior[3] = 1.0 / acceleration_std_m_s2
+    prior[3] = 1.0 / _ACCELERATION_STD_M_S2
     if keep is None:
-        keep = _good(design, target, prior, len(equations.t_s) // 2)
-    used_design, used_target = design[keep], target[keep]
-    free = max(int(keep.sum()) - int(shown.sum()) + 1, 1)
+        keep = _good(design, target, prior)
+    design, target, one = design[keep], target[keep], np.ones(int(keep.sum()))
+    free = max(len(one) - int(shown.sum()) + 1, 1)
     scale = 1.0
-    fit = _solve(used_design, used_target, np.ones(len(used_target)), prior)
+    solution, inverse = _solve(design, target, one, prior)
     for _ in range(_ROUNDS):  # what the prior weighs depends on the scatter, a little
-        before, left = scale, used_target - used_design @ fit.solution
+        before, left = scale, target - design @ solution
         scale = max(float(np.sqrt(left @ left / free)), _FLOOR_M / float(equations.std_m.max()))
-        fit = _solve(used_design, used_target, np.ones(len(used_target)), scale * prior)
+        solution, inverse = _solve(design, target, one, scale * prior)
         if abs(scale - before) <= _SETTLED * before:
             break
-    covariance = scale**2 * fit.inverse[:3, :3]
-    hidden = ~shown[:3]
-    covariance[hidden] = covariance[:, hidden] = 0.0
-    left = used_target - used_design @ fit.solution
-    scatter = float(np.sqrt(np.mean((left * equations.std_m[keep]) ** 2)))
+    covariance = scale**2 * inverse[:3, :3]
+    covariance[~shown[:3]] = covariance[:, ~shown[:3]] = 0.0
+    left = (target - design @ solution) * equations.std_m[keep]
+    velocity = np.where(shown[:3], solution[:3], np.nan)
     out = int((~keep[: len(keep) // 2]).sum())
-    velocity = np.where(shown[:3], fit.solution[:3], np.nan)
-    return StraightPath(velocity, covariance, free, scatter, keep, out)
+    return _StraightPath(velocity, covariance, free, float(np.sqrt(np.mean(left**2))), keep, out)
 
 
-def _design(equations: SpotEquations) -> tuple[FloatArray, BoolArray]:
+def _design(equations: _Equations) -> tuple[FloatArray, BoolArray]:
     """(2 m, 8) of velocity, vertical acceleration and four zeros; (8,) whether any place shows a column."""
     time = equations.t_s[:, None]
     zeros = (equations.series[:, None] == np.arange(4)).astype(np.float64)
     falling = (equations.toward @ UP)[:, None] * time**2 / 2.0
     design = np.hstack([equations.toward * time, falling, zeros])
     # Spot 1's places move with x only by the slant of its ray: of x, nothing that is worth a number.
-    seen = np.isin(np.arange(2), equations.series // 2)
-    shown = np.array([seen[1], seen[0], True, True, seen[0], seen[0], seen[1], seen[1]])
+    first, second = np.isin(np.arange(2), equations.series // 2)
+    shown = np.array([second, first, True, True, first, first, second, second])
     design[:, ~shown] = 0.0
     return design, shown
 
 
-class _Solved(NamedTuple):
-    """Least squares, and the inverse of the normal matrix."""
-
-    solution: FloatArray
-    inverse: FloatArray
-
-
-def _solve(design: FloatArray, target: FloatArray, weight: FloatArray, prior: FloatArray) -> _Solved:
-    """A column of zeros gets the solution zero."""
+def _solve(
+    design: FloatArray, target: FloatArray, weight: FloatArray, prior: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least squares, and the inverse of the normal matrix; a column of zeros gets the solution zero."""
     normal = design.T @ (weight[:, None] * design) + np.diag(prior**2)
     inverse = np.asarray(np.linalg.pinv(normal, hermitian=True), dtype=np.float64)
-    return _Solved(inverse @ (design.T @ (weight * target)), inverse)
+    return inverse @ (design.T @ (weight * target)), inverse
 
 
-def _good(design: FloatArray, target: FloatArray, prior: FloatArray, places: int) -> BoolArray:
+def _good(design: FloatArray, target: FloatArray, prior: FloatArray) -> BoolArray:
     """(2 m,) both coordinates of the places that agree, by iteratively reweighted least squares (Huber)."""
-    weight = np.ones(len(target))
-    left, scale = target, 1.0
+    weight, left, scale = np.ones(len(target)), target, 1.0
     for _ in range(_ROUNDS):
-        fit = _solve(design, target, weight, scale * prior)
-        left = np.abs(target - design @ fit.solution)
+        solution, _ = _solve(design, target, weight, scale * prior)
+        left = np.abs(target - design @ solution)
         before, scale = scale, max(_NORMAL_MAD * float(np.median(left)), 1e-9)
         weight = np.minimum(1.0, _HUBER * scale / np.maximum(left, 1e-12))
         if abs(scale - before) <= _SETTLED * before:
             break
-    off = (left > _LEFT_OUT * scale).reshape(2, places).any(axis=0)
+    off = (left > _LEFT_OUT * scale).reshape(2, -1).any(axis=0)
     return np.tile(~off, 2)
