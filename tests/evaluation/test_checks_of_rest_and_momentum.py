@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from tests.evaluation.corrupted import (
     ACCEL,
@@ -21,14 +20,13 @@ from tests.evaluation.corrupted import (
     without_samples,
 )
 from tests.evaluation.drops import MODEL, moved
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks import checks_of
 from tfsat_host.sdlog import DropLog
-
-FloatArray = NDArray[np.float64]
 
 SEED = 1
 GYROS_12, GYROS_23, GYROS_34 = (f"gyros of bodies {b} and {b + 1}" for b in (1, 2, 3))

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from tests.evaluation.drops import MODEL, Fitted, fitted
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.model_fit.cross_validation import (
     FittedDrop,
     combine,
@@ -16,10 +16,8 @@ from tfsat_host.evaluation.model_fit.cross_validation import (
     left_aside,
 )
 from tfsat_host.evaluation.model_fit.fit import fit_model, widened
-from tfsat_host.evaluation.model_fit.momentum import inertial_momentum, unexplained
+from tfsat_host.evaluation.model_fit.momentum import inertial_momentum, residual_rate
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-
-FloatArray = NDArray[np.float64]
 
 ROBOT, OTHER_ROBOT = 7, 3
 SEEDS = (11, 12, 13)
@@ -31,7 +29,7 @@ def final_error_deg(one: Fitted, values: FloatArray) -> float:
     body = one.fit.offsets.corrected(values)
     calm = one.flown.t_s < FIRST_STROKE_S
     momentum = inertial_momentum(body, one.flown)[calm].mean(axis=0)
-    rate = np.einsum("nij,nj->ni", one.flown.attitude, unexplained(body, one.flown, momentum))
+    rate = np.einsum("nij,nj->ni", one.flown.attitude, residual_rate(body, one.flown, momentum))
     return float(np.rad2deg(np.linalg.norm(np.trapezoid(rate, one.flown.t_s, axis=0))))
 
 
@@ -121,7 +119,7 @@ def rows(one: Fitted) -> tuple[FloatArray, FloatArray]:
     """One drop's whitened equations for offsets, its momentum and its errors, about no offset at all."""
     fit = one.fit
     found = fit.derivatives
-    left = unexplained(fit.offsets.corrected(fit.values), one.flown, fit.momentum_kg_m2_s)
+    left = residual_rate(fit.offsets.corrected(fit.values), one.flown, fit.momentum_kg_m2_s)
     whitening = np.linalg.inv(np.linalg.cholesky(fit.widening * found.noise))
     # The momentum in small units, else the system is numerically singular.
     columns = np.concatenate([found.by_offsets, 1e-3 * found.by_momentum, found.by_errors], axis=2)

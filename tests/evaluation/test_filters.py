@@ -6,13 +6,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.typing import NDArray
 from scipy.signal import lsim, savgol_filter
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.motion.gyro_signal import FINE_S, Lag
 from tfsat_host.evaluation.motion.joints import SMOOTHED, smoothed
-
-FloatArray = NDArray[np.float64]
 
 FINITE = st.floats(-1e100, 1e100)
 

@@ -6,17 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from tests.evaluation import drops
 from tests.evaluation.corrupted import failed, gyro_plus
 from tests.evaluation.drops import STDS, assert_angle_holds, certificate, flown, moved, turn_off
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.checks import checks_of
 from tfsat_host.evaluation.motion import sensor_fusion
 from tfsat_host.evaluation.motion.motion import Motion, notes_of
-
-FloatArray = NDArray[np.float64]
 
 UNKNOWN = 0.03
 """Scale factors of a chip that nobody calibrated (PS-MPU-6000A rev. 3.4, section 6.1)."""

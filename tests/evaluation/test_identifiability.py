@@ -6,15 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from tests.evaluation.drops import MODEL, fitted
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.identifiability import identifiability
 from tfsat_host.evaluation.model_fit.momentum import Flown
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
-
-FloatArray = NDArray[np.float64]
 
 SEEDS = (1, 2, 3, 4)
 PRIOR_MM = 10.0 / 3.0**0.5

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.external.camera import LaserFileError, LaserTracks, read_tracks
 from tfsat_host.evaluation.external.laser_velocity import (
@@ -26,8 +26,6 @@ from tfsat_host.evaluation.external.laser_velocity import (
 from tfsat_host.evaluation.fall.micro_gravity import com_in_bodies_m, sensor_arms_m
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
-
-FloatArray = NDArray[np.float64]
 
 MODEL = load_robot()
 COM_M = com_in_bodies_m(MODEL, np.zeros(3))[1]

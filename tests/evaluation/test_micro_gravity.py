@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import whole_calibration
 from tests.evaluation.clock_log import log_with
 from tests.rehearsal.as_filed import WholeDrop, dropped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
@@ -37,8 +37,6 @@ from tfsat_host.evaluation.fall.micro_gravity import (
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import DropLog, load
-
-FloatArray = NDArray[np.float64]
 
 MODEL = load_robot()
 G_M_S2 = 9.80665

@@ -15,15 +15,15 @@ from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
 from tfsat_host.evaluation.fall.rest import rest_before_release
-from tfsat_host.evaluation.fallback_calibration import with_stand_ins
+from tfsat_host.evaluation.fallback_calibration import with_fallbacks
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
 from tfsat_host.evaluation.model_fit.momentum import Derivatives, Flown, derivatives, flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
 from tfsat_host.evaluation.model_fit.prediction import (
     EXPECTED_DISTANCE,
     UNEXPLAINED,
-    Explained,
-    explain,
+    ModelComparison,
+    compare_model,
     predicted,
 )
 from tfsat_host.robot import load_robot
@@ -33,9 +33,9 @@ SEEDS = (1, 2, 3)
 
 
 @cache
-def explained(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, Explained]:
+def explained(seed: int, dlpf_cfg: int = DLPF_42_HZ) -> tuple[Drop, ModelComparison]:
     one = flown(seed, dlpf_cfg)
-    return one, explain(motion(seed, dlpf_cfg), com_offsets(one.model), 0.7)
+    return one, compare_model(motion(seed, dlpf_cfg), com_offsets(one.model), 0.7)
 
 
 @FILTERS
@@ -67,14 +67,14 @@ def test_the_corrected_model_predicts_the_attitude(seed: int, dlpf_cfg: int) -> 
 def test_a_model_that_is_right_needs_no_correction() -> None:
     one = flown(4)
     right = one.flown
-    found = explain(moved(one.log, certificate(one, 4), right), com_offsets(right), 0.7)
+    found = compare_model(moved(one.log, certificate(one, 4), right), com_offsets(right), 0.7)
     assert (np.abs(found.fit.values) < 3.5 * found.fit.std).all()
     assert found.before.error.mahalanobis < 4.0
 
 
 def test_masses_that_are_free_too_cost_certainty_and_no_truth() -> None:
     one, alone = explained(1)
-    more = explain(motion(1), com_offsets(one.model, masses=True, inertias=True), 0.7)
+    more = compare_model(motion(1), com_offsets(one.model, masses=True, inertias=True), 0.7)
     assert (more.fit.std[:9] >= 0.99 * alone.fit.std).all()
     assert more.fit.std[:9].max() > 1.5 * alone.fit.std.max()
     assert (np.abs(more.fit.values[:9] - one.true_com_offsets_mm) < 4.0 * more.fit.std[:9]).all()
@@ -84,7 +84,7 @@ def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
     one, _ = explained(1)
     largest = int(np.abs(one.true_com_offsets_mm).argmax())
     tight = replace(com_offsets(one.model), bounds=np.full(9, 5.0))
-    found = explain(motion(1), tight, 0.7).fit
+    found = compare_model(motion(1), tight, 0.7).fit
     assert np.abs(found.values).max() <= 5.0 + 1e-9
     assert found.at_bound[largest]
 
@@ -92,7 +92,7 @@ def test_an_offset_beyond_its_bound_stops_there_and_is_named() -> None:
 @cache
 def uncalibrated(seed: int) -> tuple[Drop, Flown]:
     one = flown(seed)
-    used = with_stand_ins(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
+    used = with_fallbacks(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
     return one, flown_of(moved(one.log, used, one.model))
 
 
@@ -159,7 +159,7 @@ def test_a_correction_that_explains_is_offered() -> None:
 def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> None:
     one, found = explained(4)
     right = one.flown
-    good = explain(moved(one.log, certificate(one, 4), right), com_offsets(right), 0.7)
+    good = compare_model(moved(one.log, certificate(one, 4), right), com_offsets(right), 0.7)
     assert good.explains_before and good.offered
     wrong = good.driven.beside(np.full(9, 5.0))
     assert wrong.error.mahalanobis > UNEXPLAINED
@@ -187,7 +187,7 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
         *[0.01] * 3,
     ]
     wrong = [gyro.corrected(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
-    found = explain(
+    found = compare_model(
         moved(one.log, replace(calibration, gyros=tuple(wrong)), one.model), com_offsets(one.model), 0.7
     )
     assert found.fit.widening > found.fit.excess
@@ -205,7 +205,7 @@ def test_scale_factors_that_nobody_calibrated_cost_little() -> None:
         covariance = gyro.covariance.copy()
         covariance[6:, 6:] = (0.03 / 3**0.5) ** 2 * np.eye(3)
         gyros.append(replace(gyro, scale=np.ones(3), covariance=covariance))
-    found = explain(
+    found = compare_model(
         moved(one.log, replace(calibration, gyros=tuple(gyros)), one.model), com_offsets(one.model), 0.7
     ).fit
     assert found.std.argmax() == 5
@@ -231,8 +231,8 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
 def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_are(seed: int) -> None:
     """Mountings 5 deg off, scale factors 3 %, joints that hang anywhere within 6 deg: the drop tells most of it."""
     one, calibrated = explained(seed)
-    used = with_stand_ins(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
-    found = explain(moved(one.log, used, one.model), com_offsets(one.model), 0.7)
+    used = with_fallbacks(None, one.log, one.model, rest_before_release(one.log), DROPPED).calibration
+    found = compare_model(moved(one.log, used, one.model), com_offsets(one.model), 0.7)
     assert (found.fit.std > 1.2 * calibrated.fit.std).all()
     assert (found.fit.std < 0.3 * found.fit.offsets.prior_std).all()
     z_scores = (found.fit.values - one.true_com_offsets_mm) / found.fit.std
@@ -246,6 +246,6 @@ def test_masses_and_inertias_of_a_right_model_stay_where_they_are(seed: int) -> 
     """All of them smaller by one factor explain a motion as well: only their prior holds them, noise must not pull."""
     one = flown(seed)
     offsets = com_offsets(one.flown, masses=True, inertias=True)
-    found = explain(moved(one.log, certificate(one, seed), one.flown), offsets, 0.7).fit
+    found = compare_model(moved(one.log, certificate(one, seed), one.flown), offsets, 0.7).fit
     assert (np.abs(found.values) < 3.5 * found.std).all()
     assert (np.abs(found.values[9:]) < offsets.prior_std[9:]).all()

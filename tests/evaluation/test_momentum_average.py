@@ -11,34 +11,14 @@ from tfsat_host.evaluation.model_fit.momentum import (
     averaged_momentum,
     cutoff_hz,
     moving_average,
-    passed,
-    window_size,
 )
 
 RATE_HZ = 280.0
 
 
 def test_the_papers_window_has_the_papers_cutoff() -> None:
-    assert window_size(5.0, RATE_HZ) == PAPER_SIZE == 25
+    assert PAPER_SIZE == 25
     assert cutoff_hz(25, RATE_HZ) == pytest.approx(5.0, abs=0.05)
-
-
-@pytest.mark.parametrize("size", [1, 2, 3, 25, 100])
-def test_size_and_cutoff_follow_from_each_other(size: int) -> None:
-    assert window_size(min(cutoff_hz(size, RATE_HZ), 1e9), RATE_HZ) == size
-
-
-@pytest.mark.parametrize("size", [5, 25, 99])
-def test_the_cutoff_is_where_half_the_power_passes(size: int) -> None:
-    assert passed(np.array([cutoff_hz(size, RATE_HZ)]), size, RATE_HZ)[0] == pytest.approx(
-        0.5**0.5, abs=0.005
-    )
-
-
-def test_what_passes_is_what_a_mean_of_samples_lets_pass() -> None:
-    frequency = np.array([0.0, 3.0, 11.2, 17.0, 140.0, 280.0, 300.0])
-    phases = 2.0 * np.pi * np.outer(frequency / RATE_HZ, np.arange(25) - 12)
-    np.testing.assert_allclose(passed(frequency, 25, RATE_HZ), np.cos(phases).mean(axis=1), atol=1e-12)
 
 
 def test_on_an_even_grid_it_is_the_mean_of_so_many_samples() -> None:
@@ -94,9 +74,6 @@ def test_too_few_samples_are_refused(samples: int, size: int) -> None:
 
 
 def test_frequencies_and_sizes_without_sense_are_refused() -> None:
-    for cutoff, rate in ((0.0, 280.0), (5.0, -1.0)):
-        with pytest.raises(ValueError, match="above 0 Hz"):
-            window_size(cutoff, rate)
     with pytest.raises(ValueError, match="one sample or more"):
         cutoff_hz(0, RATE_HZ)
 

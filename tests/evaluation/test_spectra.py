@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
 from tfsat_host.evaluation.spectra import (
     WINDOWS,
@@ -16,8 +16,6 @@ from tfsat_host.evaluation.spectra import (
     evenly,
     leakage,
 )
-
-FloatArray = NDArray[np.float64]
 
 RATE_HZ = 280.0
 

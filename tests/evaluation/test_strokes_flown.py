@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from tests.evaluation import drops
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import (
     FlownStroke,
@@ -23,8 +23,6 @@ from tfsat_host.evaluation.strokes import (
 )
 from tfsat_host.maneuver import Schedule
 from tfsat_host.maneuver.schedule import TimedStroke
-
-FloatArray = NDArray[np.float64]
 
 SEEDS = (1, 2, 3)
 SETTINGS = (DLPF_42_HZ, DLPF_5_HZ)

@@ -11,7 +11,7 @@ import pytest
 from tests.evaluation.drops import DLPF_42_HZ, MODEL, calibrated_from_truth, fitted
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
-from tfsat_host.evaluation.model_fit.identifiability import trades
+from tfsat_host.evaluation.model_fit.identifiability import couplings
 from tfsat_host.evaluation.model_fit.momentum import Flown, flown_of
 from tfsat_host.evaluation.model_fit.offsets import com_offsets
 from tfsat_host.evaluation.motion.motion import motion_of
@@ -42,7 +42,7 @@ def exact(flown: Flown, known: slice) -> Flown:
 def test_std_alone_is_that_of_a_fit_with_exact_sensors() -> None:
     one = fitted(1)
     sharp = fit_model(one.fit.offsets, exact(one.flown, EVERYTHING))
-    found = trades(one.fit, one.flown)
+    found = couplings(one.fit, one.flown)
     # Sensors said to be exact leave something over, which such a fit adds to its stds, and the fit itself its own.
     expected = sharp.std * np.sqrt(one.fit.excess / sharp.excess)
     np.testing.assert_allclose([trade.std_alone for trade in found], expected, rtol=0.03)
@@ -54,7 +54,7 @@ def test_growth_is_that_of_a_fit_with_only_that_group_uncertain() -> None:
     one = fitted(1)
     unsure = fit_model(one.fit.offsets, exact(one.flown, GYROS))
     expected = unsure.std * np.sqrt(one.fit.excess / unsure.excess)
-    for trade, std in zip(trades(one.fit, one.flown), expected, strict=True):
+    for trade, std in zip(couplings(one.fit, one.flown), expected, strict=True):
         assert trade.growth["joint angles"] * trade.std_alone == pytest.approx(std, rel=0.05)
         assert all(growth >= 1.0 - 1e-6 for growth in trade.growth.values())
         assert max(trade.growth.values()) * trade.std_alone <= trade.std * (1.0 + 1e-6)
@@ -62,9 +62,9 @@ def test_growth_is_that_of_a_fit_with_only_that_group_uncertain() -> None:
 
 def test_inertias_are_what_the_offsets_trade_against_if_they_are_free() -> None:
     one = fitted(1)
-    found = trades(with_inertias(), one.flown)
+    found = couplings(with_inertias(), one.flown)
     assert [trade.name for trade in found] == list(one.fit.offsets.names)
-    for trade, alone in zip(found, trades(one.fit, one.flown), strict=True):
+    for trade, alone in zip(found, couplings(one.fit, one.flown), strict=True):
         assert set(trade.growth) == SENSORS | {"masses", "inertias"}
         assert trade.std_alone == pytest.approx(alone.std_alone, rel=0.1)
         assert max(trade.growth, key=lambda group: trade.growth[group]) == "inertias"
@@ -90,7 +90,7 @@ def test_a_scale_factor_that_nobody_calibrated_is_seen_in_the_offsets() -> None:
     flown = flown_of(
         motion_of(unscaled, calibration, MODEL, one.motion.densities_rad_s_rthz, LowPass(DLPF_42_HZ))
     )
-    calibrated, loose = trades(one.fit, one.flown), trades(fit_model(one.fit.offsets, flown), flown)
+    calibrated, loose = couplings(one.fit, one.flown), couplings(fit_model(one.fit.offsets, flown), flown)
     for before, after in zip(calibrated, loose, strict=True):
         assert after.std > before.std
         assert after.growth["gyro scale"] > before.growth["gyro scale"]
@@ -101,7 +101,7 @@ def test_correlations_are_those_of_the_covariance() -> None:
     one = fitted(1)
     names = one.fit.offsets.names
     std = np.sqrt(np.diag(one.fit.covariance))
-    for row, trade in enumerate(trades(one.fit, one.flown)):
+    for row, trade in enumerate(couplings(one.fit, one.flown)):
         sizes = [abs(correlation) for _, correlation in trade.partners]
         assert sizes == sorted(sizes, reverse=True)
         assert sizes[0] <= 1.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tests.calibration_proof.robots import Errors
@@ -14,8 +13,6 @@ from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import quiet_samples
 from tfsat_host.evaluation.strokes import WINDOW, FlownStroke
-
-FloatArray = NDArray[np.float64]
 
 LABELS = {
     "reorientation of body 1": ("",),

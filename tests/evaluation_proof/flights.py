@@ -8,19 +8,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tests.calibration_proof.robots import Errors
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, drop
 from tests.evaluation_proof.errors import errors_of
 from tests.evaluation_proof.objective import least_of_objective
 from tests.evaluation_proof.robots import Robot
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
 from tfsat_host.evaluation.model_fit.prediction import Sides
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 LOW_PASSES = {"42 Hz": DLPF_42_HZ, "5 Hz": DLPF_5_HZ}
 RATE_STD_DEG_S = 0.7

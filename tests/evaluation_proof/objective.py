@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import Bounds, minimize
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial
 from tfsat_host.evaluation.model_fit.prediction import Driven
-
-FloatArray = NDArray[np.float64]
 
 _UNIT = 1e-2
 """Of the objective, kg m^2/s: an optimizer wants numbers about one."""

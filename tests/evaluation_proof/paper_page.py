@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tests.calibration_proof.robots import Errors
 from tests.evaluation_proof.errors import BODY_2_Z, LABELS
 from tests.evaluation_proof.paper_setting import Replay
 from tests.evaluation_proof.summary import Proofs
 from tests.evaluation_proof.tables import filled, percent, rms, table, z_rms
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.arrays import FloatArray
 
 PAPER_BODY_2_Z_MM, PAPER_BEFORE_DEG, PAPER_AFTER_DEG = 7.10, 0.31, 0.24
 

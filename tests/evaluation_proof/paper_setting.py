@@ -13,19 +13,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tests.calibration_proof.robots import Errors
 from tests.evaluation.drops import DLPF_5_HZ, Drop
 from tests.evaluation_proof.flights import Difference, dropped
 from tests.evaluation_proof.objective import least_of_objective
 from tests.evaluation_proof.robots import Robot
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
 from tfsat_host.sdlog import DropLog
-
-FloatArray = NDArray[np.float64]
 
 RATE_RAD_S = np.deg2rad([-0.73, -0.48, -0.77])
 SENSED_UNTIL_S = 0.6

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tests.calibration_proof.robots import calibrated, design
 from tests.evaluation.drops import with_com_offsets
@@ -20,8 +19,6 @@ from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu
 from tfsat_host.rehearsal.truth import ROBOTS_IMU
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 COM_WITHIN_M = 0.010
 PAPER_STEPS = (StepKind.REST, StepKind.ZERO, StepKind.SWING)

@@ -6,11 +6,9 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tests.calibration_proof.robots import Errors
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.arrays import FloatArray
 
 COVERED = (0.90, 0.99)
 """So often must a 95 % interval hold the truth."""

@@ -104,10 +104,6 @@ class ClockFit:
         """Times of this clock on the scale of `DropLog.t_s`, of the shape of `t_s`."""
         return self.offset_s + np.asarray(t_s, dtype=np.float64) * self.slope
 
-    def to_logger_std_s(self, t_s: FloatArray | float) -> FloatArray:
-        """Standard deviations of `to_logger_s`; none that is in `t_s` itself."""
-        return np.sqrt(_line_variance(np.asarray(t_s, dtype=np.float64), self.covariance))
-
 
 def fit_clock(name: str, pairs: Sequence[Pair]) -> ClockFit:
     """The clock's offset and rate by weighted least squares over the events that agree.

@@ -4,8 +4,6 @@ The sequencer counts its strokes from the release, which it takes from the same 
 logger does; a stroke begins within half a microsecond of its time, by the sequencer's own clock
 (docs/sequencer-proof.md). The logger sees the rise of the stroke line. What is left between the two is the rate of
 one crystal against the other, and whatever went wrong.
-
-Which edge of the stroke line is which stroke: edges carry no name, may be missing, and some may be too many.
 """
 
 from __future__ import annotations

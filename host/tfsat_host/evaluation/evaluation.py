@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
@@ -42,11 +42,11 @@ from tfsat_host.evaluation.fall.micro_gravity import (
     sensor_arms_m,
 )
 from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
-from tfsat_host.evaluation.fallback_calibration import with_stand_ins
+from tfsat_host.evaluation.fallback_calibration import with_fallbacks
 from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
 from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
-from tfsat_host.evaluation.model_fit.prediction import Explained, explain
+from tfsat_host.evaluation.model_fit.prediction import ModelComparison, compare_model
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
@@ -54,8 +54,6 @@ from tfsat_host.evaluation.strokes import FlownStroke, Standing, standing_joints
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
-
-FloatArray = NDArray[np.float64]
 
 LEFT_TO_SETTLE_S = 0.3
 """Without a schedule the last stroke is taken to have ended so long before the end of the fall."""
@@ -139,7 +137,7 @@ class Evaluation:
     initial_rates: tuple[InitialRate, ...]
     strokes: tuple[FlownStroke, ...]
     standing: tuple[Standing, ...]
-    explained: Explained
+    explained: ModelComparison
     identifiability: Identifiability
     checks: tuple[Check, ...]
     swarm: SwarmFit | None
@@ -199,15 +197,15 @@ def evaluate(
         ValueError: the swarm is to search for masses or inertias.
     """
     rest = rest_before_release(log)
-    stand_ins = with_stand_ins(calibration, log, model, rest, recorded)
-    used = stand_ins.calibration
+    fallback = with_fallbacks(calibration, log, model, rest, recorded)
+    used = fallback.calibration
     samples = samples_of(log, used, model)
     motion = motion_of(samples, used, model, rest.densities_rad_s_rthz, LowPass.of(log.header))
     seen = witnesses or Witnesses()
     clocks = None if schedule is None else align_clocks(log, schedule, seen.video)
     strokes = () if schedule is None or clocks is None else strokes_flown(motion, schedule, clocks.stroke_s)
     first_stroke_s = _first_stroke_s(log, schedule, clocks, samples.until_s)
-    explained = explain(motion, offsets or com_offsets(model), first_stroke_s)
+    explained = compare_model(motion, offsets or com_offsets(model), first_stroke_s)
     whole = apply_calibration(Counts.from_log(log), used, model)
     velocity, against = _release_velocity(seen, motion, model, first_stroke_s, clocks)
     return Evaluation(
@@ -215,7 +213,7 @@ def evaluate(
         model=model,
         calibration=used,
         schedule=schedule,
-        notes=(*stand_ins.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
+        notes=(*fallback.notes, *notes_of(motion), *(clocks.notes if clocks else ()), *against),
         rest=rest,
         instants=fall_instants(log, whole),
         micro_gravity=_micro_gravity(log, whole, motion, model, first_stroke_s, strokes),

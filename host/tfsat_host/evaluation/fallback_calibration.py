@@ -1,16 +1,13 @@
-"""What is used in place of a calibration that is missing or that a landing has ended, and what that costs.
-
-How much less is known of what was measured before a landing that may have changed it.
-"""
+"""Fallbacks for a calibration that is missing or that a landing has ended, and what they cost in certainty."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
@@ -29,24 +26,21 @@ HUNG_STD_RAD = np.deg2rad(6.0)
 _HANGING_S = 3.0
 
 
-@dataclass(frozen=True, eq=False)
-class StandIns:
-    """A calibration without holes.
+class Fallback(NamedTuple):
+    """A calibration without gaps: what replaces a missing number has the uncertainty of such a replacement.
 
     Attributes:
-        calibration: To evaluate with; what stands in has the uncertainty that it deserves.
-        notes: What stands in for what; a sentence each.
-        rest_biases: (4,) the gyro's bias is from the rest before the release.
+        calibration: To evaluate with.
+        notes: What was replaced by what; a sentence each.
     """
 
     calibration: Calibration
     notes: tuple[str, ...]
-    rest_biases: NDArray[np.bool_]
 
 
-def with_stand_ins(
+def with_fallbacks(
     calibration: Calibration | None, log: DropLog, model: RobotModel, rest: Rest, recorded: datetime | None
-) -> StandIns:
+) -> Fallback:
     """Fills what a drop needs and the calibration lacks.
 
     Args:
@@ -85,7 +79,7 @@ def with_stand_ins(
             notes += _of_hung(sensors)
         joints.append(sensors_since(sensors, lacking))
     notes += _rest_of(tuple(lacking.values()), calibration is not None)
-    return StandIns(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes), rested)
+    return Fallback(replace(given, gyros=tuple(gyros), joints=tuple(joints)), tuple(notes))
 
 
 def _nothing(log: DropLog, model: RobotModel) -> Calibration:
@@ -153,7 +147,7 @@ def _of_hung(sensors: JointSensors) -> list[str]:
 
 
 def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
-    """A sentence on what has no stand-in: it keeps its design or its last value, with that uncertainty."""
+    """A sentence on what has no fallback: it keeps its design or its last value, with that uncertainty."""
     if not certified:
         return []
     notes = []

@@ -1,8 +1,6 @@
 """The first answer after a drop: strokes, joint angles, reorientation of body 1; no calibration needed.
 
 A gyro's mounting does not matter here: turning its frame leaves the angle of a rotation as it is.
-
-What the log says of each stroke: when it began, how far it moved its joint; and whether that was the plan.
 """
 
 from __future__ import annotations

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tfsat_host.arrays import FloatArray
+
 Window = Literal["rectangular", "Hann"]
 
 WINDOWS: tuple[Window, ...] = ("rectangular", "Hann")

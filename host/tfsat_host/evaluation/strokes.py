@@ -1,13 +1,8 @@
 """Each stroke as it was flown: how far, when, how fast, how it arrived; and joints that moved when they should stand.
 
-`strokes` has a quick look at one angle sensor; this one reads the fused joint angles and rates, with their uncertainty.
-A motion's ends are read off its rate: a servo that speeds up at its limit gives the rate a straight edge, whose line
-meets zero where the motion began. No threshold of the rate is then in the result, and no low-pass's rounding of the
-corners.
-
-Joints while they should stand: creep between strokes, and motions that nobody commanded.
-
-When a motion began or ended, by the straight edge of its rate.
+By the fused joint angles and rates, with their uncertainty; `quick_look` reads one angle sensor. A motion's ends are
+read off its rate: a servo that speeds up at its limit gives the rate a straight edge, whose line meets zero where the
+motion began. No threshold of the rate is then in the result, and no low-pass's rounding of the corners.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import numpy as np
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.external.laser_velocity import ReleaseVelocity
-from tfsat_host.evaluation.model_fit.prediction import Explained
+from tfsat_host.evaluation.model_fit.prediction import ModelComparison
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.doubts import two_releases
@@ -151,7 +151,7 @@ def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
         )
 
 
-def _of_model(explained: Explained) -> _Group:
+def _of_model(explained: ModelComparison) -> _Group:
     """What the correction lacks; it is the model's fault only if that does not explain the motion either."""
     if explained.explains_before or explained.explains_after:
         return _Group("the correction of the model cannot be used", explained.withheld)

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 from scipy.special import chdtri, ndtri
 
-Verdict = Literal["passed", "failed", "not possible"]
+Outcome = Literal["passed", "failed", "not possible"]
 
 FALSE_ALARM = 1e-4
 """Probability that a check fails although its sensors are as stated: with two dozen checks, one healthy drop in 400."""
@@ -32,7 +32,7 @@ class Check:
     """
 
     name: str
-    verdict: Verdict
+    verdict: Outcome
     value: float
     threshold: float
     unit: str

@@ -9,8 +9,6 @@ sensors see. A robot at rest shows biases and nothing else. So there are, from m
 
 All of it is linear in the gyros' readings, and what each calibrated number may still be off makes of it is known: the
 vector's covariance follows, and with it how surprising it is, as it stands and under any hypothesis of what is wrong.
-
-The consistency vector of one drop, from its motion and the rest before it.
 """
 
 from __future__ import annotations

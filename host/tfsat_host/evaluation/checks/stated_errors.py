@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.motion.gyro_signal import DELAY_STD_S, derivative, sheet_lag
 from tfsat_host.evaluation.motion.joints import SHARED_CAUSE, UNSENSED_STD_RAD, sample_noise_rad
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 GYRO_FLOOR = np.array([*[np.deg2rad(0.005)] * 3, *[np.deg2rad(0.05)] * 3, *[1e-3] * 3])
 """No gyro's bias, mounting and scale are better than this, whatever a certificate states: the earth turns 0.004 deg/s,

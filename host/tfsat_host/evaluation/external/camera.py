@@ -1,8 +1,6 @@
-"""Rows of a CSV file that a person typed or a tracking program wrote, read by the names of its columns.
+"""Two CSV files that are read off a video: the events of the drop, and the places of the laser spots.
 
-What cannot be read is refused with file, line, column and cure; see `CsvForm.fail`.
-
-Events of the drop as a camera saw them, read off the frames of its video: a CSV file.
+Events:
 
     event,t_s
     release,12.3833
@@ -23,7 +21,7 @@ the frame's duration / sqrt(12) as `std_s`.
 Without `std_s` a video of 60 frames a second is assumed, and that a joint has turned by 1 deg before anyone sees it
 (22 ms from rest at 4000 deg/s², besides the servo's own delay).
 
-Where the two laser spots were on the graph paper, over time: a CSV file from a tracking program or by hand.
+Spots on the graph paper, by a tracking program or by hand:
 
     t_s,spot,along_mm,up_mm
     0.1500,1,12.4,310.2
@@ -33,7 +31,7 @@ Where the two laser spots were on the graph paper, over time: a CSV file from a 
 |---|---|
 | `t_s` | seconds after the release; or instead of it: |
 | `video_t_s` | seconds on the video's own clock, which the events of the same video (`video.py`) tie to the release |
-| `spot` | 1 or 2: which laser, as `laser.LaserGeometry` has them |
+| `spot` | 1 or 2: which laser, see `laser_velocity` |
 | `along_mm` | horizontal place on the wall, from any zero, growing towards +y of body 2 (spot 1) or +x (spot 2) |
 | `up_mm` | vertical place on the wall, from any zero, growing upwards: it falls as the robot does |
 | `std_mm` | optional column or cell: standard deviation of both places; empty is 0.5 mm (paper with 1 mm squares) |

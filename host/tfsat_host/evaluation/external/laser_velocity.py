@@ -211,7 +211,7 @@ def release_velocity(
     if np.isfinite(path.velocity_m_s[:2]).all():
         # The deviation along the worst direction: near zero the velocity's own tells nothing.
         length, worst = np.linalg.norm(path.velocity_m_s[:2]), np.linalg.eigvalsh(covariance[:2, :2])[-1]
-        speed = _velocity(length, worst, student, least_mm_s=0.0)
+        speed = _velocity(float(length), float(worst), student, least_mm_s=0.0)
     return ReleaseVelocity(
         downward=down,
         transversal_x=x if np.isfinite(x.value_mm_s) else None,

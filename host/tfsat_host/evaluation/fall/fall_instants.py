@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.apply import Calibrated
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.protocol.limits import FALL_US, LANDING_EARLIEST_US
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 SHOCK_G = 3.0
 """No stroke of the robot is felt so strongly (170 deg/s, 0.2 m: 0.2 g, its start 1.5 g), and every landing is."""

@@ -6,10 +6,6 @@ An accelerometer that nobody calibrated shows anything within 50 mg (80 mg along
 and whether gravity before the release, less that output, is 1 g as the scale has it (3 %).
 
 Off the center of mass a turning body feels f = α × r + ω × (ω × r); that is taken off.
-
-Gravity before the release: the one force that everybody knows, to try the accelerometers on.
-
-Where the robot's center of mass lies in each body's frame: the point that free fall leaves unaccelerated.
 """
 
 from __future__ import annotations
@@ -311,15 +307,13 @@ class GravityCheck:
 
     Attributes:
         body: 1 to 4.
-        force_g: (3,) as shown, body axes.
-        norm_g: Its length.
+        norm_g: Length of the force as shown.
         norm_std_g: Of it, by the data sheet: zero-g output and scale.
-        less_fall_norm_g: Length of `force_g` less what the sensor shows in the fall; NaN without a quiet window.
+        less_fall_norm_g: Length of that force less what the sensor shows in the fall; NaN without a quiet window.
         less_fall_std_g: Of it: the scale's share.
     """
 
     body: int
-    force_g: FloatArray
     norm_g: float
     norm_std_g: float
     less_fall_norm_g: float
@@ -365,9 +359,7 @@ def check_gravity(
     if in_fall_g is not None and in_fall_noise_g is not None:
         less_fall = float(np.linalg.norm(before.mean_g - in_fall_g))
         std = float(np.hypot(ACCEL_SCALE_STD * less_fall, np.linalg.norm(in_fall_noise_g)))
-    return GravityCheck(
-        body, before.mean_g, norm, float(np.linalg.norm(direction * before.std_g)), less_fall, std
-    )
+    return GravityCheck(body, norm, float(np.linalg.norm(direction * before.std_g)), less_fall, std)
 
 
 def com_in_bodies_m(model: RobotModel, joint_angles_rad: FloatArray) -> FloatArray:

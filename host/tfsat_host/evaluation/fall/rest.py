@@ -1,10 +1,7 @@
-"""The last seconds in the releaser, before the release: what gyros show of a robot that hangs still.
+"""The robot hanging still in the releaser, before anything turns: what its sensors show then.
 
-That is their noise, and their biases for want of a calibration; `checks.hanging` holds all sensors against theirs.
-
-The robot hanging still in the releaser: what all its sensors show before anything turns, to be checked.
-
-`fall.rest` asks another question of other seconds: what the gyros' biases and noise are, for want of a calibration.
+`Rest` is of up to half a minute: the gyros' noise, and their biases where no calibration gives them. `Hanging` is of
+the last seconds, of all sensors, to be checked.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ applied to the one left out. Each drop gives the normal equations of its own dat
     (sum of I_i + P^-1) x = sum of b_i
 
 with I_i the data's information, b_i their right-hand side and P the prior's covariance: what one fit to all drops at
-once would solve. A drop whose own correction is withheld (`Explained.withheld`) corrects no other drop; the others are
-tried on it all the same.
+once would solve. A drop whose own correction is withheld (`ModelComparison.withheld`) corrects no other drop; the
+others are tried on it all the same.
 
 Whether the drops agree is told by a chi-square of what each one's data leave over at the common offsets,
 
@@ -27,14 +27,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtrc, chdtri
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.model_fit.fit import ModelFit, bounded_solution
 from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
 from tfsat_host.evaluation.model_fit.offsets import Offsets
-
-FloatArray = NDArray[np.float64]
 
 CHANCE_LEAST = 1e-3
 """Drops of one robot disagree by more in so few cases: less likely ones are not of one robot as it was."""

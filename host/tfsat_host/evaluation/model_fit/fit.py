@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
 from tfsat_host.evaluation.model_fit.momentum import (
     Derivatives,
@@ -26,8 +27,6 @@ from tfsat_host.evaluation.model_fit.momentum import (
     inertial_momentum,
 )
 from tfsat_host.evaluation.model_fit.offsets import Offsets
-
-FloatArray = NDArray[np.float64]
 
 _STEPS = 40
 _CLOSE = 1e-4
@@ -76,7 +75,7 @@ class ModelFit:
     @property
     def left_over_rad_s(self) -> FloatArray:
         """(m, 3) unexplained after the fit."""
-        return self.derivatives.unexplained_rad_s
+        return self.derivatives.residual_rad_s
 
     @property
     def std(self) -> FloatArray:
@@ -95,7 +94,7 @@ def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
     start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
     place = _settled(offsets, flown, start, 1.0)
     system = _System.of(offsets, place, flown)
-    excess = _excess(flown.t_s, np.einsum("nij,nj->ni", system.whitening, system.found.unexplained_rad_s))
+    excess = _excess(flown.t_s, np.einsum("nij,nj->ni", system.whitening, system.found.residual_rad_s))
     if excess > 1.0:
         place = _settled(offsets, flown, place, excess)
         system = _System.of(offsets, place, flown)
@@ -201,7 +200,7 @@ class _System(NamedTuple):
         prior = np.diag([*offsets.prior_std**-2.0, *np.zeros(3), *np.ones(r)])
         return cls(
             (whitening @ columns).reshape(-1, p + 3 + r),
-            -np.einsum("nij,nj->ni", whitening, found.unexplained_rad_s).reshape(-1),
+            -np.einsum("nij,nj->ni", whitening, found.residual_rad_s).reshape(-1),
             prior,
             whitening,
             unit,

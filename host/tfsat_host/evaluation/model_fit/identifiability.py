@@ -4,8 +4,6 @@ The data's information on the offsets, all that the sensors' errors could explai
 of its own: along each of them the data alone leave a standard deviation of 1 / (singular value). Offsets of one
 unit are taken as they are; of several units, each in multiples of what its prior allows.
 
-What trades against what: how much of an offset's uncertainty comes from other numbers that are uncertain, too.
-
 Masses and inertias are free in the fit if `com_offsets` was asked for them; the errors of gyros and joint angles always
 are, as far as their calibration allows. All of them have priors. The covariance at the end of the fit says what
 an offset's standard deviation would be if a group of them were known exactly.
@@ -149,7 +147,7 @@ _JOINTS = "joint angles"
 
 
 @dataclass(frozen=True, eq=False)
-class Trade:
+class Coupling:
     """One center of mass's offset.
 
     Attributes:
@@ -209,7 +207,7 @@ class _Numbers:
         return np.sqrt(np.maximum(np.diag(left), 0.0))
 
 
-def trades(fit: ModelFit, flown: Flown) -> tuple[Trade, ...]:
+def couplings(fit: ModelFit, flown: Flown) -> tuple[Coupling, ...]:
     """Of each center of mass's offset in a fit, in the fit's order.
 
     Args:
@@ -232,7 +230,7 @@ def trades(fit: ModelFit, flown: Flown) -> tuple[Trade, ...]:
         correlation = numbers.covariance[index, with_others] / (std[index] * std[with_others])
         order = np.argsort(-np.abs(correlation))[:PARTNERS]
         found.append(
-            Trade(
+            Coupling(
                 numbers.names[index],
                 fit.offsets.units[index],
                 float(std[index]),

@@ -9,12 +9,12 @@ in deg/s of the base instead of kg m^2/s: the weights are then those of the sens
 between the measured and the predicted attitude is its integral, so one set of derivatives serves the fit of the
 model and the uncertainty of the comparison.
 
-The paper's measure of a model: how far the averaged angular momentum strays from its first value.
+The paper measures a model by how far the averaged angular momentum strays from its first value,
 
     J = sum over j of | hbar(t_j) - hbar(t_0) |        (paper, section Result)
 
 with hbar the moving average of the momentum in inertial axes over N samples, a simple low-pass: 25 samples at 280 Hz
-have the cutoff 5 Hz. Cutoff and N follow from each other by
+have the cutoff 5 Hz. Its cutoff is
 
     f_co = 0.443 f_s / sqrt(N^2 - 1),
 
@@ -183,17 +183,17 @@ class Derivatives:
         by_momentum: (m, 3, 3).
         by_errors: (m, 3, r) by the sensors' errors, which are independent and of variance one.
         noise: (m, 3, 3) covariance of a sample.
-        unexplained_rad_s: (m, 3) the rate itself.
+        residual_rad_s: (m, 3) the rate itself.
     """
 
     by_offsets: FloatArray
     by_momentum: FloatArray
     by_errors: FloatArray
     noise: FloatArray
-    unexplained_rad_s: FloatArray
+    residual_rad_s: FloatArray
 
 
-def unexplained(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArray:
+def residual_rate(body: Multibody, flown: Flown, momentum: FloatArray) -> FloatArray:
     """(m, 3) rate of the base that the model with constant `momentum` (3,), inertial axes, does not explain."""
     inertia, joints = inertia_and_joint_momentum(body, flown.angles_rad)
     left = _momentum(inertia, joints, flown) - flown.attitude.swapaxes(1, 2) @ momentum
@@ -272,17 +272,6 @@ class Averaged:
         return np.asarray(self.strayed.sum(axis=-1))
 
 
-def window_size(cutoff_hz: float, rate_hz: float) -> int:
-    """N, at least 1, that comes nearest to a cutoff.
-
-    Raises:
-        ValueError: a frequency is not above zero.
-    """
-    if not (cutoff_hz > 0.0 and rate_hz > 0.0):
-        raise ValueError(f"cutoff and sampling rate must be above 0 Hz, not {cutoff_hz} and {rate_hz}")
-    return max(1, round(float(np.hypot(1.0, _HALF_POWER * rate_hz / cutoff_hz))))
-
-
 def cutoff_hz(size: int, rate_hz: float) -> float:
     """Of the average over `size` samples; infinite for one.
 
@@ -292,16 +281,6 @@ def cutoff_hz(size: int, rate_hz: float) -> float:
     if size < 1:
         raise ValueError(f"a moving average needs one sample or more, not {size}")
     return float("inf") if size == 1 else _HALF_POWER * rate_hz / float(np.sqrt(size**2 - 1.0))
-
-
-def passed(frequency_hz: FloatArray, size: int, rate_hz: float) -> FloatArray:
-    """(k,) share of an amplitude that passes at each frequency, on an even grid; negative where it is turned over."""
-    phase = np.pi * np.asarray(frequency_hz) / rate_hz
-    below = np.sin(phase)
-    whole = np.abs(below) < 1e-12
-    # At whole multiples of the sampling rate the limit: cos of either, in quotient.
-    limit = np.cos(size * phase) / np.cos(np.where(whole, phase, 0.0))
-    return np.where(whole, limit, np.sin(size * phase) / (size * np.where(whole, 1.0, below)))
 
 
 def moving_average(t_s: FloatArray, values: FloatArray, size: int = PAPER_SIZE) -> Averaged:

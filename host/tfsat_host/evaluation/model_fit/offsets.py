@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 COM_BOUND_M = 0.010
 """Within it the paper searches (section Result, d = 10 mm)."""

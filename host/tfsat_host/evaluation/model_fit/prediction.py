@@ -1,9 +1,7 @@
-"""The model driven by the measured joint history, beside the measured attitude: did the model know?
+"""The model driven by the measured joint history, beside the measured attitude; as its file has it, and corrected.
 
 Nothing but the joints' motion and the momentum before the first stroke goes into the prediction. It is then passed
 through the gyros' low-pass and integrated as the gyros' readings are, so that both sides have the same lag.
-
-One drop explained by the model as it is and by the model corrected: fit, predictions, attitude errors.
 """
 
 from __future__ import annotations
@@ -278,7 +276,7 @@ class Driven:
 
 
 @dataclass(frozen=True, eq=False)
-class Explained:
+class ModelComparison:
     """What the model makes of a drop.
 
     Attributes:
@@ -346,7 +344,7 @@ class Explained:
         return f"Even the corrected model {missed}."
 
 
-def explain(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Explained:
+def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> ModelComparison:
     """Fits the offsets and compares both models with the measured attitude of body 1.
 
     Args:
@@ -373,4 +371,4 @@ def explain(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Explaine
     if misfit > 1.0:
         stated, fit = fit, widened(fit, flown, misfit)
         after = sensed.beside_fit(replace(fit, covariance=stated.covariance))
-    return Explained(driven, fit, driven.beside(np.zeros(len(offsets))), after)
+    return ModelComparison(driven, fit, driven.beside(np.zeros(len(offsets))), after)

@@ -1,4 +1,4 @@
-"""The slow errors by the angle sensors: one least squares for all joints.
+"""Joint angles: what the angle sensors show of them, and one least squares that binds the slow errors by that.
 
 The paper takes the initial angle from the absolute sensors and integrates the relative rate of adjacent gyros from
 there. Here the sensors go on helping: their samples bind the integrals' slow errors, the gyros bind the sensors' noise
@@ -6,10 +6,6 @@ and bend, each by its uncertainty:
 
     sensor k of joint j:  angle j + zero error + bend error + noise
     angle j:              start + integral of the joint's rate + walk
-
-Joint rates by the slopes of the sensed angles: less exact than the gyros', and used where those do not tell them.
-
-One joint over the drop: its angle, what is uncertain about it, and what its two angle sensors say beside it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""From calibrated samples to what the robot did: joint angles, rates and attitudes of all bodies.
-
-How the bodies turned between the release and the first stroke.
-
-What a motion could not use, and what stood in for it, in sentences.
-"""
+"""From calibrated samples to what the robot did: joint angles, rates and attitudes of all bodies."""
 
 from __future__ import annotations
 

@@ -4,12 +4,6 @@ Four gyros measure twelve numbers at each sample, and the robot has six: the bas
 follow by least squares; what is left over, neighbours that contradict each other off their joint's axis, belongs to
 nobody's motion and checks the sensors. Where a gyro did not answer, the others bridge it; where its joint's rate would
 then be unknown, the angle sensors give that, less well.
-
-What each gyro sees of the base's rate and the joints' rates.
-
-What a wrong joint angle makes of rates that are carried over it.
-
-The slow errors by the gyros among themselves: four measure twelve numbers of a motion that has six.
 """
 
 from __future__ import annotations

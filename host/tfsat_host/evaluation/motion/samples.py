@@ -1,13 +1,4 @@
-"""What an evaluation refuses.
-
-The samples of one drop, from just before the release to just before the landing, in body axes and SI units.
-
-Where no gyro has a sample, and how far something may have turned there beside what was carried over.
-
-Integrals over the samples of a drop, from the release on.
-
-What the gyros read, made fit for derivatives: holes bridged by straight lines, and where not to believe that.
-"""
+"""The samples of one drop in body axes and SI units: from just before the release to just before the landing."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -43,9 +43,6 @@ from tfsat_host.evaluation.motion.slow_errors import (
     slow_errors,
 )
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _PASSES = 12
 _CLOSE_RAD = 1e-5

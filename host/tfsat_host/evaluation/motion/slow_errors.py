@@ -4,8 +4,6 @@ The gyros' biases, mountings and scale factors, what their delay is off, where t
 of their rates wander: each by its standard deviation before angle sensors and neighbours were asked, so that all are
 independent and of variance one. A gyro's error is in every rate, every joint angle and every attitude; as one vector it
 is counted once.
-
-How the integral of a joint's rate wanders off: the gyros' noise, holes, and where no gyro tells the rate.
 """
 
 from __future__ import annotations

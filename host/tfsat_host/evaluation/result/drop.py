@@ -1,7 +1,4 @@
-"""Attitudes, strokes and joints.
-
-The fall itself: clocks, release, landing, micro-gravity, release velocity.
-"""
+"""What a drop was, for tables and JSON: attitudes, strokes, joints, clocks, release, landing, micro-gravity."""
 
 from __future__ import annotations
 

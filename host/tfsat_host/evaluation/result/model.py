@@ -1,9 +1,4 @@
-"""Whether the correction of the model is one to make: told by the data, plausible, and more than noise.
-
-What of the model should be corrected, what the data leave open, and the attitude error of either model.
-
-What several drops say of the model together, and how the others' corrections do in each of them.
-"""
+"""The correction of the model, for tables and JSON: of one drop, whether it is one to make, and of several drops."""
 
 from __future__ import annotations
 
@@ -16,7 +11,7 @@ from scipy.special import chdtri
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.cross_validation import Combined, LeftOut
 from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.evaluation.model_fit.identifiability import trades
+from tfsat_host.evaluation.model_fit.identifiability import couplings
 from tfsat_host.evaluation.model_fit.offsets import COM_BODIES
 from tfsat_host.evaluation.model_fit.prediction import EXPECTED_DISTANCE, AttitudeError
 from tfsat_host.quantity import Column, Columns, Table, fields, nested, number, record, records
@@ -157,7 +152,7 @@ def model(found: Evaluation) -> dict[str, Any]:
         "momentum_kg_m2_s": fit.momentum_kg_m2_s.tolist(),
         "excess_variance": fit.excess,
         "identifiability": record(_IDENTIFIABILITY, found.identifiability),
-        "trades": records(_TRADE, trades(fit, explained.driven.flown)),
+        "trades": records(_TRADE, couplings(fit, explained.driven.flown)),
         "swarm": nested(_SWARM, found.swarm),
     }
 
@@ -178,7 +173,7 @@ def remarks(found: Evaluation) -> list[str]:
     fit, swarm = found.explained.fit, found.swarm
     sentences = []
     if set(fit.offsets.kinds) != {"com"}:
-        sentences += [trade.sentence() for trade in trades(fit, found.explained.driven.flown)]
+        sentences += [trade.sentence() for trade in couplings(fit, found.explained.driven.flown)]
     if swarm is not None:
         sentences += [
             f"The swarm's objective, the sum of |h - h0|: {swarm.objective_before:.3g} kg m^2/s as filed, "

@@ -1,11 +1,4 @@
-"""All tables of what was found in a drop, in the order in which one reads them.
-
-The integrity checks.
-
-The reasons of a verdict as a reader can use them: each once, a failed check's with its cause and cure.
-
-What the sensors were calibrated with.
-"""
+"""All tables of what was found in a drop, the checks, the calibration, and the reasons of a verdict."""
 
 from __future__ import annotations
 

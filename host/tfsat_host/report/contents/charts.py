@@ -7,7 +7,7 @@ import numpy as np
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.momentum import unexplained
+from tfsat_host.evaluation.model_fit.momentum import residual_rate
 from tfsat_host.evaluation.model_fit.prediction import BODY_1
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.report.contents.attitude import attitude_error_chart, attitude_spectrum_chart, euler_chart
@@ -89,7 +89,7 @@ def unexplained_chart(found: Evaluation) -> Chart:
     """What constant momentum does not explain of the base's rate."""
     explained, flown = found.explained, found.explained.driven.flown
     rows = found.motion.t_s >= flown.t_s[0]
-    before = unexplained(explained.driven.offsets.body, flown, explained.before.prediction.momentum_kg_m2_s)
+    before = residual_rate(explained.driven.offsets.body, flown, explained.before.prediction.momentum_kg_m2_s)
     values = (before, explained.fit.left_over_rad_s)
     filed, corrected = (np.rad2deg(padded(rows, rates)) for rates in values)
     sides: list[Side] = [("before", filed, None), ("after", corrected, None)]
