@@ -76,6 +76,7 @@ def free_attitude(
     history: Callable[[float], tuple[FloatArray, FloatArray]],
     duration_s: float,
     base_rate: FloatArray,
+    rtol: float = 1e-11,
 ) -> Rotation:
     """Attitude of the base after `duration_s`, released at zero attitude turning at `base_rate`.
 
@@ -92,6 +93,6 @@ def free_attitude(
         return np.asarray(0.5 * omega @ q)
 
     solution = solve_ivp(
-        derivative, (0.0, duration_s), [0.0, 0.0, 0.0, 1.0], method="DOP853", rtol=1e-11, atol=1e-12
+        derivative, (0.0, duration_s), [0.0, 0.0, 0.0, 1.0], method="DOP853", rtol=rtol, atol=0.1 * rtol
     )
     return Rotation.from_quat(solution.y[:, -1])

@@ -18,7 +18,7 @@ from tests.sensitivity.studies import EXACT, study_of
 from tfsat_host.plan import cluster as on_cluster
 from tfsat_host.robot import RobotModel
 
-_STUDY = ("sensitivity", 59, 70, "--samples", 2300, "--seed", 4)
+_STUDY = ("sensitivity", 59, 70, "--samples", 1100, "--seed", 4)
 
 _OTHER_VERSION = """
 import sys, tfsat_host
@@ -35,6 +35,11 @@ def fail(study, chunk):
 cluster._answer = fail
 sys.exit(main())
 """
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(on_cluster.run_on_cluster.__kwdefaults__, "answer_s", 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -75,12 +80,14 @@ def test_a_cluster_that_cannot_do_it_says_why(two_workers: str, program: str, wo
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.usefixtures("hasty")
 def test_a_scheduler_without_workers_is_not_waited_for(tfsat_host: RunCli, tmp_path: Path) -> None:
     with cluster(0, tmp_path) as address:
         refused = tfsat_host(*_STUDY, "--dask", address, expect=1).stderr
     assert "no worker" in refused and f"dask worker {address}" in refused
 
 
+@pytest.mark.usefixtures("hasty")
 def test_a_scheduler_that_is_not_there_is_not_waited_for(tfsat_host: RunCli) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))  # not listening: nobody answers, and nobody else gets the port

@@ -14,6 +14,13 @@ from tfsat_host.robot.model import UNCERTAIN
 _EXACT = tuple(word for key in UNCERTAIN for word in ("--sigma", f"{key}=0"))
 
 
+@pytest.fixture(autouse=True)
+def _small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chunk is flown whole, however few samples a study has."""
+    monkeypatch.setattr("tfsat_host.plan.study.CHUNK", 20)
+    monkeypatch.setattr("tfsat_host.plan.study._WORTH_A_PROCESS", 1000)
+
+
 def test_json_has_derivatives_sources_and_samples(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("sensitivity", 58.75, 70.29, "--samples", 500)
     assert result["reorientation_deg"] == pytest.approx(26.1124, abs=1e-4)

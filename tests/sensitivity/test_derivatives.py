@@ -44,7 +44,7 @@ def _reference_vector_deg(robot: RobotModel, changed: Robot, ends_deg: FloatArra
     def joints(t_s: float) -> tuple[FloatArray, FloatArray]:
         return history.angles_rad(np.array(t_s)), history.rates_rad_s(np.array(t_s))
 
-    return np.asarray(np.degrees(free_attitude(changed, joints, _UNTIL_S, _SPIN).as_rotvec()))
+    return np.asarray(np.degrees(free_attitude(changed, joints, _UNTIL_S, _SPIN, rtol=1e-8).as_rotvec()))
 
 
 def _shifted(array: FloatArray, index: tuple[int, ...], by: float) -> FloatArray:

@@ -37,7 +37,7 @@ def _final(parameters: Parameters, vectors: FloatArray) -> FloatArray:
 def test_each_sample_flies_as_propagate_flies_it_alone(
     robot: RobotModel, rate_deg_s: tuple[float, float, float] | None
 ) -> None:
-    study = study_of(robot, replace(stated_by(robot), servo_speed_relative=0.15), samples=6, seed=3)
+    study = study_of(robot, replace(stated_by(robot), servo_speed_relative=0.15), samples=3, seed=3)
     rate = None if rate_deg_s is None else np.radians(rate_deg_s)
     vectors = study.vectors(study.deviates(0))
     bodies, moves = study.parameters.robots(vectors), study.parameters.motion(vectors)
@@ -62,7 +62,7 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
             angle[stroke.joint] = reached
         late += bool((moves.end_s[:-1, i] > moves.start_s[1:, i]).any())
         history = moved(unbound, timed, end_s=max(2.5, float(moves.end_s[:, i].max())))
-        flight = propagate(alone, history, initial_rate_rad_s=rate, step_s=2e-3, order=6)
+        flight = propagate(alone, history, initial_rate_rad_s=rate, step_s=5e-3, order=6)
         assert _apart_deg(flight.quaternion_xyzw[-1], together[:, i]) < 1e-4
     assert late, "no sample has two joints in motion at once"
 

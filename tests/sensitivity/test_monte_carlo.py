@@ -35,7 +35,7 @@ def _same(one: Outcomes, other: Outcomes) -> bool:
     ids=["all", "mass", "inertia", "joints", "servo scale"],
 )
 def test_small_errors_spread_as_first_order_says(robot: RobotModel, stated: Uncertainty) -> None:
-    study = study_of(robot, stated, samples=4000, seed=5)
+    study = study_of(robot, stated, samples=1500, seed=5)
     found = derivatives(study.parameters)
     linear = linear_spread(found, study.sources)
     summed = summary(study, run_locally(study, workers=1), found.quaternion_xyzw, ())
@@ -68,7 +68,7 @@ def test_the_largest_errors_leave_every_body_physical(robot: RobotModel) -> None
     largest = Uncertainty(
         GREATEST_SHARE, 0.02, GREATEST_SHARE, 0.02, 0.2, 0.2, GREATEST_SHARE, GREATEST_SHARE
     )
-    study = study_of(robot, largest, samples=20 * CHUNK)
+    study = study_of(robot, largest, samples=4 * CHUNK)
     for chunk in range(study.chunks):
         vectors = study.vectors(study.deviates(chunk))
         bodies, moves = study.parameters.robots(vectors), study.parameters.motion(vectors)
