@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
-from tfsat_host.plan.design import candidate, design, search
+from tfsat_host.plan.design import candidate, climb, design, find_optimum, search, value_and_gradient
 from tfsat_host.plan.loops import best_sequence, classes
-from tfsat_host.plan.optimum import climb, find_optimum, value_and_gradient
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel

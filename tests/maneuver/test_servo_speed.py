@@ -11,7 +11,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.maneuver import Maneuver, Stroke, four_stroke, schedule_maneuver
-from tfsat_host.maneuver.servo_speed import servo_speed_notices
+from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.robot import default_robot_path, load_robot
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from tests.paper_numbers.page import Row, row
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.plan.design import candidate, search
+from tfsat_host.plan.design import candidate, find_optimum, search
 from tfsat_host.plan.loops import sequences
-from tfsat_host.plan.optimum import find_optimum
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray

@@ -6,8 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
-from tfsat_host.plan.sources import error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import FloatArray

@@ -39,7 +39,7 @@ sys.exit(main())
 
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(on_cluster.run_on_cluster.__kwdefaults__, "answer_s", 1.0)
+    monkeypatch.setitem(on_cluster.run_on_cluster.__kwdefaults__ or {}, "answer_s", 1.0)
 
 
 @pytest.fixture(scope="module")

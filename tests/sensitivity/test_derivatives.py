@@ -12,8 +12,7 @@ from tests.dynamics.chain_driver import Robot
 from tests.dynamics.reference import free_attitude
 from tests.sensitivity.studies import EXACT, RATE_RAD_S, parameters_of, stated_by
 from tfsat_host.dynamics import TimedMove, moved
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
-from tfsat_host.plan.sources import error_sources
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.study import derivatives, linear_spread
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray

@@ -20,7 +20,7 @@ from tfsat_host.dynamics import (
     propagate,
     sampled,
 )
-from tfsat_host.dynamics.flight_file import body_attitudes, body_rates_rad_s
+from tfsat_host.dynamics.motion_files import body_attitudes, body_rates_rad_s
 from tfsat_host.dynamics.simulation import Simulation, fly, held, robot_limits
 from tfsat_host.maneuver import Defect, ManeuverError, four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel, load_robot

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tfsat_host.dynamics.history_file import HistoryFileError, read_history
+from tfsat_host.dynamics.motion_files import HistoryFileError, read_history
 
 
 def test_columns_may_stand_in_any_order_beside_others(tmp_path: Path) -> None:

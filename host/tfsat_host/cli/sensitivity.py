@@ -59,13 +59,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     from tfsat_host.dynamics import simulation_result
     from tfsat_host.dynamics.simulation import robot_limits
-    from tfsat_host.maneuver.servo_speed import servo_speed_notices
+    from tfsat_host.maneuver.schedule import servo_speed_notices
     from tfsat_host.plan import study_result
     from tfsat_host.plan.facility import load_tower
-    from tfsat_host.plan.parameters import Parameters, Plan
-    from tfsat_host.plan.sources import error_sources, uncertainty_of
-    from tfsat_host.plan.statistics import summary, time_limits
-    from tfsat_host.plan.study import Study, derivatives, linear_spread
+    from tfsat_host.plan.parameters import Parameters, Plan, error_sources, uncertainty_of
+    from tfsat_host.plan.study import Study, derivatives, linear_spread, summary, time_limits
     from tfsat_host.robot import load_robot
 
     rate = given.initial_rate_rad_s(args)

@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Simulates, writes the histories, shows where the robot ends."""
-    from tfsat_host.dynamics.flight_file import flight_path, write_flight
+    from tfsat_host.dynamics.motion_files import flight_path, write_flight
     from tfsat_host.dynamics.simulation import fly
     from tfsat_host.dynamics.simulation_result import document, lines, notices
     from tfsat_host.robot import load_robot
@@ -95,7 +95,7 @@ def _motion(
     args: argparse.Namespace, robot: RobotModel
 ) -> tuple[Maneuver | None, Schedule | JointHistory, float]:
     """The maneuver, if it is one; what the joints do; until when they are followed."""
-    from tfsat_host.dynamics.history_file import read_history
+    from tfsat_host.dynamics.motion_files import read_history
     from tfsat_host.dynamics.simulation import arrivals_s, robot_limits
     from tfsat_host.maneuver import Maneuver
 

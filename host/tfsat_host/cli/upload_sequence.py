@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, shows and uploads; everything is checked before a port is opened."""
-    from tfsat_host.maneuver.servo_speed import servo_speed_notices
+    from tfsat_host.maneuver.schedule import servo_speed_notices
 
     maneuver = maneuver_from(args)
     schedule = schedule_from(args, maneuver)

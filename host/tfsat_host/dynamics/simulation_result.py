@@ -14,7 +14,7 @@ from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.dynamics.history import JointHistory, overshoots
 from tfsat_host.dynamics.simulation import Simulation
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
-from tfsat_host.maneuver.servo_speed import servo_speed_notices
+from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.quantity import Column, Columns, Table, vector
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray

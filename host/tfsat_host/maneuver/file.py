@@ -18,8 +18,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
-from tfsat_host.maneuver.errors import NO_MANEUVER, Defect, ManeuverError
-from tfsat_host.maneuver.maneuver import DEFAULT_PAUSE_S, DEFAULT_SPEED_DEG_S, Maneuver, Stroke
+from tfsat_host.maneuver.maneuver import (
+    DEFAULT_PAUSE_S,
+    DEFAULT_SPEED_DEG_S,
+    NO_MANEUVER,
+    Defect,
+    Maneuver,
+    ManeuverError,
+    Stroke,
+)
 
 SCHEMA = 1
 _KIND = ConfigKind(

@@ -14,9 +14,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 
-from tfsat_host.maneuver.errors import Defect, ManeuverError, shortened
-from tfsat_host.maneuver.maneuver import Maneuver
+from tfsat_host.config import Table, read_config
+from tfsat_host.maneuver.maneuver import Defect, Maneuver, ManeuverError, shortened
 from tfsat_host.protocol.limits import (
     FALL_US,
     JOINT_ANGLE_MAX_CDEG,
@@ -28,6 +29,8 @@ from tfsat_host.protocol.limits import (
     SPEED_MAX_CDEG_S,
     SPEED_MIN_CDEG_S,
 )
+from tfsat_host.robot import RobotFileError, default_robot_path
+from tfsat_host.robot.path import ROBOT_FILE
 from tfsat_host.units import CDEG_PER_DEG, US_PER_S, cdeg_from_deg, deg_from_cdeg, exact, round_up, s_from_us
 
 
@@ -391,3 +394,34 @@ def _on_grid(t_s: float, subject: str, number: int | None, limits: Limits, notic
             f"strokes start on a grid of {SCHEDULE_GRID_US // 1000} ms."
         )
     return t_us
+
+
+def servo_speed_notices(schedule: Schedule, robot_file: Path | None = None) -> tuple[str, ...]:
+    """A sentence if the speed is above what the robot file says of the servos of the moved joints.
+
+    Reads no more of the file than the servo rates, so that an upload does not wait for numpy.
+    """
+    path = default_robot_path() if robot_file is None else robot_file
+    moved = sorted({stroke.joint for stroke in schedule.strokes})
+    joints: list[Table] = []
+    try:
+        joints = read_config(path, ROBOT_FILE).tables("joint")
+        servos = [joints[joint - 1].table("servo") for joint in moved]
+        average = min(servo.number("average_rate_deg_s") for servo in servos)
+        greatest = min(servo.number("max_rate_deg_s") for servo in servos)
+    except RobotFileError as error:
+        return (f"The speed was not compared with the servos. {error.what}",)
+    except IndexError:
+        return (f"The speed was not compared with the servos: {path} has {len(joints)} joints.",)
+    speed = schedule.speed_deg_s
+    if speed <= average:
+        return ()
+    if speed > greatest:
+        above = f"above the greatest rate of the servos, {greatest:g} deg/s"
+    else:
+        above = f"above the average rate of the servos, {average:g} deg/s ({greatest:g} at most)"
+    return (
+        f"The speed of {speed:g} deg/s is {above}, by {path.name}: joints will not be where the schedule "
+        "assumes when the next stroke starts, and may turn back before they reach their angles. "
+        f"Rehearse it, or plan with {average:g} deg/s or less.",
+    )

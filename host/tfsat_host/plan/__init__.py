@@ -1,7 +1,7 @@
 """What to fly, and whether it may be flown.
 
-design        the loop of strokes that turns a robot farthest in a given time: `problem`, `loops`, `swarm`, `optimum`
-sensitivity   how sure a rotation is: `parameters`, `sources`, `study` (here or on a `cluster`), `statistics`
+design        the loop of strokes that turns a robot farthest in a given time: `problem`, `loops`, `swarm`
+sensitivity   how sure a rotation is: `parameters` and their errors, `study` (here or on a `cluster`)
 orbit         loops on a `grid`, `primitives`, a `planner` of chains, a `flight` with feedback
 facility      a drop tower's file and release, the `envelope` of a maneuver, and `tower_checks` of both
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_maneuver
-from tfsat_host.maneuver.servo_speed import servo_speed_notices
+from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.plan.design import Candidate, Design
 from tfsat_host.plan.envelope import EnvelopeError, envelope_of
 from tfsat_host.plan.facility import load_tower

@@ -18,10 +18,9 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion
 from tfsat_host.errors import UsageError
 from tfsat_host.plan.grid import OrbitError
-from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
+from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.planner import Chain, Planner, backwards, remainder
 from tfsat_host.plan.primitives import Primitive
-from tfsat_host.plan.sources import error_sources
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import FloatArray

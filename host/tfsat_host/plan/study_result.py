@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
-from tfsat_host.plan.statistics import Summary, outputs_of
-from tfsat_host.plan.study import Derivatives, LinearSpread, Outcomes, Study
+from tfsat_host.plan.study import Derivatives, LinearSpread, Outcomes, Study, Summary, outputs_of
 from tfsat_host.quantity import Column, Columns, Table
 from tfsat_host.robot.model import FloatArray
 

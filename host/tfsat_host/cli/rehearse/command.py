@@ -81,7 +81,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """One drop, many, or the list of what may go wrong."""
-    from tfsat_host.maneuver.servo_speed import servo_speed_notices
+    from tfsat_host.maneuver.schedule import servo_speed_notices
     from tfsat_host.rehearsal.prepared import RehearsalOptions
 
     if args.list_faults:
