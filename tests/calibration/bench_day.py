@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve
@@ -27,8 +28,6 @@ from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.robot import RobotModel, load_robot
-
-FloatArray = NDArray[np.float64]
 
 MODEL = load_robot()
 TRUTH = draw_as_built(3)

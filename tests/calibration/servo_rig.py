@@ -15,9 +15,8 @@ from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, servo, zero
-from tfsat_host.cli.calibrate.bench import origin_of
-from tfsat_host.cli.calibrate.jog_bench import EmulatedBeside, JogBench
-from tfsat_host.cli.calibrate.servo import measure
+from tfsat_host.cli.calibrate.bench import Bench, EmulatedPerson, origin_of
+from tfsat_host.cli.calibrate.jog import measure_servo
 from tfsat_host.devices.jogging import JogClient
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
@@ -52,14 +51,14 @@ class Rig:
     """An emulated robot on the bench, and its zero points."""
 
     robot: EmulatedRobot
-    bench: JogBench
+    bench: Bench
     out: Output
     zeros: Evidence
 
     def measured(self, joint: int) -> Evidence:
-        settings = self.bench.sequencer.settings().settings
+        settings = self.bench.jog.settings().settings
         sensors = self.solution().joints[joint - 1]
-        return measure(joint, settings, sensors, self.bench, MODEL, self.out)
+        return measure_servo(joint, settings, sensors, self.bench, MODEL, self.out)
 
     def read(self, step: Step, duration_s: float) -> Evidence:
         return read(self.bench.logger, EmulatedOperator(self.robot), step, duration_s)
@@ -74,7 +73,7 @@ class Rig:
             self.robot.swing(joint, 1.0, 0.1, 1)
         except EmulationError:
             return False
-        return self.bench.sequencer.status().state == SequencerState.SAFE
+        return self.bench.jog.status().state == SequencerState.SAFE
 
 
 @contextmanager
@@ -85,8 +84,9 @@ def rig(imperfections: Imperfections, hands: Hands | None = None, seed: int = 1)
         sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
         operator = EmulatedOperator(robot, hands)
         zeros = read(logger, operator, zero(None), operator.duration_s(zero(None)))
-        bench = JogBench(logger, EmulatedBeside(operator), zeros.origin, sequencer)
-        yield Rig(robot, bench, Output(yes=True, stdout=io.StringIO(), stderr=io.StringIO()), zeros)
+        out = Output(yes=True, stdout=io.StringIO(), stderr=io.StringIO())
+        bench = Bench(logger, EmulatedPerson(operator, out, jogging=True), zeros.origin, sequencer)
+        yield Rig(robot, bench, out, zeros)
 
 
 def read(logger: LoggerClient, operator: EmulatedOperator, step: Step, duration_s: float) -> Evidence:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.calibration.servos.points import ServoPoint, arrivals, servo_plan
-from tfsat_host.calibration.servos.stroke_error import board_pulse_us
+from tfsat_host.calibration.servos.servo_map import ServoPoint, arrivals, board_pulse_us, servo_plan
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import FACTORY
 

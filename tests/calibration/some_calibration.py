@@ -6,17 +6,15 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.robot import load_robot
-
-FloatArray = NDArray[np.float64]
 
 MEASURED = datetime(2026, 7, 1, 9, 30, tzinfo=UTC)
 SERIAL = b"12345678".hex()

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-FloatArray = NDArray[np.float64]
+from tfsat_host.angles import FloatArray
 
 RATE_HZ = 280.0
 _NOISE_RAD_S = np.radians(0.005) * np.sqrt(RATE_HZ / 2.0)
@@ -40,6 +39,12 @@ class Gyro:
             rng.uniform(0.97, 1.03, 3),
             np.radians(rng.uniform(-5.0, 5.0, 3)),
         )
+
+    @property
+    def nominal(self) -> FloatArray:
+        """(3, 3) the mounting along axes of the body that was meant."""
+        right = Rotation.create_group("O").as_matrix()
+        return np.asarray(max(right, key=lambda turn: float(np.trace(turn.T @ self.mounting))))
 
     def reads(self, rate_body_rad_s: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(n, 3) readings of body rates (n, 3)."""

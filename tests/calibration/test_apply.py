@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import drawn_calibration, whole_calibration
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts, Scales
-from tfsat_host.calibration.steps.patterns import PATTERNS
 from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.step import swings
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.imperfections import draw_as_built
@@ -28,8 +28,6 @@ from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.messages import LiveSampleStream
 from tfsat_host.robot import load_robot
-
-FloatArray = NDArray[np.float64]
 
 SCALES = Scales(280.0, 65.5, 16384.0, 4096)
 MODEL = load_robot()
@@ -77,7 +75,7 @@ def swung() -> Iterator[tuple[EmulatedRobot, Calibrated]]:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         robot.record_truth(1000)
-        EmulatedOperator(robot).swing(PATTERNS[2])
+        EmulatedOperator(robot).swing(swings(2)[0])
         samples: list[LiveSampleStream] = []
         with logger.live() as reply:
             while not samples or samples[-1].time_us - samples[0].time_us < 6e6:

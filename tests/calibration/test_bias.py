@@ -9,8 +9,8 @@ import pytest
 
 from tests.calibration.synthetic_gyro import RATE_HZ
 from tests.calibration.test_misalignment import Bench
+from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.gyros.bias import estimate_biases
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.emulated.robot import SETTLE_US, EmulatedRobot
 
@@ -43,19 +43,17 @@ def test_stated_intervals_hold_the_truth_of_emulated_robots() -> None:
             inside += list(np.abs(off) < 1.96 * np.sqrt(np.diag(estimate.covariance)))
             off_deg_s += list(np.degrees(off))
             assert estimate.temperature_c == pytest.approx(25.0, abs=0.5)
-            assert estimate.duration_s == pytest.approx(3.0, abs=0.1)
         robot.close()
     assert np.sqrt(np.mean(np.square(off_deg_s))) < 0.02
     assert 0.88 <= np.mean(inside) <= 0.99  # of 180
 
 
-def test_bias_temperature_and_duration_of_each_body() -> None:
+def test_bias_and_temperature_of_each_body() -> None:
     found = estimate_biases(rest())
     assert [one.body for one in found] == [1, 2, 3, 4]
     assert [one.temperature_c for one in found] == [24.0, 25.0, 26.0, 27.0]
     for one in found:
         assert np.degrees(one.bias_rad_s) == pytest.approx([1.0, -2.0, 0.5], abs=0.005)
-        assert one.duration_s == pytest.approx(839 / 280.0)
 
 
 def test_a_body_that_turns_slowly_is_refused() -> None:

@@ -24,12 +24,10 @@ from tests.calibration.scripted_person import (
 )
 from tests.devices.scripted import client, hello, live_sample, reply
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.progress import DURATION_S, Known
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
-from tfsat_host.calibration.steps.step import Step, StepKind, zero
-from tfsat_host.cli.calibrate.bench import Bench
-from tfsat_host.cli.calibrate.prompts import LEAD_S
+from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind, zero
+from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
 from tfsat_host.cli.calibrate.recording import record
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
@@ -130,9 +128,7 @@ def test_a_slipped_sensor_is_told_and_its_zero_taken_anew(
 ) -> None:
     zero_command = ("calibrate", "zero", "--joint", "1", "--port", "x", "--yes")
     assert calibrate(*zero_command)[0] == 0
-    monkeypatch.setattr(
-        "tfsat_host.calibration.joints.zero.MOST_DISAGREEMENT_RAD", -1.0
-    )  # as if one had slipped
+    monkeypatch.setattr("tfsat_host.calibration.zero.MOST_DISAGREEMENT_RAD", -1.0)  # as if one had slipped
     assert calibrate(*zero_command)[0] == 1
     said = capsys.readouterr().err
     assert "tfsat-host calibrate zero --joint 1 --anew --port x" in said
@@ -197,7 +193,7 @@ def taken(logger: LoggerClient, out: Output) -> Evidence:
     model = load_robot()
     nothing_known = solve((), model)
     bench = Bench(logger, Idle(), Origin("", "", True, "", ""))
-    return record(zero(1), bench, Known(nothing_known.gyros, nothing_known.joints, model), out)
+    return record(zero(1), bench, nothing_known, model, out)
 
 
 def scripted_logger(lost: range = range(0)) -> LoggerClient:

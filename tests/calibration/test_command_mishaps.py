@@ -14,9 +14,9 @@ import pytest
 from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run, Terminal, interrupted
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.steps.instructions import task
 from tfsat_host.calibration.steps.step import Step, rest, swings, turn
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
-from tfsat_host.cli.calibrate.prompts import task
 from tfsat_host.cli.main import main
 from tfsat_host.emulated.imperfections import draw, draw_as_built
 from tfsat_host.emulated.robot import DEFAULT_SEED

@@ -12,7 +12,7 @@ import pytest
 from tests.calibration.quiet_drop import quiet_drop
 from tests.sdlog.encoder import drop_with_release
 from tests.sdlog.test_values import write
-from tfsat_host.calibration.gyros.bias import estimate_biases
+from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.quiet_log import quiet_before_release
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.sdlog import DropLog, load

@@ -6,24 +6,22 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.findings import AxisFound
-from tfsat_host.calibration.gyros.bias import estimate_biases
+from tfsat_host.calibration.findings import axis_rows
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
-from tfsat_host.calibration.steps.patterns import PATTERNS, MotionPattern
 from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.step import Step, rest, swings, zero
+from tfsat_host.calibration.steps.step import PATTERNS, Step, StepKind, rest, swings, zero
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.messages import LiveSampleStream
 
-FloatArray = NDArray[np.float64]
 ORIGIN = Origin("", "", True, "", "")
 
 
@@ -66,14 +64,14 @@ def bench() -> Bench:
 
 
 def test_patterns_are_the_papers_table() -> None:
-    assert [(pattern.joint, pattern.moved) for pattern in PATTERNS] == [
+    assert [(joint, moved) for joint, moved, _ in PATTERNS] == [
         (1, (1,)),
         (1, (2, 3)),
         (2, (1, 2)),
         (2, (3, 4)),
         (3, (4,)),
     ]
-    covered = {(body, pattern.joint % 2) for pattern in PATTERNS for body in pattern.moved}
+    covered = {(body, joint % 2) for joint, moved, _ in PATTERNS for body in moved}
     assert covered == {(body, axis) for body in (1, 2, 3, 4) for axis in (0, 1)}  # two axes for each gyro
 
 
@@ -89,19 +87,20 @@ def test_axis_and_bias_of_every_moved_gyro(seed: int, joint: int) -> None:
     found = np.array([gyro.bias_rad_s for gyro in solution.gyros])
     assert np.rad2deg(np.abs(found - robot.imperfections.gyro_bias_rad_s)).max() < 0.02
     for one in swung:
-        for body in one.step.moved:
-            axis = AxisFound.of(solution.gyros[body - 1], one, robot.model)
-            true = bench.true_axis(joint, body)
-            error_deg = np.rad2deg(np.linalg.norm(np.cross(axis.axis, true)))
-            assert axis.axis @ true > 0, "the sign is the joint's opening direction"
-            assert error_deg < 4.0 * axis.std_deg < 1.2
-            true_angle = np.rad2deg(np.arccos(true @ axis.nominal))
-            assert axis.angle_deg == pytest.approx(true_angle, abs=4.0 * axis.std_deg)
-            assert axis.rms_rate_deg_s > 20.0
+        rows = axis_rows(solution.gyros, one, robot.model)
+        assert [row["body"] for row in rows] == list(one.step.moved)
+        for row in rows:
+            axis, std_deg = row["axis_sensor"], row["std_deg"]
+            true = bench.true_axis(joint, row["body"])
+            assert axis @ true > 0, "the sign is the joint's opening direction"
+            assert np.rad2deg(np.linalg.norm(np.cross(axis, true))) < 4.0 * std_deg < 1.2
+            true_angle = np.rad2deg(np.arccos(true @ row["nominal_sensor"]))
+            assert row["angle_deg"] == pytest.approx(true_angle, abs=4.0 * std_deg)
+            assert row["rms_rate_deg_s"] > 20.0
 
 
 def test_a_robot_that_moves_has_no_bias(bench: Bench) -> None:
-    bench.operator.swing(MotionPattern(1, moved=(1,), held=(2, 3, 4)))
+    bench.operator.swing(Step(StepKind.SWING, 1, (1,), (2, 3, 4)))
     with pytest.raises(CalibrationError, match="Body 1 was not still"):
         estimate_biases(bench.record(3.0))
 

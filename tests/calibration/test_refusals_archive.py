@@ -67,7 +67,7 @@ def test_the_image_that_the_logger_ran_is_kept(certificate: Path, image: str, ke
 def test_a_refused_step_changes_nothing(certificate: Path) -> None:
     before = {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()}
     campaign = Campaign(certificate, MODEL, SUBJECT)
-    with pytest.raises(CalibrationError, match="saw two axes"):
+    with pytest.raises(CalibrationError, match="measured two axes"):
         campaign.accept(changed(done(SWINGS[2]), slip_sensor(2, (0.0, 0.0, 4.0))))
     assert {path: path.read_bytes() for path in certificate.parent.rglob("*") if path.is_file()} == before
     assert len(campaign.evidence) == 4

@@ -11,11 +11,10 @@ import pytest
 from tests.calibration.bench_day import MODEL, TRUTH, changed, day, true_rotation, turn_sensor
 from tests.calibration.some_calibration import whole_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration, commands_of
-from tfsat_host.calibration.findings import scales_found
+from tfsat_host.calibration.findings import scale_rows, value_rows
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.step import StepKind
-from tfsat_host.cli.calibrate.show_rows import rows_of
 
 TURNED = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """Sensor to body: the body's x lies along the sensor's z, its y along x, its z along y."""
@@ -50,23 +49,22 @@ def test_a_turn_makes_it_whole() -> None:
 
 
 def test_what_is_shown_of_a_scale_factor_is_about_the_bodys_axis() -> None:
-    rows = {row.name: row for row in rows_of(certificate(found()), TURNED_MODEL)}
+    rows = value_rows(certificate(found()), TURNED_MODEL)
     for body in (1, 2, 3, 4):
         for axis, letter in enumerate("xyz"):
-            value = rows[f"scale factor {letter} of body {body}"].value
-            assert value is not None and value.more == {"frame": "body"}
-            assert isinstance(value.std, float) and value.std < 0.005
-            assert value.value == pytest.approx(true_scale(body, axis), abs=4.0 * value.std)
+            row = rows[f"scale factor {letter} of body {body}"]
+            assert row["frame"] == "body" and row["std"] < 0.005
+            assert row["value"] == pytest.approx(true_scale(body, axis), abs=4.0 * row["std"])
 
 
 def test_a_sweep_and_a_turn_tell_of_the_axis_that_they_were_about() -> None:
     moved = [one for one in found().used if one.step.kind in (StepKind.SWEEP, StepKind.TURN)]
     for one in moved:
         axis = one.step.axis or "xyx"[(one.step.joint or 0) - 1]
-        for scale in scales_found(certificate(found()), [one], TURNED_MODEL):
-            assert scale.axis == axis
-            assert scale.scale == pytest.approx(
-                true_scale(scale.body, "xyz".index(axis)), abs=4.0 * scale.std
+        for row in scale_rows(found().gyros, one, TURNED_MODEL):
+            assert row["axis"] == axis
+            assert row["scale"] == pytest.approx(
+                true_scale(row["body"], "xyz".index(axis)), abs=4.0 * row["std"]
             )
 
 

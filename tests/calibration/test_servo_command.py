@@ -6,7 +6,6 @@ import io
 import signal
 import sys
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -25,14 +24,12 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
-from tfsat_host.calibration.servos.figures import gain_of, left_by, offset_of
-from tfsat_host.calibration.servos.reached import at_stops, servo_map_of, servo_points
 from tfsat_host.calibration.servos.servo_map import settings_from_map
+from tfsat_host.calibration.servos.stroke_error import gain_of, left_by, offset_of
+from tfsat_host.calibration.servos.visits import at_stops, servo_map_of, servo_points
 from tfsat_host.calibration.solution import solve
-from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps
-from tfsat_host.cli.calibrate.jog import TourInterrupted, jogged_sweep
+from tfsat_host.cli.calibrate.jog import TourInterrupted, sweep
 from tfsat_host.cli.main import main
 from tfsat_host.devices.jogging import JogError
 from tfsat_host.emulated.hands import Hands, Leg, Motion
@@ -57,7 +54,7 @@ def test_the_map_is_the_servos_own_and_the_new_settings_make_its_angles_true(joi
         assert offset_of(found).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
         assert np.rad2deg(found.backlash_rad) == pytest.approx(BACKLASHES_DEG[joint - 1], abs=0.2)
         after = settings_from_map(found, FACTORY)
-        here.bench.sequencer.write_settings(after)
+        here.bench.jog.write_settings(after)
         again = servo_map_of(here.measured(joint), sensors, MODEL)
         left = left_by(again, after.of(joint))
         assert left.mean_deg < 0.1 + 2 * np.rad2deg(found.repeatability_rad)
@@ -95,7 +92,7 @@ def test_a_dead_servo_is_seen_at_the_first_stop() -> None:
 def test_a_reversed_servo_is_let_go_at_the_first_stop() -> None:
     with rig(ideal()) as here:
         backwards = replace(FACTORY.of(1), zero_us=2000, reversed=1)
-        here.bench.sequencer.write_settings(replace(FACTORY, servos=(backwards, *FACTORY.servos[1:])))
+        here.bench.jog.write_settings(replace(FACTORY, servos=(backwards, *FACTORY.servos[1:])))
         before_us = here.robot.now_us
         with pytest.raises(CalibrationError, match="Joint 1 moves the wrong way") as caught:
             here.measured(1)
@@ -112,7 +109,7 @@ def test_the_joint_must_be_where_the_first_pulse_takes_it(monkeypatch: pytest.Mo
             here.robot.hands.move_joint(1, Motion((Leg(np.deg2rad(40.0), 0.5),), Hands.steady(), 1))
             here.robot.advance(2_000_000)
 
-        monkeypatch.setattr(here.bench.operator, "begin", opened)
+        monkeypatch.setattr(here.bench.mover, "begin", opened)
         with pytest.raises(
             RefusedError, match="Joint 1 is at 40 deg, and its first pulse would take it to 0"
         ):
@@ -219,8 +216,7 @@ def test_a_sweep_by_the_servo_tells_the_gyros_scale_as_one_by_hand_does() -> Non
     with rig(scaled) as here:
         still = here.read(rest(), 10.0)
         step = sweeps(1)[0]
-        samples, scales = jogged_sweep(here.bench, step, here.out)
-        swept = Evidence(step, Counts.from_live(samples, scales), datetime.now(UTC), here.bench.origin)
+        swept = sweep(step, here.bench, here.out)
         check_step(swept, [still, here.zeros], MODEL)
         assert swept.counts.samples_lost == 0
         assert here.is_let_go(1)

@@ -14,13 +14,16 @@ from tests.sequencer.servo_model import width_ns
 from tests.servo_settings.values import valid_settings
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.fit import fit_servo_map
-from tfsat_host.calibration.servos.points import ServoPoint, arrivals, servo_plan
-from tfsat_host.calibration.servos.servo_map import ServoMap, matching_setting, settings_from_map
-from tfsat_host.calibration.servos.stroke_error import (
+from tfsat_host.calibration.servos.servo_map import (
+    ServoMap,
+    ServoPoint,
+    arrivals,
     board_pulse_us,
-    expected_stroke_errors,
-    setting_error_rad,
+    matching_setting,
+    servo_plan,
+    settings_from_map,
 )
+from tfsat_host.calibration.servos.stroke_error import expected_stroke_errors, setting_error_rad
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import FACTORY, ServoSettings, find_defect
 

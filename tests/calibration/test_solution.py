@@ -33,11 +33,11 @@ from tests.calibration.bench_day import (
     true_rotation,
 )
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.gyros.seen import LANDING_TILT_STD_RAD
+from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration
 from tfsat_host.calibration.solution import Solution, solve
-from tfsat_host.calibration.steps import view
 from tfsat_host.calibration.steps.evidence import Evidence
+from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.emulated.hands import Hands
 
@@ -165,12 +165,10 @@ def test_what_the_held_body_does_is_taken_off(monkeypatch: pytest.MonkeyPatch) -
     steps = [record(step, truth=truth, hands=shaky) for step in (REST, ZERO, *SWINGS)]
     compensated = max(seen_axes_off_deg(solve(steps, MODEL)))
 
-    def untouched(
-        readings_rad_s: FloatArray, body: int, _held: int, gyros: Sequence[GyroCalibration], _to_base: object
-    ) -> FloatArray:
-        return np.asarray(readings_rad_s[:, body - 1] - gyros[body - 1].bias_rad_s)
+    def untouched(motion: Motion, body: int) -> FloatArray:
+        return np.asarray(motion.recording.rate_rad_s[:, body - 1] - motion.gyros[body - 1].bias_rad_s)
 
-    monkeypatch.setattr(view, "without_held_motion", untouched)
+    monkeypatch.setattr(Motion, "readings", untouched)
     plain = max(seen_axes_off_deg(solve(steps, MODEL)))
     assert compensated < 0.02
     assert plain > 0.5
@@ -208,7 +206,7 @@ def test_a_sensor_of_a_joint_that_was_fastened_anew_leaves_the_motions_alone() -
 def test_a_sensor_that_slipped_is_not_believed_half(degrees: float) -> None:
     """All was measured; then the sensor slipped, and one motion was repeated."""
     slipped = changed(later(done(SWINGS[1]), 60), slip_sensor(2, (0.0, 0.0, degrees)))
-    with pytest.raises(CalibrationError, match="The gyro on body 2 saw"):
+    with pytest.raises(CalibrationError, match="The gyro on body 2 measured"):
         solve([*day(), slipped], MODEL)
 
 

@@ -8,13 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tfsat_host.calibration.progress import LONGEST_S, Known, joined, progress_of, stops_deg
+from tfsat_host.calibration.progress import LONGEST_S, progress_of, stops_deg
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.rests import find_rests
+from tfsat_host.calibration.steps.recording import Recording, find_rests
 from tfsat_host.calibration.steps.step import Step, rest, sweeps, swings, turn, zero
-from tfsat_host.cli.calibrate.picture import Picture, line_of
+from tfsat_host.cli.calibrate.recording import Picture, line_of
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.hands import Hands
@@ -25,7 +24,6 @@ from tfsat_host.robot import load_robot
 
 MODEL = load_robot()
 _NOTHING = solve((), MODEL)
-KNOWN = Known(_NOTHING.gyros, _NOTHING.joints, MODEL)
 SWEEP, TURN = sweeps(1)[1], turn("z", -360.0)
 
 
@@ -40,7 +38,7 @@ def recorded(step: Step, duration_s: float, hands: Hands) -> Counts:
         with logger.live() as scales:
             while not parts or parts[-1].t_us[-1] - parts[0].t_us[0] < duration_s * 1e6:
                 parts.append(Counts.from_live(logger.live_samples(), scales))
-        return joined(parts)
+        return Counts.joined(parts)
 
 
 def until(counts: Counts, elapsed_s: float) -> Counts:
@@ -61,7 +59,10 @@ def test_a_sweep_rests_where_the_screen_says_and_ends_with_the_last_rest() -> No
     stops = stops_deg(SWEEP)
     assert list(stops) == [0, 30, 60, 90, 60, 30, 0, 30, 60, 90, 60, 30, 0]
     counts = recorded(SWEEP, 34.0, Hands.steady())
-    seen = [progress_of(SWEEP, until(counts, elapsed_s), KNOWN) for elapsed_s in np.arange(0.5, 34.0, 0.5)]
+    seen = [
+        progress_of(SWEEP, until(counts, elapsed_s), _NOTHING, MODEL)
+        for elapsed_s in np.arange(0.5, 34.0, 0.5)
+    ]
     rests = [one.rests for one in seen]
     assert rests == sorted(rests) and rests[-1] == len(stops)
     for one in seen:
@@ -76,9 +77,9 @@ def test_a_sweep_rests_where_the_screen_says_and_ends_with_the_last_rest() -> No
 def test_a_turn_rests_at_both_ends() -> None:
     assert list(stops_deg(TURN)) == [0, -360, 0, -360, 0, -360, 0]
     counts = recorded(TURN, 34.0, Hands.steady())
-    assert progress_of(TURN, until(counts, 4.0), KNOWN).next_stop_deg == -360
-    assert progress_of(TURN, until(counts, 28.0), KNOWN).rests == 6
-    assert progress_of(TURN, counts, KNOWN).done
+    assert progress_of(TURN, until(counts, 4.0), _NOTHING, MODEL).next_stop_deg == -360
+    assert progress_of(TURN, until(counts, 28.0), _NOTHING, MODEL).rests == 6
+    assert progress_of(TURN, counts, _NOTHING, MODEL).done
 
 
 def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
@@ -88,7 +89,7 @@ def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
     twitching.imu_counts[middle : middle + 30, 1:3, 4] += 500  # 8 deg/s for a tenth of a second
     seen = Recording.from_counts(twitching)
     assert len(find_rests(seen.t_s, seen.rate_rad_s[:, 1, 0])) == 2
-    assert progress_of(SWEEP, twitching, KNOWN).rests == 1
+    assert progress_of(SWEEP, twitching, _NOTHING, MODEL).rests == 1
 
 
 def test_nobody_who_sweeps_is_waited_for_endlessly() -> None:
@@ -96,29 +97,31 @@ def test_nobody_who_sweeps_is_waited_for_endlessly() -> None:
     late = replace(
         counts, t_us=counts.t_us + np.where(np.arange(len(counts.t_us)) > 5, round(LONGEST_S * 1e6), 0)
     )
-    progress = progress_of(SWEEP, late, KNOWN)
+    progress = progress_of(SWEEP, late, _NOTHING, MODEL)
     assert (progress.done, progress.left_s, progress.rests) == (True, 0.0, 1)
-    assert not progress_of(SWEEP, counts, KNOWN).done
+    assert not progress_of(SWEEP, counts, _NOTHING, MODEL).done
 
 
 def test_what_moves_and_what_should() -> None:
     counts = recorded(SWEEP, 34.0, Hands.steady())
-    right = progress_of(SWEEP, counts, KNOWN).levels
+    right = progress_of(SWEEP, counts, _NOTHING, MODEL).levels
     assert all(level.met for level in right)
     assert right[3].limit_deg_s is None, "body 4 goes along with 2 and 3"
-    wrong = progress_of(sweeps(1)[0], counts, KNOWN).levels  # asked was body 1, with 2, 3 and 4 held
+    wrong = progress_of(
+        sweeps(1)[0], counts, _NOTHING, MODEL
+    ).levels  # asked was body 1, with 2, 3 and 4 held
     assert [level.met for level in wrong] == [False, False, False, False]
-    resting = progress_of(rest(), counts, KNOWN).levels
+    resting = progress_of(rest(), counts, _NOTHING, MODEL).levels
     assert [level.met for level in resting] == [True] * 4, "the last seconds count, and the sweep is over"
-    moving = progress_of(zero(None), until(counts, 10.0), KNOWN)
+    moving = progress_of(zero(None), until(counts, 10.0), _NOTHING, MODEL)
     assert [level.met for level in moving.levels] == [True, False, False, False]
-    assert (moving.done, progress_of(zero(None), until(counts, 4.0), KNOWN).done) == (True, False)
+    assert (moving.done, progress_of(zero(None), until(counts, 4.0), _NOTHING, MODEL).done) == (True, False)
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])
 @pytest.mark.parametrize("step", [rest(), swings(1)[0], SWEEP, TURN])
 def test_the_picture_fits_the_terminal_and_says_what_is_wrong(step: Step, width: int) -> None:
-    progress = progress_of(step, until(recorded(SWEEP, 34.0, Hands.steady()), 10.0), KNOWN)
+    progress = progress_of(step, until(recorded(SWEEP, 34.0, Hands.steady()), 10.0), _NOTHING, MODEL)
     lines = [line for line, _ in Picture(step, progress).lines(width)]
     assert max(map(len, lines)) <= max(width, 60)
     assert sum("|" in line for line in lines) == sum(

@@ -14,9 +14,9 @@ import pytest
 from tests.calibration.some_calibration import SUBJECT
 from tests.cli.certified import DROPPED, HOUR, MEASURED, certificate, recorded, said, whole_calibration
 from tests.cli.process import RunCli
+from tfsat_host.calibration.certificate.archive import certificate_for, measured_after
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.of_drop import certificate_for, measured_after
 from tfsat_host.run.certificate_notices import notices
 
 FILE = Path("calibration.toml")

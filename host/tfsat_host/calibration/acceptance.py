@@ -5,28 +5,37 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import FloatArray, wrapped
+from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.gyros.bias import estimate_biases
-from tfsat_host.calibration.joints.zero import estimate_zero
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.solution import Solution, solve
-from tfsat_host.calibration.steps.angle_checks import check_answers
-from tfsat_host.calibration.steps.completeness import check_complete
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.calibration.steps.motion_checks import check_motion
-from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.step import Step, StepKind
+from tfsat_host.calibration.steps.recording import Recording, check_answers, check_complete
+from tfsat_host.calibration.steps.step import Step, StepKind, bodies
+from tfsat_host.calibration.zero import estimate_zero
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 MOST_OPEN_RAD = np.deg2rad(3.0)
 """A joint may be so far from closed while the robot is turned: it tilts the outer bodies' axis by as much."""
-_COMPARED_WITH = (StepKind.REST, StepKind.ZERO)
-"""A step is judged by biases and zero points alone: what motions told before need not be solved for it."""
+LEAST_RMS_RAD_S = {StepKind.SWING: np.deg2rad(5.0), StepKind.SWEEP: np.deg2rad(2.0)}
+"""A moved body must turn at least this fast, rms."""
+LEAST_TRAVEL_RAD = {StepKind.SWING: np.deg2rad(20.0), StepKind.SWEEP: np.deg2rad(45.0)}
+"""So far must the joint go."""
+MOST_HELD_FRACTION = 0.15
+"""A held body may turn at most this fraction of the moved one's rms rate; what it turns is taken off."""
+MOST_CARRIED_SHARE = 0.01
+"""A closed joint between moved bodies may follow the moved one by this share: it tilts the axis by as much."""
+MOST_CARRIED_RAD = np.deg2rad(5.0)
+"""So far may such a joint wander at all."""
+MOST_APART_RAD = np.deg2rad(4.0)
+"""Between the two sensors of a joint: twice what two poorly adjusted magnets make."""
+_SILENT_RAD = np.deg2rad(3.0)
+_MOVES_FRACTION = 0.4
+_DEAD_RAD_S = np.deg2rad(1.0)
+"""A joint that goes 20 deg at less takes 20 s."""
+_AGAIN = "and run this command again."
 
 
 def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotModel) -> None:
@@ -34,61 +43,47 @@ def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotMode
 
     Args:
         evidence: The step, just recorded.
-        earlier: What was accepted before it, in any order: rests tell biases, zeros what a new one is compared with.
+        earlier: What was accepted before it, in any order; a step is judged by biases and zero points alone.
         model: The robot.
 
     Raises:
         CalibrationError: why not, what it means, and what to do.
     """
-    step = evidence.step
-    before = solve((one for one in earlier if one.step.kind in _COMPARED_WITH), model)
-    recording = Recording.from_counts(evidence.counts)
+    step, valid = evidence.step, evidence.counts.angle_valid
+    before = solve((one for one in earlier if one.step.kind in (StepKind.REST, StepKind.ZERO)), model)
+    recording = evidence.recording
     if step.kind == StepKind.REST:
         estimate_biases(recording)
         return
+    check_complete(recording, () if step.kind == StepKind.ZERO else range(1, len(before.gyros) + 1))
     if step.kind == StepKind.ZERO:
-        check_complete(recording, ())
         for sensors in before.joints:
             if step.joint in (None, sensors.joint):
-                estimate_zero(recording, evidence.counts.angle_valid, sensors, model)
+                estimate_zero(recording, valid, sensors, model)
         return
-    check_complete(recording, range(1, len(before.gyros) + 1))
     if step.kind == StepKind.SERVO:
         return
-    _check_biases(before)
-    if step.kind == StepKind.TURN:
-        _check_closed(recording, before, model)
-        return
-    for joint in _joints_that_matter(step):
-        check_answers(evidence.counts.angle_valid[:, sensor_columns(model, joint)], joint, most_silent=0.0)
-    rates = recording.rate_rad_s - np.array([gyro.bias_rad_s for gyro in before.gyros])
-    by_each = np.stack([_by_each(recording, sensors, model) for sensors in before.joints], axis=1)
-    check_motion(step, rates, by_each)
-
-
-def _check_biases(before: Solution) -> None:
     if any(gyro.bias_taken is None for gyro in before.gyros):
         raise CalibrationError(
             what="The gyros' biases are not known yet.",
             meaning="A gyro that reads 5 deg/s at rest would be taken for a body that moves.",
             next_step="Let the robot rest on the bench and type: tfsat-host calibrate bias",
         )
-
-
-def _joints_that_matter(step: Step) -> list[int]:
-    """The one that is moved, and those between moved bodies."""
-    between = [body for body in step.moved if body + 1 in step.moved]
-    return between if step.joint is None else sorted({step.joint, *between})
+    if step.kind == StepKind.TURN:
+        _check_closed(recording, before, model)
+        return
+    between = {body for body in step.moved if body + 1 in step.moved}
+    for joint in sorted(between | {step.moving_joint}):
+        check_answers(valid[:, sensor_columns(model, joint)], joint, most_silent=0.0)
+    rates = recording.rate_rad_s - np.array([gyro.bias_rad_s for gyro in before.gyros])
+    by_each = np.stack([_by_each(recording, sensors, model) for sensors in before.joints], axis=1)
+    _check_motion(step, rates, by_each)
 
 
 def _by_each(recording: Recording, sensors: JointSensors, model: RobotModel) -> FloatArray:
     """(n, 2) a joint's angle by each sensor, unwrapped; without a zero from where the recording begins."""
-    angles = np.unwrap(
-        sensors.each(recording.sensor_angle_rad[:, sensor_columns(model, sensors.joint)]), axis=0
-    )
-    if sensors.zero_taken is None:
-        angles -= angles[: max(1, len(angles) // 50)].mean(axis=0)
-    return np.asarray(angles)
+    shown = recording.sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
+    return sensors.from_start(np.unwrap(sensors.each(shown), axis=0))
 
 
 def _check_closed(recording: Recording, before: Solution, model: RobotModel) -> None:
@@ -100,5 +95,183 @@ def _check_closed(recording: Recording, before: Solution, model: RobotModel) -> 
             raise CalibrationError(
                 what=f"Joint {sensors.joint} was {np.rad2deg(open_rad):.1f} deg open while the robot was turned.",
                 meaning="The bodies beyond it turned about another of their axes; their scale would be wrong.",
-                next_step="Close all joints, leave the attachments on, and run this command again.",
+                next_step=f"Close all joints, leave the attachments on, {_AGAIN}",
+            )
+
+
+def _check_motion(step: Step, rates_rad_s: FloatArray, by_each_rad: FloatArray) -> None:
+    """Refuses what is not the motion of a swing or a sweep.
+
+    Args:
+        step: What was asked.
+        rates_rad_s: (n, 4, 3) bias taken off, sensor axes.
+        by_each_rad: (n, 3, 2) joint angles by each of their sensors, unwrapped; where a zero is not known, from
+            where the recording begins.
+    """
+    rms = np.sqrt((rates_rad_s**2).sum(axis=2).mean(axis=0))
+    _check_joint_moved(step, np.ptp(by_each_rad, axis=0), rms)
+    _check_sensors_agree(step.moving_joint, by_each_rad[:, step.moving_joint - 1])
+    _check_bodies(step, rms)
+    _check_closed_joints(step, by_each_rad.mean(axis=2))
+
+
+def _check_joint_moved(step: Step, travel_rad: FloatArray, rms: FloatArray) -> None:
+    """Refuses where the angle sensors do not show that the joint was moved.
+
+    Args:
+        step: Which joint was asked for.
+        travel_rad: (3, 2) how far each sensor of each joint went.
+        rms: (4,) of each body's rate, rad/s.
+    """
+    joint, least_rad = step.moving_joint, LEAST_TRAVEL_RAD[step.kind]
+    own, both = travel_rad[joint - 1], travel_rad.min(axis=1)
+    if own.min() >= least_rad:
+        return
+    turning = bool(rms.max() > LEAST_RMS_RAD_S[step.kind])
+    silent = own.max() < _SILENT_RAD
+    others = [other for other, travel in enumerate(both, 1) if other != joint and travel > least_rad]
+    if others and silent:
+        raise CalibrationError(
+            what=f"Joint {others[0]} was moved by {np.rad2deg(both[others[0] - 1]):.0f} deg, not joint {joint}.",
+            meaning="The axis of another joint would have been taken for this one's. "
+            "Where the right joint was moved, the angle sensors of the two are exchanged.",
+            next_step=f"Move joint {joint}, or put the angle sensors' cables right, {_AGAIN}",
+        )
+    if own.min() < _SILENT_RAD and own.max() > least_rad:
+        raise _one_sensor(joint, travel_rad, least_rad)
+    if silent and turning and rms.min() > _MOVES_FRACTION * rms.max():
+        raise CalibrationError(
+            what=f"All bodies turned as one, and joint {joint} did not move.",
+            meaning="The axis of the joint cannot be told from a rotation of the whole robot.",
+            next_step=f"Hold one side on the bench, move joint {joint} alone, {_AGAIN}",
+        )
+    if silent and turning:
+        raise CalibrationError(
+            what=f"Neither angle sensor of joint {joint} shows a motion while gyros turn.",
+            meaning="Without them the joint's angle is not known, now or in the drop.",
+            next_step=f"Check their cables and magnets with tfsat-host monitor, move joint {joint}, {_AGAIN}",
+        )
+    raise CalibrationError(
+        what=f"Joint {joint} moved by {np.rad2deg(own.min()):.0f} deg; at least {np.rad2deg(least_rad):.0f} "
+        f"are needed.",
+        meaning="The axis could not be told from noise.",
+        next_step=f"Move joint {joint} farther, through its whole range if you can, {_AGAIN}",
+    )
+
+
+def _one_sensor(joint: int, travel_rad: FloatArray, least_rad: float) -> CalibrationError:
+    """One of the joint's own does not move: dead, or its cable is another joint's."""
+    silent = int(np.argmin(travel_rad[joint - 1])) + 1
+    for other, travel in enumerate(travel_rad, 1):
+        if other != joint and travel.max() > least_rad and travel.min() < _SILENT_RAD:
+            stray = int(np.argmax(travel)) + 1
+            return CalibrationError(
+                what=f"Angle sensor {silent} of joint {joint} and angle sensor {stray} of joint {other} look "
+                f"exchanged: the one shows no motion, the other moves.",
+                meaning="Both joints' angles would be wrong in the drop.",
+                next_step="Exchange their cables, take the zero points again (tfsat-host calibrate zero --all "
+                f"--anew), {_AGAIN}",
+            )
+    return CalibrationError(
+        what=f"Angle sensor {silent} of joint {joint} shows no motion while the other one moves.",
+        meaning="It is dead, or its magnet is loose; the joint's angle in the drop would be wrong.",
+        next_step=f"Check its cable and its magnet with tfsat-host monitor, {_AGAIN}",
+    )
+
+
+def _check_sensors_agree(joint: int, by_each_rad: FloatArray) -> None:
+    """Refuses what two sensors (n, 2), counted from the joint's zero or from the recording's start, do not share."""
+    apart = by_each_rad[:, 0] - by_each_rad[:, 1]
+    apart = apart - 2 * np.pi * np.round(apart[0] / (2 * np.pi))
+    worst = float(np.abs(apart).max())
+    if worst <= MOST_APART_RAD:
+        return
+    opposed = np.corrcoef(by_each_rad.T)[0, 1] < -0.9
+    if opposed and worst > 0.5 * np.ptp(by_each_rad, axis=0).sum():
+        raise CalibrationError(
+            what=f"The two angle sensors of joint {joint} go opposite ways: one counts the other way than the "
+            f"robot file says.",
+            meaning="Their mean would not be the joint's angle.",
+            next_step="Move the joint and look at both with tfsat-host monitor; correct the direction of the "
+            f"wrong one in the robot file, give that with --robot, {_AGAIN}",
+        )
+    raise CalibrationError(
+        what=f"The two angle sensors of joint {joint} disagree by up to {np.rad2deg(worst):.1f} deg "
+        f"over the motion.",
+        meaning="One of them slips on the axis, or sits off its centre; it may slip again in the drop.",
+        next_step="Look at both with tfsat-host monitor while the joint moves; fasten the one that lags, take "
+        f"its zero again (tfsat-host calibrate zero --joint {joint} --anew), {_AGAIN}",
+    )
+
+
+def _check_bodies(step: Step, rms: FloatArray) -> None:
+    """Refuses where others moved than should have, by the rms rate (4,) of each body."""
+    joint, moved, held = step.moving_joint, set(step.moved), set(step.held)
+    fastest = max(float(rms[body - 1]) for body in moved | held)
+    slowest = min(step.moved, key=lambda body: float(rms[body - 1]))
+    moving = {body for body in moved | held if rms[body - 1] > _MOVES_FRACTION * fastest}
+    missing, extra = sorted(moved - moving), sorted(moving - moved)
+    if fastest < LEAST_RMS_RAD_S[step.kind] or (
+        moving == moved and rms[slowest - 1] < LEAST_RMS_RAD_S[step.kind]
+    ):
+        if rms[slowest - 1] < _DEAD_RAD_S:
+            raise _dead(step, slowest, rms)
+        raise CalibrationError(
+            what=f"Body {slowest} turned at {np.rad2deg(rms[slowest - 1]):.1f} deg/s rms; "
+            f"at least {np.rad2deg(LEAST_RMS_RAD_S[step.kind]):.0f} are needed.",
+            meaning="The axis could not be told from noise.",
+            next_step=f"Move {bodies(step.moved)} about joint {joint} wider and faster, {_AGAIN}",
+        )
+    if moving == moved:
+        extra = [body for body in step.held if rms[body - 1] > MOST_HELD_FRACTION * rms[slowest - 1]]
+    if len(missing) == len(extra) == 1:
+        raise CalibrationError(
+            what=f"The gyros of body {missing[0]} and body {extra[0]} look exchanged: joint {joint} moved, and the "
+            f"gyro of body {extra[0]} turned instead of that of body {missing[0]}.",
+            meaning="Every rate in the drop would be taken for another body's; so were those of the steps so far.",
+            next_step="Exchange their cables (or their address jumpers) and begin anew: tfsat-host calibrate bias, "
+            f"then misalignment --joint 1. If their cables are right, move body {missing[0]}, not body {extra[0]}.",
+        )
+    if moving == held:
+        raise CalibrationError(
+            what=f"The wrong side moved: {bodies(held)} turned, and {bodies(moved)} was held.",
+            meaning="Nothing was kept: the gyros of the side that is asked for measured no rotation.",
+            next_step=f"Hold {bodies(held)} on the bench and move {bodies(moved)}, {_AGAIN} "
+            "If you did so, the cables of the gyros' two buses are exchanged.",
+        )
+    if missing:
+        raise _dead(step, missing[0], rms)
+    if extra:
+        raise CalibrationError(
+            what=f"Body {extra[0]} should have been held, and turned at {np.rad2deg(rms[extra[0] - 1]):.1f} "
+            f"deg/s rms.",
+            meaning="The rotation was not about the joint alone; the axis would be wrong.",
+            next_step=f"Hold {bodies(step.held)} firmly on the bench, {_AGAIN}",
+        )
+
+
+def _dead(step: Step, body: int, rms: FloatArray) -> CalibrationError:
+    return CalibrationError(
+        what=f"The gyro of body {body} showed {np.rad2deg(rms[body - 1]):.1f} deg/s rms while joint {step.joint} "
+        f"was moved.",
+        meaning="It is broken, or its body was not moved.",
+        next_step=f"Move {bodies(step.moved)} about joint {step.joint}; look at the gyro with tfsat-host monitor.",
+    )
+
+
+def _check_closed_joints(step: Step, angles_rad: FloatArray) -> None:
+    """Joints between moved bodies: what moves with the joint in question tilts the axis that the farther gyro shows."""
+    joint = step.moving_joint
+    moved = angles_rad[:, joint - 1] - angles_rad[:, joint - 1].mean()
+    for other, angle in enumerate(angles_rad.T, 1):
+        if other == joint or not {other, other + 1} <= set(step.moved):
+            continue
+        share = abs(float(moved @ angle) / float(moved @ moved))
+        if share > MOST_CARRIED_SHARE or np.ptp(angle) > MOST_CARRIED_RAD:
+            raise CalibrationError(
+                what=f"Joint {other} moved by {np.rad2deg(np.ptp(angle)):.1f} deg while joint {joint} was "
+                f"moved; it should stay closed.",
+                meaning=f"The gyro beyond it turned about both; the axis of joint {joint} would be wrong for it.",
+                next_step=f"Close joint {other} and grip {bodies((other, other + 1))} as one, or leave the "
+                f"attachment on it, {_AGAIN}",
             )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
@@ -14,8 +15,6 @@ from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
 
 NOISE_STD_RAD_S = np.deg2rad(0.05)
 """Of a sample of a gyro that never rested (PS-MPU-6000A rev. 3.4, section 6.1, total RMS noise)."""

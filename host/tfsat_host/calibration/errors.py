@@ -7,3 +7,7 @@ from tfsat_host.errors import TfsatError
 
 class CalibrationError(TfsatError):
     """The recording does not support a calibration; nothing was kept."""
+
+
+class NotKeptError(TfsatError):
+    """A step was accepted, and cannot be written; nothing was changed."""

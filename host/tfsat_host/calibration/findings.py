@@ -1,194 +1,301 @@
-"""What one command of a calibration has found, as people ask for it: numbers with their standard deviations."""
+"""What steps of a calibration have found, as people ask for it: tables of numbers with their standard deviations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.response import across
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.step import AXES, Step
+from tfsat_host.calibration.steps.step import AXES, StepKind
+from tfsat_host.quantity import Column, Columns, Table, fields, plus_minus, vector
 from tfsat_host.robot import RobotModel
 
-FloatArray = NDArray[np.float64]
+Row = dict[str, Any]
 
 
-@dataclass(frozen=True, eq=False)
-class BiasFound:
-    """Of one gyro.
+def bias_row(gyro: GyroCalibration) -> Row:
+    """Bias of one gyro, sensor axes."""
+    std = np.rad2deg(np.sqrt(np.diag(gyro.covariance)[:3]))
+    return {
+        "body": gyro.body,
+        "bias_deg_s": np.rad2deg(gyro.bias_rad_s),
+        "std_deg_s": std,
+        "temperature_c": gyro.temperature_c,
+    }
 
-    Attributes:
-        body: 1 to 4.
-        bias_deg_s: (3,) sensor axes.
-        std_deg_s: (3,).
-        temperature_c: Of the die.
+
+def zero_row(sensors: JointSensors, before: JointSensors | None = None) -> Row:
+    """What each sensor of a joint shows at joint angle zero, 0 to 360.
+
+    `disagreement_deg` is the joint's angle by the first sensor less that by the second, by the zero points that were
+    known before; None where none were.
     """
+    disagreement = None
+    if before is not None and before.zero_taken is not None:
+        by_each = before.each(sensors.zero_rad[None, :])[0]
+        disagreement = float(np.rad2deg(wrapped(by_each[:1] - by_each[1:])[0]))
+    return {
+        "joint": sensors.joint,
+        "zero_deg": np.rad2deg(sensors.zero_rad) % 360.0,
+        "std_deg": np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance))),
+        "disagreement_deg": disagreement,
+    }
 
-    body: int
-    bias_deg_s: FloatArray
-    std_deg_s: FloatArray
-    temperature_c: float
 
-    @classmethod
-    def of(cls, gyro: GyroCalibration) -> BiasFound:
-        """From what is known of the gyro."""
-        std = np.sqrt(np.diag(gyro.covariance)[:3])
-        return cls(gyro.body, np.rad2deg(gyro.bias_rad_s), np.rad2deg(std), gyro.temperature_c)
+def axis_rows(gyros: Sequence[GyroCalibration], swing: Evidence, model: RobotModel) -> list[Row]:
+    """The joint's axis in the frame of each gyro that a swing moved.
 
-
-@dataclass(frozen=True, eq=False)
-class ZeroFound:
-    """Of one joint.
-
-    Attributes:
-        joint: 1 to 3.
-        zero_deg: (2,) what each of its sensors shows at joint angle zero, 0 to 360.
-        std_deg: (2,).
-        disagreement_deg: By the zero points that were known before: the joint's angle by the first sensor less that
-            by the second; None where none were known.
+    `angle_deg` is between it and `nominal_sensor`, where the gyro is mounted as designed; `std_deg` that of the axis's
+    direction, per transverse direction; `cross_axis` the two transverse components, in x, y, z order, for one of the
+    axis's own.
     """
-
-    joint: int
-    zero_deg: FloatArray
-    std_deg: FloatArray
-    disagreement_deg: float | None
-
-    @classmethod
-    def of(cls, sensors: JointSensors, before: JointSensors | None) -> ZeroFound:
-        """From what is known of the joint's sensors now, and what was known before."""
-        disagreement = None
-        if before is not None and before.zero_taken is not None:
-            by_each = before.each(sensors.zero_rad[None, :])[0]
-            disagreement = float(np.rad2deg(wrapped(by_each[:1] - by_each[1:])[0]))
-        std = np.rad2deg(np.sqrt(np.diag(sensors.zero_covariance)))
-        return cls(sensors.joint, np.rad2deg(sensors.zero_rad) % 360.0, std, disagreement)
-
-
-@dataclass(frozen=True, eq=False)
-class AxisFound:
-    """A joint's axis in the frame of one gyro.
-
-    Attributes:
-        body: 1 to 4, the body that carries the gyro.
-        axis: (3,) unit vector in sensor axes, in the joint's positive direction.
-        nominal: (3,) the same where the gyro is mounted as designed.
-        angle_deg: Angle between the two.
-        std_deg: Standard deviation of the axis's direction, per transverse direction.
-        rms_rate_deg_s: Excitation, rms.
-        bias: Of the gyro.
-    """
-
-    body: int
-    axis: FloatArray
-    nominal: FloatArray
-    angle_deg: float
-    std_deg: float
-    rms_rate_deg_s: float
-    bias: BiasFound
-
-    @classmethod
-    def of(cls, gyro: GyroCalibration, evidence: Evidence, model: RobotModel) -> AxisFound:
-        """From what is known of the gyro now, with the swing that was about the axis."""
-        joint_axis = model.joint_axis[_joint(evidence.step) - 1]
+    joint_axis = model.joint_axis[swing.step.moving_joint - 1]
+    rows = []
+    for gyro in (gyros[body - 1] for body in swing.step.moved):
         axis = gyro.rotation.T @ joint_axis
         nominal = model.imus[gyro.body - 1].sensor_to_body.T @ joint_axis
         # A rotation vector along the axis leaves it where it is; one across moves it by as much.
-        across = np.eye(3) - np.outer(axis, axis)
-        variance = float(np.trace(across @ gyro.covariance[3:6, 3:6] @ across)) / 2.0
-        rates = Recording.from_counts(evidence.counts).rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s
-        return cls(
-            gyro.body,
-            axis,
-            nominal,
-            float(np.rad2deg(np.arctan2(np.linalg.norm(np.cross(axis, nominal)), axis @ nominal))),
-            float(np.rad2deg(np.sqrt(variance))),
-            float(np.rad2deg(np.sqrt((rates**2).sum(axis=1).mean()))),
-            BiasFound.of(gyro),
+        variance = float(np.trace(across(axis) @ gyro.covariance[3:6, 3:6] @ across(axis))) / 2.0
+        rates = swing.recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s
+        bias, main = bias_row(gyro), int(np.argmax(np.abs(nominal)))
+        rows.append(
+            {
+                "body": gyro.body,
+                "axis_sensor": axis,
+                "nominal_sensor": nominal,
+                "angle_deg": _apart_deg(axis, nominal),
+                "std_deg": float(np.rad2deg(np.sqrt(variance))),
+                "cross_axis": tuple(float(axis[i] / axis[main]) for i in range(3) if i != main),
+                "rms_rate_deg_s": float(np.rad2deg(np.sqrt((rates**2).sum(axis=1).mean()))),
+                "bias_deg_s": bias["bias_deg_s"],
+                "bias_std_deg_s": bias["std_deg_s"],
+            }
         )
-
-    def cross_axis(self) -> tuple[float, float]:
-        """Components of the two transverse sensor axes per component of the joint's own, in x, y, z order."""
-        main = int(np.argmax(np.abs(self.nominal)))
-        first, second = (float(self.axis[i] / self.axis[main]) for i in range(3) if i != main)
-        return first, second
+    return rows
 
 
-@dataclass(frozen=True, slots=True)
-class ScaleFound:
-    """Scale factor of one gyro for rotations about one axis of its body.
+def scale_rows(gyros: Sequence[GyroCalibration], moved: Evidence, model: RobotModel) -> list[Row]:
+    """Reading over truth of each gyro that a sweep or a turn moved, about the body axis nearest to the rotation's."""
+    step = moved.step
+    index = AXES.index(step.axis) if step.axis else _main_axis(model, step.moving_joint)
+    rows = []
+    for body in step.moved:
+        scale, std = gyros[body - 1].scale_about(index)
+        rows.append({"body": body, "axis": AXES[index], "frame": "body", "scale": scale, "std": std})
+    return rows
 
-    Attributes:
-        body: 1 to 4.
-        axis: Of the body, x y or z: the one that lies nearest to the rotation's.
-        scale: Reading over truth.
-        std: Standard deviation.
+
+def bend_rows(calibration: Calibration, steps: Iterable[Evidence]) -> list[Row]:
+    """Amplitudes of sin, cos, sin 2 and cos 2 of the angle shown, of both sensors of each joint that was swept."""
+    joints = {one.step.joint for one in steps if one.step.kind == StepKind.SWEEP}
+    rows = []
+    for sensors in (one for one in calibration.joints if one.joint in joints):
+        stds = np.sqrt(np.diag(sensors.bend_covariance)).reshape(2, 4)
+        for number, (bend, std) in enumerate(zip(sensors.bend, stds, strict=True), 1):
+            of = {"joint": sensors.joint, "sensor": number}
+            rows.append(of | {"bend_deg": np.rad2deg(bend), "std_deg": np.rad2deg(std)})
+    return rows
+
+
+def largest_bends_deg(bends: Iterable[Row]) -> dict[int, list[float]]:
+    """By joint: the most by which each of its sensors can be off, whatever it shows."""
+    found: dict[int, list[float]] = {}
+    for row in bends:
+        bend = row["bend_deg"]
+        found.setdefault(row["joint"], []).append(float(np.hypot(*bend[:2]) + np.hypot(*bend[2:])))
+    return found
+
+
+def found_rows(
+    steps: Sequence[Evidence], before: Calibration | None, now: Calibration, model: RobotModel
+) -> list[Row]:
+    """What some steps of one kind found, of all gyros, joints or axes."""
+    kind = steps[0].step.kind
+    if kind == StepKind.REST:
+        return [bias_row(gyro) for gyro in now.gyros]
+    if kind == StepKind.ZERO:
+        joints = {one.step.joint for one in steps}
+        known = [None] * len(now.joints) if before is None else before.joints
+        pairs = zip(now.joints, known, strict=True)
+        return [zero_row(one, old) for one, old in pairs if joints & {None, one.joint}]
+    rows_of = axis_rows if kind == StepKind.SWING else scale_rows
+    return [row for one in steps for row in rows_of(now.gyros, one, model)]
+
+
+def found_table(
+    quantity: str, steps: Sequence[Evidence], before: Calibration | None, now: Calibration, model: RobotModel
+) -> tuple[str, Table]:
+    """The name in JSON of what a command of `calibrate` has found, and the table of it.
+
+    Args:
+        quantity: `bias`, `zero`, `misalignment` or `scale`.
+        steps: That were accepted; others than the quantity's do not count.
+        before: What was known when the command began; None: nothing.
+        now: What is known.
+        model: The robot.
     """
-
-    body: int
-    axis: str
-    scale: float
-    std: float
-
-    @classmethod
-    def of(cls, gyro: GyroCalibration, step: Step, model: RobotModel) -> ScaleFound:
-        """About the body axis that a sweep or a turn was about."""
-        about = model.joint_axis[_joint(step) - 1] if step.axis is None else np.eye(3)[AXES.index(step.axis)]
-        index = int(np.argmax(np.abs(about)))
-        return cls(gyro.body, AXES[index], *gyro.scale_about(index))
+    key, title, kinds, columns = _TABLES[quantity]
+    counted = [one for one in steps if one.step.kind in kinds]
+    joint = f" {counted[0].step.joint}" if quantity == "misalignment" else ""
+    return key, Table(f"{title}{joint}", columns, found_rows(counted, before, now, model))
 
 
-@dataclass(frozen=True, eq=False)
-class BendFound:
-    """How far the two angle sensors of a joint depart from a straight line.
-
-    Attributes:
-        joint: 1 to 3.
-        bend_deg: (2, 4) amplitudes of sine and cosine of the angle shown and of twice that.
-        std_deg: (2, 4).
-    """
-
-    joint: int
-    bend_deg: FloatArray
-    std_deg: FloatArray
-
-    @classmethod
-    def of(cls, sensors: JointSensors) -> BendFound:
-        """From what is known of the joint's sensors."""
-        std = np.sqrt(np.diag(sensors.bend_covariance)).reshape(2, 4)
-        return cls(sensors.joint, np.rad2deg(sensors.bend), np.rad2deg(std))
-
-    def largest_deg(self) -> FloatArray:
-        """(2,) the most by which each sensor can be off, whatever it shows."""
-        first, second = np.hypot(self.bend_deg[:, 0], self.bend_deg[:, 1]), np.hypot(*self.bend_deg[:, 2:].T)
-        return np.asarray(first + second)
+def found_lines(step: Evidence, calibration: Calibration, model: RobotModel) -> list[str]:
+    """What an accepted step found, a line for each thing."""
+    if step.step.kind == StepKind.SERVO:
+        return [f"servo of joint {step.step.joint}: {len(step.visits)} places visited"]
+    rows = found_rows([step], None, calibration, model)
+    if step.step.kind == StepKind.REST:
+        return [
+            f"biases of bodies 1 to 4, ± {max(row['std_deg_s'].max() for row in rows):.4f} deg/s or better"
+        ]
+    return [_LINES[step.step.kind](row) for row in rows]
 
 
-def axes_found(calibration: Calibration, evidence: Iterable[Evidence], model: RobotModel) -> list[AxisFound]:
-    """Of the bodies that each swing moved."""
-    return [
-        AxisFound.of(calibration.gyros[body - 1], one, model) for one in evidence for body in one.step.moved
-    ]
+def _apart_deg(first: Any, second: Any) -> float:
+    return float(np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second)))
 
 
-def scales_found(
-    calibration: Calibration, evidence: Iterable[Evidence], model: RobotModel
-) -> list[ScaleFound]:
-    """Of the bodies that each sweep or turn moved."""
-    return [
-        ScaleFound.of(calibration.gyros[body - 1], one.step, model)
-        for one in evidence
-        for body in one.step.moved
-    ]
+def _main_axis(model: RobotModel, joint: int) -> int:
+    return int(np.argmax(np.abs(model.joint_axis[joint - 1])))
 
 
-def _joint(step: Step) -> int:
-    if step.joint is None:
-        raise ValueError(f"a {step.kind} moves no joint")
-    return step.joint
+def value_rows(calibration: Calibration, model: RobotModel) -> dict[str, Row]:
+    """Value, standard deviation and unit of everything in a certificate, by the names that `quantities` has for it."""
+    rows: dict[str, Row] = {}
+    for gyro in calibration.gyros:
+        bias = bias_row(gyro)
+        rows[f"bias of body {gyro.body}"] = {
+            "value": bias["bias_deg_s"].tolist(),
+            "std": bias["std_deg_s"].tolist(),
+            "unit": "deg/s",
+            "frame": "sensor",
+            "temperature_c": gyro.temperature_c,
+        }
+        for index, axis in enumerate(AXES):
+            value, std = gyro.scale_about(index)
+            rows[f"scale factor {axis} of body {gyro.body}"] = {
+                "value": value,
+                "std": std,
+                "unit": "1",
+                "frame": "body",
+            }
+            # How far the body axis lies, in sensor axes, from where the design has it. A small rotation d moves it by
+            # d x axis.
+            true = gyro.rotation[index]
+            cross = np.cross(np.eye(3), true)
+            spread = cross @ gyro.covariance[3:6, 3:6] @ cross.T
+            rows[f"misalignment of body {gyro.body} about {axis}"] = {
+                "value": _apart_deg(true, model.imus[gyro.body - 1].sensor_to_body[index]),
+                "std": float(np.rad2deg(np.sqrt(np.linalg.eigvalsh(spread)[-1]))),
+                "unit": "deg",
+                "axis_sensor": true.tolist(),
+            }
+    for sensors in calibration.joints:
+        zero = zero_row(sensors)
+        rows[f"zero point of joint {sensors.joint}"] = {
+            "value": zero["zero_deg"].tolist(),
+            "std": zero["std_deg"].tolist(),
+            "unit": "deg",
+            "frame": "sensor",
+        }
+    for servo in calibration.servo_maps:
+        rows[f"servo of joint {servo.joint}"] = {
+            "value": float(np.rad2deg(servo.backlash_rad)),
+            "std": float(np.rad2deg(servo.backlash_std_rad)),
+            "unit": "deg",
+            "is": "backlash",
+            "slope_deg_per_us": float(np.rad2deg(servo.slope_rad_per_us)),
+            "middle_us": servo.middle_us,
+            "middle_deg": float(np.rad2deg(servo.middle_rad)),
+            "repeatability_deg": float(np.rad2deg(servo.repeatability_rad)),
+        }
+    return rows
+
+
+def value_text(row: Mapping[str, Any]) -> str:
+    """Value, standard deviation and unit of such a row; of several the largest deviation."""
+    values, stds = ([one] if isinstance(one, float) else one for one in (row["value"], row["std"]))
+    slope = f"{row['slope_deg_per_us']:+.4f} deg/us, backlash " if "is" in row else ""
+    return f"{slope}{vector(values, stds)} {'' if row['unit'] == '1' else row['unit']}".rstrip()
+
+
+def _scale_line(row: Row) -> str:
+    return f"body {row['body']}: scale factor {row['axis']} {row['scale']:.4f} ± {row['std']:.4f}"
+
+
+_LINES: Final[dict[StepKind, Callable[[Row], str]]] = {
+    StepKind.ZERO: lambda row: (
+        f"joint {row['joint']}: zero at {row['zero_deg'][0]:.2f} and {row['zero_deg'][1]:.2f} deg, "
+        f"± {row['std_deg'].max():.3f}"
+    ),
+    StepKind.SWING: lambda row: (
+        f"body {row['body']}: axis {row['angle_deg']:.2f} deg off its design, ± {row['std_deg']:.2f}"
+    ),
+    StepKind.SWEEP: _scale_line,
+    StepKind.TURN: _scale_line,
+}
+_BODY = Column("body", "gyro", words=lambda row: f"body {row['body']}")
+_TABLES: Final[dict[str, tuple[str, str, tuple[StepKind, ...], Columns]]] = {
+    "bias": (
+        "bodies",
+        "Bias, sensor axes",
+        (StepKind.REST,),
+        (
+            _BODY,
+            Column(
+                "bias_deg_s", "x, y, z", words=lambda row: vector(row["bias_deg_s"], row["std_deg_s"], "+.3f")
+            ),
+            *fields("std_deg_s"),
+            Column("temperature_c", "die / °C", form=".1f"),
+        ),
+    ),
+    "zero": (
+        "joints",
+        "Zero points",
+        (StepKind.ZERO,),
+        (
+            Column("joint", "zero of", words=lambda row: f"joint {row['joint']}"),
+            Column("zero_deg", "sensors 1, 2", words=lambda row: vector(row["zero_deg"], row["std_deg"])),
+            *fields("std_deg"),
+            Column("disagreement_deg", "disagree since last", form="+.2f"),
+        ),
+    ),
+    "misalignment": (
+        "axes",
+        "Joint",
+        (StepKind.SWING,),
+        (
+            _BODY,
+            Column("axis_sensor", "joint axis in sensor frame", form="+.4f"),
+            Column("angle_deg", "misaligned", words=lambda row: plus_minus(row["angle_deg"], row["std_deg"])),
+            Column(
+                "cross_axis",
+                "cross-axis / %",
+                words=lambda row: vector((100 * value for value in row["cross_axis"]), form="+.2f"),
+            ),
+            Column("rms_rate_deg_s", "rms rate", form=".0f"),
+            *fields("std_deg nominal_sensor bias_deg_s bias_std_deg_s"),
+        ),
+    ),
+    "scale": (
+        "scales",
+        "Scale factors",
+        (StepKind.SWEEP, StepKind.TURN),
+        (
+            _BODY,
+            Column("axis", "about body axis"),
+            Column("scale", "reading over truth", words=lambda row: plus_minus(row["scale"], row["std"])),
+            Column("", "off / %", words=lambda row: f"{100 * (row['scale'] - 1):+.2f}"),
+            *fields("frame std"),
+        ),
+    ),
+}
+"""By quantity: its name in JSON, title, the steps that tell it, columns."""

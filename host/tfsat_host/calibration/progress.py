@@ -2,32 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
-from tfsat_host.calibration.gyros.bias import STILL_RATE_RAD_S
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.acceptance import LEAST_RMS_RAD_S, MOST_HELD_FRACTION
+from tfsat_host.calibration.bias import STILL_RATE_RAD_S
+from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
-from tfsat_host.calibration.sensors.joint_sensors import JointSensors, joint_angles
+from tfsat_host.calibration.sensors.joint_sensors import joint_angles
+from tfsat_host.calibration.solution import Solution
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.motion_checks import LEAST_RMS_RAD_S, MOST_HELD_FRACTION
-from tfsat_host.calibration.steps.patterns import MotionPattern
-from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.calibration.steps.relative import body_to_base
-from tfsat_host.calibration.steps.rests import SHORTEST_S, TURN_SHARE, find_rests
-from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, TURN_ROUNDS, Step, StepKind
-from tfsat_host.calibration.steps.view import MotionView
+from tfsat_host.calibration.steps.motion import Motion
+from tfsat_host.calibration.steps.recording import SHORTEST_S, TURN_SHARE, Recording, find_rests
+from tfsat_host.calibration.steps.step import (
+    DURATION_S,
+    SWEEP_ROUNDS,
+    SWEEP_STOPS_DEG,
+    TURN_ROUNDS,
+    Step,
+    StepKind,
+)
+from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
 from tfsat_host.robot import RobotModel
 
-FloatArray = NDArray[np.float64]
-
-DURATION_S: Final = {StepKind.REST: 20.0, StepKind.ZERO: 5.0, StepKind.SWING: 12.0}
-"""Of steps that end by the clock; the others end with their last rest."""
 LONGEST_S = 90.0
-"""Of those others, whatever came of them."""
+"""Of steps that end with their last rest, whatever came of them."""
+LOOK_S = 0.5
+"""From one look at a step to the next, on the logger's clock."""
 _RECENT_S = 2.0
 """A body that was touched a while ago may be still again."""
 _NEW_PLACE_RAD = np.deg2rad(10.0)
@@ -88,21 +93,6 @@ class StepProgress:
         return self.stops_deg[self.rests] if self.rests < len(self.stops_deg) else None
 
 
-@dataclass(frozen=True, eq=False)
-class Known:
-    """What is known of a robot's sensors while a step is read.
-
-    Attributes:
-        gyros: Of bodies 1 to 4.
-        joints: Sensors of joints 1 to 3.
-        model: The robot.
-    """
-
-    gyros: Sequence[GyroCalibration]
-    joints: Sequence[JointSensors]
-    model: RobotModel
-
-
 def stops_deg(step: Step) -> tuple[float, ...]:
     """Where a sweep (the joint's angle) or a turn (the robot's) should rest, in order; empty for other steps."""
     if step.kind == StepKind.SWEEP:
@@ -112,7 +102,7 @@ def stops_deg(step: Step) -> tuple[float, ...]:
     return ()
 
 
-def progress_of(step: Step, counts: Counts, known: Known) -> StepProgress:
+def progress_of(step: Step, counts: Counts, known: Solution | Calibration, model: RobotModel) -> StepProgress:
     """Where a step stands by all samples that have come so far, at least one.
 
     Rests are counted as the fit will find them, but only where the joint (or the robot) has come to another place.
@@ -120,11 +110,11 @@ def progress_of(step: Step, counts: Counts, known: Known) -> StepProgress:
     recording = Recording.from_counts(counts)
     elapsed_s = float(recording.t_s[-1] - recording.t_s[0])
     longest_s = DURATION_S.get(step.kind, LONGEST_S)
-    angles = joint_angles(recording.sensor_angle_rad, known.joints, known.model)
+    angles = joint_angles(recording.sensor_angle_rad, known.joints, model)
     wanted = stops_deg(step)
     rests = 0
     if wanted and elapsed_s > SHORTEST_S:
-        rests = min(_rests(step, recording, angles, known), len(wanted))
+        rests = min(_rests(step, recording, known, model), len(wanted))
     return StepProgress(
         elapsed_s,
         max(0.0, longest_s - elapsed_s),
@@ -136,14 +126,41 @@ def progress_of(step: Step, counts: Counts, known: Known) -> StepProgress:
     )
 
 
-def joined(parts: Sequence[Counts]) -> Counts:
-    """Counts that came one after the other, as one; for a look at them, not for keeping: gaps are not counted."""
-    columns: dict[str, Any] = {
-        column.name: np.concatenate([getattr(part, column.name) for part in parts])
-        for column in fields(Counts)
-        if column.name not in ("samples_lost", "scales")
-    }
-    return replace(parts[0], **columns)
+class Watch:
+    """Looks at a step while it is read, and says when it has come to its end.
+
+    Args:
+        step: What is done.
+        scales: Of the samples.
+        known: Of the sensors.
+        model: The robot.
+        show: Given each look.
+    """
+
+    def __init__(
+        self,
+        step: Step,
+        scales: LiveReply,
+        known: Solution | Calibration,
+        model: RobotModel,
+        show: Callable[[StepProgress], None],
+    ) -> None:
+        self._scales = scales
+        self._look = lambda counts: progress_of(step, counts, known, model)
+        self._show = show
+        self._parts: list[Counts] = []
+        self._due_us = 0
+
+    def __call__(self, fresh: Sequence[LiveSampleStream]) -> bool:
+        """Whether these samples were the last that the step needs."""
+        self._parts.append(Counts.from_live(fresh, self._scales))
+        if fresh[-1].time_us < self._due_us:
+            return False
+        self._parts = [Counts.joined(self._parts)]
+        progress = self._look(self._parts[0])
+        self._show(progress)
+        self._due_us = fresh[-1].time_us + round(min(LOOK_S, progress.left_s) * 1e6)
+        return progress.done
 
 
 def _levels(step: Step, recording: Recording, gyros: Sequence[GyroCalibration]) -> tuple[BodyLevel, ...]:
@@ -163,26 +180,27 @@ def _levels(step: Step, recording: Recording, gyros: Sequence[GyroCalibration]) 
     )
 
 
-def _rests(step: Step, recording: Recording, angles: FloatArray, known: Known) -> int:
+def _rests(step: Step, recording: Recording, known: Solution | Calibration, model: RobotModel) -> int:
     """Of the moved body that has the fewest."""
+    t_s = recording.t_s
     if step.kind == StepKind.TURN:
-        return min(_rests_of_turn(step, recording, known.gyros[body - 1]) for body in step.moved)
-    if step.joint is None:
-        raise ValueError(f"a {step.kind} moves no joint")
-    pattern = MotionPattern(step.joint, step.moved, step.held)
-    to_base = body_to_base(known.model, angles)
-    view = MotionView(pattern, recording, angles, to_base, known.gyros, known.joints, known.model)
-    place = angles[:, step.joint - 1]
+        biases = [known.gyros[body - 1].bias_rad_s for body in step.moved]
+        rates = [
+            _along(recording.rate_rad_s[:, body - 1] - bias)
+            for body, bias in zip(step.moved, biases, strict=True)
+        ]
+        apart_rad = abs(np.deg2rad(step.angle_deg)) / 2
+        return min(
+            _places(
+                find_rests(t_s, along, TURN_SHARE), cumulative_trapezoid(along, t_s, initial=0.0), apart_rad
+            )
+            for along in rates
+        )
+    motion = Motion(step, recording, known.gyros, known.joints, model)
+    place = motion.angle_rad[:, step.moving_joint - 1]
     return min(
-        _places(find_rests(recording.t_s, _along(view.readings(body))), place, _NEW_PLACE_RAD)
-        for body in step.moved
+        _places(find_rests(t_s, _along(motion.readings(body))), place, _NEW_PLACE_RAD) for body in step.moved
     )
-
-
-def _rests_of_turn(step: Step, recording: Recording, gyro: GyroCalibration) -> int:
-    along = _along(recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s)
-    turned = np.concatenate([[0.0], np.cumsum(along[1:] * np.diff(recording.t_s))])
-    return _places(find_rests(recording.t_s, along, TURN_SHARE), turned, abs(np.deg2rad(step.angle_deg)) / 2)
 
 
 def _along(readings: FloatArray) -> FloatArray:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.calibration.gyros.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
+from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.evidence import Evidence, Origin
+from tfsat_host.calibration.steps.step import rest
 from tfsat_host.sdlog import DropLog
 
-FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 LEAST_S = 10.0
@@ -49,7 +53,7 @@ def quiet_before_release(log: DropLog) -> Counts | None:
     if count < LEAST_S:
         return None
     begin = first + start * per_second
-    return _rows(Counts.from_log(log), slice(begin, begin + count * per_second))
+    return Counts.from_log(log).part(slice(begin, begin + count * per_second))
 
 
 def _judged(log: DropLog, rows: slice, seconds: int) -> tuple[FloatArray, BoolArray]:
@@ -128,14 +132,29 @@ def _best(stretches: list[tuple[int, int]]) -> tuple[int, int]:
     )
 
 
-def _rows(counts: Counts, rows: slice) -> Counts:
-    return replace(
-        counts,
-        t_us=counts.t_us[rows],
-        imu_counts=counts.imu_counts[rows],
-        angle_counts=counts.angle_counts[rows],
-        imu_valid=counts.imu_valid[rows],
-        angle_valid=counts.angle_valid[rows],
-        clipped=counts.clipped[rows],
-        samples_lost=0,
-    )
+def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
+    """The rest before a recording's release, as one on the bench is kept.
+
+    Args:
+        log: Decoded.
+        file: As errors name it.
+        origin: Whose sensors it is of.
+
+    Raises:
+        CalibrationError: nothing rested, or the recording has no time of day.
+    """
+    counts = quiet_before_release(log)
+    if counts is None:
+        raise CalibrationError(
+            what=f"The robot in {file} never rested for {LEAST_S:g} s before its release.",
+            meaning="The biases cannot be told from its motion; nothing was kept.",
+            next_step="Take them on the bench: tfsat-host calibrate bias",
+        )
+    if log.unix_offset_us is None:
+        raise CalibrationError(
+            what=f"{file} does not say at what time of day it was recorded.",
+            meaning="Whether its biases are older than a landing could never be told; nothing was kept.",
+            next_step="Take them on the bench: tfsat-host calibrate bias",
+        )
+    taken = datetime.fromtimestamp(0, UTC) + timedelta(microseconds=log.unix_offset_us + int(counts.t_us[0]))
+    return Evidence(rest(), counts, taken, origin)

@@ -1,33 +1,101 @@
-"""All that the recorded steps tell: gyros, angle sensors and servos, computed anew from the newest of each step."""
+"""Everything that recorded steps tell of a robot's sensors: each quantity from the newest recording of its step."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.calibration.gyros.axis_response import axis_response
-from tfsat_host.calibration.gyros.mounting_checks import check_mounting, check_sense
-from tfsat_host.calibration.gyros.response import Response, with_length
-from tfsat_host.calibration.gyros.seen import Seen, fresh, mounted
-from tfsat_host.calibration.gyros.turn_response import check_turn_axis, turn_response
-from tfsat_host.calibration.in_force import InForce
-from tfsat_host.calibration.joints.sweep_fit import Rests, fit_sweeps, rests_of_sweep
+from tfsat_host.calibration.bias import estimate_biases, with_bias
+from tfsat_host.calibration.mounting import with_mounting
+from tfsat_host.calibration.mounting_checks import check_mounting, check_sense, check_turn_axis
+from tfsat_host.calibration.response import (
+    Response,
+    axis_response,
+    turn_response,
+    with_length,
+    without_length,
+)
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensors_by_design
 from tfsat_host.calibration.steps.evidence import Evidence, newest
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.motion import Motion
 from tfsat_host.calibration.steps.step import StepKind
-from tfsat_host.calibration.steps.view import MotionView
+from tfsat_host.calibration.sweep_fit import Rests, fit_sweeps, rests_of_sweep
+from tfsat_host.calibration.zero import estimate_zero, with_zero
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 _PASSES = 3
 """The held body's motion is taken off with what its own gyro is known to do: each pass knows that better."""
+Estimate = TypeVar("Estimate")
+
+
+class Baseline:
+    """The biases and zero points of some evidence: for a motion count those that were the newest when it was recorded.
+
+    A sensor that is fastened at another angle, or that warms up, does not change what an earlier recording says.
+
+    Args:
+        evidence: In any order.
+        model: For the sensors' places in the log.
+
+    Raises:
+        CalibrationError: one of the rests or zeros is not what it should be.
+    """
+
+    def __init__(self, evidence: Iterable[Evidence], model: RobotModel) -> None:
+        by_time = sorted(evidence, key=lambda one: one.taken)
+        self._rests = [
+            (one, estimate_biases(one.recording)) for one in by_time if one.step.kind == StepKind.REST
+        ]
+        zeros = [one for one in by_time if one.step.kind == StepKind.ZERO]
+        self._zeros = [
+            [
+                (one, estimate_zero(one.recording, one.counts.angle_valid, sensors, model))
+                for one in zeros
+                if one.step.joint in (None, sensors.joint)
+            ]
+            for sensors in (sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
+        ]
+
+    def gyros(
+        self, gyros: Sequence[GyroCalibration], at: datetime | None = None
+    ) -> tuple[GyroCalibration, ...]:
+        """The gyros with the biases of that time; with the newest without one."""
+        rest = _at(self._rests, at)
+        if rest is None:
+            return tuple(gyros)
+        one, biases = rest
+        return tuple(with_bias(gyro, bias, one.taken) for gyro, bias in zip(gyros, biases, strict=True))
+
+    def joints(self, joints: Sequence[JointSensors], at: datetime | None = None) -> tuple[JointSensors, ...]:
+        """The angle sensors with the zero points of that time; with the newest without one."""
+        zeros = [_at(zeros, at) for zeros in self._zeros]
+        return tuple(
+            sensors if zero is None else with_zero(sensors, zero[1], zero[0].taken)
+            for sensors, zero in zip(joints, zeros, strict=True)
+        )
+
+    def used(self, at: Iterable[datetime]) -> list[Evidence]:
+        """What the newest values, and those of these times, rest on."""
+        found = [
+            one[0]
+            for when in (None, *at)
+            for one in (_at(self._rests, when), *(_at(zeros, when) for zeros in self._zeros))
+            if one is not None
+        ]
+        return list({one.taken: one for one in found}.values())
+
+
+def _at(
+    by_time: Sequence[tuple[Evidence, Estimate]], at: datetime | None
+) -> tuple[Evidence, Estimate] | None:
+    """The last one before, the first one where there is none."""
+    before = [one for one in by_time if at is None or one[0].taken <= at]
+    return before[-1] if before else by_time[0] if by_time else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,27 +115,6 @@ class Solution:
     used: tuple[Evidence, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """What is known between two passes, and how motions are seen with it."""
-
-    gyros: Sequence[GyroCalibration]
-    joints: Sequence[JointSensors]
-    in_force: InForce
-    model: RobotModel
-    last_landing: datetime | None
-
-    def view(self, one: Evidence) -> MotionView:
-        gyros, joints = (
-            self.in_force.gyros(self.gyros, one.taken),
-            self.in_force.joints(self.joints, one.taken),
-        )
-        return MotionView.of(one, gyros, joints, self.model)
-
-    def seen(self, response: Response, one: Evidence) -> Seen:
-        return Seen(response, one.taken, self.last_landing is None or one.taken > self.last_landing)
-
-
 def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetime | None = None) -> Solution:
     """Calibrates everything that the newest recording of each step allows.
 
@@ -82,105 +129,98 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
         CalibrationError: what the recordings say cannot all be true.
     """
     given = list(evidence)
-    in_force = InForce(given, model)
-    latest = newest(given)
-    gyros: Sequence[GyroCalibration] = [
-        by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1)
-    ]
-    joints: Sequence[JointSensors] = [sensors_by_design(model, joint + 1) for joint in range(model.n_joints)]
-    moving = [one for one in latest.values() if one.step.kind not in (StepKind.REST, StepKind.ZERO)]
-    if any(one.step.kind != StepKind.SERVO for one in moving):
-        for _ in range(_PASSES):
-            gyros, joints = _pass(moving, _Known(gyros, joints, in_force, model, last_landing))
-    servos = [one for one in moving if one.step.kind == StepKind.SERVO]
-    used = [*moving, *in_force.used(one.taken for one in moving)]
+    baseline = Baseline(given, model)
+    gyros = tuple(by_design(body, imu.sensor_to_body) for body, imu in enumerate(model.imus, 1))
+    joints = tuple(sensors_by_design(model, joint) for joint in range(1, model.n_joints + 1))
+    moving = [one for one in newest(given).values() if one.step.kind not in (StepKind.REST, StepKind.ZERO)]
+    by_hand = [one for one in moving if one.step.kind != StepKind.SERVO]
+    for _ in range(_PASSES if by_hand else 0):
+        responses = _Responses(last_landing)
+        for one in by_hand:
+            responses.add(one, baseline.gyros(gyros, one.taken), baseline.joints(joints, one.taken), model)
+        joints = tuple(responses.bent(sensors, model) for sensors in joints)
+        for gyro in gyros:
+            fresh = [response for response in responses.of_body(gyro.body) if response.fresh]
+            check_mounting(gyro.body, fresh, model)
+        gyros = tuple(with_mounting(gyro, responses.of_body(gyro.body), model) for gyro in gyros)
+    used = [*moving, *baseline.used(one.taken for one in moving)]
     return Solution(
-        tuple(in_force.gyros(gyros)),
-        tuple(in_force.joints(joints)),
-        tuple((one, tuple(in_force.joints(joints, one.taken))) for one in servos),
+        baseline.gyros(gyros),
+        baseline.joints(joints),
+        tuple((one, baseline.joints(joints, one.taken)) for one in moving if one.step.kind == StepKind.SERVO),
         tuple(sorted(used, key=lambda one: one.taken)),
     )
 
 
-def _pass(moving: Sequence[Evidence], known: _Known) -> tuple[list[GyroCalibration], list[JointSensors]]:
-    """Mountings and bends, better known than before."""
-    seen: dict[int, list[Seen]] = {gyro.body: [] for gyro in known.gyros}
-    for one in moving:
+class _Responses:
+    """How the gyros answered to all motions, by what was known of them in the pass before."""
+
+    def __init__(self, last_landing: datetime | None) -> None:
+        self._last_landing = last_landing
+        self._found: dict[int, list[Response]] = {}
+        self._sweeps: dict[int, list[tuple[Response, Rests]]] = {}
+
+    def of_body(self, body: int) -> list[Response]:
+        """Of the gyro of a body (1 to 4)."""
+        return self._found.setdefault(body, [])
+
+    def add(
+        self,
+        one: Evidence,
+        gyros: Sequence[GyroCalibration],
+        joints: Sequence[JointSensors],
+        model: RobotModel,
+    ) -> None:
+        """Adds what a swing or a turn tells; what a sweep does, `bent` adds."""
         if one.step.kind == StepKind.TURN:
-            _add_turn(seen, one, known)
-    joints = _with_bends(seen, moving, known)
-    for gyro in known.gyros:
-        check_mounting(gyro.body, fresh(seen[gyro.body]), known.model)
-    return [mounted(gyro, seen[gyro.body], known.model) for gyro in known.gyros], joints
-
-
-def _add_turn(seen: Mapping[int, list[Seen]], one: Evidence, known: _Known) -> None:
-    recording = Recording.from_counts(one.counts)
-    gyros = known.in_force.gyros(known.gyros, one.taken)
-    check_turn_axis(recording, one.step, gyros)
-    for gyro in gyros:
-        seen[gyro.body].append(known.seen(turn_response(recording, one.step, gyro), one))
-
-
-def _with_bends(
-    seen: Mapping[int, list[Seen]], moving: Sequence[Evidence], known: _Known
-) -> list[JointSensors]:
-    """Adds what swings and sweeps tell to `seen`; gives the angle sensors with their bend."""
-    sweeps: dict[int, list[tuple[Evidence, Response, Rests]]] = {}
-    for one in moving:
-        if one.step.kind not in (StepKind.SWING, StepKind.SWEEP):
-            continue
-        view = known.view(one)
-        responses = [axis_response(view, body) for body in one.step.moved]
-        check_sense(view.pattern, responses, known.model)
-        for body, response in zip(one.step.moved, responses, strict=True):
+            check_turn_axis(one.recording, one.step, gyros)
+            for gyro in gyros:
+                turned = turn_response(one.recording, one.step, gyro)
+                self.of_body(gyro.body).append(self._dated(turned, one))
+            return
+        motion = Motion(one.step, one.recording, gyros, joints, model)
+        found = [self._dated(axis_response(motion, body), one) for body in one.step.moved]
+        check_sense(one.step, found, model)
+        for body, response in zip(one.step.moved, found, strict=True):
             if one.step.kind == StepKind.SWING:
-                seen[body].append(known.seen(response, one))
+                self.of_body(body).append(response)
             else:
-                rests = rests_of_sweep(view, body, response)
-                sweeps.setdefault(view.pattern.joint, []).append((one, response, rests))
-    bent = list(known.joints)
-    for joint, of_joint in sweeps.items():
-        bent[joint - 1] = _swept(joint, of_joint, seen, known)
-    return bent
+                rests = rests_of_sweep(motion, body, response)
+                self._sweeps.setdefault(one.step.moving_joint, []).append((response, rests))
+
+    def _dated(self, response: Response, one: Evidence) -> Response:
+        fresh = self._last_landing is None or one.taken > self._last_landing
+        return replace(response, taken=one.taken, fresh=fresh)
+
+    def bent(self, joint: JointSensors, model: RobotModel) -> JointSensors:
+        """Adds the lengths of a joint's sweeps; gives its sensors with their bend."""
+        sweeps = self._sweeps.get(joint.joint, ())
+        if not sweeps:
+            return joint
+        sensors = [sensor for sensor in model.angle_sensors if sensor.joint == joint.joint - 1]
+        tolerances = np.array([sensor.nonlinearity_rad for sensor in sensors])
+        turns = [self._turn_about(response, rests.body) for response, rests in sweeps]
+        lengths, bend, covariance = fit_sweeps(
+            joint.joint, [rests for _, rests in sweeps], tolerances, [_length(turn) for turn in turns]
+        )
+        for (response, rests), turn in zip(sweeps, turns, strict=True):
+            found = self.of_body(rests.body)
+            if turn is not None:  # its length is in the fit now
+                found.remove(turn)
+                found.append(without_length(turn))
+            found.append(with_length(response, *lengths[rests.body]))
+        taken = min(response.taken for response, _ in sweeps)
+        return replace(joint, bend=bend, bend_covariance=covariance, bend_taken=taken)
+
+    def _turn_about(self, response: Response, body: int) -> Response | None:
+        """A turn about the same axis."""
+        found = (one for one in self.of_body(body) if one.has_length)
+        return next((one for one in found if one.axis_body @ response.axis_body > 0.99), None)
 
 
-def _swept(
-    joint: int,
-    sweeps: Sequence[tuple[Evidence, Response, Rests]],
-    seen: Mapping[int, list[Seen]],
-    known: _Known,
-) -> JointSensors:
-    """Adds the lengths of a joint's sweeps to `seen`; gives its sensors with their bend."""
-    sensors = [sensor for sensor in known.model.angle_sensors if sensor.joint == joint - 1]
-    bends = np.array([sensor.nonlinearity_rad for sensor in sensors])
-    turned = [_turned(seen[rests.body], response) for _, response, rests in sweeps]
-    fit = fit_sweeps(joint, [rests for _, _, rests in sweeps], bends, [length for length, _ in turned])
-    for (one, response, rests), (_, turn) in zip(sweeps, turned, strict=True):
-        if turn is not None:  # its length is in the fit now
-            seen[rests.body].remove(turn)
-            seen[rests.body].append(replace(turn, response=_without_length(turn.response)))
-        seen[rests.body].append(known.seen(with_length(response, *fit.lengths[rests.body]), one))
-    return replace(
-        known.joints[joint - 1],
-        bend=fit.bend,
-        bend_covariance=fit.bend_covariance,
-        bend_taken=min(one.taken for one, _, _ in sweeps),
-    )
-
-
-def _turned(seen: Sequence[Seen], response: Response) -> tuple[tuple[float, float] | None, Seen | None]:
-    """Length and deviation of a turn about the same axis, and where it stands."""
-    for one in seen:
-        if one.response.has_length and one.response.axis_body @ response.axis_body > 0.99:
-            length = float(np.linalg.norm(one.response.reading))
-            along = one.response.reading / length
-            return (length, float(np.sqrt(along @ one.response.covariance @ along))), one
-    return None, None
-
-
-def _without_length(response: Response) -> Response:
-    length = float(np.linalg.norm(response.reading))
-    axis = response.reading / length
-    across = np.eye(3) - np.outer(axis, axis)
-    return Response(response.axis_body, axis, across @ response.covariance @ across / length**2, False)
+def _length(turn: Response | None) -> tuple[float, float] | None:
+    """Length and its standard deviation."""
+    if turn is None:
+        return None
+    along = turn.reading / turn.length
+    return turn.length, float(np.sqrt(along @ turn.covariance @ along))

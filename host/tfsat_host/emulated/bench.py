@@ -6,8 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tfsat_host.calibration.steps.patterns import MotionPattern
-from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG, TURN_ROUNDS, Step, StepKind
+from tfsat_host.calibration.steps.step import (
+    SWEEP_ROUNDS,
+    SWEEP_STOPS_DEG,
+    TURN_ROUNDS,
+    Step,
+    StepKind,
+)
 from tfsat_host.emulated.hands import LEAD_S, Hands
 from tfsat_host.emulated.motions import (
     SWEEP_LEG_S,
@@ -62,12 +67,12 @@ class EmulatedOperator:
             case StepKind.ZERO:
                 self._close(_ALL_JOINTS if step.joint is None else (step.joint,))
             case StepKind.SWING | StepKind.SWEEP:
-                self._move(step, _joint(step))
+                self._move(step, step.moving_joint)
             case StepKind.TURN:
                 self._turn(step)
             case StepKind.SERVO:
                 self._robot.hold(step.held)
-                self._robot.hands.hold_against(_joint(step), servo_motion(self._hands, self._random))
+                self._robot.hands.hold_against(step.moving_joint, servo_motion(self._hands, self._random))
 
     def duration_s(self, step: Step) -> float:
         """How long the step's motion takes with these hands, rests at both ends included.
@@ -96,10 +101,10 @@ class EmulatedOperator:
         """Lays the whole robot on the bench."""
         self._robot.hold(_ALL_BODIES)
 
-    def swing(self, pattern: MotionPattern) -> None:
-        """Holds and swings as the pattern says; the motion goes on while samples are taken."""
-        self._robot.hold(pattern.held)
-        self._robot.swing(pattern.joint, SWING_DEG, SWING_PERIOD_S, SWING_CYCLES)
+    def swing(self, step: Step) -> None:
+        """Holds and swings as the step says; the motion goes on while samples are taken."""
+        self._robot.hold(step.held)
+        self._robot.swing(step.moving_joint, SWING_DEG, SWING_PERIOD_S, SWING_CYCLES)
 
     def _close(self, joints: Iterable[int]) -> None:
         """By one body, so that nothing keeps a joint from closing; then all lie still."""
@@ -126,9 +131,3 @@ class EmulatedOperator:
         axis = turn_axis(step.axis, self._hands, self._random)
         motion = turn_motion(step.angle_deg, TURN_ROUNDS, self._hands, self._random)
         self._robot.hands.turn(axis, motion)
-
-
-def _joint(step: Step) -> int:
-    if step.joint is None:
-        raise ValueError(f"a {step.kind} needs a joint")
-    return step.joint

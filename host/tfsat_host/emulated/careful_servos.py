@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tfsat_host.calibration.servos.fit import fit_servo_map
-from tfsat_host.calibration.servos.points import ServoPoint, arrivals, servo_plan
-from tfsat_host.calibration.servos.servo_map import ServoMap
-from tfsat_host.calibration.servos.stroke_error import board_pulse_us
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, arrivals, board_pulse_us, servo_plan
 from tfsat_host.emulated.imperfections import Imperfections
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.protocol.messages import ServoSetting

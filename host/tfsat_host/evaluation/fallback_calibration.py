@@ -11,7 +11,7 @@ import numpy as np
 
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, Subject
-from tfsat_host.calibration.gyros.seen import LANDING_TILT_STD_RAD
+from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts

@@ -11,12 +11,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
+from tfsat_host.calibration.certificate.campaign import with_measured
 from tfsat_host.calibration.certificate.certificate import Calibration, Paper
-from tfsat_host.calibration.certificate.drawn import with_measured
-from tfsat_host.calibration.progress import DURATION_S
-from tfsat_host.calibration.steps.evidence import Evidence, file_name, sha256, to_bytes
-from tfsat_host.calibration.steps.reading import LiveSource, read_step, until_s
-from tfsat_host.calibration.steps.step import StepKind, rest
+from tfsat_host.calibration.steps.evidence import (
+    Evidence,
+    LiveSource,
+    file_name,
+    read_step,
+    sha256,
+    to_bytes,
+    until_s,
+)
+from tfsat_host.calibration.steps.step import DURATION_S, StepKind, rest
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.certificate import careful_certificate

@@ -7,11 +7,15 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from tfsat_host.calibration.certificate.archive import CertificateOfDrop, certificate_for
 from tfsat_host.calibration.certificate.campaign import note_landing
-from tfsat_host.calibration.certificate.certificate import Calibration, Landing, with_landing
+from tfsat_host.calibration.certificate.certificate import (
+    Calibration,
+    Landing,
+    of_another_robot,
+    with_landing,
+)
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.certificate.of_another import of_another_robot
-from tfsat_host.calibration.certificate.of_drop import CertificateOfDrop, certificate_for
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.errors import TfsatError
 from tfsat_host.notices import SILENT, Notices

@@ -8,9 +8,13 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from tfsat_host.calibration.certificate.certificate import Calibration, Shortcoming, quantities
-from tfsat_host.calibration.certificate.of_another import of_another_robot
-from tfsat_host.calibration.certificate.of_drop import measured_after
+from tfsat_host.calibration.certificate.archive import measured_after
+from tfsat_host.calibration.certificate.certificate import (
+    Calibration,
+    Shortcoming,
+    of_another_robot,
+    quantities,
+)
 from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE

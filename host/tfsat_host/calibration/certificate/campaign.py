@@ -1,8 +1,8 @@
-"""A campaign's certificate and the recordings beside it: each accepted step is kept at once, and all is solved anew."""
+"""A campaign's certificate and its recordings: each accepted step is kept at once, and all is solved again."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -10,12 +10,19 @@ from pathlib import Path
 
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.certificate.archive import recordings_folder, write_certificate
-from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, Subject, with_landing
+from tfsat_host.calibration.certificate.certificate import (
+    Calibration,
+    Landing,
+    Paper,
+    Subject,
+    with_landing,
+)
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.servos.reached import servo_map_of
-from tfsat_host.calibration.solution import Solution, solve
+from tfsat_host.calibration.errors import CalibrationError, NotKeptError
+from tfsat_host.calibration.servos.visits import servo_map_of
+from tfsat_host.calibration.solution import Baseline, Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence, file_name, from_bytes, sha256, to_bytes
+from tfsat_host.calibration.steps.step import StepKind
 from tfsat_host.file_lock import BusyError, one_at_a_time
 from tfsat_host.robot import RobotModel
 from tfsat_host.whole_file import write_whole
@@ -78,7 +85,7 @@ class Campaign:
 
         Raises:
             CalibrationError: the step is not what was asked, or contradicts others; nothing was changed.
-            OSError: a file cannot be written; the certificate is as before.
+            NotKeptError: a file cannot be written; the certificate is as before.
         """
         with _one_writer(self.certificate):
             self._catch_up()
@@ -91,6 +98,11 @@ class Campaign:
         if self.calibration is not None:
             self._moved = Landing(at, "a person: sensors were moved")
             self.calibration = with_landing(self.calibration, self._moved)
+
+    def not_older_than(self, step: Evidence) -> Evidence | None:
+        """The newest recording of the same step that is not older: beside it this one would not count."""
+        newer = (one for one in self.evidence if one.step.key == step.step.key and one.taken >= step.taken)
+        return max(newer, key=lambda one: one.taken, default=None)
 
     def _open(self, force: bool) -> None:
         try:
@@ -133,22 +145,30 @@ class Campaign:
 
     def _check_time(self, step: Evidence) -> None:
         """What is the newest of a step is told by its time."""
-        for one in self.evidence:
-            if one.step.key == step.step.key and one.taken >= step.taken:
-                raise CalibrationError(
-                    what=f"This step was recorded {step.taken:%Y-%m-%d %H:%M} UTC, before the one that the "
-                    f"certificate rests on, {one.taken:%Y-%m-%d %H:%M} UTC.",
-                    meaning="It is an old recording, or the computer's clock was set back; it would not count.",
-                    next_step="Set the clock and run this command again, or name another certificate with --out.",
-                )
+        one = self.not_older_than(step)
+        if one is not None:
+            raise CalibrationError(
+                what=f"This step was recorded {step.taken:%Y-%m-%d %H:%M} UTC, before the one that the "
+                f"certificate rests on, {one.taken:%Y-%m-%d %H:%M} UTC.",
+                meaning="It is an old recording, or the computer's clock was set back; it would not count.",
+                next_step="Set the clock and run this command again, or name another certificate with --out.",
+            )
 
     def _keep(self, step: Evidence) -> Calibration:
         solution = solve([*self.evidence, step], self._model, self._last_landing())
         data, file = to_bytes(step), file_name(step)
         paper = Paper(step.step.key, step.taken, file, sha256(data))
         calibration = self._certified(solution, {**self._papers, **_by_step([paper])})
-        write_whole(self.folder / file, data)
-        write_certificate(self.certificate, calibration)
+        try:
+            write_whole(self.folder / file, data)
+            write_certificate(self.certificate, calibration)
+        except OSError as error:
+            unwritten = self.certificate if (self.folder / file).exists() else self.folder / file
+            raise NotKeptError(
+                what=f"{unwritten} could not be written: {error.strerror or error}.",
+                meaning=f"This step was not kept; {self.certificate} is as before.",
+                next_step="Make room, or see that it may be written, and run this command again.",
+            ) from error
         self.evidence, self.calibration = list(solution.used), calibration
         self._papers = _by_step(calibration.papers)
         self._replaces = False
@@ -239,3 +259,27 @@ def _of_another(certificate: Path, there: Subject, here: Subject) -> Calibration
         meaning="Nothing was measured, nothing was overwritten.",
         next_step="Name another file with --out, or add --force to begin it anew.",
     )
+
+
+_TELLS = {StepKind.REST: "bias", StepKind.ZERO: "zero"}
+"""What takes the place of what was drawn; motions are not rehearsed."""
+
+
+def with_measured(drawn: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
+    """The same with the biases and zero points that rests and zeros tell, by the solver of `calibrate`.
+
+    All else stays as it was drawn.
+
+    Raises:
+        CalibrationError: something moved that should rest; says which body, and how.
+    """
+    measured = Baseline(evidence, model)
+    return replace(
+        drawn, gyros=tuple(measured.gyros(drawn.gyros)), joints=tuple(measured.joints(drawn.joints))
+    )
+
+
+def measured_by(evidence: Sequence[Evidence]) -> tuple[str, ...]:
+    """Of `DRAWABLE`, what `with_measured` takes from these recordings."""
+    kinds = {one.step.kind for one in evidence}
+    return tuple(name for kind, name in _TELLS.items() if kind in kinds)

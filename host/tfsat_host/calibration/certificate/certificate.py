@@ -10,6 +10,7 @@ from tfsat_host import __version__
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 
 AXES_OF_BODIES = {1: "xy", 2: "xy", 3: "xy", 4: "xy"}
@@ -244,3 +245,24 @@ def summarized(shortcomings: Sequence[Shortcoming]) -> str:
             shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
             parts.append(f"{words}: {shown}")
     return "; ".join(parts)
+
+
+def of_another_robot(subject: Subject, origin: Origin) -> str:
+    """Why it is of another one, a sentence that begins with "It is"; empty: it is of this one.
+
+    One of its IMUs may have been exchanged since.
+    """
+    if subject.emulated != origin.emulated:
+        theirs, these = ("an emulated", "a real") if subject.emulated else ("a real", "an emulated")
+        return f"It is of {theirs} robot; these sensors are {these} one's."
+    if subject.logger_serial != origin.logger_serial:
+        there, here = (
+            serial or "without a serial number" for serial in (subject.logger_serial, origin.logger_serial)
+        )
+        return f"It is of other sensors: it was taken on logger {there}; these hang on logger {here}."
+    return ""
+
+
+def in_words(names: Sequence[str]) -> str:
+    """Some of `DRAWABLE` for people, such as `zero points, maps of the servos`."""
+    return ", ".join(DRAWABLE[name] for name in names)

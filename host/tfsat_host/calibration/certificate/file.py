@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, Subject
-from tfsat_host.calibration.certificate.layout import Item, read_values, text, written_values
 from tfsat_host.calibration.certificate.tables import (
+    Item,
     gyro_table,
     joint_table,
     read_gyro,
@@ -19,7 +19,10 @@ from tfsat_host.calibration.certificate.tables import (
     read_landing,
     read_paper,
     read_servo,
+    read_values,
     servo_table,
+    text,
+    written_values,
 )
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.config import ConfigKind, Table, format_config, parse_config, read_config

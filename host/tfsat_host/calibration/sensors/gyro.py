@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-FloatArray = NDArray[np.float64]
+from tfsat_host.angles import FloatArray
 
 SCALE_STD = 0.03 / 3.0**0.5
 """Standard deviation of a scale factor that lies anywhere within 3 % (PS-MPU-6000A rev. 3.4, section 6.1)."""
@@ -74,9 +73,7 @@ class GyroCalibration:
     def jacobian(self, readings_rad_s: FloatArray) -> FloatArray:
         """(n, 3, 9) of the body rates by the parameters, in the order of `covariance`."""
         rates = (readings_rad_s - self.bias_rad_s) / self.scale
-        zero = np.zeros(len(rates))
-        x, y, z = rates.T
-        cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+        cross = np.cross(np.eye(3), rates[:, None, :])
         by_bias = np.broadcast_to(np.diag(-1.0 / self.scale), cross.shape)
         by_scale = -(rates / self.scale)[:, :, None] * np.eye(3)
         return np.asarray(self.rotation @ np.concatenate([by_bias, -cross, by_scale], axis=2))

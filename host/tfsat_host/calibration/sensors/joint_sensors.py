@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import FloatArray, wrapped
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +49,12 @@ class JointSensors:
     def angle(self, shown_rad: FloatArray) -> FloatArray:
         """(n,) joint angle, the mean of both sensors."""
         return np.asarray(self.each(shown_rad).mean(axis=1))
+
+    def from_start(self, angles_rad: FloatArray) -> FloatArray:
+        """(n, ...) angles as they are; without a measured zero, from where the recording begins."""
+        if self.zero_taken is not None:
+            return angles_rad
+        return np.asarray(angles_rad - angles_rad[: max(1, len(angles_rad) // 50)].mean(axis=0))
 
     def angle_variance(self, shown_rad: FloatArray) -> FloatArray:
         """(n,) variance of that from zero points, bend and one sample's noise, rad^2."""
@@ -107,10 +110,6 @@ def joint_angles(
     angles = []
     for sensors in joints:
         shown = sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
-        # Each by itself: without a zero one may wrap where the other does not, and their mean jumps by half a turn.
-        angle = np.unwrap(sensors.each(shown), axis=0).mean(axis=1)
-        if sensors.zero_taken is None:
-            start = max(1, len(angle) // 50)
-            angle = angle - angle[:start].mean()
-        angles.append(angle)
+        # Each alone: without a zero one may wrap where the other does not, and their mean jumps by half a turn.
+        angles.append(sensors.from_start(np.unwrap(sensors.each(shown), axis=0)).mean(axis=1))
     return np.column_stack(angles)

@@ -13,21 +13,15 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import fdtri
 
-from tfsat_host.calibration.servos.checks import (
-    check_fit,
-    check_following,
-    check_number,
-    check_range,
-)
-from tfsat_host.calibration.servos.points import ServoPoint
-from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
 from tfsat_host.calibration.statistics import few
+from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.servo_settings.settings import NS_PER_US
 
 LEAST_STD_RAD: Final = np.deg2rad(0.001)
 """No sensor is better; visits without an error of their own would have no weight."""
@@ -128,3 +122,113 @@ def _least_squares(
     of_places = gain @ place.T
     covariance = few(repeats) * inverse + few(len(place) - 2) * bend * of_places @ of_places.T
     return _Line(estimate, covariance, bend, excess)
+
+
+LEAST_PLACES: Final = 5
+LEAST_REPEATS: Final = 4
+LEAST_RANGE_DEG: Final = 20.0
+"""Of the commanded angles; less does not tell the slope."""
+LEAST_FOLLOWING: Final = 0.1
+"""A joint that moves by less than this part of what was commanded does not follow."""
+MOST_SCATTER_RAD: Final = np.deg2rad(5.0)
+"""Of a single arrival. The paper's first stroke missed by 4.2 deg (section "Result"); a gear that slips
+does worse."""
+MOST_BEND_RAD: Final = np.deg2rad(1.5)
+"""What the places may deviate from a straight line."""
+_NOTHING_KEPT = "The board keeps its servo settings."
+
+
+def check_number(joint: int, places: int, repeats: int, direction: FloatArray) -> None:
+    """Refuses what is too little to tell a line, backlash, bends and scatter apart. Raises CalibrationError."""
+    if places >= LEAST_PLACES and repeats >= LEAST_REPEATS and len(np.unique(direction)) == 2:
+        return
+    raise CalibrationError(
+        what=f"Joint {joint} was measured at {places} angles with {repeats} repeated visits; at least "
+        f"{LEAST_PLACES} and {LEAST_REPEATS} are needed, opening and closing.",
+        meaning=f"Slope, backlash and scatter could not be told apart. {_NOTHING_KEPT}",
+        next_step=f"Let the measurement run to its end: {_again(joint)}",
+    )
+
+
+def check_range(joint: int, pulse_us: FloatArray, setting: ServoSetting) -> None:
+    """Refuses too small a range of commanded angles. Raises CalibrationError."""
+    commanded_deg = _commanded_span_deg(pulse_us, setting)
+    if commanded_deg < LEAST_RANGE_DEG:
+        raise CalibrationError(
+            what=f"Joint {joint} was measured over {commanded_deg:.1f} deg only; at least "
+            f"{LEAST_RANGE_DEG:.0f} are needed.",
+            meaning=f"Its slope would be little more than a guess. {_NOTHING_KEPT}",
+            next_step=f"Widen limits_deg of joint {joint} to what it can do without touching anything "
+            f"(tfsat-host upload-servos), then: {_again(joint)}",
+        )
+
+
+def check_following(joint: int, pulse_us: FloatArray, reached_rad: FloatArray, setting: ServoSetting) -> None:
+    """Refuses a servo that stays where it is, or goes the wrong way. Raises CalibrationError."""
+    commanded_deg = _commanded_span_deg(pulse_us, setting)
+    slope, offset_rad = (float(value) for value in np.polyfit(pulse_us, reached_rad, 1))
+    followed_deg = float(np.rad2deg(slope * np.ptp(pulse_us))) * (-1.0 if setting.reversed else 1.0)
+    if abs(followed_deg) < LEAST_FOLLOWING * commanded_deg:
+        raise CalibrationError(
+            what=f"Joint {joint} did not follow: {commanded_deg:.0f} deg were commanded, and its sensors saw "
+            f"{abs(followed_deg):.1f} deg.",
+            meaning=f"The servo has no power or no signal, or is broken: it would not stroke in the drop. "
+            f"{_NOTHING_KEPT}",
+            next_step=f"Check the servos' battery, the plug of servo {joint} and its horn's screw "
+            f"(tfsat-host jog --joint {joint} --from 0 --to 10 moves it), then: {_again(joint)}",
+        )
+    if followed_deg < 0:
+        turned = (
+            f"reversed = {'false' if setting.reversed else 'true'} and zero_us = {-offset_rad / slope:.0f}"
+        )
+        raise CalibrationError(
+            what=f"Joint {joint} moves the wrong way: it closed by {-followed_deg:.0f} deg where it was "
+            f"to open "
+            f"by {commanded_deg:.0f}.",
+            meaning=f"Every stroke of it would be driven against the robot itself. {_NOTHING_KEPT}",
+            next_step="Write the settings to a file: tfsat-host upload-servos --show --out servos.toml\n"
+            f"There, for joint {joint}, set {turned} (if that is not within {SERVO_PULSE_MIN_US} to "
+            f"{SERVO_PULSE_MAX_US}, mount the horn anew), then: tfsat-host upload-servos servos.toml\n"
+            f"Try a small angle, tfsat-host jog --joint {joint} --from 0 --to 10, then: {_again(joint)}",
+        )
+
+
+def check_fit(joint: int, repeatability_rad: float, nonlinearity_rad: float, *, certain: bool) -> None:
+    """Refuses a servo whose arrivals or places are too far from any straight line.
+
+    Args:
+        joint: 1 to 3.
+        repeatability_rad: As in `ServoMap`.
+        nonlinearity_rad: As in `ServoMap`.
+        certain: Scatter alone does not explain the places' deviations.
+
+    Raises:
+        CalibrationError: as said.
+    """
+    if repeatability_rad > MOST_SCATTER_RAD:
+        raise CalibrationError(
+            what=f"Joint {joint} came to rest elsewhere each time: the same pulse scattered by "
+            f"{np.rad2deg(repeatability_rad):.1f} deg; at most {np.rad2deg(MOST_SCATTER_RAD):.0f} are "
+            f"plausible.",
+            meaning=f"Its gear or horn slips, or it was touched; no settings can correct that. {_NOTHING_KEPT}",
+            next_step=f"Tighten the horn's screw, look at the gear, keep hands and cables away, then: "
+            f"{_again(joint)}",
+        )
+    if certain and nonlinearity_rad > MOST_BEND_RAD:
+        raise CalibrationError(
+            what=f"Joint {joint} is not a straight line in its pulses: its places deviate by "
+            f"{np.rad2deg(nonlinearity_rad):.1f} deg; at most {np.rad2deg(MOST_BEND_RAD):.1f} are allowed.",
+            meaning="It meets a stop or a cable on its way, or the servo is worn; "
+            f"the board's settings know straight lines only. {_NOTHING_KEPT}",
+            next_step=f"Free the joint over its whole range, or narrow limits_deg to what it does freely, "
+            f"then: "
+            f"{_again(joint)}",
+        )
+
+
+def _commanded_span_deg(pulse_us: FloatArray, setting: ServoSetting) -> float:
+    return float(np.ptp(pulse_us)) * NS_PER_US / setting.ns_per_deg
+
+
+def _again(joint: int) -> str:
+    return f"tfsat-host calibrate servo --joint {joint}"

@@ -1,23 +1,73 @@
-"""The angle at which a servo comes to rest for a pulse, and the settings that follow from it."""
+"""The angle at which a servo comes to rest for a pulse: how that is measured, and the settings that follow from it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import degrees
+from itertools import pairwise
+from math import ceil, degrees
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import ServoSettings, SettingsDefect, find_defect
 from tfsat_host.servo_settings.rules import Finding
-from tfsat_host.servo_settings.settings import NS_PER_US
+from tfsat_host.servo_settings.settings import NS_PER_US, pulse_ns
 from tfsat_host.units import CDEG_PER_DEG
 
-FloatArray = NDArray[np.float64]
+TICK_NS: Final = 500
+"""The sequencer's timer, which pulses are rounded to (firmware/arduino_sequencer/src/core/ticks.h)."""
+STEP_CDEG: Final = 1500
+"""About so far from place to place."""
+LEAST_STEPS: Final = 5
+"""Closer together where the limits are narrow: so many places tell a bend from scatter."""
+ROUNDS: Final = 2
+"""Each place is visited so often from either side: repeated visits tell how well the servo repeats itself."""
+HOLD_S: Final = 1.0
+"""How long each visit is held."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoPoint:
+    """One visit: the servo was given a pulse and came to rest.
+
+    Attributes:
+        pulse_us: Width of the pulse that held it.
+        direction: How the joint came there: +1 opening, -1 closing, 0 where that is unknown.
+        reached_rad: Joint angle at rest.
+        std_rad: Standard deviation of that by the sensors' noise alone; the servo's own scatter is found from the
+            visits, and an error that all visits share (zero point, scale) is the sensors' calibration's.
+    """
+
+    pulse_us: float
+    direction: int
+    reached_rad: float
+    std_rad: float
+
+
+def servo_plan(servo: ServoSetting) -> tuple[int, ...]:
+    """Angles to command one after the other (0.01 deg): up and down over the joint's limits, `ROUNDS` times.
+
+    It begins and ends at the lower limit, and each place is held for `HOLD_S`.
+    """
+    span_cdeg = servo.max_cdeg - servo.min_cdeg
+    steps = max(ceil(span_cdeg / STEP_CDEG), LEAST_STEPS)
+    up = [servo.min_cdeg + round(span_cdeg * step / steps) for step in range(steps + 1)]
+    return (up[0], *(up[1:] + up[-2::-1]) * ROUNDS)
+
+
+def arrivals(angles: Sequence[float]) -> tuple[int, ...]:
+    """From which side each commanded angle is reached, as `ServoPoint.direction`; unknown until the
+    joint moves."""
+    directions = [0]
+    for before, after in pairwise(angles):
+        directions.append((after > before) - (after < before) or directions[-1])
+    return tuple(directions[: len(angles)])
+
 
 _TOO_LARGE: Final = 65_535
 """No setting of the board is larger; its rules refuse that one, too."""
@@ -138,3 +188,10 @@ def _most_reachable_cdeg(setting: ServoSetting) -> int:
     if not ends_us[0] <= zero_us <= ends_us[1]:
         return 0
     return room_us * NS_PER_US // setting.ns_per_deg * CDEG_PER_DEG
+
+
+def board_pulse_us(setting: ServoSetting, angle_cdeg: int) -> float:
+    """The pulse that the board sends for an angle: whole ticks, and never outside what a servo takes."""
+    ticks = (pulse_ns(setting, angle_cdeg) + TICK_NS // 2) // TICK_NS
+    pulse_us = ticks * TICK_NS / NS_PER_US
+    return min(max(pulse_us, float(SERVO_PULSE_MIN_US)), float(SERVO_PULSE_MAX_US))

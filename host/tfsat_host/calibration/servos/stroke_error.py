@@ -1,26 +1,24 @@
-"""How far a maneuver's strokes will miss the angles that were commanded, by the servos' maps.
+"""How far a joint will miss the angles that are commanded, by its servo's map, over its range and in a maneuver.
 
-The paper's first stroke reached 54.8 deg where 59.0 were commanded (section "Result"): this tells so beforehand.
+The paper's first stroke reached 54.8 deg where 59.0 were commanded (section "Result"): this says so beforehand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import degrees
 from typing import Final
 
 import numpy as np
 
-from tfsat_host.calibration.servos.servo_map import ServoMap
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, board_pulse_us, servo_plan
 from tfsat_host.calibration.statistics import few
-from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import ServoSettings
-from tfsat_host.servo_settings.settings import NS_PER_US, pulse_ns
+from tfsat_host.servo_settings.settings import NS_PER_US
 from tfsat_host.units import CDEG_PER_DEG
 
-TICK_NS: Final = 500
-"""The sequencer's timer, which pulses are rounded to (firmware/arduino_sequencer/src/core/ticks.h)."""
 NOTICEABLE_RAD: Final = np.deg2rad(0.1)
 """More than the rounding of a setting and of a pulse, and than a count of the angle sensors."""
 
@@ -98,13 +96,6 @@ def _difference(servo_map: ServoMap, setting: ServoSetting, start: _Rest, end: _
     return float(to_rad - from_rad - commanded_rad), float(np.sqrt(variance))
 
 
-def board_pulse_us(setting: ServoSetting, angle_cdeg: int) -> float:
-    """The pulse that the board sends for an angle: whole ticks, and never outside what a servo takes."""
-    ticks = (pulse_ns(setting, angle_cdeg) + TICK_NS // 2) // TICK_NS
-    pulse_us = ticks * TICK_NS / NS_PER_US
-    return min(max(pulse_us, float(SERVO_PULSE_MIN_US)), float(SERVO_PULSE_MAX_US))
-
-
 def setting_error_rad(servo_map: ServoMap, setting: ServoSetting) -> float | None:
     """By how much a setting misses at worst, at the ends of the joint's limits, on average of both directions.
 
@@ -120,3 +111,84 @@ def setting_error_rad(servo_map: ServoMap, setting: ServoSetting) -> float | Non
         if abs(off_rad) > max(NOTICEABLE_RAD + 2 * std_rad, abs(worst_rad or 0.0)):
             worst_rad = off_rad
     return worst_rad
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A number and its standard deviation, in one unit."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The visits to one pulse.
+
+    Attributes:
+        pulse_us: Width of the pulse.
+        commanded_deg: What the board was told, by its setting.
+        opening_deg, closing_deg: Where the joint came to rest on average, from either side; None: never from there.
+    """
+
+    pulse_us: float
+    commanded_deg: float
+    opening_deg: float | None
+    closing_deg: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """How far a joint with given settings misses the angles that are commanded, deg.
+
+    Attributes:
+        mean_deg: At the worst place, on average of both directions: what rounding and old settings do.
+        side_deg: Half the backlash: it stops so far short, from either side.
+        scatter_deg: Standard deviation of one arrival, with the bends of the servo.
+    """
+
+    mean_deg: float
+    side_deg: float
+    scatter_deg: float
+
+
+def gain_of(servo_map: ServoMap) -> Figure:
+    """Reached per commanded change, by the setting that was in force; 1 is exact."""
+    setting = servo_map.setting
+    us_per_deg = setting.ns_per_deg / NS_PER_US * (-1.0 if setting.reversed else 1.0)
+    std = float(np.sqrt(servo_map.covariance[1, 1])) * abs(us_per_deg)
+    return Figure(degrees(servo_map.slope_rad_per_us * us_per_deg), degrees(std))
+
+
+def offset_of(servo_map: ServoMap) -> Figure:
+    """Where it comes to rest when 0 deg is commanded, deg, on average of both directions; likewise."""
+    zero_us = float(servo_map.setting.zero_us)
+    change = np.array([1.0, zero_us - servo_map.middle_us, 0.0])
+    std = float(np.sqrt(change @ servo_map.covariance @ change))
+    return Figure(degrees(servo_map.reached_rad(zero_us, 0)), degrees(std))
+
+
+def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> tuple[Place, ...]:
+    """In order of the commanded angle."""
+    places = []
+    for pulse_us in {point.pulse_us for point in points}:
+        change_us = (pulse_us - setting.zero_us) * (-1.0 if setting.reversed else 1.0)
+        means = [
+            np.rad2deg(
+                [one.reached_rad for one in points if (one.pulse_us, one.direction) == (pulse_us, way)]
+            )
+            for way in (1, -1)
+        ]
+        opening, closing = (float(side.mean()) if len(side) else None for side in means)
+        places.append(Place(pulse_us, change_us * NS_PER_US / setting.ns_per_deg, opening, closing))
+    return tuple(sorted(places, key=lambda place: place.commanded_deg))
+
+
+def left_by(servo_map: ServoMap, setting: ServoSetting) -> Left:
+    """What is left of the errors with a setting, over its limits."""
+    off_deg = [
+        degrees(servo_map.reached_rad(board_pulse_us(setting, angle_cdeg), 0)) - angle_cdeg / CDEG_PER_DEG
+        for angle_cdeg in servo_plan(setting)
+    ]
+    scatter = float(np.hypot(servo_map.repeatability_rad, servo_map.nonlinearity_rad))
+    return Left(max(map(abs, off_deg)), degrees(abs(servo_map.backlash_rad)) / 2, degrees(scatter))

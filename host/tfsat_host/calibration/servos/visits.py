@@ -1,23 +1,208 @@
-"""A servo's visits while they happen: a joint that does not follow must not be driven on."""
+"""How a servo is measured: where it is sent, and where it came to rest."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tfsat_host.calibration.sensors.joint_sensors import JointSensors
-from tfsat_host.calibration.servos.checks import check_following
-from tfsat_host.calibration.servos.points import arrivals
-from tfsat_host.calibration.servos.reached import REST_US, points_of
-from tfsat_host.calibration.servos.stroke_error import board_pulse_us
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics, sensor_columns
+from tfsat_host.calibration.servos.fit import check_following, fit_servo_map
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, arrivals, board_pulse_us
+from tfsat_host.calibration.statistics import mean_and_covariance, root_of
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.evidence import Visit
+from tfsat_host.calibration.steps.evidence import Evidence, Visit
+from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.errors import RefusedError
+from tfsat_host.protocol.limits import JOINT_ANGLE_MAX_CDEG, JOINT_ANGLE_MIN_CDEG
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import CDEG_PER_DEG
+
+REST_US: Final = 600_000
+"""The last part of a visit: by then the servo has caught up with its pulses, and the joint has settled."""
+BATCHES: Final = 10
+LEAST_SAMPLES: Final = 2 * BATCHES
+"""In a visit; 34 Hz give them."""
+MOST_MOTION_RAD: Final = np.deg2rad(1.0)
+"""Between the batches of a visit: more, and the joint was not at rest."""
+AT_STOP_RAD: Final = np.deg2rad(0.5)
+"""From the end of a joint's range as the robot file has it: what that, the zero point and a stop's give may be off."""
+MOST_DISAGREEMENT_RAD: Final = np.deg2rad(2.0)
+"""Between the two sensors of the joint, by the zero points in force."""
+
+
+def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: RobotModel) -> ServoMap:
+    """The map of the servo that a step measured.
+
+    What is not known of the zero points and the bend of the angle sensors is in its covariance: it is the same at
+    all visits, so that no scatter shows it. Visits that may have ended at the joint's stops are left out.
+
+    Args:
+        evidence: A servo step.
+        joints: Sensors of joints 1 to 3, as calibrated.
+        model: For the sensors' places in the log, and the ends of the joint's range.
+
+    Raises:
+        CalibrationError: see `servo_points` and `fit_servo_map`.
+        ValueError: it is no servo step.
+    """
+    sensors = joints[joint_of(evidence) - 1]
+    seen = servo_points(evidence, joints, model)
+    points = [point for point, met in zip(seen, at_stops(seen, sensors.joint, model), strict=True) if not met]
+    servo_map = fit_servo_map(points, sensors.joint, setting_of(evidence))
+    pulse_us = np.array([point.pulse_us for point in points])
+    direction = np.array([point.direction for point in points])
+    design = np.column_stack([np.ones(len(points)), pulse_us - servo_map.middle_us, -direction / 2.0])
+    shared = np.linalg.pinv(design) @ _shared_errors(
+        sensors, np.array([point.reached_rad for point in points])
+    )
+    return replace(servo_map, covariance=servo_map.covariance + shared @ shared.T)
+
+
+def servo_points(
+    evidence: Evidence, joints: Sequence[JointSensors], model: RobotModel
+) -> tuple[ServoPoint, ...]:
+    """Where the joint rested at each visit, in order of time.
+
+    Raises:
+        CalibrationError: the joint has no measured zero point, or a visit is no rest that both sensors saw.
+        ValueError: it is no servo step.
+    """
+    sensors = joints[joint_of(evidence) - 1]
+    require_zero(sensors)
+    return points_of(evidence.visits, evidence.counts, sensors, model)
+
+
+def points_of(
+    visits: Iterable[Visit], counts: Counts, sensors: JointSensors, model: RobotModel
+) -> tuple[ServoPoint, ...]:
+    """Where a joint with these sensors rested at each visit. Raises CalibrationError: see `servo_points`."""
+    recording = Recording.from_counts(counts)
+    columns = sensor_columns(model, sensors.joint)
+    shown, valid = recording.sensor_angle_rad[:, columns], counts.angle_valid[:, columns]
+    points = []
+    for visit in visits:
+        inside = (counts.t_us >= visit.from_us) & (counts.t_us <= visit.to_us)
+        points.append(_point(visit, shown[inside], valid[inside], sensors, recording.angle_step_rad))
+    return tuple(points)
+
+
+def at_stops(points: Sequence[ServoPoint], joint: int, model: RobotModel) -> tuple[bool, ...]:
+    """Whether at each visit the joint may have rested against the end of its range instead of where its servo wanted.
+
+    A servo that is told 0 deg and would go below it is stopped there, and a map through that is too flat. All visits
+    to that place from that side count as stopped: those that got less far would not scatter about the servo's mean.
+    """
+    ends_rad = model.joint_limits_rad[joint - 1]
+    met = {
+        (point.pulse_us, point.direction)
+        for point in points
+        if point.reached_rad < ends_rad[0] + AT_STOP_RAD or point.reached_rad > ends_rad[1] - AT_STOP_RAD
+    }
+    return tuple((point.pulse_us, point.direction) in met for point in points)
+
+
+def joint_of(evidence: Evidence) -> int:
+    """1 to 3. Raises ValueError if it is no step of a joint."""
+    if evidence.step.joint is None:
+        raise ValueError("a servo step needs a joint")
+    return evidence.step.joint
+
+
+def setting_of(evidence: Evidence) -> ServoSetting:
+    """In force when it was recorded; the limits are the widest, for they are not recorded. Raises ValueError."""
+    if evidence.servo_setting is None:
+        raise ValueError("a servo step needs the servo's setting")
+    return ServoSetting(*evidence.servo_setting, JOINT_ANGLE_MIN_CDEG, JOINT_ANGLE_MAX_CDEG)
+
+
+def require_zero(sensors: JointSensors) -> None:
+    """Raises CalibrationError where the joint's angle sensors have no measured zero point."""
+    if sensors.zero_taken is not None:
+        return
+    raise CalibrationError(
+        what=f"The zero point of joint {sensors.joint} is not calibrated.",
+        meaning="Its angle sensors do not tell where its servo comes to rest. The board keeps its servo settings.",
+        next_step=f"Put the holding attachment on, then: tfsat-host calibrate zero --joint {sensors.joint}",
+    )
+
+
+def _point(
+    visit: Visit,
+    shown_rad: FloatArray,
+    valid: NDArray[np.bool_],
+    sensors: JointSensors,
+    step_rad: float,
+) -> ServoPoint:
+    """Of what both sensors (n, 2) showed during a visit."""
+    both = valid.all(axis=1)
+    if np.count_nonzero(both) < LEAST_SAMPLES:
+        raise _too_few(visit, valid, sensors.joint)
+    by_each = sensors.each(shown_rad[both])
+    angle = by_each.mean(axis=1)
+    mean, covariance = mean_and_covariance(angle[:, None], BATCHES)
+    batches = [float(part.mean()) for part in np.array_split(angle, BATCHES)]
+    _check_rest(visit, float(np.ptp(batches)), by_each.mean(axis=0), sensors.joint)
+    of_steps = step_rad / np.sqrt(12.0) / np.sqrt(2.0)
+    std_rad = max(float(np.sqrt(covariance[0, 0])), float(of_steps))
+    return ServoPoint(visit.pulse_us, visit.direction, float(mean[0]), std_rad)
+
+
+def _check_rest(visit: Visit, motion_rad: float, by_each_rad: FloatArray, joint: int) -> None:
+    again = f"tfsat-host calibrate servo --joint {joint}"
+    if motion_rad > MOST_MOTION_RAD:
+        raise CalibrationError(
+            what=f"Joint {joint} did not come to rest at {visit.pulse_us:g} us: it moved by "
+            f"{np.rad2deg(motion_rad):.1f} deg while it should stand still.",
+            meaning="It was touched, or its servo hunts or has lost its power. The board keeps its servo settings.",
+            next_step=f"Keep hands and cables off the joint, check the servos' battery, then: {again}",
+        )
+    first, second = np.rad2deg(by_each_rad)
+    if abs(by_each_rad[0] - by_each_rad[1]) > MOST_DISAGREEMENT_RAD:
+        raise CalibrationError(
+            what=f"The two sensors of joint {joint} disagree: by their zero points they stand at {first:+.1f} and "
+            f"{second:+.1f} deg.",
+            meaning="One of them has slipped on the joint's axis since its zero was taken. "
+            "The board keeps its servo settings.",
+            next_step=f"Fix both magnets, then tfsat-host calibrate zero --joint {joint}, then: {again}",
+        )
+
+
+def _too_few(visit: Visit, valid: NDArray[np.bool_], joint: int) -> CalibrationError:
+    again = f"tfsat-host calibrate servo --joint {joint}"
+    if len(valid) >= LEAST_SAMPLES:
+        silent = int(np.argmin(valid.mean(axis=0))) + 1
+        return CalibrationError(
+            what=f"Angle sensor {silent} of joint {joint} gave no value while the joint rested at "
+            f"{visit.pulse_us:g} us.",
+            meaning="Where the servo came to rest is not known. The board keeps its servo settings.",
+            next_step=f"Check its cable with tfsat-host monitor, then: {again}",
+        )
+    return CalibrationError(
+        what=f"Only {len(valid)} samples came while joint {joint} rested at {visit.pulse_us:g} us; "
+        f"{LEAST_SAMPLES} are needed.",
+        meaning="Where the servo came to rest is not known well. The board keeps its servo settings.",
+        next_step="Let the logger sample at its usual rate (tfsat-host logger-settings shows it), without a hub "
+        f"between, then: {again}",
+    )
+
+
+def _shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray:
+    """(n, 10) by how much each visit is off for one standard deviation of each independent error of the sensors."""
+    half = -0.5 * sensors.direction
+    of_zero = np.tile(half, (len(reached_rad), 1)) @ root_of(sensors.zero_covariance)
+    shown = sensors.zero_rad + np.outer(reached_rad, sensors.direction)
+    curves = [half[k] * (harmonics(shown[:, k]) - harmonics(sensors.zero_rad[k : k + 1])) for k in range(2)]
+    return np.concatenate(
+        [of_zero, np.concatenate(curves, axis=1) @ root_of(sensors.bend_covariance)], axis=1
+    )
+
 
 START_WITHIN_DEG: Final = 10.0
 """A joint farther from where its first pulse takes it would be thrown there."""

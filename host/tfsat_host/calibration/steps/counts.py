@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.header import MPU_6050, parts_of
 
+COLUMNS = ("t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid", "clipped")
+"""What `Counts` has of each sample."""
 _ANGLE_VALID_BIT = 4
 _CLIPPED_BIT = 12
 
@@ -120,6 +122,17 @@ class Counts:
             log.samples_lost,
             Scales.of(log.header),
         )
+
+    def part(self, rows: slice) -> Counts:
+        """Some of the samples, none of which were lost."""
+        columns = {name: getattr(self, name)[rows] for name in COLUMNS}
+        return replace(self, **columns, samples_lost=0)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Counts]) -> Counts:
+        """Parts that came one after the other; for a look at them, not for keeping: gaps are not counted."""
+        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+        return replace(parts[0], **columns)
 
 
 def _bits(flags: NDArray[np.int_], first: int, count: int) -> NDArray[np.bool_]:

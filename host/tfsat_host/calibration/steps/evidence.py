@@ -6,21 +6,23 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from tfsat_host import __version__
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.steps.counts import Counts, Scales
+from tfsat_host.calibration.steps.counts import COLUMNS, Counts, Scales
+from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.steps.step import Step, StepKind
 from tfsat_host.protocol.limits import PROTOCOL_HASH
+from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
 
 FORMAT = 1
-_COLUMNS = ("t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid", "clipped")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,11 @@ class Evidence:
     visits: tuple[Visit, ...] = ()
     servo_setting: tuple[int, int, int] | None = None
 
+    @cached_property
+    def recording(self) -> Recording:
+        """In SI units."""
+        return Recording.from_counts(self.counts)
+
 
 def file_name(evidence: Evidence) -> str:
     """Sorts by purpose, then by time."""
@@ -101,7 +108,7 @@ def to_bytes(evidence: Evidence) -> bytes:
         "visits": [asdict(visit) for visit in evidence.visits],
         "servo_setting": evidence.servo_setting,
     }
-    columns: dict[str, Any] = {name: getattr(evidence.counts, name) for name in _COLUMNS}
+    columns: dict[str, Any] = {name: getattr(evidence.counts, name) for name in COLUMNS}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, papers=np.array(json.dumps(papers)), **columns)
     return buffer.getvalue()
@@ -116,7 +123,7 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             papers = json.loads(str(archive["papers"][()]))
-            columns = {name: archive[name] for name in _COLUMNS}
+            columns = {name: archive[name] for name in COLUMNS}
         if papers["format"] != FORMAT:
             raise ValueError(f"its format is {papers['format']}, this program reads {FORMAT}")
         return _evidence(papers, columns)
@@ -164,3 +171,56 @@ def newest(evidence: Iterable[Evidence]) -> dict[str, Evidence]:
     for one in sorted(evidence, key=lambda one: one.taken):
         found[one.step.key] = one
     return found
+
+
+Enough = Callable[[Sequence[LiveSampleStream]], bool]
+"""Given the samples that have just come: whether they are the last."""
+
+
+@dataclass(frozen=True)
+class LiveSource:
+    """A logger that samples live.
+
+    Attributes:
+        fresh: Samples that have arrived since the last call, at least one.
+        scales: As the logger named them.
+        origin: Whose sensors they are.
+        now: The time of day, with its time zone.
+    """
+
+    fresh: Callable[[], Sequence[LiveSampleStream]]
+    scales: LiveReply
+    origin: Origin
+    now: Callable[[], datetime]
+
+
+def pass_over(live: LiveSource, lead_s: float) -> None:
+    """Reads and forgets the samples of the time in which a person gets ready, on the logger's clock."""
+    if lead_s <= 0:
+        return
+    first_us = live.fresh()[0].time_us
+    while live.fresh()[-1].time_us < first_us + lead_s * 1e6:
+        pass
+
+
+def read_step(step: Step, live: LiveSource, enough: Enough) -> Evidence:
+    """Reads until there is enough. Raises what `live.fresh` does."""
+    taken = live.now()
+    samples: list[LiveSampleStream] = []
+    while True:
+        fresh = live.fresh()
+        samples += fresh
+        if enough(fresh):
+            return Evidence(step, Counts.from_live(samples, live.scales), taken, live.origin)
+
+
+def until_s(duration_s: float) -> Enough:
+    """Enough after so long a time on the logger's clock."""
+    first_us: int | None = None
+
+    def enough(fresh: Sequence[LiveSampleStream]) -> bool:
+        nonlocal first_us
+        first_us = fresh[0].time_us if first_us is None else first_us
+        return fresh[-1].time_us - first_us >= duration_s * 1e6
+
+    return enough

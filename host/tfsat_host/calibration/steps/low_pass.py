@@ -6,14 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.protocol.imus import ImuPart
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LogHeader
 from tfsat_host.sdlog.header import MPU_6050, parts_of
-
-FloatArray = NDArray[np.float64]
 
 _OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 

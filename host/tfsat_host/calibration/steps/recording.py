@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.offsets import at_sample_times
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
 
 _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 
@@ -65,3 +65,126 @@ class Recording:
             samples_lost=counts.samples_lost,
             angle_step_rad=step_rad,
         )
+
+
+def at_sample_times(
+    t_s: FloatArray,
+    values: FloatArray,
+    offset_s: FloatArray,
+    valid: NDArray[np.bool_],
+    *,
+    angles: bool = False,
+) -> FloatArray:
+    """What each sensor showed at the samples' times: a reading less its offset times its slope.
+
+    The slope is that between the neighbouring readings, so that the noise of a sample grows by (offset / period)^2 / 4
+    of its variance at most. A sensor with fewer than two valid readings stays as it is.
+
+    Args:
+        t_s: (n,) the samples' times, increasing.
+        values: (n, k, ...) of k sensors.
+        offset_s: (k,) from a sample's time to each sensor's reading (LogHeader.imu_offset_us, angle_offset_us).
+        valid: (n, k); others are left as they are, and no slope uses them.
+        angles: The values are angles in [0, 2 pi), rad, and wrap.
+    """
+    moved = values.copy()
+    for k in np.flatnonzero(offset_s):
+        rows = np.flatnonzero(valid[:, k])
+        if len(rows) > 1:
+            shown = np.unwrap(values[rows, k], axis=0) if angles else values[rows, k]
+            at_sample = shown - offset_s[k] * np.gradient(shown, t_s[rows], axis=0)
+            moved[rows, k] = at_sample % (2 * np.pi) if angles else at_sample
+    return moved
+
+
+SHORTEST_S = 0.35
+SWEEP_SHARE = 0.08
+"""A hand that rests trembles; at a sweep's rests gyro and angle sensors are averaged over the same samples."""
+TURN_SHARE = 0.02
+"""A turn's angle is known where it ends, not on the way there."""
+_MARGIN_S = 0.1
+"""Left out at either end: the low-pass settles."""
+
+
+def find_rests(t_s: FloatArray, rate_rad_s: FloatArray, share: float = SWEEP_SHARE) -> list[slice]:
+    """Stretches in which hardly anything turns, in order.
+
+    Args:
+        t_s: (n,) times.
+        rate_rad_s: (n,) rate about the axis of the motion.
+        share: Of the motion's speed; what is slower rests.
+    """
+    speed = np.abs(rate_rad_s)
+    limit = max(np.deg2rad(1.5), share * float(np.quantile(speed, 0.95)))
+    window = max(1, round(0.1 / float(np.median(np.diff(t_s)))))
+    smooth = np.convolve(speed, np.full(window, 1.0 / window), mode="same")
+    quiet = np.concatenate([[False], smooth < limit, [False]])
+    edges = np.flatnonzero(np.diff(quiet.astype(np.int8)))
+    rests = []
+    for begin, end in zip(edges[::2], edges[1::2] - 1, strict=True):
+        if t_s[end] - t_s[begin] >= SHORTEST_S + 2 * _MARGIN_S:
+            inside = np.searchsorted(t_s, [t_s[begin] + _MARGIN_S, t_s[end] - _MARGIN_S])
+            rests.append(slice(int(inside[0]), int(inside[1])))
+    return rests
+
+
+MOST_LOST_FRACTION = 0.01
+"""More lost samples than this, and the rest may not stand for the motion."""
+LONGEST_GAP_S = 0.05
+"""A straight line over more would cut a corner of a motion."""
+
+
+def check_complete(recording: Recording, bodies: Iterable[int]) -> None:
+    """The clock ran on, nearly every sample arrived, and the gyros of `bodies` (1 to 4) gave all of theirs.
+
+    Raises:
+        CalibrationError: they did not.
+    """
+    steps_s, lost, n = np.diff(recording.t_s), recording.samples_lost, len(recording.t_s)
+    if np.any(steps_s <= 0):
+        raise CalibrationError(
+            what="The logger's clock went backwards during the measurement: the logger restarted.",
+            meaning="The samples do not belong together; nothing was kept.",
+            next_step="Check the logger's supply and cable with tfsat-host status, and run this command again.",
+        )
+    if lost > MOST_LOST_FRACTION * (n + lost):
+        raise CalibrationError(
+            what=f"{lost} of {n + lost} samples never reached this computer.",
+            meaning=f"More than {100 * MOST_LOST_FRACTION:g} % is missing: bias and axis would be doubtful.",
+            next_step="Plug the logger in without a hub, close other programs, and run this command again.",
+        )
+    if (gap_s := steps_s.max(initial=0.0)) > LONGEST_GAP_S:
+        raise CalibrationError(
+            what=f"{1e3 * gap_s:.0f} ms of the measurement are missing in one piece.",
+            meaning="What the gyros turned meanwhile is not known, and scale factors rest on it.",
+            next_step="Plug the logger in without a hub, close other programs, and run this command again.",
+        )
+    for body in bodies:
+        if clipped := int(recording.clipped[:, body - 1].sum()):
+            raise CalibrationError(
+                what=f"The sensor on body {body} was at its full scale in {clipped} of {n} samples.",
+                meaning="A clipped rate is a lower bound; an axis or a scale factor from it would be wrong.",
+                next_step="Move slower than 500 deg/s and knock nothing against the frame, and run this command again.",
+            )
+        if missing := int((~recording.imu_valid[:, body - 1]).sum()):
+            raise CalibrationError(
+                what=f"{missing} of {n} samples of the gyro on body {body} are invalid.",
+                meaning="An axis fitted to the rest would be doubtful.",
+                next_step="Check the gyro and its cable with tfsat-host status, and run this command again.",
+            )
+
+
+def check_answers(valid: NDArray[np.bool_], joint: int, most_silent: float) -> None:
+    """Refuses samples (n, 2) of a joint's angle sensors of which more than the share `most_silent` are missing.
+
+    Raises:
+        CalibrationError: naming the sensor.
+    """
+    for index, answered in enumerate(valid.mean(axis=0), 1):
+        if answered < 1.0 - most_silent:
+            raise CalibrationError(
+                what=f"Angle sensor {index} of joint {joint} gave no value in {100 * (1 - answered):.2g} % of the "
+                "samples.",
+                meaning="Without it the joint's angle is not known, now or in the drop.",
+                next_step="Check its cable with tfsat-host monitor, and run this command again.",
+            )

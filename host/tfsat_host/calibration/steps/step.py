@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Literal
-
-from tfsat_host.calibration.steps.patterns import MotionPattern, patterns_of_joint
 
 Axis = Literal["x", "y", "z"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
@@ -15,6 +14,15 @@ SWEEP_STOPS_DEG: Final = (0.0, 30.0, 60.0, 90.0, 60.0, 30.0, 0.0)
 SWEEP_ROUNDS: Final = 2
 TURN_ROUNDS: Final = 3
 """So often is the robot turned there and back."""
+PATTERNS: Final = (
+    (1, (1,), (2, 3, 4)),
+    (1, (2, 3), (1,)),
+    (2, (1, 2), (3, 4)),
+    (2, (3, 4), (1, 2)),
+    (3, (4,), (1, 2, 3)),
+)
+"""Joint, bodies whose gyros measure the motion, bodies held on the bench, of each motion (paper, tab. misal).
+Where the paper moves bodies 2 and 3 about joint 1, body 4 hangs on body 3 and moves along."""
 
 
 class StepKind(StrEnum):
@@ -34,6 +42,10 @@ class StepKind(StrEnum):
     """The sequencer moves a joint to commanded angles and holds it there: pulse map."""
 
 
+DURATION_S: Final = {StepKind.REST: 20.0, StepKind.ZERO: 5.0, StepKind.SWING: 12.0}
+"""Of steps that end by the clock; the others end with their last rest."""
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """What is done, and with what.
@@ -41,7 +53,7 @@ class Step:
     Attributes:
         kind: See there.
         joint: 1 to 3; None where no single joint is meant (a zero of all joints, a rest, a turn).
-        moved: Bodies (1 to 4) whose gyros see the motion; empty where nothing moves.
+        moved: Bodies (1 to 4) whose gyros measure the motion; empty where nothing moves.
         held: Bodies that are kept still on the bench.
         axis: Of a turn: the body axis, all bodies being parallel.
         angle_deg: Of a turn: how far, positive about `axis`; the turns back go the other way.
@@ -53,6 +65,13 @@ class Step:
     held: tuple[int, ...] = ()
     axis: Axis | None = None
     angle_deg: float = 0.0
+
+    @property
+    def moving_joint(self) -> int:
+        """The joint, of a step that moves one. Raises ValueError for any other."""
+        if self.joint is None:
+            raise ValueError(f"a {self.kind} moves no joint")
+        return self.joint
 
     @property
     def key(self) -> str:
@@ -78,13 +97,13 @@ def zero(joint: int | None) -> Step:
 
 
 def swings(joint: int) -> tuple[Step, ...]:
-    """The paper's patterns for one joint (tab. misal)."""
-    return tuple(_of_pattern(StepKind.SWING, pattern) for pattern in patterns_of_joint(joint))
+    """The paper's patterns for one joint."""
+    return tuple(Step(StepKind.SWING, *pattern) for pattern in PATTERNS if pattern[0] == joint)
 
 
 def sweeps(joint: int) -> tuple[Step, ...]:
     """The same patterns, from rest to rest."""
-    return tuple(_of_pattern(StepKind.SWEEP, pattern) for pattern in patterns_of_joint(joint))
+    return tuple(Step(StepKind.SWEEP, *pattern) for pattern in PATTERNS if pattern[0] == joint)
 
 
 def turn(axis: Axis, angle_deg: float) -> Step:
@@ -94,9 +113,10 @@ def turn(axis: Axis, angle_deg: float) -> Step:
 
 def servo(joint: int) -> Step:
     """Only the joint's outer side moves."""
-    moved = patterns_of_joint(joint)[0]
-    return Step(StepKind.SERVO, joint, moved.moved, moved.held)
+    return Step(StepKind.SERVO, *next(pattern for pattern in PATTERNS if pattern[0] == joint))
 
 
-def _of_pattern(kind: StepKind, pattern: MotionPattern) -> Step:
-    return Step(kind, pattern.joint, pattern.moved, pattern.held)
+def bodies(numbers: Iterable[int]) -> str:
+    """In words: body 1; bodies 1 and 2; bodies 2, 3 and 4."""
+    *first, last = map(str, sorted(numbers))
+    return f"bodies {', '.join(first)} and {last}" if first else f"body {last}"

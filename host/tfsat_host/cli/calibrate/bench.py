@@ -1,30 +1,31 @@
-"""Where a calibration happens: a logger, whose sensors they are, and who holds and moves the robot."""
+"""Where a calibration happens: the boards, whose sensors they are, and who holds and moves the robot."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from tfsat_host.cli.calibrate.prompts import PersonAtPrompt, announce
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.certificate.certificate import Subject
     from tfsat_host.calibration.steps.evidence import Origin
     from tfsat_host.calibration.steps.step import Step
+    from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.emulated.bench import EmulatedOperator
     from tfsat_host.robot import RobotModel
 
+LEAD_S = 3.0
+"""With `--yes` nobody says that the robot is held and moves: so long after the task the sensors are read."""
 HANDS_SEED = 1
 """The emulated bench's person is always the same one."""
 
 
-class Operator(Protocol):
-    """Who holds and moves the robot: a person at the prompt, or the emulated bench."""
+class Mover(Protocol):
+    """Who holds and moves the robot."""
 
     @property
     def lead_s(self) -> float:
@@ -34,47 +35,110 @@ class Operator(Protocol):
         """Sets the robot up for the step and starts the motion."""
 
 
-class ToldOperator:
-    """The emulated bench, with the screen saying what it does."""
-
-    lead_s = 0.0
-
-    def __init__(self, operator: EmulatedOperator, out: Output) -> None:
-        self._operator = operator
-        self._out = out
-
-    def begin(self, step: Step) -> None:
-        """As a person would, at once."""
-        if not self._out.json_mode:
-            announce(step, self._out)
-        self._operator.begin(step)
-
-
 @dataclass(frozen=True)
 class Bench:
     """Where a calibration happens.
 
     Attributes:
         logger: Reads the sensors.
-        operator: Moves the robot.
+        mover: Moves the robot; where the sequencer moves a joint, holds the rest of it.
         origin: Whose sensors they are.
+        sequencer: Moves a joint; None where a hand does.
     """
 
     logger: LoggerClient
-    operator: Operator
+    mover: Mover
     origin: Origin
+    sequencer: JogClient | None = None
+
+    @property
+    def jog(self) -> JogClient:
+        """The sequencer. Raises ValueError where a hand moves the joint."""
+        if self.sequencer is None:
+            raise ValueError("no sequencer was opened")
+        return self.sequencer
+
+
+class PersonAtPrompt:
+    """Tells a person what to do and waits for Enter; with `--yes` the reading starts after `LEAD_S`."""
+
+    def __init__(self, out: Output, *, jogging: bool = False) -> None:
+        self._out = out
+        self._jogging = jogging
+
+    @property
+    def lead_s(self) -> float:
+        """Zero where Enter says that all is ready."""
+        return LEAD_S if self._out.yes else 0.0
+
+    def begin(self, step: Step) -> None:
+        """Asks for it. Raises UsageError without a terminal, NotConfirmed for anything but Enter."""
+        if self._jogging and step.joint is not None:  # the question whether to move it was asked already
+            if self._out.yes:
+                self._out.note(f"  Joint {step.joint} moves {LEAD_S:g} s from now.")
+            return
+        announce(step, self._out)
+        if self._out.yes:
+            self._out.note(f"The sensors are read from {LEAD_S:g} s from now on.")
+        else:
+            self._out.ask(
+                "Enter when you are ready, q ends: ", meaning="This step was not measured.", accept=("",)
+            )
+
+
+class EmulatedPerson:
+    """The emulated bench's person, with the screen saying what is done."""
+
+    lead_s = 0.0
+
+    def __init__(self, operator: EmulatedOperator, out: Output, *, jogging: bool = False) -> None:
+        self._operator = operator
+        self._out = out
+        self._jogging = jogging
+
+    def begin(self, step: Step) -> None:
+        """At once; where the servo moves the joint, closes that and holds the rest."""
+        from tfsat_host.calibration.steps.step import Step, StepKind, zero
+
+        if self._jogging and step.joint is not None:
+            self._operator.wait_until_limp()  # the servo of the sweep before has let go
+            self._operator.begin(zero(step.joint))
+            self._operator.begin(Step(StepKind.SERVO, step.joint, step.moved, step.held))
+            return
+        if not self._out.json_mode:
+            announce(step, self._out)
+        self._operator.begin(step)
+
+
+def announce(step: Step, out: Output) -> None:
+    """The heading and the task of a step that is done by hand."""
+    from tfsat_host.calibration.steps.instructions import task, title
+
+    out.note("\n  ".join((f"\n{title(step)}", *task(step))))
 
 
 @contextmanager
-def open_bench(args: argparse.Namespace, model: RobotModel, out: Output) -> Iterator[Bench]:
-    """The logger and whoever moves the robot. Raises PortError, NoAnswer, WrongBoard, BuildError."""
-    from tfsat_host.cli.advice import offering_emulated
-    from tfsat_host.cli.connection import emulated_robot, open_logger
+def open_bench(
+    args: argparse.Namespace, model: RobotModel, out: Output, *, jog: bool = False
+) -> Iterator[Bench]:
+    """The logger and, to `jog`, the sequencer, and who moves the robot.
+
+    Raises:
+        PortError, NoAnswer, WrongBoard, BuildError: as said.
+    """
+    from tfsat_host.cli.advice import explained, offering_emulated
+    from tfsat_host.cli.connection import emulated_robot, open_jog_client, open_logger
+    from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
 
     if not args.emulated:
-        with offering_emulated(), open_logger(args, out) as logger:
-            yield Bench(logger, PersonAtPrompt(out), origin_of(logger))
+        at_sequencer = argparse.Namespace(emulated=False, port=getattr(args, "sequencer_port", None))
+        with (
+            offering_emulated(),
+            open_logger(args, out) as logger,
+            open_jog_client(at_sequencer, out) if jog else nullcontext() as sequencer,
+        ):
+            yield Bench(logger, PersonAtPrompt(out, jogging=jog), origin_of(logger), sequencer)
         return
     from tfsat_host.emulated.bench import EmulatedOperator
     from tfsat_host.emulated.hands import Hands
@@ -83,8 +147,13 @@ def open_bench(args: argparse.Namespace, model: RobotModel, out: Output) -> Iter
 
     with emulated_robot(out, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        operator = EmulatedOperator(robot, Hands.human(HANDS_SEED))
-        yield Bench(logger, ToldOperator(operator, out), origin_of(logger))
+        person = EmulatedPerson(EmulatedOperator(robot, Hands.human(HANDS_SEED)), out, jogging=jog)
+        if not jog:
+            yield Bench(logger, person, origin_of(logger))
+            return
+        sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
+        with explained(sequencer, argparse.Namespace(emulated=True, port=None)):
+            yield Bench(logger, person, origin_of(logger), sequencer)
 
 
 def origin_of(logger: LoggerClient) -> Origin:
@@ -92,10 +161,3 @@ def origin_of(logger: LoggerClient) -> Origin:
     from tfsat_host.preflight.origin import origin_of_logger
 
     return origin_of_logger(logger.identity, logger.status().who_am_i)
-
-
-def subject_of(origin: Origin, model: RobotModel) -> Subject:
-    """What a certificate of these sensors is of."""
-    from tfsat_host.calibration.certificate.certificate import Subject
-
-    return Subject(model.name, origin.logger_serial, origin.who_am_i, origin.emulated)

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from datetime import UTC, datetime
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.calibrate import servo, show
-from tfsat_host.cli.calibrate.jog_bench import add_sequencer_port
-from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option
-from tfsat_host.cli.options import file_name, number
+from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option, add_sequencer_port
+from tfsat_host.cli.options import add_output_options, file_name, number
 from tfsat_host.cli.subcommands import add_subcommands
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
-    from tfsat_host.calibration.progress import Known
-    from tfsat_host.calibration.steps.evidence import Evidence, Origin
-    from tfsat_host.calibration.steps.step import Axis, Step
-    from tfsat_host.cli.calibrate.flow import Reader
-    from tfsat_host.robot import RobotModel
+    from tfsat_host.calibration.steps.step import Axis
 
 LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 720.0
 _AXES: dict[str, Axis] = {"x": "x", "y": "y", "z": "z"}
@@ -68,8 +60,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _configure_zero(added["zero"])
     _configure_misalignment(added["misalignment"])
     _configure_scale(added["scale"])
-    servo.configure(added["servo"])
-    show.configure(added["show"])
+    _configure_servo(added["servo"])
+    _configure_show(added["show"])
 
 
 def _configure_bias(bias: argparse.ArgumentParser) -> None:
@@ -121,80 +113,58 @@ def _configure_scale(scale: argparse.ArgumentParser) -> None:
     add_campaign_options(scale)
 
 
+def _configure_servo(servo: argparse.ArgumentParser) -> None:
+    add_joint_option(servo, required=True)
+    servo.add_argument(
+        "--no-upload", action="store_true", help="measure only: the sequencer keeps its servo settings"
+    )
+    add_sequencer_port(servo)
+    add_campaign_options(servo)
+
+
+def _configure_show(show: argparse.ArgumentParser) -> None:
+    group = show.add_argument_group("certificate")
+    group.add_argument(
+        "--out",
+        metavar="FILE",
+        type=file_name,
+        help="the certificate that the steps went into (default as theirs)",
+    )
+    group.add_argument(
+        "--robot", metavar="FILE", type=file_name, help="robot file (default: the drop tower robot)"
+    )
+    group.add_argument("--emulated", action="store_true", help="that of the emulated robot")
+    add_output_options(show)
+
+
 def run(args: argparse.Namespace, out: Output) -> int:
     """Measures and writes; what was accepted before an end is kept."""
     if args.quantity == "servo":
+        from tfsat_host.cli.calibrate import servo
+
         return servo.run(args, out)
     if args.quantity == "show":
+        from tfsat_host.cli.calibrate import show
+
         return show.run(args, out)
+    from tfsat_host.cli.calibrate import flow
+
     if args.quantity == "bias" and args.log is not None:
-        from tfsat_host.cli.calibrate import log
-
-        return log.run(args, out)
-    from tfsat_host.cli.calibrate.campaign import note_without_zero, open_campaign, tell
-    from tfsat_host.cli.calibrate.flow import Flow, with_rest
-    from tfsat_host.robot import load_robot
-
-    steps = _steps(args)
-    model = load_robot(args.robot)
-    with _opened(args, model, out) as (origin, read):
-        campaign = open_campaign(args, origin, model, out)
-        before = campaign.calibration
-        if args.quantity == "misalignment" and args.anew:
-            campaign.sensors_moved(datetime.now(UTC))
-        if args.quantity in ("misalignment", "scale"):
-            steps = with_rest(steps, campaign)
-            note_without_zero(campaign, args, out)
-        flow = Flow(steps, campaign, read, model, args, out)
-        flow.run()
-    tell(args, campaign, flow.kept, before, model, out)
-    return 0
+        return flow.take_from_log(args, out)
+    return flow.measure(args, _turned(args), out)
 
 
-@contextmanager
-def _opened(args: argparse.Namespace, model: RobotModel, out: Output) -> Iterator[tuple[Origin, Reader]]:
-    """Whose sensors they are, and what has a step done and read: by hand, or (`--jog`) by the joint's servo."""
-    from tfsat_host.calibration.steps.step import StepKind
-    from tfsat_host.cli.calibrate.bench import open_bench
-    from tfsat_host.cli.calibrate.jog_bench import open_jog_bench
-    from tfsat_host.cli.calibrate.recording import record, record_jogged
-
-    if not getattr(args, "jog", False):
-        with open_bench(args, model, out) as bench:
-            yield bench.origin, lambda step, known: record(step, bench, known, out)
-        return
-    if args.joint is None:
+def _turned(args: argparse.Namespace) -> tuple[Axis, float] | None:
+    """Axis and angle in deg of a turn by hand. Raises UsageError."""
+    words: Sequence[str] | None = getattr(args, "turn", None)
+    if words is None:
+        return None
+    if args.jog:
         raise UsageError(
             what="--jog has a servo move a joint; --turn is done by hand.",
             meaning="Nothing was measured.",
             next_step="Leave one of them out.",
         )
-    with open_jog_bench(args, model, out) as jogging:
-
-        def read(step: Step, known: Known) -> Evidence:
-            if step.kind == StepKind.SWEEP:
-                return record_jogged(step, jogging, out)
-            return record(step, jogging, known, out)
-
-        yield jogging.origin, read
-
-
-def _steps(args: argparse.Namespace) -> tuple[Step, ...]:
-    from tfsat_host.calibration.steps.step import rest, sweeps, swings, turn, zero
-
-    match args.quantity:
-        case "bias":
-            return (rest(),)
-        case "zero":
-            return (zero(args.joint),)
-        case "misalignment":
-            return swings(args.joint)
-        case _:
-            return sweeps(args.joint) if args.turn is None else (turn(*_turn(args.turn)),)
-
-
-def _turn(words: Sequence[str]) -> tuple[Axis, float]:
-    """Axis and angle in deg. Raises UsageError."""
     try:
         axis, angle_deg = _AXES.get(words[0]), number(words[1])
     except argparse.ArgumentTypeError as error:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from datetime import UTC, datetime
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from tfsat_host.calibration.steps.instructions import title
+from tfsat_host.calibration.steps.step import bodies
 from tfsat_host.cli.advice import Interrupted
-from tfsat_host.cli.calibrate.prompts import bodies, title
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.present.output import NotConfirmed, Output
@@ -18,14 +19,16 @@ from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.units import CDEG_PER_DEG
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
+    from tfsat_host.calibration.sensors.joint_sensors import JointSensors
     from tfsat_host.calibration.steps.counts import Counts
+    from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.calibration.steps.step import Step
-    from tfsat_host.cli.calibrate.jog_bench import JogBench
+    from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.devices.jogging import JogEnd, JogTour
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
+    from tfsat_host.robot import RobotModel
+    from tfsat_host.servo_settings import ServoSettings
 
 SWEEP_HOLD_S = 1.0
 LAST_SAMPLES_S = 0.02
@@ -34,21 +37,6 @@ LOOK_S = 0.8
 SILENCE_S = 1.0
 Look = Callable[["Counts"], None]
 """Looks at samples."""
-
-
-@dataclass(frozen=True)
-class Driven:
-    """What came of a tour.
-
-    Attributes:
-        samples: All of it, in order.
-        scales: Rate and scales of the samples.
-        ends_us: When each stop's rest ended, on the logger's clock.
-    """
-
-    samples: Sequence[LiveSampleStream]
-    scales: LiveReply
-    ends_us: tuple[int, ...]
 
 
 class TourInterrupted(Interrupted):
@@ -70,38 +58,71 @@ class TourInterrupted(Interrupted):
         self.details = jog_details(tour.joint, end.angle_cdeg)
 
 
-def _look_away(_: Counts) -> None:
-    """Where nobody needs to look."""
-
-
-def jogged_sweep(bench: JogBench, step: Step, out: Output) -> tuple[Sequence[LiveSampleStream], LiveReply]:
-    """A sweep's samples, its servo doing what a hand would: through the same stops, as far as its limits allow.
+def sweep(step: Step, bench: Bench, out: Output) -> Evidence:
+    """A sweep with the joint's servo doing what a hand would: through the same stops, as far as its limits allow.
 
     Raises:
         BoardRefusal, JogError, TfsatError: see `drive`.
         RefusedError: the person did not type JOG.
     """
+    from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.calibration.steps.step import SWEEP_ROUNDS, SWEEP_STOPS_DEG
     from tfsat_host.devices.jogging import JogTour
 
-    joint = joint_of(step)
-    servo = bench.sequencer.settings().settings.of(joint)
+    joint = step.moving_joint
+    servo = bench.jog.settings().settings.of(joint)
     every_deg = SWEEP_STOPS_DEG + SWEEP_STOPS_DEG[1:] * (SWEEP_ROUNDS - 1)
     stops = [min(max(round(deg * CDEG_PER_DEG), servo.min_cdeg), servo.max_cdeg) for deg in every_deg]
     tour = JogTour(joint, tuple(stop for stop, _ in groupby(stops)), SWEEP_HOLD_S)
     ask_to_move(step, tour, bench, out)
-    driven = drive(tour, step, bench, out)
-    return driven.samples, driven.scales
+    taken = datetime.now(UTC)
+    return Evidence(step, drive(tour, step, bench, out), taken, bench.origin)
 
 
-def joint_of(step: Step) -> int:
-    """1 to 3. Raises ValueError for a step of no joint."""
-    if step.joint is None:
-        raise ValueError(f"{step.key} moves no joint")
-    return step.joint
+def measure_servo(
+    joint: int,
+    settings: ServoSettings,
+    sensors: JointSensors,
+    bench: Bench,
+    model: RobotModel,
+    out: Output,
+) -> Evidence:
+    """Asks, and has the servo visit each place of the plan; the joint ends limp.
+
+    A joint that does not follow, or goes the wrong way, is let go at the first stop that shows it.
+
+    Args:
+        joint: 1 to 3.
+        settings: In force on the sequencer.
+        sensors: Of the joint, with a measured zero point.
+        bench: Both boards.
+        model: The robot.
+        out: Where questions and progress go.
+
+    Raises:
+        RefusedError: it was not confirmed, or the joint is not where it should begin.
+        CalibrationError: the servo does not follow.
+        BoardRefusal, JogError, TfsatError: see `drive`.
+    """
+    from tfsat_host.calibration.servos.servo_map import HOLD_S, servo_plan
+    from tfsat_host.calibration.servos.visits import Visits
+    from tfsat_host.calibration.steps.evidence import Evidence
+    from tfsat_host.calibration.steps.step import servo as servo_step
+    from tfsat_host.devices.jogging import JogTour
+
+    servo = settings.of(joint)
+    plan = servo_plan(servo)
+    tour = JogTour(joint, (plan[0], *plan), HOLD_S)  # at first the servo only takes hold of the joint
+    step = servo_step(joint)
+    ask_to_move(step, tour, bench, out)
+    visits = Visits(tour.stops_cdeg, servo, sensors, model)
+    taken = datetime.now(UTC)
+    counts = drive(tour, step, bench, out, visits.check_start, visits.rested)
+    setting = (servo.zero_us, servo.ns_per_deg, servo.reversed)
+    return Evidence(step, counts, taken, bench.origin, visits=visits.known, servo_setting=setting)
 
 
-def ask_to_move(step: Step, tour: JogTour, bench: JogBench, out: Output) -> None:
+def ask_to_move(step: Step, tour: JogTour, bench: Bench, out: Output) -> None:
     """Says what will move, and waits for JOG; with `--yes` for nothing.
 
     Raises:
@@ -109,7 +130,7 @@ def ask_to_move(step: Step, tour: JogTour, bench: JogBench, out: Output) -> None
         RefusedError: another word was typed.
         UsageError: there is no terminal to ask on, and no `--yes`.
     """
-    bench.sequencer.check_tour(tour)
+    bench.jog.check_tour(tour)
     if not (out.json_mode and out.yes):
         out.note(_explanation(step, tour))
     if out.yes:
@@ -123,11 +144,11 @@ def ask_to_move(step: Step, tour: JogTour, bench: JogBench, out: Output) -> None
 def drive(
     tour: JogTour,
     step: Step,
-    bench: JogBench,
+    bench: Bench,
     out: Output,
-    begun: Look = _look_away,
-    rested: Look = _look_away,
-) -> Driven:
+    begun: Look = lambda _: None,
+    rested: Look = lambda _: None,
+) -> Counts:
     """Has the servo move the joint through the tour and keeps the logger's samples; the joint ends limp.
 
     Args:
@@ -143,25 +164,27 @@ def drive(
         TourInterrupted: Ctrl-C or Ctrl-Z; the joint was let go.
         TfsatError: the logger fell silent; the joint was let go.
     """
-    bench.operator.begin(step)
+    from tfsat_host.calibration.steps.counts import Counts
+
+    bench.mover.begin(step)
     with bench.logger.live() as scales:
-        bench.logger.samples_of(bench.operator.lead_s)
-        begun(_last(_limp(bench.logger), scales))
+        bench.logger.samples_of(bench.mover.lead_s)
+        begun(_last([*bench.logger.live_samples(), *bench.logger.samples_of(LOOK_S)], scales))
         with stop_wish(before_suspension=True) as stopped, _progress(tour, out) as show:
             watch = _LoggedTour(bench.logger, show, lambda samples: rested(_last(samples, scales)))
-            end = bench.sequencer.tour(tour, stopped, watch)
+            end = bench.jog.tour(tour, stopped, watch)
     if end.held:
-        return Driven(watch.samples, scales, tuple(watch.ends_us))
+        counts = Counts.from_live(watch.samples, scales)
+        if counts.samples_lost:
+            out.warn(
+                f"{counts.samples_lost} of {len(counts.t_us) + counts.samples_lost} samples never arrived."
+            )
+        return counts
     if not stopped.suspend:
         raise TourInterrupted(tour, end, "Interrupted.")
     out.note(f"Ctrl-Z: joint {tour.joint} was let go at {end.angle_cdeg / CDEG_PER_DEG:g} deg.")
     suspend_now()
     raise TourInterrupted(tour, end, "Ctrl-Z let the joint go before the program stopped.")
-
-
-def _limp(logger: LoggerClient) -> Sequence[LiveSampleStream]:
-    """Samples of the joint as it lies."""
-    return [*logger.live_samples(), *logger.samples_of(LOOK_S)]
 
 
 def _last(samples: Sequence[LiveSampleStream], scales: LiveReply) -> Counts:
@@ -178,7 +201,6 @@ class _LoggedTour:
 
     Attributes:
         samples: So far.
-        ends_us: When each rest ended, on the logger's clock: the time of the last sample that was in by then.
     """
 
     def __init__(
@@ -188,7 +210,6 @@ class _LoggedTour:
         rested: Callable[[Sequence[LiveSampleStream]], None],
     ) -> None:
         self.samples: list[LiveSampleStream] = []
-        self.ends_us: list[int] = []
         self.shown = show
         self._logger = logger
         self._rested = rested
@@ -207,11 +228,10 @@ class _LoggedTour:
             )
 
     def rested(self, _stop: int) -> None:
-        """Notes the time by the newest sample, and lets the caller look."""
-        seen = len(self.samples)
-        while len(self.samples) == seen:
+        """Lets the caller look, once what the logger has sent is in."""
+        before = len(self.samples)
+        while len(self.samples) == before:
             self.pause(LAST_SAMPLES_S)
-        self.ends_us.append(self.samples[-1].time_us)
         self._rested(self.samples)
 
 

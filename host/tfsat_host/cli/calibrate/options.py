@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.options import add_device_options, file_name
+from tfsat_host.cli.options import add_device_options, file_name, port_name
 from tfsat_host.devices.ports import BoardName
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
@@ -41,6 +41,17 @@ def add_campaign_options(parser: argparse.ArgumentParser, board: BoardName = "lo
         help="leave out steps of this command that were accepted within the last hour and since the last landing",
     )
     add_device_options(parser, board)
+
+
+def add_sequencer_port(parser: argparse.ArgumentParser) -> None:
+    """`--sequencer-port`, beside the logger's `--port`."""
+    parser.add_argument(
+        "--sequencer-port",
+        metavar="PORT",
+        type=port_name,
+        help="serial port of the sequencer, which moves the joint; without it the environment's "
+        "TFSAT_SEQUENCER_PORT, else the one port that looks like this board",
+    )
 
 
 def add_joint_option(parser: argparse._ActionsContainer, *, required: bool) -> None:

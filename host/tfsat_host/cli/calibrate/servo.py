@@ -3,66 +3,65 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from math import degrees
+from typing import Any
 
-from tfsat_host.cli.calibrate.jog import ask_to_move, drive
-from tfsat_host.cli.calibrate.jog_bench import JogBench, add_sequencer_port, open_jog_bench
-from tfsat_host.cli.calibrate.options import add_campaign_options, add_joint_option, as_typed_here, resuming
+from tfsat_host.calibration.errors import NotKeptError
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, settings_from_map
+from tfsat_host.calibration.servos.stroke_error import gain_of, left_by, offset_of, places_of
+from tfsat_host.calibration.servos.visits import at_stops, require_zero, servo_points
+from tfsat_host.calibration.session import RESUME_WITHIN, recent
+from tfsat_host.calibration.steps.step import servo as servo_step
+from tfsat_host.cli.calibrate.bench import Bench, open_bench
+from tfsat_host.cli.calibrate.flow import open_campaign
+from tfsat_host.cli.calibrate.jog import measure_servo
+from tfsat_host.cli.calibrate.options import as_typed_here, resuming
+from tfsat_host.cli.servo_words import comparison, servo_words, settings_as_dict
+from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import NotConfirmed, Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.protocol.messages import ServoSetting
+from tfsat_host.quantity import Column, Columns, fields, plus_minus, record
+from tfsat_host.robot import load_robot
+from tfsat_host.servo_settings import ServoSettings, find_misfit
 
-if TYPE_CHECKING:
-    from tfsat_host.calibration.sensors.joint_sensors import JointSensors
-    from tfsat_host.calibration.servos.servo_map import ServoMap
-    from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.robot import RobotModel
-    from tfsat_host.servo_settings import ServoSettings
-
-
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Which joint, whether the board gets the new settings, the certificate, both boards."""
-    add_joint_option(parser, required=True)
-    parser.add_argument(
-        "--no-upload", action="store_true", help="measure only: the sequencer keeps its servo settings"
-    )
-    add_sequencer_port(parser)
-    add_campaign_options(parser)
+_MAP = fields("backlash_deg backlash_std_deg repeatability_deg nonlinearity_deg places")
+_PLACES: Columns = (
+    Column("commanded_deg", "commanded", form=".1f"),
+    Column("pulse_us", "pulse", form="g"),
+    Column("opening_deg", "reached opening", form=".2f"),
+    Column("closing_deg", "reached closing", form=".2f"),
+)
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Measures, keeps the evidence, shows the map, and puts the settings that follow from it on the board."""
-    from tfsat_host.calibration.servos.reached import at_stops, require_zero, servo_points
-    from tfsat_host.calibration.servos.servo_map import settings_from_map
-    from tfsat_host.calibration.steps.step import servo as servo_step
-    from tfsat_host.cli.calibrate.campaign import keep, open_campaign
-    from tfsat_host.cli.calibrate.flow import RESUME_WITHIN, recent
-    from tfsat_host.cli.calibrate.servo_words import map_as_dict, points_as_dicts, show_map
-    from tfsat_host.robot import load_robot
-
     model = load_robot(args.robot)
-    with _typed_as_here(args, out), open_jog_bench(args, model, out) as bench:
+    with _typed_as_here(args, out), open_bench(args, model, out, jog=True) as bench:
         campaign = open_campaign(args, bench.origin, model, out)
-        before = bench.sequencer.settings().settings
+        before = bench.jog.settings().settings
         evidence = recent(campaign, servo_step(args.joint), RESUME_WITHIN) if args.resume else None
         if evidence is None:
             sensors = campaign.solution().joints[args.joint - 1]
             require_zero(sensors)
-            evidence = measure(args.joint, before, sensors, bench, model, out)
-            keep(campaign, evidence, args)
+            evidence = measure_servo(args.joint, before, sensors, bench, model, out)
+            campaign.accept(evidence)
         calibration = campaign.calibration
         if calibration is None:
             raise ValueError("nothing was accepted")
         servo_map = next(one for one in calibration.servo_maps if one.joint == args.joint)
         points = servo_points(evidence, calibration.joints, model)
         stopped = at_stops(points, args.joint, model)
-        show_map(servo_map, points, stopped, out)
+        _show_map(servo_map, points, stopped, out)
         out.line(f"Written to {campaign.certificate}.")
         after = settings_from_map(servo_map, before)
         result = {
             "joint": args.joint,
-            "points": points_as_dicts(points, stopped, servo_map.setting),
-            "map": map_as_dict(servo_map),
+            "points": _points_as_dicts(points, stopped, servo_map.setting),
+            "map": _map_as_dict(servo_map),
             **_upload(servo_map, before, after, bench, args, out),
             "file": campaign.certificate,
         }
@@ -70,77 +69,25 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def measure(
-    joint: int,
-    settings: ServoSettings,
-    sensors: JointSensors,
-    bench: JogBench,
-    model: RobotModel,
-    out: Output,
-) -> Evidence:
-    """Asks, and has the servo visit each place of the plan; the joint ends limp.
-
-    A joint that does not follow, or goes the wrong way, is let go at the first stop that shows it.
-
-    Args:
-        joint: 1 to 3.
-        settings: In force on the sequencer.
-        sensors: Of the joint, with a measured zero point.
-        bench: Both boards.
-        model: The robot.
-        out: Where questions and progress go.
-
-    Raises:
-        RefusedError: it was not confirmed, or the joint is not where it should begin.
-        CalibrationError: the servo does not follow.
-        BoardRefusal, JogError, TfsatError: see `jog.drive`.
-    """
-    from datetime import UTC, datetime
-
-    from tfsat_host.calibration.servos.points import HOLD_S, servo_plan
-    from tfsat_host.calibration.servos.visits import Visits
-    from tfsat_host.calibration.steps.counts import Counts
-    from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.calibration.steps.step import servo as servo_step
-    from tfsat_host.devices.jogging import JogTour
-
-    servo = settings.of(joint)
-    plan = servo_plan(servo)
-    tour = JogTour(joint, (plan[0], *plan), HOLD_S)  # at first the servo only takes hold of the joint
-    step = servo_step(joint)
-    ask_to_move(step, tour, bench, out)
-    visits = Visits(tour.stops_cdeg, servo, sensors, model)
-    taken = datetime.now(UTC)
-    driven = drive(tour, step, bench, out, visits.check_start, visits.rested)
-    counts = Counts.from_live(driven.samples, driven.scales)
-    if counts.samples_lost:
-        out.warn(f"{counts.samples_lost} of {len(counts.t_us) + counts.samples_lost} samples never arrived.")
-    setting = (servo.zero_us, servo.ns_per_deg, servo.reversed)
-    return Evidence(step, counts, taken, bench.origin, visits=visits.known, servo_setting=setting)
-
-
 def _upload(
     servo_map: ServoMap,
     before: ServoSettings,
     after: ServoSettings,
-    bench: JogBench,
+    bench: Bench,
     args: argparse.Namespace,
     out: Output,
 ) -> dict[str, Any]:
     """Puts the new settings on the board unless told otherwise; says what error is left."""
-    from dataclasses import asdict
-
-    from tfsat_host.calibration.servos.figures import left_by
-    from tfsat_host.cli.calibrate.servo_words import left_words, show_settings
-    from tfsat_host.cli.servo_words import servo_words, settings_as_dict
-    from tfsat_host.servo_settings import find_misfit
-
     joint = servo_map.joint
-    show_settings(before, after, out)
-    words = left_words(servo_map, after.of(joint))
+    out.table(*comparison(after, before), title="Servo settings")
+    left = left_by(servo_map, after.of(joint))
+    words = (
+        f"joint {joint} misses commanded angles by at most {left.mean_deg:.2f} deg on average of both directions, "
+        f"stops {left.side_deg:.2f} deg short by its backlash, and scatters by {left.scatter_deg:.2f} deg."
+    )
     result = {
         "settings": {"before": settings_as_dict(before), "after": settings_as_dict(after)},
-        "left": asdict(left_by(servo_map, after.of(joint))),
+        "left": asdict(left),
         "uploaded": False,
         "verified": False,
     }
@@ -157,8 +104,8 @@ def _upload(
         except NotConfirmed as error:
             error.next_step = f"To go on from the measurement: {resuming(args)}"
             raise
-    done = bench.sequencer.write_settings(after)
-    misfit = find_misfit(bench.sequencer.read_back().moves, after)
+    done = bench.jog.write_settings(after)
+    misfit = find_misfit(bench.jog.read_back().moves, after)
     if misfit is not None:
         at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"
         out.warn(
@@ -173,17 +120,70 @@ def _upload(
 @contextmanager
 def _typed_as_here(args: argparse.Namespace, out: Output) -> Iterator[None]:
     """Gives the commands that an error names this command's certificate and devices."""
-    from tfsat_host.cli.calibrate.campaign import NotKept
-    from tfsat_host.errors import TfsatError
-
     try:
         yield
     except KeyboardInterrupt:
         if not out.json_mode:
             out.note("")  # behind the prompt, and the terminal's ^C
         raise
-    except (NotConfirmed, NotKept):  # what they name is complete
+    except NotConfirmed:  # what it names is complete
+        raise
+    except NotKeptError as error:
+        error.next_step = f"Make room, or see that it may be written; then: {resuming(args)}"
         raise
     except TfsatError as error:
         error.next_step = as_typed_here(error.next_step, args)
         raise
+
+
+def _points_as_dicts(
+    points: Sequence[ServoPoint], stopped: Sequence[bool], setting: ServoSetting
+) -> list[dict[str, Any]]:
+    """Each visit, in order of time; `stopped` are those that the map leaves out."""
+    commanded = {place.pulse_us: place.commanded_deg for place in places_of(points, setting)}
+    return [
+        {
+            "commanded_deg": round(commanded[point.pulse_us], 3),
+            "pulse_us": point.pulse_us,
+            "direction": "opening" if point.direction > 0 else "closing",
+            "reached_deg": degrees(point.reached_rad),
+            "std_deg": degrees(point.std_rad),
+            "at_stop": met,
+        }
+        for point, met in zip(points, stopped, strict=True)
+    ]
+
+
+def _map_as_dict(servo_map: ServoMap) -> dict[str, Any]:
+    """The map in figures that people compare."""
+    gain, offset = gain_of(servo_map), offset_of(servo_map)
+    return {
+        **record(_MAP, servo_map),
+        "gain": gain.value,
+        "gain_std": gain.std,
+        "offset_deg": offset.value,
+        "offset_std_deg": offset.std,
+    }
+
+
+def _show_map(
+    servo_map: ServoMap, points: Sequence[ServoPoint], stopped: Sequence[bool], out: Output
+) -> None:
+    """The places, and the figures below them."""
+    places = places_of(points, servo_map.setting)
+    show_rows(_PLACES, places, out, title=f"Servo of joint {servo_map.joint}")
+    if any(stopped):
+        out.line(
+            "Within half a degree of the ends of its range the joint may lie against its stop: those visits do not"
+        )
+        out.line("count for what follows.")
+    gain, offset = gain_of(servo_map), offset_of(servo_map)
+    out.line(f"gain            {plus_minus(gain.value, gain.std)}")
+    out.line(f"offset          {plus_minus(offset.value, offset.std, sign=True)} deg at 0 deg")
+    backlash_deg, std_deg = degrees(servo_map.backlash_rad), degrees(servo_map.backlash_std_rad)
+    out.line(f"backlash        {plus_minus(backlash_deg, std_deg)} deg")
+    for name, of, what in (
+        ("repeatability", servo_map.repeatability_rad, "an arrival"),
+        ("nonlinearity", servo_map.nonlinearity_rad, "the places"),
+    ):
+        out.line(f"{name:<16}{degrees(of):.2f} deg, standard deviation of {what}")

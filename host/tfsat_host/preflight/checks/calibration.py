@@ -8,10 +8,10 @@ from tfsat_host.calibration.certificate.certificate import (
     Calibration,
     Shortcoming,
     commands_of,
+    of_another_robot,
     quantities,
     summarized,
 )
-from tfsat_host.calibration.certificate.of_another import of_another_robot
 from tfsat_host.preflight.check import Check, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.protocol.enums import DropPhase

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.calibration.gyros.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.preflight.check import Check, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tfsat_host.angles import wrapped
-from tfsat_host.calibration.joints.zero import MOST_DISAGREEMENT_RAD
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
+from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
 from tfsat_host.preflight.check import Check, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, unreached
 from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tfsat_host.calibration.certificate.archive import recordings_folder
-from tfsat_host.calibration.certificate.drawn import in_words
+from tfsat_host.calibration.certificate.certificate import in_words
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of

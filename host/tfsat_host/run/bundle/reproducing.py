@@ -12,11 +12,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tfsat_host.calibration.certificate.archive import recordings_folder
-from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration
-from tfsat_host.calibration.certificate.drawn import in_words, measured_by, with_measured
+from tfsat_host.calibration.certificate.campaign import measured_by, with_measured
+from tfsat_host.calibration.certificate.certificate import DRAWABLE, Calibration, in_words
 from tfsat_host.calibration.certificate.file import certificate_values, read_calibration
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.servos.reached import servo_map_of
+from tfsat_host.calibration.servos.visits import servo_map_of
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, from_bytes, sha256
 from tfsat_host.errors import TfsatError

@@ -8,15 +8,12 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import wrapped
+from tfsat_host.angles import FloatArray, wrapped
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.statistics import mean_and_covariance
-from tfsat_host.calibration.steps.angle_checks import check_answers
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.recording import Recording, check_answers
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 MOST_MOTION_RAD = np.deg2rad(0.5)
 """A sensor that scatters or drifts by more is not held."""
@@ -33,15 +30,12 @@ class ZeroEstimate:
         zero_rad: (2,) circular means, within half a turn of zero.
         covariance: (2, 2): noise by batch means, and what is left of the steps of the converter.
         noise_rad: (2,) standard deviation of one sample.
-        disagreement_rad: What the first sensor says of the joint's angle, less what the second says, by the
-            zero points that were known before.
     """
 
     joint: int
     zero_rad: FloatArray
     covariance: FloatArray
     noise_rad: FloatArray
-    disagreement_rad: float
 
 
 def estimate_zero(
@@ -70,10 +64,9 @@ def estimate_zero(
     steps = _step_deviation(noise, held.angle_step_rad)
     zero = wrapped(centre + mean)
     by_each = before.each(zero[None, :])[0]
-    disagreement = float(wrapped(np.array([by_each[0] - by_each[1]]))[0])
     if before.zero_taken is not None:
-        _check_slip(disagreement, by_each, before.joint)
-    return ZeroEstimate(before.joint, zero, covariance + np.diag(steps**2), noise, disagreement)
+        _check_slip(by_each, before.joint)
+    return ZeroEstimate(before.joint, zero, covariance + np.diag(steps**2), noise)
 
 
 def with_zero(sensors: JointSensors, zero: ZeroEstimate, taken: datetime) -> JointSensors:
@@ -102,20 +95,19 @@ def _check_still(left_rad: FloatArray, joint: int) -> None:
     if motion > MOST_MOTION_RAD:
         raise CalibrationError(
             what=f"Joint {joint} moved by {np.rad2deg(motion):.2f} deg while its zero was read.",
-            meaning="The attachment does not hold it; a zero taken now would be wrong, and every joint "
-            "angle with it.",
+            meaning="The attachment does not hold it; a zero taken now would be wrong, and every joint angle with it.",
             next_step="Put the attachment on and screw it down, and run this command again.",
         )
 
 
-def _check_slip(disagreement_rad: float, by_each_rad: FloatArray, joint: int) -> None:
-    if abs(disagreement_rad) > MOST_DISAGREEMENT_RAD:
+def _check_slip(by_each_rad: FloatArray, joint: int) -> None:
+    apart_rad = abs(float(wrapped(by_each_rad[:1] - by_each_rad[1:])[0]))
+    if apart_rad > MOST_DISAGREEMENT_RAD:
         first, second = np.rad2deg(by_each_rad)
         raise CalibrationError(
-            what=f"The two sensors of joint {joint} disagree by {np.rad2deg(abs(disagreement_rad)):.1f} "
-            f"deg: by the zero "
-            f"points of the last calibration they stand at {first:+.1f} and {second:+.1f} deg.",
+            what=f"The two sensors of joint {joint} disagree by {np.rad2deg(apart_rad):.1f} deg: by the zero points of "
+            f"the last calibration they stand at {first:+.1f} and {second:+.1f} deg.",
             meaning="One of them has slipped on the joint's axis since, and may slip again in the drop.",
-            next_step="Fasten the one that is farther from 0, then start its zero anew with "
+            next_step="Fasten the one that is farther from 0, then take its zero with "
             f"tfsat-host calibrate zero --joint {joint} --anew",
         )

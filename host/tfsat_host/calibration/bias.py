@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.statistics import mean_and_covariance
-from tfsat_host.calibration.steps.completeness import check_complete
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.recording import Recording, check_complete
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
 
 STILL_RATE_RAD_S = np.deg2rad(1.0)
 """A gyro whose readings scatter more than this is not still."""
@@ -41,7 +40,6 @@ class BiasEstimate:
         covariance: (3, 3) of it, (rad/s)^2; noise that repeats itself through the low-pass is accounted for.
         noise_rad_s: (3,) standard deviation of one sample.
         temperature_c: Mean of the die, for the bias moves with it.
-        duration_s: How long it rested.
     """
 
     body: int
@@ -49,7 +47,6 @@ class BiasEstimate:
     covariance: FloatArray
     noise_rad_s: FloatArray
     temperature_c: float
-    duration_s: float
 
 
 def estimate_biases(still: Recording) -> tuple[BiasEstimate, ...]:
@@ -60,6 +57,20 @@ def estimate_biases(still: Recording) -> tuple[BiasEstimate, ...]:
     """
     check_complete(still, range(1, 5))
     return tuple(_estimate(still, body) for body in range(1, 5))
+
+
+def with_bias(gyro: GyroCalibration, bias: BiasEstimate, taken: datetime) -> GyroCalibration:
+    """The same gyro with a new bias."""
+    covariance = gyro.covariance.copy()
+    covariance[:3, :3] = bias.covariance
+    return replace(
+        gyro,
+        bias_rad_s=bias.bias_rad_s,
+        covariance=covariance,
+        noise_rad_s=bias.noise_rad_s,
+        temperature_c=bias.temperature_c,
+        bias_taken=taken,
+    )
 
 
 def _estimate(still: Recording, body: int) -> BiasEstimate:
@@ -74,7 +85,6 @@ def _estimate(still: Recording, body: int) -> BiasEstimate:
         covariance,
         rates.std(axis=0),
         float(still.temperature_c[:, body - 1].mean()),
-        float(still.t_s[-1] - still.t_s[0]),
     )
 
 

@@ -17,15 +17,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.gyros.response import Response
+from tfsat_host.calibration.response import Response, rest_means
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.statistics import few
-from tfsat_host.calibration.steps.rests import find_rests
-from tfsat_host.calibration.steps.view import MotionView
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.calibration.steps.motion import Motion
+from tfsat_host.calibration.steps.recording import find_rests
 
 LEAST_RESTS = 6
 MOST_ONE_WAY = 0.95
@@ -56,70 +56,35 @@ class Rests:
     weight: float
 
 
-@dataclass(frozen=True, eq=False)
-class SweepFit:
-    """Of one joint.
-
-    Attributes:
-        joint: 1 to 3.
-        lengths: Body to (length of its response, standard deviation), reading per rate.
-        bend: (2, 4) amplitudes, rad.
-        bend_covariance: (8, 8).
-    """
-
-    joint: int
-    lengths: dict[int, tuple[float, float]]
-    bend: FloatArray
-    bend_covariance: FloatArray
-
-
-def rests_of_sweep(view: MotionView, body: int, response: Response) -> Rests:
+def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
     """What one gyro and the sensors say at the rests of a sweep.
 
     Raises:
-        CalibrationError: there are too few rests.
+        CalibrationError: there are too few rests, or the joint went one way only.
     """
-    recording = view.recording
-    along = view.sense(body) * view.readings(body) @ (response.reading / np.linalg.norm(response.reading))
-    rests = find_rests(recording.t_s, along)
+    t_s, joint = motion.recording.t_s, motion.step.moving_joint
+    along = motion.sense() * motion.readings(body) @ (response.reading / response.length)
+    rests = find_rests(t_s, along)
     if len(rests) < LEAST_RESTS:
         raise CalibrationError(
-            what=f"The sweep of joint {view.pattern.joint} has {len(rests)} rests; at least {LEAST_RESTS} "
-            f"are needed.",
+            what=f"The sweep of joint {joint} has {len(rests)} rests; at least {LEAST_RESTS} are needed.",
             meaning="Only from rest to rest does a gyro's filter not falsify the scale factor.",
             next_step="Move the joint to 30, 60, 90 deg and back, resting a second at each, and run this "
             "command again.",
         )
-    steps = 0.5 * (along[1:] + along[:-1]) * np.diff(recording.t_s)
-    turned = np.concatenate([[0.0], np.cumsum(steps)])
-    shown = np.unwrap(view.sensors_shown(), axis=0)
-    direction = view.joints[view.pattern.joint - 1].direction
-    times = _means(recording.t_s, rests)
-    _check_both_ways(_means(turned, rests), times, view.pattern.joint)
-    at_rests = np.array([shown[rest].mean(axis=0) for rest in rests])
-    curves = np.stack([direction[k] * harmonics(at_rests[:, k]) for k in range(2)], axis=1)
-    return Rests(
-        body,
-        _means(turned, rests),
-        times - times.mean(),
-        direction * at_rests,
-        curves,
-        1.0 / len(view.pattern.moved),
-    )
-
-
-def _check_both_ways(turned_rad: FloatArray, times_s: FloatArray, joint: int) -> None:
-    if abs(np.corrcoef(turned_rad, times_s)[0, 1]) > MOST_ONE_WAY:
+    times, turned = rest_means(t_s, rests), rest_means(cumulative_trapezoid(along, t_s, initial=0.0), rests)
+    if abs(np.corrcoef(turned, times)[0, 1]) > MOST_ONE_WAY:
         raise CalibrationError(
             what=f"The sweep of joint {joint} went one way only.",
             meaning="A drift of the gyro's bias would be taken for a scale factor.",
             next_step="Move the joint to 30, 60, 90 deg and back in the same steps, resting a second at each, and "
             "run this command again.",
         )
-
-
-def _means(values: FloatArray, rests: Sequence[slice]) -> FloatArray:
-    return np.array([values[rest].mean() for rest in rests])
+    shown = rest_means(np.unwrap(motion.sensors_shown(), axis=0), rests)
+    direction = motion.joints[joint - 1].direction
+    curves = np.stack([direction[k] * harmonics(shown[:, k]) for k in range(2)], axis=1)
+    weight = 1.0 / len(motion.step.moved)
+    return Rests(body, turned, times - times.mean(), direction * shown, curves, weight)
 
 
 def fit_sweeps(
@@ -127,7 +92,7 @@ def fit_sweeps(
     sweeps: Sequence[Rests],
     nonlinearity_rad: FloatArray,
     known: Sequence[tuple[float, float] | None],
-) -> SweepFit:
+) -> tuple[dict[int, tuple[float, float]], FloatArray, FloatArray]:
     """Lengths of the responses and the sensors' bend.
 
     Args:
@@ -136,19 +101,38 @@ def fit_sweeps(
         nonlinearity_rad: (2,) standard deviation of each amplitude of each sensor.
         known: For each of `sweeps` the length that a turn by hand has told with its deviation, or None.
 
+    Returns:
+        Body to length of its response (reading per rate) and standard deviation; (2, 4) amplitudes, rad; and their
+        covariance (8, 8).
+
     Raises:
         CalibrationError: the sensors bend much more than the robot file says.
     """
-    design, target, rows_of_mean, weights = _equations(sweeps)
-    prior, prior_target = _priors(len(sweeps), nonlinearity_rad, known, design.shape[1])
-    solution, covariance = _fitted(design, target, rows_of_mean, weights, prior, prior_target)
-    return _unpacked(joint, sweeps, solution, covariance, nonlinearity_rad)
+    design, target, of_mean, weights = _equations(sweeps)
+    prior, prior_target = _priors(nonlinearity_rad, known, design.shape[1])
+    solution, covariance = _fitted(design, target, of_mean, weights, prior, prior_target)
+    bend = solution[-8:].reshape(2, 4)
+    # All four of a sensor together: over a joint's range they are seldom told from each other.
+    sizes = np.linalg.norm(bend, axis=1)
+    sigmas = sizes / nonlinearity_rad
+    if sigmas.max() > MOST_BEND_SIGMAS:
+        worst = int(np.argmax(sigmas))
+        raise CalibrationError(
+            what=f"Angle sensor {worst + 1} of joint {joint} bends by at least {np.rad2deg(sizes[worst]):.2f} deg, "
+            f"{sigmas[worst]:.0f} times what the robot file says of it.",
+            meaning="A scale factor that is measured against it would be as wrong.",
+            next_step="Adjust its magnet, or state nonlinearity_deg in the robot file as its data sheet does "
+            "and turn the robot by hand as well: tfsat-host calibrate scale --turn x 360",
+        )
+    inverse, std = solution[:-8:4], np.sqrt(np.diag(covariance)[:-8:4])
+    lengths = zip((1.0 / inverse).tolist(), (std / inverse**2).tolist(), strict=True)
+    return dict(zip((sweep.body for sweep in sweeps), lengths, strict=True)), bend, covariance[-8:, -8:]
 
 
 def _fitted(
     design: FloatArray,
     target: FloatArray,
-    rows_of_mean: NDArray[np.bool_],
+    of_mean: NDArray[np.bool_],
     weights: FloatArray,
     prior: FloatArray,
     prior_target: FloatArray,
@@ -157,19 +141,19 @@ def _fitted(
     solution, covariance, freedom = np.zeros(len(prior)), prior, np.zeros(2)
     deviations = np.full(2, np.deg2rad(0.05))
     for _ in range(_ROUNDS):
-        std = np.where(rows_of_mean, deviations[0], deviations[1]) / np.sqrt(weights)
+        std = np.where(of_mean, deviations[0], deviations[1]) / np.sqrt(weights)
         scaled = design / std[:, None]
         covariance = np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
         solution = covariance @ (scaled.T @ (target / std) + prior_target)
         left = target - design @ solution
         # Each equation takes its leverage off its own class's degrees of freedom.
         leverage = np.einsum("ni,ij,nj->n", scaled, covariance, scaled)
-        classes = (rows_of_mean, ~rows_of_mean)
+        classes = (of_mean, ~of_mean)
         freedom = np.array([max(3.0, float((weights * (1.0 - leverage))[rows].sum())) for rows in classes])
         squares = np.array([float((weights * left**2)[rows].sum()) for rows in classes])
         deviations = np.sqrt(squares / freedom)
     # Only what was estimated from few numbers is widened, not the prior.
-    std = np.where(rows_of_mean, *(deviations * np.sqrt([few(max(3, round(count))) for count in freedom])))
+    std = np.where(of_mean, *(deviations * np.sqrt([few(max(3, round(count))) for count in freedom])))
     scaled = design * np.sqrt(weights)[:, None] / std[:, None]
     return solution, np.asarray(np.linalg.inv(scaled.T @ scaled + prior))
 
@@ -202,40 +186,14 @@ def _equations(
 
 
 def _priors(
-    n_sweeps: int, nonlinearity_rad: FloatArray, known: Sequence[tuple[float, float] | None], n: int
+    nonlinearity_rad: FloatArray, known: Sequence[tuple[float, float] | None], n: int
 ) -> tuple[FloatArray, FloatArray]:
+    """Normal matrix (n, n) and right side (n,) of what is known before."""
     normal, right = np.zeros((n, n)), np.zeros(n)
     normal[-8:, -8:] = np.diag(1.0 / np.repeat(nonlinearity_rad, 4) ** 2)
-    for index, length in enumerate(known[:n_sweeps]):
+    for index, length in enumerate(known):
         if length is not None:
             g, std = 1.0 / length[0], length[1] / length[0] ** 2
             normal[4 * index, 4 * index] += 1.0 / std**2
             right[4 * index] += g / std**2
     return normal, right
-
-
-def _unpacked(
-    joint: int,
-    sweeps: Sequence[Rests],
-    solution: FloatArray,
-    covariance: FloatArray,
-    nonlinearity_rad: FloatArray,
-) -> SweepFit:
-    amplitudes = solution[-8:]
-    # All four of a sensor together: over a joint's range they are seldom told from each other.
-    bends = np.linalg.norm(amplitudes.reshape(2, 4), axis=1)
-    sigmas = bends / nonlinearity_rad
-    if sigmas.max() > MOST_BEND_SIGMAS:
-        worst = int(np.argmax(sigmas))
-        raise CalibrationError(
-            what=f"Angle sensor {worst + 1} of joint {joint} bends by at least {np.rad2deg(bends[worst]):.2f} deg, "
-            f"{sigmas[worst]:.0f} times what the robot file says of it.",
-            meaning="A scale factor that is measured against it would be as wrong.",
-            next_step="Adjust its magnet, or state nonlinearity_deg in the robot file as its data sheet does "
-            "and turn the robot by hand as well: tfsat-host calibrate scale --turn x 360",
-        )
-    lengths = {}
-    for index, sweep in enumerate(sweeps):
-        g, std = solution[4 * index], np.sqrt(covariance[4 * index, 4 * index])
-        lengths[sweep.body] = (float(1.0 / g), float(std / g**2))
-    return SweepFit(joint, lengths, amplitudes.reshape(2, 4), covariance[-8:, -8:])

@@ -1,1 +1,0 @@
-"""Zero points and bend of a joint's two absolute angle sensors."""

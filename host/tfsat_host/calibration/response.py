@@ -1,0 +1,222 @@
+"""How a gyro answers to a rotation about an axis of its body that is known: a joint's, or one turned by hand.
+
+A gyro with scale factors s (one for each of its axes) that is mounted by the rotation M (from sensor to body axes)
+reads s * (M^T a) for unit rate about the body axis a. This vector, measured about two or three axes, is all that
+`mounting` needs. Its direction comes from every sample of some swings; its length needs the angle that was turned, from
+rest to rest, because the sensor's low-pass shortens and delays whatever swings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from tfsat_host.angles import FloatArray
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.sensors.gyro import GyroCalibration
+from tfsat_host.calibration.statistics import few
+from tfsat_host.calibration.steps.motion import Motion
+from tfsat_host.calibration.steps.recording import TURN_SHARE, Recording, find_rests
+from tfsat_host.calibration.steps.step import AXES, Step
+
+TILT_STD_RAD = np.deg2rad(0.2)
+"""How far a body's axis may be from the one about which it is turned on a table, about each of two axes."""
+PLACING_STD_RAD = np.deg2rad(0.1)
+"""How straight a person lays an edge of 100 mm on: to 0.2 mm."""
+ANGLE_TOLERANCE = 0.1
+"""A turn that is off by more than this share (gyros are wrong by 0.03) was another one than the screen says."""
+EXPERIENCE = 4
+_BATCHES = 10
+_NEVER = datetime.min.replace(tzinfo=UTC)
+_LEAST_SWEEPS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """The reading of one gyro for unit rate about a known axis.
+
+    Attributes:
+        axis_body: (3,) unit vector in body axes; the rotation is positive about it.
+        reading: (3,) in sensor axes; of length 1 where the length was not measured.
+        covariance: (3, 3) of the reading; without `has_length` across it alone.
+        has_length: Whether the length is measured, too.
+        taken: When it was recorded.
+        fresh: It was recorded after the last landing.
+    """
+
+    axis_body: FloatArray
+    reading: FloatArray
+    covariance: FloatArray
+    has_length: bool
+    taken: datetime = _NEVER
+    fresh: bool = True
+
+    @property
+    def length(self) -> float:
+        """Of the reading."""
+        return float(np.linalg.norm(self.reading))
+
+
+def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatArray) -> Response:
+    """The direction alone, from swings.
+
+    The first right singular vector of the rates is the line nearest to them in the sense of total least squares. What
+    crosses it is noise and the sway of the body that was held, both correlated in time: the scatter of the directions
+    of a tenth of the motion each gives the covariance. A tenth of the samples would not do: one in which the body
+    rests, before it is swung or after, points anywhere.
+
+    Args:
+        rate_rad_s: (n, 3) rates in sensor axes, free of bias.
+        axis_body: (3,) unit vector, body axes.
+        along_rad_s: (n,) the rate about it by another sensor, rough: its sign is used alone.
+    """
+    axis = _line(rate_rad_s)
+    axis *= np.sign((rate_rad_s @ axis) @ along_rad_s) or 1.0
+    done = np.cumsum((rate_rad_s**2).sum(axis=1))
+    ends = np.searchsorted(done, done[-1] * np.arange(1, _BATCHES) / _BATCHES)
+    lines = np.array([_line(part) for part in np.split(rate_rad_s, ends) if len(part)])
+    lines *= np.sign(lines @ axis)[:, None]
+    covariance = few(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES
+    return Response(axis_body, axis, across(axis) @ covariance @ across(axis), False)
+
+
+def _line(rate_rad_s: FloatArray) -> FloatArray:
+    _, _, rows = np.linalg.svd(rate_rad_s, full_matrices=False)
+    return np.asarray(rows[0])
+
+
+def across(axis: FloatArray) -> FloatArray:
+    """(3, 3) that takes off what lies along a unit vector."""
+    return np.eye(3) - np.outer(axis, axis)
+
+
+def with_length(response: Response, length: float, std: float) -> Response:
+    """The same direction with the length that was measured and its standard deviation."""
+    axis = response.reading / response.length
+    covariance = length**2 * response.covariance + std**2 * np.outer(axis, axis)
+    return replace(response, reading=length * axis, covariance=covariance, has_length=True)
+
+
+def without_length(response: Response) -> Response:
+    """The direction alone."""
+    axis = response.reading / response.length
+    covariance = across(axis) @ response.covariance @ across(axis) / response.length**2
+    return replace(response, reading=axis, covariance=covariance, has_length=False)
+
+
+def rest_means(values: FloatArray, rests: Sequence[slice]) -> FloatArray:
+    """(k, ...) means of (n, ...) over each of k rests."""
+    return np.array([values[rest].mean(axis=0) for rest in rests])
+
+
+def length_between_rests(
+    t_s: FloatArray,
+    along_rad_s: FloatArray,
+    rests: list[slice],
+    angles_rad: FloatArray,
+    expected_rad: float = 0.0,
+) -> tuple[float, float]:
+    """The integral of a rate for each radian that was turned, from rest to rest, and its standard deviation.
+
+    Each sweep lies between two rests. The rests tell the bias that is left, too. What is off at one rest, such as an
+    edge that was not laid on quite straight, is taken as independent of the other rests.
+
+    Args:
+        t_s: (n,) times.
+        along_rad_s: (n,) the gyro's rate along its own direction, bias taken off.
+        rests: k + 1 stretches in which nothing moved, in order of time.
+        angles_rad: (k + 1,) as known, in each rest.
+        expected_rad: Standard deviation of an angle, as experience has it; counts as much as EXPERIENCE rests, for
+            the scatter of a few rests is small by chance now and then. 0: none.
+
+    Raises:
+        ValueError: there are fewer than five sweeps: their scatter would say nothing.
+    """
+    if len(rests) < 6:
+        raise ValueError(f"{len(rests) - 1} sweeps are too few: five at least")
+    means = rest_means(cumulative_trapezoid(along_rad_s, t_s, initial=0.0), rests)
+    times = rest_means(t_s, rests)
+    columns = np.column_stack([angles_rad, times - times.mean(), np.ones(len(rests))])
+    solution, *_ = np.linalg.lstsq(columns, means, rcond=None)
+    left = means - columns @ solution
+    freedom = len(left) - 3
+    squares = float(left @ left)
+    if expected_rad > 0.0:
+        freedom += EXPERIENCE
+        squares += EXPERIENCE * (float(solution[0]) * expected_rad) ** 2
+    covariance = few(freedom) * squares / freedom * np.linalg.inv(columns.T @ columns)
+    return float(solution[0]), float(np.sqrt(covariance[0, 0]))
+
+
+def axis_response(motion: Motion, body: int) -> Response:
+    """How the gyro of a moved body (1 to 4) answers to a rotation about the joint; its direction alone.
+
+    Its covariance holds how the parts of the recording scatter, how well the joints in between are known, and what a
+    held body's gyro that is not calibrated itself leaves of that body's motion.
+    """
+    readings = motion.readings(body)
+    found = direction(readings, motion.axis(body), motion.sense() * motion.joint_rate_rad_s)
+    gyro, held = motion.gyros[body - 1], motion.gyros[motion.held - 1]
+    to_reading = gyro.scale[:, None] * gyro.rotation.T
+    # The held body's motion is taken off by a mounting that is not exact.
+    held_rates = held.body_rates(motion.recording.rate_rad_s[:, motion.held - 1])
+    share = (held_rates**2).sum() / (readings**2).sum()
+    left = share * np.trace(held.covariance[3:6, 3:6]) / 3.0
+    covariance = (
+        found.covariance + to_reading @ motion.axis_covariance(body) @ to_reading.T + left * np.eye(3)
+    )
+    project = across(found.reading)
+    return Response(found.axis_body, found.reading, project @ covariance @ project, False)
+
+
+def turn_response(recording: Recording, step: Step, gyro: GyroCalibration) -> Response:
+    """How one gyro answers to turns of the whole robot by hand through a known angle, there and back.
+
+    They are for the axis about which no joint turns.
+
+    Raises:
+        CalibrationError: too few turns, or they were by another angle or the other way round.
+    """
+    axis = turn_axis(step)
+    readings = recording.rate_rad_s[:, gyro.body - 1] - gyro.bias_rad_s
+    found = direction(readings, axis, readings @ gyro.readings(axis))
+    along = readings @ found.reading
+    rests = find_rests(recording.t_s, along, TURN_SHARE)
+    if len(rests) <= _LEAST_SWEEPS:
+        raise CalibrationError(
+            what=f"The robot was turned {max(0, len(rests) - 1)} times; at least {_LEAST_SWEEPS} turns are needed.",
+            meaning="Their scatter is what tells how sure the scale factor is.",
+            next_step="Turn it there and back three times, resting a second at each end, and run this "
+            "command again.",
+        )
+    angles = np.deg2rad(step.angle_deg) * (np.arange(len(rests)) % 2)
+    _check_angles(rest_means(cumulative_trapezoid(along, recording.t_s, initial=0.0), rests), angles, step)
+    length, std = length_between_rests(recording.t_s, along, rests, angles, PLACING_STD_RAD)
+    tilted = found.covariance + TILT_STD_RAD**2 * across(found.reading)
+    return with_length(Response(axis, found.reading, tilted, False), length, std)
+
+
+def turn_axis(step: Step) -> FloatArray:
+    """(3,) body axis of a turn."""
+    if step.axis is None:
+        raise ValueError("a turn has an axis")
+    return np.eye(3)[AXES.index(step.axis)]
+
+
+def _check_angles(turned_rad: FloatArray, known_rad: FloatArray, step: Step) -> None:
+    """Refuses legs that were others than asked for, by the angles (k,) at the rests."""
+    legs, asked = np.diff(turned_rad), np.diff(known_rad)
+    wrong = np.abs(legs / asked - 1.0) > ANGLE_TOLERANCE
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        raise CalibrationError(
+            what=f"Turn {first + 1} was one of {np.rad2deg(legs[first]):+.0f} deg, not of "
+            f"{np.rad2deg(asked[first]):+.0f} deg.",
+            meaning="The scale factor would be wrong by as much.",
+            next_step=f"Turn it by {step.angle_deg:g} deg, counter-clockwise as seen against the {step.axis} axis, "
+            "then back, from edge to edge, and run this command again.",
+        )

@@ -1,0 +1,114 @@
+"""The steps of a calibration one after the other: done, judged, kept; repeated where refused, resumed where ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from typing import Protocol
+
+from tfsat_host.calibration.certificate.campaign import Campaign
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.errors import CalibrationError
+from tfsat_host.calibration.solution import Solution
+from tfsat_host.calibration.steps.evidence import Evidence
+from tfsat_host.calibration.steps.step import Axis, Step, StepKind, rest, sweeps, swings, turn, zero
+
+REST_HOLDS = timedelta(minutes=15)
+"""For so long a bias may stand for a motion: it drifts with the temperature."""
+RESUME_WITHIN = timedelta(hours=1)
+
+
+class Operator(Protocol):
+    """Who has the steps done and recorded, and is informed of them: a person at a terminal, or a program."""
+
+    def record(self, step: Step, known: Solution | Calibration) -> Evidence:
+        """Has a step done and reads the sensors meanwhile, with what is known of them."""
+
+    def refused(self, error: CalibrationError) -> None:
+        """A step was refused: returning repeats it, raising ends the session."""
+
+    def accepted(self, step: Evidence, calibration: Calibration) -> None:
+        """A step was kept."""
+
+    def resumed(self, number: int, step: Evidence) -> None:
+        """A step, by its number from 1, is not repeated: it was kept before."""
+
+
+class Session:
+    """Some steps into one certificate.
+
+    Attributes:
+        steps: In order.
+        kept: Of them, those that were accepted, in this session or (if it resumes) before.
+
+    Args:
+        steps: What is to be measured.
+        campaign: Judges and keeps.
+        operator: Has them done.
+        resume: Leave out what was accepted within `RESUME_WITHIN` and since the last landing.
+        compare: Compare zero points with those known before; not after a sensor was fastened at another angle.
+    """
+
+    def __init__(
+        self,
+        steps: Sequence[Step],
+        campaign: Campaign,
+        operator: Operator,
+        *,
+        resume: bool = False,
+        compare: bool = True,
+    ) -> None:
+        self.steps = tuple(steps)
+        self.kept: list[Evidence] = []
+        self._campaign = campaign
+        self._operator = operator
+        self._resume = resume
+        self._compare = compare
+
+    def run(self) -> None:
+        """Every step, until each is accepted. Raises what the operator and `Campaign.accept` raise."""
+        for number, step in enumerate(self.steps, 1):
+            before = recent(self._campaign, step, RESUME_WITHIN) if self._resume else None
+            if before is not None:
+                self._operator.resumed(number, before)
+            self.kept.append(before or self._accepted(step))
+
+    def _accepted(self, step: Step) -> Evidence:
+        anew = step.kind == StepKind.ZERO and not self._compare
+        while True:
+            evidence = self._operator.record(step, self._campaign.calibration or self._campaign.solution())
+            try:
+                calibration = self._campaign.accept(evidence, anew=anew)
+            except CalibrationError as error:
+                self._operator.refused(error)
+                continue
+            self._operator.accepted(evidence, calibration)
+            return evidence
+
+
+def steps_of(quantity: str, joint: int | None, turned: tuple[Axis, float] | None = None) -> tuple[Step, ...]:
+    """What measures `bias`, `zero`, `misalignment` or `scale` (of a joint, or by turning the whole robot)."""
+    if quantity == "bias":
+        return (rest(),)
+    if quantity == "zero":
+        return (zero(joint),)
+    if turned is not None:
+        return (turn(*turned),)
+    if joint is None:
+        raise ValueError(f"{quantity} needs a joint")
+    return swings(joint) if quantity == "misalignment" else sweeps(joint)
+
+
+def with_rest(steps: Sequence[Step], campaign: Campaign) -> tuple[Step, ...]:
+    """The steps, after a rest where no recent one tells the biases."""
+    return tuple(steps) if recent(campaign, rest(), REST_HOLDS) is not None else (rest(), *steps)
+
+
+def recent(campaign: Campaign, step: Step, within: timedelta) -> Evidence | None:
+    """The step's recording, if it is no older than that and the robot has not landed since."""
+    landing = None if campaign.calibration is None else campaign.calibration.last_landing
+    for evidence in campaign.evidence:
+        fresh = datetime.now(UTC) - evidence.taken <= within
+        if evidence.step == step and fresh and (landing is None or evidence.taken > landing):
+            return evidence
+    return None
