@@ -28,7 +28,7 @@ def calibrate(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Run]:
             person = Scripted(robot, {int(name[1:]): what for name, what in doing.items()})
 
             @contextmanager
-            def open_bench(*_: object) -> Iterator[Bench]:
+            def open_bench(*_: object, jog: bool = False) -> Iterator[Bench]:
                 logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
                 yield Bench(logger, person, origin_of(logger))
 

@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from tests.calibration.synthetic_gyro import (
     RATE_HZ,
-    FloatArray,
     Gyro,
     angle_reading,
     sway_between,
     sweeps,
     swings,
 )
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.mounting import Mounting, solve_mounting
 from tfsat_host.calibration.mounting_checks import described
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length

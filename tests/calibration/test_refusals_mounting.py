@@ -17,7 +17,6 @@ from tests.calibration.bench_day import (
     TRUTH,
     TURN,
     ZERO,
-    FloatArray,
     accept,
     changed,
     done,
@@ -26,6 +25,7 @@ from tests.calibration.bench_day import (
     slip_sensor,
     turn_sensor,
 )
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve

@@ -18,7 +18,6 @@ from tests.calibration.bench_day import (
     TURN,
     ZERO,
     Change,
-    FloatArray,
     accept,
     add_rate,
     changed,
@@ -28,6 +27,7 @@ from tests.calibration.bench_day import (
     record,
     refused,
 )
+from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.step import Step
 

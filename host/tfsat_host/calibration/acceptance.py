@@ -186,7 +186,7 @@ def _check_sensors_agree(joint: int, by_each_rad: FloatArray) -> None:
     worst = float(np.abs(apart).max())
     if worst <= MOST_APART_RAD:
         return
-    opposed = np.corrcoef(by_each_rad.T)[0, 1] < -0.9
+    opposed = np.corrcoef(by_each_rad[:, 0], by_each_rad[:, 1])[0, 1] < -0.9
     if opposed and worst > 0.5 * np.ptp(by_each_rad, axis=0).sum():
         raise CalibrationError(
             what=f"The two angle sensors of joint {joint} go opposite ways: one counts the other way than the "

@@ -125,7 +125,7 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     if responses and not any(one.fresh for one in responses):
         covariance[3:6, 3:6] += LANDING_TILT_STD_RAD**2 * np.eye(3)
     changed = replace(gyro, rotation=found.rotation, scale=found.scale, covariance=covariance)
-    along = {
+    along: dict[str, list[Response]] = {
         axis: [one for one in responses if abs(one.axis_body[i]) > _ALONG] for i, axis in enumerate(AXES)
     }
     # Directions alone may seem to tell a scale factor where a sensor sits askew, but only if the joints' axes are as

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -146,7 +147,7 @@ class Watch:
         show: Callable[[StepProgress], None],
     ) -> None:
         self._scales = scales
-        self._look = lambda counts: progress_of(step, counts, known, model)
+        self._look = partial(progress_of, step, known=known, model=model)
         self._show = show
         self._parts: list[Counts] = []
         self._due_us = 0
@@ -192,7 +193,7 @@ def _rests(step: Step, recording: Recording, known: Solution | Calibration, mode
         apart_rad = abs(np.deg2rad(step.angle_deg)) / 2
         return min(
             _places(
-                find_rests(t_s, along, TURN_SHARE), cumulative_trapezoid(along, t_s, initial=0.0), apart_rad
+                find_rests(t_s, along, TURN_SHARE), cumulative_trapezoid(along, t_s, initial=0), apart_rad
             )
             for along in rates
         )

@@ -138,7 +138,7 @@ def length_between_rests(
     """
     if len(rests) < 6:
         raise ValueError(f"{len(rests) - 1} sweeps are too few: five at least")
-    means = rest_means(cumulative_trapezoid(along_rad_s, t_s, initial=0.0), rests)
+    means = rest_means(cumulative_trapezoid(along_rad_s, t_s, initial=0), rests)
     times = rest_means(t_s, rests)
     columns = np.column_stack([angles_rad, times - times.mean(), np.ones(len(rests))])
     solution, *_ = np.linalg.lstsq(columns, means, rcond=None)
@@ -194,7 +194,7 @@ def turn_response(recording: Recording, step: Step, gyro: GyroCalibration) -> Re
             "command again.",
         )
     angles = np.deg2rad(step.angle_deg) * (np.arange(len(rests)) % 2)
-    _check_angles(rest_means(cumulative_trapezoid(along, recording.t_s, initial=0.0), rests), angles, step)
+    _check_angles(rest_means(cumulative_trapezoid(along, recording.t_s, initial=0), rests), angles, step)
     length, std = length_between_rests(recording.t_s, along, rests, angles, PLACING_STD_RAD)
     tilted = found.covariance + TILT_STD_RAD**2 * across(found.reading)
     return with_length(Response(axis, found.reading, tilted, False), length, std)
@@ -204,7 +204,7 @@ def turn_axis(step: Step) -> FloatArray:
     """(3,) body axis of a turn."""
     if step.axis is None:
         raise ValueError("a turn has an axis")
-    return np.eye(3)[AXES.index(step.axis)]
+    return np.asarray(np.eye(3)[AXES.index(step.axis)])
 
 
 def _check_angles(turned_rad: FloatArray, known_rad: FloatArray, step: Step) -> None:

@@ -72,7 +72,7 @@ def rests_of_sweep(motion: Motion, body: int, response: Response) -> Rests:
             next_step="Move the joint to 30, 60, 90 deg and back, resting a second at each, and run this "
             "command again.",
         )
-    times, turned = rest_means(t_s, rests), rest_means(cumulative_trapezoid(along, t_s, initial=0.0), rests)
+    times, turned = rest_means(t_s, rests), rest_means(cumulative_trapezoid(along, t_s, initial=0), rests)
     if abs(np.corrcoef(turned, times)[0, 1]) > MOST_ONE_WAY:
         raise CalibrationError(
             what=f"The sweep of joint {joint} went one way only.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,13 +126,15 @@ class Counts:
 
     def part(self, rows: slice) -> Counts:
         """Some of the samples, none of which were lost."""
-        columns = {name: getattr(self, name)[rows] for name in COLUMNS}
+        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in COLUMNS}
         return replace(self, **columns, samples_lost=0)
 
     @classmethod
     def joined(cls, parts: Sequence[Counts]) -> Counts:
         """Parts that came one after the other; for a look at them, not for keeping: gaps are not counted."""
-        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
+        }
         return replace(parts[0], **columns)
 
 

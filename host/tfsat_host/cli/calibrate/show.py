@@ -52,7 +52,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     lacking = [row for row in rows if row["state"] != "valid"]
     future = [row for row in rows if (row["age_s"] or 0.0) < -_CLOCKS_DIFFER.total_seconds()]
     unproven = [paper for paper in papers if paper["state"] != "matches"]
-    found = {
+    found: dict[str, Any] = {
         "file": file,
         "subject": asdict(calibration.subject),
         "written": calibration.written.isoformat(),
