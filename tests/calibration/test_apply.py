@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -144,6 +144,7 @@ def moved(gyro: GyroCalibration, step: FloatArray) -> GyroCalibration:
     return replace(gyro, bias_rad_s=gyro.bias_rad_s + step[:3], rotation=turned, scale=gyro.scale + step[6:9])
 
 
+@settings(max_examples=25)
 @given(st.integers(0, 2**32))
 def test_the_jacobian_is_how_rates_change_with_the_parameters(seed: int) -> None:
     calibration = drawn_calibration(seed)

@@ -14,12 +14,17 @@ import pytest
 from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run, Terminal, interrupted
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
+from tfsat_host.calibration.progress import LONGEST_S
 from tfsat_host.calibration.steps.instructions import task
 from tfsat_host.calibration.steps.step import Step, rest, swings, turn
+from tfsat_host.cli.calibrate.bench import HANDS_SEED
+from tfsat_host.cli.calibrate.command import MOST_TURN_DEG
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
 from tfsat_host.cli.main import main
+from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import draw, draw_as_built
-from tfsat_host.emulated.robot import DEFAULT_SEED
+from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
 LONGEST_FILE_BYTES = 8192
 RECORDINGS = Path("calibration-emulated-recordings")
@@ -147,9 +152,10 @@ def test_a_longer_turn_is_given_more_time(angle_deg: float, words: str) -> None:
     assert words in " ".join(task(turn("z", angle_deg)))
 
 
-def test_the_longest_turn_that_is_taken_ends_in_time(tfsat_host: RunCli) -> None:
-    result = tfsat_host.json("calibrate", "scale", "--turn", "z", "720", "--emulated")
-    assert [one["body"] for one in result["scales"]] == [1, 2, 3, 4]
+def test_the_longest_turn_that_is_taken_ends_in_time() -> None:
+    with EmulatedRobot() as robot:
+        person = EmulatedOperator(robot, Hands.human(HANDS_SEED))
+        assert person.duration_s(turn("z", MOST_TURN_DEG)) < LONGEST_S
 
 
 def test_commands_in_errors_have_the_options_that_they_take() -> None:

@@ -28,7 +28,7 @@ from tests.calibration.bench_day import (
     refused,
 )
 from tfsat_host.angles import FloatArray
-from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.counts import COLUMNS, Counts
 from tfsat_host.calibration.steps.step import Step
 
 MOTIONS = [SWINGS[0], SWEEPS[0], TURN]
@@ -56,8 +56,7 @@ def lose(share: float) -> Change:
 
     def change(counts: Counts) -> Counts:
         keep = np.random.default_rng(1).random(len(counts.t_us)) >= share
-        columns = ("t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid", "clipped")
-        left = {name: getattr(counts, name)[keep] for name in columns}
+        left = {name: getattr(counts, name)[keep] for name in COLUMNS}
         return replace(counts, **left, samples_lost=int((~keep).sum()))
 
     return change
@@ -127,6 +126,17 @@ def tilt(body: int, rate_deg_s: float) -> Change:
     return change
 
 
+def add_force(offset_g: float) -> Change:
+    """To every axis of every accelerometer."""
+
+    def change(counts: Counts) -> Counts:
+        values = counts.imu_counts.copy()
+        values[..., ACCEL] += round(offset_g * counts.scales.accel_lsb_per_g)
+        return replace(counts, imu_counts=values)
+
+    return change
+
+
 @pytest.mark.parametrize(
     ("fault", "words", "cure"),
     [
@@ -148,7 +158,7 @@ def test_no_rest(fault: Change, words: str, cure: str) -> None:
     assert cure in error.next_step
 
 
-@pytest.mark.parametrize("size", [0.5, 1.3])
+@pytest.mark.parametrize("size", [0.0, 0.5, 1.3])
 def test_an_accelerometer_that_does_not_read_one_g(size: float) -> None:
     def scale(counts: Counts) -> Counts:
         values = counts.imu_counts.copy()
@@ -175,8 +185,9 @@ def test_a_table_that_is_knocked() -> None:
         add_rate(2, rates(lambda t_s: 0.5 * np.sin(20.0 * t_s))),
         add_rate(3, rates(lambda t_s: 0.005 * t_s)),
         tilt(1, 0.005),
+        add_force(0.06),
     ],
-    ids=["a passing lorry", "nearly warm", "as good as still"],
+    ids=["a passing lorry", "nearly warm", "as good as still", "the offset of a real accelerometer"],
 )
 def test_a_rest_that_is_quiet_enough(fault: Change) -> None:
     accept(changed(done(REST), fault), [])

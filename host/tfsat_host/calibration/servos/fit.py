@@ -9,7 +9,6 @@ estimated by moments (Searle, Casella, McCulloch, "Variance Components", chapter
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -54,19 +53,21 @@ def fit_servo_map(points: Sequence[ServoPoint], joint: int, setting: ServoSettin
     arrival = _arrival_variance(side, reached_rad, variance, repeats)
     middle_us = float((pulse_us.min() + pulse_us.max()) / 2)
     design = np.column_stack([np.ones(len(known)), pulse_us - middle_us, -direction / 2])
-    line = _least_squares(design, reached_rad, variance + arrival, place, repeats)
+    estimate, covariance, bend, excess = _least_squares(
+        design, reached_rad, variance + arrival, place, repeats
+    )
     by_chance = float(fdtri(place.shape[0] - 2, repeats, CHANCE))
-    check_fit(joint, np.sqrt(arrival), np.sqrt(line.bend), certain=line.excess > by_chance)
+    check_fit(joint, np.sqrt(arrival), np.sqrt(bend), certain=excess > by_chance)
     return ServoMap(
         joint=joint,
         middle_us=middle_us,
-        middle_rad=float(line.estimate[0]),
-        slope_rad_per_us=float(line.estimate[1]),
-        backlash_rad=float(line.estimate[2]),
-        covariance=line.covariance,
+        middle_rad=float(estimate[0]),
+        slope_rad_per_us=float(estimate[1]),
+        backlash_rad=float(estimate[2]),
+        covariance=covariance,
         repeatability_rad=float(np.sqrt(arrival)),
         repeats=repeats,
-        nonlinearity_rad=float(np.sqrt(line.bend)),
+        nonlinearity_rad=float(np.sqrt(bend)),
         places=place.shape[0],
         pulse_range_us=(float(pulse_us.min()), float(pulse_us.max())),
         setting=setting,
@@ -89,26 +90,15 @@ def _arrival_variance(side: FloatArray, reached_rad: FloatArray, variance: Float
     return float(max((left @ left - of_sensors) / repeats, 0.0))
 
 
-@dataclass(frozen=True, eq=False)
-class _Line:
-    """The line through the visits.
-
-    Attributes:
-        estimate: (3,) middle, slope and backlash.
-        covariance: (3, 3) of it, with what scatter and bends do to it.
-        bend: Variance of the places' bends.
-        excess: The places' squared deviations from the line, over what scatter alone would make of them.
-    """
-
-    estimate: FloatArray
-    covariance: FloatArray
-    bend: float
-    excess: float
-
-
 def _least_squares(
     design: FloatArray, reached_rad: FloatArray, variance: FloatArray, place: FloatArray, repeats: int
-) -> _Line:
+) -> tuple[FloatArray, FloatArray, float, float]:
+    """The line through the visits.
+
+    Returns:
+        (3,) middle, slope and backlash; (3, 3) their covariance, with what scatter and bends do to it; the variance of
+        the places' bends; and the places' squared deviations over what scatter alone would make of them.
+    """
     inverse = np.linalg.inv((design.T / variance) @ design)
     gain = inverse @ (design.T / variance)
     estimate = gain @ reached_rad
@@ -121,7 +111,7 @@ def _least_squares(
     excess = float(left @ left / of_scatter)
     of_places = gain @ place.T
     covariance = few(repeats) * inverse + few(len(place) - 2) * bend * of_places @ of_places.T
-    return _Line(estimate, covariance, bend, excess)
+    return estimate, covariance, bend, excess
 
 
 LEAST_PLACES: Final = 5

@@ -113,6 +113,11 @@ class ServoMap:
         """Standard deviation of the backlash."""
         return float(np.sqrt(self.covariance[2, 2]))
 
+    def std_rad(self, pulse_us: float) -> float:
+        """Standard deviation of where it comes to rest on average of both directions."""
+        change = np.array([1.0, pulse_us - self.middle_us, 0.0])
+        return float(np.sqrt(change @ self.covariance @ change))
+
     def reached_rad(self, pulse_us: float, direction: int) -> float:
         """Where the joint comes to rest on average.
 

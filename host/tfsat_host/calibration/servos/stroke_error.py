@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import degrees
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, board_pulse_us, servo_plan
 from tfsat_host.calibration.statistics import few
 from tfsat_host.protocol.messages import ServoSetting
+from tfsat_host.quantity import Quantity
 from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.servo_settings.settings import NS_PER_US
 from tfsat_host.units import CDEG_PER_DEG
@@ -106,89 +107,60 @@ def setting_error_rad(servo_map: ServoMap, setting: ServoSetting) -> float | Non
     for angle_cdeg in (setting.min_cdeg, setting.max_cdeg):
         pulse_us = board_pulse_us(setting, angle_cdeg)
         off_rad = servo_map.reached_rad(pulse_us, 0) - float(np.deg2rad(angle_cdeg / CDEG_PER_DEG))
-        change = np.array([1.0, pulse_us - servo_map.middle_us, 0.0])
-        std_rad = float(np.sqrt(change @ servo_map.covariance @ change))
-        if abs(off_rad) > max(NOTICEABLE_RAD + 2 * std_rad, abs(worst_rad or 0.0)):
+        if abs(off_rad) > max(NOTICEABLE_RAD + 2 * servo_map.std_rad(pulse_us), abs(worst_rad or 0.0)):
             worst_rad = off_rad
     return worst_rad
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A number and its standard deviation, in one unit."""
-
-    value: float
-    std: float
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """The visits to one pulse.
-
-    Attributes:
-        pulse_us: Width of the pulse.
-        commanded_deg: What the board was told, by its setting.
-        opening_deg, closing_deg: Where the joint came to rest on average, from either side; None: never from there.
-    """
-
-    pulse_us: float
-    commanded_deg: float
-    opening_deg: float | None
-    closing_deg: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Left:
-    """How far a joint with given settings misses the angles that are commanded, deg.
-
-    Attributes:
-        mean_deg: At the worst place, on average of both directions: what rounding and old settings do.
-        side_deg: Half the backlash: it stops so far short, from either side.
-        scatter_deg: Standard deviation of one arrival, with the bends of the servo.
-    """
-
-    mean_deg: float
-    side_deg: float
-    scatter_deg: float
-
-
-def gain_of(servo_map: ServoMap) -> Figure:
+def gain_of(servo_map: ServoMap) -> Quantity:
     """Reached per commanded change, by the setting that was in force; 1 is exact."""
     setting = servo_map.setting
     us_per_deg = setting.ns_per_deg / NS_PER_US * (-1.0 if setting.reversed else 1.0)
     std = float(np.sqrt(servo_map.covariance[1, 1])) * abs(us_per_deg)
-    return Figure(degrees(servo_map.slope_rad_per_us * us_per_deg), degrees(std))
+    return Quantity(degrees(servo_map.slope_rad_per_us * us_per_deg), degrees(std))
 
 
-def offset_of(servo_map: ServoMap) -> Figure:
+def offset_of(servo_map: ServoMap) -> Quantity:
     """Where it comes to rest when 0 deg is commanded, deg, on average of both directions; likewise."""
     zero_us = float(servo_map.setting.zero_us)
-    change = np.array([1.0, zero_us - servo_map.middle_us, 0.0])
-    std = float(np.sqrt(change @ servo_map.covariance @ change))
-    return Figure(degrees(servo_map.reached_rad(zero_us, 0)), degrees(std))
+    return Quantity(
+        degrees(servo_map.reached_rad(zero_us, 0)), degrees(servo_map.std_rad(zero_us)), form="+.3f"
+    )
 
 
-def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> tuple[Place, ...]:
-    """In order of the commanded angle."""
+def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[str, Any]]:
+    """A row for each pulse, in order of the commanded angle.
+
+    `commanded_deg` is by the board's setting; `opening_deg` and `closing_deg` are where the joint came to rest on
+    average, from either side; None: never from there.
+    """
     places = []
     for pulse_us in {point.pulse_us for point in points}:
         change_us = (pulse_us - setting.zero_us) * (-1.0 if setting.reversed else 1.0)
-        means = [
-            np.rad2deg(
-                [one.reached_rad for one in points if (one.pulse_us, one.direction) == (pulse_us, way)]
-            )
-            for way in (1, -1)
-        ]
-        opening, closing = (float(side.mean()) if len(side) else None for side in means)
-        places.append(Place(pulse_us, change_us * NS_PER_US / setting.ns_per_deg, opening, closing))
-    return tuple(sorted(places, key=lambda place: place.commanded_deg))
+        row: dict[str, Any] = {
+            "pulse_us": pulse_us,
+            "commanded_deg": change_us * NS_PER_US / setting.ns_per_deg,
+        }
+        for name, way in (("opening_deg", 1), ("closing_deg", -1)):
+            side = [one.reached_rad for one in points if (one.pulse_us, one.direction) == (pulse_us, way)]
+            row[name] = degrees(np.mean(side)) if side else None
+        places.append(row)
+    return sorted(places, key=lambda row: float(row["commanded_deg"]))
 
 
-def left_by(servo_map: ServoMap, setting: ServoSetting) -> Left:
-    """What is left of the errors with a setting, over its limits."""
+def left_by(servo_map: ServoMap, setting: ServoSetting) -> dict[str, float]:
+    """How far the joint misses the angles that are commanded with a setting, over its limits.
+
+    `mean_deg` is at the worst place, on average of both directions: what rounding and old settings do; `side_deg` half
+    the backlash: it stops so far short, from either side; `scatter_deg` the standard deviation of one arrival, with the
+    bends of the servo.
+    """
     off_deg = [
         degrees(servo_map.reached_rad(board_pulse_us(setting, angle_cdeg), 0)) - angle_cdeg / CDEG_PER_DEG
         for angle_cdeg in servo_plan(setting)
     ]
-    scatter = float(np.hypot(servo_map.repeatability_rad, servo_map.nonlinearity_rad))
-    return Left(max(map(abs, off_deg)), degrees(abs(servo_map.backlash_rad)) / 2, degrees(scatter))
+    return {
+        "mean_deg": max(map(abs, off_deg)),
+        "side_deg": degrees(abs(servo_map.backlash_rad)) / 2,
+        "scatter_deg": degrees(np.hypot(servo_map.repeatability_rad, servo_map.nonlinearity_rad)),
+    }

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from math import degrees
 from typing import Any
 
@@ -82,12 +81,12 @@ def _upload(
     out.table(*comparison(after, before), title="Servo settings")
     left = left_by(servo_map, after.of(joint))
     words = (
-        f"joint {joint} misses commanded angles by at most {left.mean_deg:.2f} deg on average of both directions, "
-        f"stops {left.side_deg:.2f} deg short by its backlash, and scatters by {left.scatter_deg:.2f} deg."
+        f"joint {joint} misses commanded angles by at most {left['mean_deg']:.2f} deg on average of both directions, "
+        f"stops {left['side_deg']:.2f} deg short by its backlash, and scatters by {left['scatter_deg']:.2f} deg."
     )
     result = {
         "settings": {"before": settings_as_dict(before), "after": settings_as_dict(after)},
-        "left": asdict(left),
+        "left": left,
         "uploaded": False,
         "verified": False,
     }
@@ -140,7 +139,7 @@ def _points_as_dicts(
     points: Sequence[ServoPoint], stopped: Sequence[bool], setting: ServoSetting
 ) -> list[dict[str, Any]]:
     """Each visit, in order of time; `stopped` are those that the map leaves out."""
-    commanded = {place.pulse_us: place.commanded_deg for place in places_of(points, setting)}
+    commanded = {row["pulse_us"]: row["commanded_deg"] for row in places_of(points, setting)}
     return [
         {
             "commanded_deg": round(commanded[point.pulse_us], 3),
@@ -170,16 +169,15 @@ def _show_map(
     servo_map: ServoMap, points: Sequence[ServoPoint], stopped: Sequence[bool], out: Output
 ) -> None:
     """The places, and the figures below them."""
-    places = places_of(points, servo_map.setting)
-    show_rows(_PLACES, places, out, title=f"Servo of joint {servo_map.joint}")
+    show_rows(_PLACES, places_of(points, servo_map.setting), out, title=f"Servo of joint {servo_map.joint}")
     if any(stopped):
         out.line(
             "Within half a degree of the ends of its range the joint may lie against its stop: those visits do not"
         )
         out.line("count for what follows.")
     gain, offset = gain_of(servo_map), offset_of(servo_map)
-    out.line(f"gain            {plus_minus(gain.value, gain.std)}")
-    out.line(f"offset          {plus_minus(offset.value, offset.std, sign=True)} deg at 0 deg")
+    out.line(f"gain            {gain.text()}")
+    out.line(f"offset          {offset.text()} deg at 0 deg")
     backlash_deg, std_deg = degrees(servo_map.backlash_rad), degrees(servo_map.backlash_std_rad)
     out.line(f"backlash        {plus_minus(backlash_deg, std_deg)} deg")
     for name, of, what in (
