@@ -101,20 +101,3 @@ def test_where_the_bound_of_steps_is_hit_the_error_says_so(robot: RobotModel) ->
     exact = final_attitudes(bodies, history, initial_rate_rad_s=fast, tolerance_rad=1e-9).quaternion[:, 0]
     rough, error_rad = final_attitudes(bodies, history, initial_rate_rad_s=fast, steps_max=1)
     assert 1e-5 < _apart_deg(rough[:, 0], exact) < np.degrees(error_rad)
-
-
-@pytest.mark.parametrize(
-    ("strokes", "rate"),
-    [
-        ((), 1.0),
-        (STROKES, 0.0),
-        ((PlannedStroke(3, 1.0, 0.0),), 1.0),
-        ((PlannedStroke(0, 1.0, -0.1),), 1.0),
-        (STROKES[::-1], 1.0),
-    ],
-)
-def test_a_plan_that_makes_no_sense_is_refused(
-    robot: RobotModel, strokes: tuple[PlannedStroke, ...], rate: float
-) -> None:
-    with pytest.raises(ValueError, match=r"stroke|rate|joints"):
-        Plan.of(robot, strokes, rate)

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tfsat_host.plan.problem import DesignSettings
 
 _DEFAULT_FILE = Path("maneuver.toml")
-_COEFFICIENT_MOST = 100.0
 _MARKER = b'name = "designed: '
 
 
@@ -25,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """What is asked for, how it is searched, and where the maneuver goes."""
     parser.description = (
         "Design the closed loop of strokes that turns the robot farthest in the given time: the paper's particle "
-        "swarm over all sequences, and the true optimum beside it. Writes the optimum as a maneuver file for "
+        "swarm over all sequences, and the true optimum. Writes the optimum as a maneuver file for "
         "upload-sequence --file. Exit code 3 if a check against the drop tower fails."
     )
     asked = parser.add_argument_group("what is asked for")
@@ -57,7 +56,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     result.add_argument("--swarm", action="store_true", help=shown)
     shown = f"the maneuver file (default {_DEFAULT_FILE}); with --grid, the CSV"
     result.add_argument("--out", metavar="FILE", type=file_name, help=shown)
-    result.add_argument("--force", action="store_true", help="let --out overwrite a file of somebody else")
+    result.add_argument(
+        "--force", action="store_true", help="let --out overwrite a file that this command did not make"
+    )
     shown = "instead: the distribution of all four-stroke loops on a grid of displacements"
     result.add_argument("--grid", metavar="DEG", type=number, help=shown)
     shown = "with --grid, a picture of it (PNG, PDF, SVG)"
@@ -100,23 +101,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _settings(args: argparse.Namespace) -> DesignSettings:
-    from tfsat_host.plan.problem import DesignSettings
-    from tfsat_host.plan.swarm import Coefficient, SwarmSettings
+    from tfsat_host.plan.problem import DesignSettings, coefficient
+    from tfsat_host.plan.swarm import SwarmSettings
 
     swarm: dict[str, Any] = {
         one: getattr(args, one) for one in ("particles", "iterations") if getattr(args, one)
     }
     for name in ("inertia", "own_best", "best_of_all"):
         if (pair := getattr(args, name)) is not None:
-            if len(pair) != 2 or not all(abs(value) <= _COEFFICIENT_MOST for value in pair):
-                option, default = f"--{name.replace('_', '-')}", getattr(SwarmSettings(), name)
-                raise UsageError(
-                    what=f"{option} needs two numbers up to {_COEFFICIENT_MOST:g}: at the first iteration and at the "
-                    "last.",
-                    meaning="Nothing was designed.",
-                    next_step=f"tfsat-host design {option} {default.first:g},{default.last:g}",
-                )
-            swarm[name] = Coefficient(*pair)
+            swarm[name] = coefficient(name, pair)
     named = {"speed": "speed_deg_s", "time_limit": "time_limit_s", "limit": "limit_deg"}
     options = ("joints", "penalty", "seed", *named)
     return DesignSettings(

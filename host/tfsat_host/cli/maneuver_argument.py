@@ -98,7 +98,7 @@ def maneuver_from(args: argparse.Namespace, robot: RobotModel | None = None) -> 
     if args.file is not None:
         if args.a_deg is not None or args.speed is not None:
             raise UsageError(
-                what="--file was given together with angles or --speed: the file says both.",
+                what="--file was given together with angles or --speed: the file has both.",
                 meaning="Nothing was done.",
                 next_step=f"tfsat-host {args.command} --file {args.file}",
             )

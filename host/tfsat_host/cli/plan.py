@@ -58,7 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     result.add_argument("--out", metavar="FILE", type=file_name, help="write the plan here (JSON)")
     shown = "write the joints' angles over time here (CSV), for simulate --history to check the plan"
     result.add_argument("--history", metavar="FILE", type=file_name, help=shown)
-    shown = "let --out and --history overwrite a file of somebody else"
+    shown = "let --out and --history overwrite a file that this command did not make"
     result.add_argument("--force", action="store_true", help=shown)
     add_output_options(parser)
 

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from contextlib import nullcontext
-from typing import TYPE_CHECKING
 
 from tfsat_host.cli import maneuver_argument as given
 from tfsat_host.cli.options import add_output_options, file_name, number, seed, whole_number
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show
-
-if TYPE_CHECKING:
-    from tfsat_host.plan.study import Outcomes, Study
-
-_WORTH_PROGRESS = 2_000  # samples; about a second
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.dynamics.simulation import robot_limits
     from tfsat_host.maneuver.schedule import servo_speed_notices
     from tfsat_host.plan import study_result
+    from tfsat_host.plan.cluster import run_study
     from tfsat_host.plan.facility import load_tower
     from tfsat_host.plan.parameters import Parameters, Plan, error_sources, uncertainty_of
     from tfsat_host.plan.study import Study, derivatives, linear_spread, summary, time_limits
@@ -81,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     for notice in notices:
         out.warn(notice)
     begun_s = time.perf_counter()
-    outcomes = _outcomes(args, study, out)
+    outcomes = run_study(study, out, workers=args.workers, address=args.dask)
     seconds = time.perf_counter() - begun_s
     error_deg = math.degrees(max(found.error_rad, outcomes.error_rad))
     if error_deg > simulation_result.ERROR_DEG:
@@ -108,23 +102,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
         study_result.write_samples(study, outcomes, found.quaternion_xyzw, args.out, force=args.force)
     out.result(result, lambda: show(study_result.lines(result), out))
     return 0
-
-
-def _outcomes(args: argparse.Namespace, study: Study, out: Output) -> Outcomes:
-    from tfsat_host.plan.study import run_locally
-
-    where = f"on {args.dask}" if args.dask is not None else "on this computer"
-    quick = study.samples < _WORTH_PROGRESS
-    with (
-        nullcontext(lambda _amount: None)
-        if quick
-        else out.progress(f"Flying {study.samples} robots {where}", study.samples)
-    ) as advance:
-        if args.dask is None:
-            return run_locally(study, workers=args.workers, progress=advance)
-        from tfsat_host.plan.cluster import run_on_cluster
-
-        return run_on_cluster(study, args.dask, progress=advance)
 
 
 def _sigma(text: str) -> tuple[str, float]:

@@ -1,4 +1,4 @@
-"""What error to expect of each stroke, said by `upload-sequence` from a calibration."""
+"""What error to expect of each stroke, for `upload-sequence`, from a calibration."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLUMNS = ("misses by / deg", "std / deg")
 
 @dataclass(frozen=True, slots=True)
 class ServoMaps:
-    """What a calibration says of the servos.
+    """The servos by a calibration.
 
     Attributes:
         path: Of the calibration.
@@ -61,7 +61,7 @@ def add_calibration_option(group: argparse._ArgumentGroup) -> None:
         "--calibration",
         metavar="FILE",
         type=file_name,
-        help="also say how far each stroke will miss, by this calibration's servo maps "
+        help="also show how far each stroke will miss, by this calibration's servo maps "
         f"(default: {CERTIFICATE}, with --emulated {EMULATED_CERTIFICATE}, where it is there)",
     )
 

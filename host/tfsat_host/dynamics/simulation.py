@@ -16,7 +16,9 @@ from tfsat_host.dynamics.history import JointHistory, ServoMove, TimedMove, move
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import EstimatedFlight, Flight, propagate_within
+from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Limits, Schedule
+from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import cdeg_from_deg, s_from_us
@@ -24,6 +26,7 @@ from tfsat_host.units import cdeg_from_deg, s_from_us
 # Joints within 0.01 deg of where they started have closed the loop.
 _CLOSED_RAD = math.radians(0.01)
 _SPEED_RANGE_CDEG_S = (1, 1_000_000)
+_STEPS_MAX = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +130,27 @@ def _cdeg(angle_rad: float) -> int:
 def arrivals_s(robot: RobotModel, schedule: Schedule) -> tuple[float, ...]:
     """When the joint of each stroke has arrived: later than scheduled where its servo needs longer."""
     return tuple(move.end_s for move in servo_moves(robot, timed_moves(schedule)))
+
+
+def end_of_flight_s(asked_s: float | None, joints_end_s: float, step_s: float | None) -> float:
+    """Until when to fly: as asked, else to the end of the fall, or of the joints' motion if that is later.
+
+    Raises:
+        UsageError: the joints still move then, or steps of this length would be too many.
+    """
+    until_s = float(max(s_from_us(FALL_US), joints_end_s) if asked_s is None else asked_s)
+    what = cure = ""
+    if not (math.isfinite(until_s) and until_s > 0.0 and until_s >= joints_end_s):
+        what = (
+            f"--until {until_s:g} ends before the joints have come to rest, {joints_end_s:g} s after release."
+        )
+        cure = "Give a later time, or leave --until out."
+    elif step_s is not None and until_s / step_s > _STEPS_MAX:
+        what = f"{until_s:g} s in steps of {step_s:g} s are more than {_STEPS_MAX} steps."
+        cure = "Give a longer --step, or leave it out."
+    if what:
+        raise UsageError(what=what, meaning="Nothing was done.", next_step=cure)
+    return until_s
 
 
 def timed_moves(schedule: Schedule) -> list[TimedMove]:

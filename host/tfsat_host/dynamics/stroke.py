@@ -177,8 +177,8 @@ def _path(body: Multibody, target: int) -> tuple[Step, ...]:
 def _aligned(axis: FloatArray) -> FloatArray:
     """A rotation (3, 3, ...) whose first column is the unit vector `axis` (3, ...)."""
     least = np.argmin(np.abs(axis), axis=0)
-    beside = np.moveaxis(_SIDEWAYS[least], -1, 0)
-    second = cross(axis, beside)
+    across = np.moveaxis(_SIDEWAYS[least], -1, 0)
+    second = cross(axis, across)
     second = second / np.sqrt(dot(second, second))
     return np.stack([axis, second, cross(axis, second)], axis=1)
 
@@ -323,15 +323,12 @@ def turned(hinge: Hinge, angles: FloatArray, delta: FloatArray, steps: int = STE
 
 def _with_axes(halves: Halves, count: int) -> Halves:
     """Room for `count` axes between components and batch."""
-    sides = [
-        Composite(c.mass, _expand(c.com, 1, count), _expand(c.inertia, 2, count))
-        for c in (halves.fixed, halves.moving)
-    ]
-    return Halves(sides[0], sides[1], _expand(halves.point, 1, count))
 
+    def wide(values: FloatArray, core_ndim: int) -> FloatArray:
+        return values.reshape(values.shape[:core_ndim] + (1,) * count + values.shape[core_ndim:])
 
-def _expand(values: FloatArray, core_ndim: int, count: int) -> FloatArray:
-    return values.reshape(values.shape[:core_ndim] + (1,) * count + values.shape[core_ndim:])
+    fixed, moving = (Composite(c.mass, wide(c.com, 1), wide(c.inertia, 2)) for c in halves[:2])
+    return Halves(fixed, moving, wide(halves.point, 1))
 
 
 def magnus6(rates: FloatArray, length: FloatArray) -> FloatArray:

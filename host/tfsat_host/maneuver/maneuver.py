@@ -38,7 +38,7 @@ class Defect(StrEnum):
 class ManeuverError(TfsatError):
     """The maneuver cannot be flown, or its file cannot be understood.
 
-    Its words are those of whoever plans a maneuver; what was not done about it the command adds to `meaning`.
+    What a command left undone because of it, the command adds to `meaning`.
 
     Attributes:
         code: Which defect; stable.
@@ -70,7 +70,7 @@ class ManeuverError(TfsatError):
 
 
 def shortened(text: str) -> str:
-    """What somebody wrote, for a message: its beginning, if it is long."""
+    """A value for a message: its beginning, if it is long."""
     return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"
 
 
@@ -81,7 +81,7 @@ class Stroke:
     Attributes:
         joint: 1 to 3; joint i joins body i and body i+1.
         angle_deg: Change of the joint angle; positive opens the joint.
-        t_s: Start after release, when somebody fixed it; None leaves it to the schedule rule.
+        t_s: Start after release, if it is fixed; None leaves it to the schedule rule.
     """
 
     joint: int

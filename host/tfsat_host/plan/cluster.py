@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.plan.study import Outcomes, Study, run_chunk
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.plan.study import Outcomes, Study, run_chunk, run_locally
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -21,6 +22,7 @@ ANSWER_S = 5.0
 """How long the scheduler may take to answer, and to have a worker."""
 PATIENCE_S = 600.0
 """How long the cluster may take for the next chunk, though it may be busy with others' work."""
+_WORTH_PROGRESS = 2_000  # samples; about a second
 _NOTHING = "No sample was computed on the cluster."
 _LOCALLY = "leave out --dask to run the study on this computer"
 
@@ -32,6 +34,21 @@ class ClusterError(TfsatError):
 class _Answer(NamedTuple):
     version: str
     outcomes: Outcomes
+
+
+def run_study(study: Study, notices: Notices, *, workers: int | None, address: str | None) -> Outcomes:
+    """All of a study: here, on `workers` processes (one a core if None), or on the cluster at `address`.
+
+    Raises:
+        TfsatError: as `run_locally` and `run_on_cluster`.
+    """
+    where = "on this computer" if address is None else f"on {address}"
+    quick = study.samples < _WORTH_PROGRESS
+    watched = SILENT if quick else notices
+    with watched.progress(f"Flying {study.samples} robots {where}", study.samples) as advance:
+        if address is None:
+            return run_locally(study, workers=workers, progress=advance)
+        return run_on_cluster(study, address, progress=advance)
 
 
 def run_on_cluster(
@@ -134,7 +151,7 @@ def _gathered(
             raise ClusterError(
                 what=f"{len(chunk_of)} of {len(futures)} parts of the study are missing, and none has come from the "
                 f"cluster at {address} for {patience_s:g} s.",
-                meaning="The study was given up; the cluster was told so.",
+                meaning="The study was given up, and cancelled on the cluster.",
                 next_step=f"Look at its workers, then run the same command again; or {_LOCALLY}.",
             ) from error
         for future in finished:

@@ -1,4 +1,4 @@
-"""The maneuver design of the paper, and the true optimum beside it: deterministic, and without the swarm's scatter.
+"""The maneuver design of the paper, and the true optimum: deterministic, and without the swarm's scatter.
 
 For one sequence the reorientation is a smooth function of the displacements, and what the time limit and the
 joints' ranges leave is a convex body. So every local maximum of a grid over it is climbed by sequential quadratic
@@ -71,7 +71,7 @@ def find_optimum(
         problem: The design problem.
         starts: Where to start as well, whatever the grid finds.
         grid_points: About how many points the grid has.
-        progress: Told the share of the work that was done.
+        progress: Called with the share of the work that was done.
     """
     sequences = classes(len(problem.joints))
     candidates = _grid_maxima(problem, problem.loops(sequences), grid_points)
@@ -166,7 +166,7 @@ def _local_maxima(nodes: IntArray, values: FloatArray, per_joint: int) -> list[i
     return [int(i) for i in np.nonzero(top)[0]]
 
 
-# Alternating stops when the sequence stays; ever new ones were not seen beyond three rounds.
+# Alternating stops when the sequence stays; it always did within three rounds.
 _ROUNDS = 10
 # The swarm may overrun the time by what its penalty does not yet feel.
 _ON_TIME_S = 1e-4
@@ -257,7 +257,7 @@ def design(
     Args:
         robot: The robot.
         settings: What is asked for; the paper's figures if None.
-        progress: Told the share of the work that was done.
+        progress: Called with the share of the work that was done.
 
     Raises:
         DesignError: the settings do not fit the robot.

@@ -1,4 +1,4 @@
-"""A design as the maneuver that is written: what sequencer and drop tower say of it, as a document and for people."""
+"""A design as the maneuver that is written: its checks by sequencer and drop tower, as a document and for people."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def document(found: Design, made: Proposal, path: Path) -> dict[str, Any]:
 
 
 def lines(found: Design, made: Proposal, path: Path, robot_option: str) -> Iterator[str | Table]:
-    """What a person reads: swarm, optimum and what was written, what the drop tower says, what to type next."""
+    """What a person reads: swarm, optimum and what was written, the checks, what to type next."""
     rows = [
         {**asdict(one), "who": who, "sequence": written(one.sequence)}
         for who, one in (("swarm", found.swarm), ("optimum", found.optimum), ("written", made.flown))

@@ -224,7 +224,7 @@ class DropTower:
 
 
 def default_facility_path() -> Path:
-    """`cosmotorre.toml` beside the default robot."""
+    """`cosmotorre.toml` in the folder of the default robot."""
     return default_robot_path().with_name(_FILE_NAME)
 
 
@@ -265,7 +265,7 @@ def _range(top: Table, key: str) -> tuple[float, float]:
 
 
 def _check_together(top: Table, tower: DropTower) -> None:
-    """What one number says of another."""
+    """Numbers that contradict one another."""
     longest_s = math.sqrt(2.0 * tower.drop_height_m / STANDARD_GRAVITY_M_S2)
     if tower.fall_s > longest_s:
         top.fail(

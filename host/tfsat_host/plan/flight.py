@@ -27,7 +27,7 @@ from tfsat_host.robot.model import FloatArray
 
 Outcome = Literal["within tolerance", "no progress", "given up", "primitives used up"]
 
-# While more primitives are to come, a chain may lead so far beside the target: a short one mends it at the end.
+# While more primitives are to come, a chain may miss the target by so much: a short one corrects it at the end.
 _DRIFT_RAD = math.radians(1.0)
 # Plans without progress before the flight gives up: noise may hide it once or twice.
 _PATIENCE = 6

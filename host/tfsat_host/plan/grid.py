@@ -85,11 +85,11 @@ class Lines:
 
     Attributes:
         alone: (4, N) quaternions by displacement, all other joints at their start angles.
-        beside: By another joint: (4, M, N), with that joint displaced by its m-th displacement.
+        displaced: By another joint: (4, M, N), with that joint displaced by its m-th displacement.
     """
 
     alone: FloatArray
-    beside: dict[int, FloatArray]
+    displaced: dict[int, FloatArray]
 
 
 def lines_of(body: Multibody, joint: int, axes: list[GridAxis], start_rad: FloatArray) -> Lines:
@@ -104,10 +104,10 @@ def lines_of(body: Multibody, joint: int, axes: list[GridAxis], start_rad: Float
     for other, shift, begin in zip(others, shifts, ends, strict=False):
         pose[other, begin : begin + len(shift)] += shift
     strokes = _along(Hinge.of(body, joint, 1), axes[joint], pose)
-    beside = {
+    displaced = {
         other: strokes[:, begin:end] for other, begin, end in zip(others, ends[:-1], ends[1:], strict=True)
     }
-    return Lines(strokes[:, 0], beside)
+    return Lines(strokes[:, 0], displaced)
 
 
 def _along(hinge: Hinge, axis: GridAxis, pose: FloatArray) -> FloatArray:
@@ -280,9 +280,9 @@ def distribution(
     lines = [lines_of(body, joint, axes, start) for joint in range(body.n_joints)]
     loops: dict[tuple[int, int], FloatArray] = {}
     for i, j in combinations(range(body.n_joints), 2):
-        # Along i, along j beside it, back along i beside j, back along j.
-        out = quaternion.product(lines[i].alone[:, :, None], lines[j].beside[i])
-        other = quaternion.product(lines[j].alone[:, None, :], lines[i].beside[j].swapaxes(1, 2))
+        # Along i, along j displaced by i, back along i displaced by j, back along j.
+        out = quaternion.product(lines[i].alone[:, :, None], lines[j].displaced[i])
+        other = quaternion.product(lines[j].alone[:, None, :], lines[i].displaced[j].swapaxes(1, 2))
         loop = quaternion.product(out, quaternion.inverse(other))
         loops[i, j] = loop
         loops[j, i] = quaternion.inverse(loop).swapaxes(1, 2)

@@ -53,7 +53,7 @@ from tfsat_host.units import s_from_us
 
 
 class PlannedStroke(NamedTuple):
-    """One joint is told to move once.
+    """One joint is commanded to move once.
 
     Attributes:
         joint: Index of the joint.
@@ -68,12 +68,12 @@ class PlannedStroke(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A maneuver as the servos are told it.
+    """A maneuver as the servos are commanded.
 
     Attributes:
         start_rad: (n - 1,) joint angles at the release: the start pose of the robot's servos.
         joints: (k,) index of the joint of each stroke.
-        target_rad: (k,) angle at which the joint of each stroke is told to end.
+        target_rad: (k,) angle at which the joint of each stroke is commanded to end.
         start_s: (k,) start of each stroke after release, in order.
         rate_rad_s: Average joint rate of a stroke.
         max_rate_rad_s: (n - 1,) greatest rate of each joint's servo.
@@ -98,22 +98,11 @@ class Plan:
 
         Args:
             robot: Its servos' start pose, greatest rates and accelerations are used.
-            strokes: At least one.
+            strokes: At least one, of joints of the robot.
             rate_rad_s: Average joint rate of a stroke.
             until_s: When the attitude is looked at, if the joints have come to rest by then. It matters
                 for a robot with angular momentum only.
-
-        Raises:
-            ValueError: there is no stroke, a joint is not the robot's, starts decrease, or the rate
-                is not positive.
         """
-        starts = np.array([stroke.start_s for stroke in strokes])
-        if not len(strokes) or not rate_rad_s > 0.0:
-            raise ValueError("a plan has strokes and a rate above zero")
-        if any(not 0 <= stroke.joint < robot.n_joints for stroke in strokes):
-            raise ValueError(f"the robot has joints 0 to {robot.n_joints - 1}")
-        if starts[0] < 0.0 or (np.diff(starts) < 0.0).any():
-            raise ValueError("strokes start after release and in order")
         start = np.array([servo.start_rad for servo in robot.servos])
         angles, targets = start.copy(), []
         for stroke in strokes:
@@ -123,7 +112,7 @@ class Plan:
             start_rad=start,
             joints=tuple(stroke.joint for stroke in strokes),
             target_rad=np.array(targets),
-            start_s=starts,
+            start_s=np.array([stroke.start_s for stroke in strokes]),
             rate_rad_s=rate_rad_s,
             max_rate_rad_s=np.array([servo.max_rate_rad_s for servo in robot.servos]),
             acceleration_rad_s2=np.array([servo.acceleration_rad_s2 for servo in robot.servos]),
@@ -184,7 +173,7 @@ class Parameters:
         body: The nominal robot.
         origin_m: (n, 3) origins of the body frames.
         across: (n - 1, 2, 3) the two directions across each joint's axis.
-        plan: What the servos are told.
+        plan: What the servos are commanded to do.
         initial_rate_rad_s: (3,) rate of the base at release, base axes; None: no angular momentum.
     """
 

@@ -10,7 +10,7 @@ import numpy as np
 from tfsat_host.dynamics import Multibody
 from tfsat_host.errors import UsageError
 from tfsat_host.plan.loops import Loops, Sequence, best_sequence, classes, enough_steps
-from tfsat_host.plan.swarm import SwarmSettings
+from tfsat_host.plan.swarm import Coefficient, SwarmSettings
 from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import CDEG_PER_DEG
@@ -20,6 +20,7 @@ MOST_JOINTS = 4  # 864 sequences; five joints have 39480
 _LEAST_RAD = math.radians(0.01)  # the sequencer's resolution
 _EXACT_CDEG = 1e-6  # what binary digits cost of a hundredth
 _ENOUGH_RAD = math.radians(5e-4)
+_COEFFICIENT_MOST = 100.0
 DEFAULT_PENALTY = 1e11  # deg/s^2 (paper, likewise)
 
 
@@ -37,6 +38,18 @@ class DesignError(UsageError):
             next_step=f"Correct the {setting}: tfsat-host design --help",
         )
         self.setting = setting
+
+
+def coefficient(name: str, pair: tuple[float, ...]) -> Coefficient:
+    """The swarm's coefficient `name`, at the first iteration and at the last.
+
+    Raises:
+        DesignError: these are no two numbers, or they are too large.
+    """
+    if len(pair) != 2 or not all(abs(value) <= _COEFFICIENT_MOST for value in pair):
+        option, what = f"--{name.replace('_', '-')}", f"needs two numbers up to {_COEFFICIENT_MOST:g}"
+        raise DesignError(option, f"{option} {what}: at the first iteration and at the last.")
+    return Coefficient(*pair)
 
 
 @dataclass(frozen=True, slots=True)

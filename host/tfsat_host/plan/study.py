@@ -269,7 +269,7 @@ def run_locally(
         progress: Called with the number of samples that were done since its last call.
 
     Raises:
-        TfsatError: a process was ended by somebody else.
+        TfsatError: a process was ended from outside.
     """
     wanted = usable_cores() if workers is None else workers
     count = min(wanted, -(-study.chunks // _WORTH_A_PROCESS))

@@ -73,7 +73,7 @@ def minimize(
         high: (d,).
         settings: The swarm.
         rng: Where its random numbers come from; the same numbers find the same place.
-        progress: Told after each iteration the share that it was.
+        progress: Called after each iteration with the share that it was.
     """
     shape = (len(low), settings.particles)
     floor, ceiling = low[:, None], high[:, None]

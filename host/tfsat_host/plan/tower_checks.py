@@ -144,7 +144,7 @@ def _space(tower: DropTower, envelope: Envelope, fastest: float) -> Iterator[Che
     observed = tower.observed_transversal_velocity_mm_s
     drift = (
         f"The robot may drift sideways at {permissible.paper:.1f} mm/s ({permissible.moment_by_moment:.1f} mm/s when "
-        f"each moment is taken by itself); an earlier drop showed {observed:g} mm/s."
+        f"each moment is taken on its own); an earlier drop showed {observed:g} mm/s."
     )
     yield _check("transversal-velocity", permissible.paper, "at least", observed, "mm/s", drift)
     falling = envelope.t_s <= tower.fall_s + _EXACT

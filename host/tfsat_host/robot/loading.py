@@ -148,7 +148,7 @@ def _pulses(entry: Table) -> PulseMap | None:
         return None
     if missing:
         cure = f"Add {' and '.join(missing)}, or leave out all three: {', '.join(_PULSE_KEYS)}."
-        entry.fail(missing[0], "is missing beside the others that say what pulses do", cure)
+        entry.fail(missing[0], "is missing, though other keys of the pulses are there", cure)
     low_us, high_us = entry.numbers("pulse_range_us", 2)
     if not 0.0 < low_us < high_us:
         entry.fail("pulse_range_us", "is not a range above zero", "Write the shorter pulse first, in us.")

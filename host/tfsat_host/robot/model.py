@@ -124,7 +124,7 @@ class Uncertainty:
             entries would soon leave what a rigid body can have.
         joint_point_m: Of each coordinate of each joint's point.
         joint_axis_rad: Of each axis's direction, about each of two axes perpendicular to it.
-        stroke_rad: Of the angle at which a stroke ends, drawn anew for every stroke.
+        stroke_rad: Of the angle at which a stroke ends, drawn for every stroke.
         stroke_relative: Of a servo's scale, drawn once for a joint: it goes `1 + error` times as far as
             commanded, there and back.
         servo_speed_relative: Of a servo's rate, drawn once for a joint; a share of the rate.

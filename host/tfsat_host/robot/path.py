@@ -67,5 +67,5 @@ def _shipped_folder() -> Path:
 
 
 def _has_bodies(file: Path) -> bool:
-    """Other data files lie beside the robots'; nothing but a robot's has bodies."""
+    """Other data files lie in the same folder; only a robot's has bodies."""
     return re.search(r"^\s*\[\[\s*body\s*\]\]", file.read_text(encoding="utf-8"), re.MULTILINE) is not None
