@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import struct
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from tests.rehearsal.as_filed import dropped
 from tests.sdlog.encoder import renumbered
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import HEADER_BYTES
@@ -45,9 +45,10 @@ class Scenario:
 
 def fly(folder: Path, seed: int) -> Path:
     """One rehearsed drop; the card's file."""
-    command = [sys.executable, "-m", "tfsat_host", "rehearse", "59", "70", "--as-filed", "--seed", str(seed)]
-    subprocess.run([*command, "--out", str(folder)], check=True, capture_output=True)
-    return folder / "SD.bin"
+    folder.mkdir()
+    path = folder / "SD.bin"
+    path.write_bytes(dropped(schedule_maneuver(four_stroke(59.0, 70.0)), seed=seed).card)
+    return path
 
 
 def make(folder: Path) -> list[Scenario]:

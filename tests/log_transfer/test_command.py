@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.cli.process import RunCli
-from tests.emulate.served import Served
-from tests.log_transfer.cut import fetch_and_pull
+from tests.emulate.served import TIMEOUT_S, Served
 from tests.log_transfer.served_robot import LoggerAtPort
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
@@ -210,3 +212,31 @@ def test_the_emulated_robots_card_and_settings_last(tfsat_host: RunCli) -> None:
     assert not list(card.iterdir())
     tfsat_host.json("logger-settings", "--emulated", "set", "--rate", "100")
     assert tfsat_host.json("logger-settings", "show", "--emulated")["settings"]["rate_hz"] == 100
+
+
+def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
+    """Starts to fetch recording 1 and pulls the cable once something of it is there; the error."""
+    command = [sys.executable, "-m", "tfsat_host", "log", "fetch", "1", "--json"]
+    with subprocess.Popen(
+        [*command, "--port", str(logger.served.logger)],
+        cwd=logger.folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as fetching:
+        while fetching.poll() is None and not _begun(part):
+            pass
+        logger.hand("cable logger pull")
+        said, _ = fetching.communicate(timeout=TIMEOUT_S)
+    assert fetching.returncode == 1, said
+    error: dict[str, Any] = json.loads(said)["error"]
+    return error
+
+
+def _begun(part: Path) -> bool:
+    """A block of ours is on the disk."""
+    try:
+        with part.open("rb") as file:
+            return file.read(4) == b"TFS1"
+    except FileNotFoundError:
+        return False

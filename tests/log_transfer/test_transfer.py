@@ -1,27 +1,41 @@
-"""What crosses the cable is what the card holds, to the byte, whatever the cable does to it."""
+"""Recordings and live samples over a cable that loses, spoils and repeats: what arrives is right."""
 
 from __future__ import annotations
 
 import random
+from dataclasses import replace
+from itertools import pairwise
+from typing import cast
 
 import pytest
 
 from tests.log_transfer.bench import Bench
-from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.client import BoardError, Client, board_error
 from tfsat_host.devices.log_transfer import (
     RAM,
     READINGS,
     UNREADABLE_LIMIT,
+    Listing,
     TransferError,
     is_whole,
+    list_logs,
     session_of,
 )
+from tfsat_host.devices.monitoring import StreamMeter
 from tfsat_host.devices.ports import PortError
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.framing import FrameReceiver
 from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.messages import LogPartStream
+from tfsat_host.protocol.messages import (
+    ErrorReply,
+    LiveSampleStream,
+    LogEntry,
+    LogListReply,
+    LogListRequest,
+    LogPartStream,
+)
+from tfsat_host.run.fetched_log import pick
 
 MIB = 2**20
 UNIX_US = 1_790_000_000_123_456
@@ -213,3 +227,67 @@ def test_nothing_is_listed_or_read_while_it_records(bench: Bench) -> None:
         with pytest.raises(BoardError) as refused:
             refused_request()
         assert refused.value.code == ErrorCode.WRONG_STATE
+
+
+_RAM = LogEntry(number=0, session=7, blocks=100, wall_clock_us=0, closed=1)
+
+
+class _WithoutCard:
+    """Answers for RAM, and refuses what needs the card."""
+
+    def __init__(self, code: ErrorCode) -> None:
+        self._code = code
+
+    def request(self, request: LogListRequest, _reply: type[LogListReply]) -> LogListReply:
+        if request.from_number == 0:
+            return LogListReply(found=1, entry=_RAM)
+        raise board_error(ErrorReply(LogListRequest.TYPE, self._code, -1))
+
+
+def _listed(code: ErrorCode) -> Listing:
+    return list_logs(cast(Client, _WithoutCard(code)))
+
+
+def test_ram_is_listed_without_a_card() -> None:
+    listing = _listed(ErrorCode.NO_CARD)
+    assert listing.entries == [_RAM]
+    assert pick(listing, 0) == _RAM
+    with pytest.raises(BoardError) as refused:
+        pick(listing, 1)
+    assert refused.value.code == ErrorCode.NO_CARD, "not: there is no such recording"
+
+
+def test_a_logger_that_records_lists_nothing() -> None:
+    with pytest.raises(BoardError):
+        _listed(ErrorCode.WRONG_STATE)
+
+
+def test_a_thousand_samples_a_second_arrive_without_a_gap(bench: Bench) -> None:
+    settings = bench.logger.settings().settings
+    bench.logger.write_settings(replace(settings, rate_hz=1000))
+    samples: list[LiveSampleStream] = []
+    meter = StreamMeter()
+    with bench.logger.live() as scales:
+        assert scales.rate_hz == 1000
+        while len(samples) < 5000:
+            arrived = bench.logger.live_samples()
+            meter.add(arrived)
+            samples += arrived
+    first = samples[0].index
+    assert [sample.index - first for sample in samples] == list(range(len(samples)))
+    assert {after.time_us - before.time_us for before, after in pairwise(samples)} == {1000}
+    assert (meter.rate_hz, meter.missed) == (1000.0, 0)
+    assert bench.logger.status().late_ticks == 0
+
+
+def test_it_goes_on_beside_a_recording(bench: Bench) -> None:
+    settings = bench.logger.settings().settings
+    bench.logger.write_settings(replace(settings, rate_hz=1000))
+    bench.logger.start_recording()
+    meter = StreamMeter()
+    with bench.logger.live():
+        for _ in range(200):
+            meter.add(bench.logger.live_samples())
+    stopped = bench.logger.stop_recording()
+    assert meter.missed == 0
+    assert stopped.samples_dropped == 0

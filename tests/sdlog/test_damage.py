@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from pathlib import Path
 
@@ -43,9 +44,10 @@ def check(log: DropLog, recorder: Recorder) -> None:
 
 def test_every_truncation(reference: Recorder, tmp_path: Path) -> None:
     data = reference.image()
+    path = write(tmp_path / "SD.bin", data)
     verdicts = []
-    for size in range(len(data)):
-        path = write(tmp_path / "SD.bin", data[:size])
+    for size in reversed(range(len(data))):
+        os.truncate(path, size)
         try:
             log = load(path)
         except LogError as error:
@@ -55,7 +57,7 @@ def test_every_truncation(reference: Recorder, tmp_path: Path) -> None:
         check(log, reference)
         assert log.verdict == "truncated"
         verdicts.append(log.verdict)
-    assert verdicts == ["refused"] * 1024 + ["truncated"] * (len(data) - 1024)
+    assert verdicts == ["truncated"] * (len(data) - 1024) + ["refused"] * 1024
 
 
 def test_every_flipped_bit(reference: Recorder, tmp_path: Path) -> None:

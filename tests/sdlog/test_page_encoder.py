@@ -1,7 +1,10 @@
-"""A log encoded as docs/log-format.md says is accepted as complete, and read as it was meant."""
+"""A log encoded as docs/log-format.md says is complete, and read as it was meant; the page's own reader too."""
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +12,7 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.sdlog import page_encoder
+from tests.sdlog.encoder import recording as encoded
 from tests.sdlog.page_encoder import LANDING, RELEASE, REWRITTEN, STROKE, SWITCH_EDGE, Event, Sample, encode
 from tfsat_host.sdlog import load
 
@@ -128,3 +132,18 @@ def test_an_end_takes_the_number_of_a_header(tmp_path: Path) -> None:
     log = load(path)
     assert path.stat().st_size == 9 * 512
     assert (log.verdict, log.doubts, len(log.t_us)) == ("complete", (), 7 * 6)
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "log-format.md"
+
+
+def test_it_prints_every_sample(tmp_path: Path) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    path = tmp_path / "SD.bin"
+    path.write_bytes(encoded().image())
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
+    log = load(path)
+    lines = [list(map(int, line.split())) for line in done.stdout.splitlines()]
+    assert [line[0] for line in lines] == log.t_us.tolist()
+    assert [line[2:30] for line in lines] == log.imu_counts.reshape(len(log), 28).tolist()
+    assert [line[30:] for line in lines] == log.angle_counts.tolist()

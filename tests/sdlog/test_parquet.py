@@ -1,4 +1,4 @@
-"""Parquet, read back by pyarrow's own reader and as `tfsat-host decode` makes it."""
+"""Parquet, read back with pyarrow; and a format whose library is not installed says what to install."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ from pyarrow import parquet
 from tests.cli.process import RunCli
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
 from tests.sdlog.test_values import write
+from tfsat_host.run.decoded import FORMATS, write_decoded
 from tfsat_host.sdlog import DropLog, export_tables, load
+from tfsat_host.sdlog import errors as extras
 from tfsat_host.sdlog.droplog import flag_columns, physical_columns
+from tfsat_host.sdlog.errors import MissingExtraError
 from tfsat_host.sdlog.export_tables import METADATA_KEY, write_events_parquet, write_parquet
 from tfsat_host.sdlog.summary import metadata
 
@@ -144,3 +147,20 @@ def test_decode_writes_both_files_and_knows_its_own_again(tfsat_host: RunCli) ->
     (tfsat_host.folder / "SD.parquet").write_bytes(b"somebody's")
     refused = tfsat_host("decode", "SD.bin", "--format", "parquet", expect=1)
     assert "not made by this command" in refused.stderr
+
+
+@pytest.mark.parametrize("name", ["parquet", "mcap"])
+def test_missing_extra(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(extras.MODULES, name, ("a_module_that_nobody_has",))
+    log = load(write(tmp_path / "SD.bin", recording(2).image()))
+    with pytest.raises(MissingExtraError) as caught:
+        write_decoded(log, tmp_path / "SD", ("csv", name), force=False)
+    assert caught.value.next_step == f"In tfsat's folder: python -m pip install '.[{name}]'"
+    assert [path.name for path in tmp_path.iterdir()] == ["SD.bin"]
+    # Formats that need nothing can be written, and looking for what stands there needs no extra either.
+    write_decoded(log, tmp_path / "SD", [other for other in FORMATS if other != name], force=False)
+
+
+def test_every_module_of_an_extra_is_installed_here() -> None:
+    for name in extras.MODULES:
+        extras.check_extra(name)

@@ -1,5 +1,5 @@
 // The release detector judges by when the edges came, not by how often the main loop came round. What the rule makes
-// of edges is held against the decoder's in tests/sdlog/test_release_rule.py; here: loops, clocks, levels, counts.
+// of edges is held against the decoder's in tests/sdlog/test_release.py; here: loops, clocks, levels, counts.
 #include <algorithm>
 
 #include "bench.h"

@@ -306,9 +306,9 @@ def _table(reading: Reading, status: LoggerStatusReply) -> tuple[str, ...]:
 
 def _body(number: int, body: BodyRate, idle: str | None) -> str:
     silent = "NO DATA" if idle else "MISSING"
-    said = silent if not body.valid else "CLIPPED" if body.clipped else "ok"
+    shown = silent if not body.valid else "CLIPPED" if body.clipped else "ok"
     rates = [f"{rate:+.1f}" if body.valid else "–" for rate in body.rate_deg_s]
-    return _BODY.format(number, *rates, said)
+    return _BODY.format(number, *rates, shown)
 
 
 def _sensor(sensor: JointReading) -> str:

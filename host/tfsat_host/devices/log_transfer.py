@@ -64,7 +64,7 @@ def recording_name(number: int) -> str:
 
 
 def copy_name(entry: LogEntry) -> str:
-    """The name that a fetched copy gets: the card's; that of RAM tells its session."""
+    """The name that a fetched copy gets: the card's; that of RAM has its session in it."""
     return f"RAM-{entry.session:08x}.BIN" if entry.number == RAM else recording_name(entry.number)
 
 

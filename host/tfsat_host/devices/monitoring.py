@@ -34,7 +34,7 @@ _TURN_DEG = 360.0
 
 @dataclass(frozen=True, slots=True)
 class BodyRate:
-    """What a body's gyro says.
+    """A body's gyro.
 
     Attributes:
         rate_deg_s: About x, y, z of the sensor, as read: bias and mounting are not corrected.
@@ -49,7 +49,7 @@ class BodyRate:
 
 @dataclass(frozen=True, slots=True)
 class JointReading:
-    """What an absolute angle sensor says.
+    """An absolute angle sensor.
 
     Attributes:
         joint: From 1.

@@ -32,7 +32,7 @@ _DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "
 
 
 def clock_words(unix_us: int) -> str:
-    """A time of day by this computer's time zone; a dash where nobody has set it."""
+    """A time of day by this computer's time zone; a dash where it was never set."""
     if not unix_us:
         return UNKNOWN
     return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"
@@ -91,7 +91,7 @@ class Copy:
         fetched: By this command; otherwise it was there already, unchanged.
         resumed_blocks: Blocks that an earlier attempt had fetched.
         outcome: What became of its blocks.
-        facts: What decoding says; empty where nothing can be decoded.
+        facts: The decoded summary; empty where nothing can be decoded.
         warnings: What is lost or doubtful.
     """
 
@@ -256,7 +256,7 @@ def fetch(logger: LoggerClient, entry: LogEntry, target: Path, out: Output, *, f
 
 @contextmanager
 def _kept_on_failure(partial: PartialLog, entry: LogEntry, out: Output) -> Iterator[Callable[[], None]]:
-    """Gives what counts blocks; says of any end before the last that they are kept."""
+    """Gives a function that counts blocks; an end before the last one is reported with those that are kept."""
     have = partial.present_blocks
 
     def count() -> None:

@@ -1,6 +1,6 @@
-"""The undamaged blocks of a file, told from everything else that it can hold, and where they stand.
+"""The undamaged blocks of a file, separated from everything else that it can hold, and where they are.
 
-Where they stand is kept as pieces: a recording of hours is a handful of them.
+Their places are kept as pieces: a recording of hours is a handful of them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE, HEADER_BYTES
 from .errors import LogError
 
 LATEST_TIME_US = 1 << 60
-"""A logger's clock cannot show more; a block that says so is not believed."""
+"""A logger's clock cannot show more; a block with a later time is not believed."""
 
 MAGIC = BLOCK_MAGIC.to_bytes(4, "little")
 HEAD = np.dtype(BLOCK_HEADER_DTYPE)

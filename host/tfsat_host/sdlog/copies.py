@@ -25,11 +25,11 @@ _BEST = np.dtype(
         ("position", "<i8"),
         ("sample_count", "<i2"),
         ("crc", "<u4"),
-        ("seen", "<i8"),
+        ("found", "<i8"),
         ("same", "<i8"),
     ]
 )
-"""The best block of a number so far, how many were seen with that number, and how many like it."""
+"""The best block of a number so far, how many have that number, and how many like it."""
 
 
 def take_each_number_once(source: LogSource, pieces: NDArray[np.void]) -> tuple[NDArray[np.void], int, int]:
@@ -154,17 +154,17 @@ def _settle(source: LogSource, rivals: NDArray[np.void]) -> tuple[NDArray[np.voi
         best["crc"][better_at] = crcs[better]
         # No block before was equal to one with more samples.
         best["same"][better_at] = 0
-        np.add.at(best["seen"], at, 1)
+        np.add.at(best["found"], at, 1)
         np.add.at(best["same"], at[crcs == best["crc"][at]], 1)
     taken = np.empty(len(best), PIECE)
     taken["position"], taken["number"] = best["position"], best["number"]
     taken["count"], taken["session"] = 1, rivals["session"][0]
     same = int(best["same"].sum())
-    return joined(taken), same - len(best), int(best["seen"].sum()) - same
+    return joined(taken), same - len(best), int(best["found"].sum()) - same
 
 
 def _one_each(parts: NDArray[np.void]) -> NDArray[np.void]:
-    """A place for the best block of each number, by number; (n,) of _BEST, nothing seen yet."""
+    """A place for the best block of each number, by number; (n,) of _BEST, none found yet."""
     parts = _two_of_each(parts)
     parts = parts[np.argsort(parts["number"], kind="stable")]
     low = parts["number"]

@@ -50,7 +50,7 @@ class DropLog:
         chosen_by: Why this one of them was decoded: `only one`, `asked for`, `time of day` (the newest by
             the headers) or `place` (the first of the file).
         header: Scales, ranges, sensors, versions (`tfsat_host.protocol.messages.LogHeader`); who_am_i of an IMU that
-            did not answer when the recording began is what it said later on.
+            did not answer when the recording began is what it answered later on.
         header_is_copy: The first block was lost and a repetition of the header was used.
         header_time_us: The logger's clock when that header was written.
         footer: Written at a clean stop; None without one.
@@ -124,7 +124,7 @@ class DropLog:
 
     @property
     def release_uncertainty_us(self) -> int | None:
-        """The most by which `release_us` can be wrong; 0 if its edges tell it, None without a release."""
+        """The most by which `release_us` can be wrong; 0 if its edges give it, None without a release."""
         return self.release.uncertainty_us if self.release else None
 
     @property
@@ -137,7 +137,7 @@ class DropLog:
 
     @property
     def unix_offset_us(self) -> int | None:
-        """Unix time less the logger's clock; None if no host had told the logger the time of day."""
+        """Unix time less the logger's clock; None if no host had set the logger's time of day."""
         return self.header.wall_clock_us - self.header_time_us if self.header.wall_clock_us else None
 
     @property
@@ -185,7 +185,7 @@ class DropLog:
 
     @property
     def rate_hz(self) -> float:
-        """Sampling rate achieved, lost samples counted; NaN when it cannot be told."""
+        """Sampling rate achieved, lost samples counted; NaN when there is no time between samples."""
         if self.duration_s <= 0:
             return float("nan")
         return int(self.sample_index[-1] - self.sample_index[0]) / self.duration_s
@@ -201,7 +201,7 @@ class DropLog:
 
 
 def rows_of(log: DropLog, rows: slice) -> DropLog:
-    """Some rows of a log's columns, on the same scale of time; what is said of all of it stays."""
+    """Some rows of a log's columns, on the same scale of time; what holds for all of it stays."""
     columns: dict[str, Any] = {name: getattr(log, name)[rows] for name in _BY_SAMPLE}
     part = replace(log, **columns)
     # Without a release a log counts from its own first sample.

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
@@ -55,11 +54,6 @@ _INFO_FIELDS = (
     "release_uncertainty_us",
     "t_s_origin",
 )
-
-
-def si_columns(log: DropLog) -> dict[str, NDArray[Any]]:
-    """Name (with unit) to column; shapes as documented at `DropLog`."""
-    return {name: getattr(log, name) for name in _COLUMNS}
 
 
 def write_npz(log: DropLog, path: Path) -> None:

@@ -202,7 +202,7 @@ def _writer(
 ) -> Iterator[Any]:
     """A writer of the columns, which adds the metadata at its end.
 
-    Without Arrow's own copy of the schema: Parquet's types say it all, and the metadata would stand twice.
+    Without Arrow's own copy of the schema: Parquet's types are enough, and the metadata would be there twice.
     """
     from pyarrow import parquet
 

@@ -33,7 +33,7 @@ def invalidate_by_events(
 ) -> None:
     """Clear the validity, in place, of the samples during which an output stood still, or may have had other scales.
 
-    The logger marks an IMU invalid only from the sample on at which it is certain; the event says for how many µs
+    The logger marks an IMU invalid only from the sample on at which it is certain; the event gives for how many µs
     before it the output had not changed by one bit, or since when a part that wakes up measuring had not shown its
     settings. An IMU that sleeps after a reset, and one that failed before it ran, has a value of 0.
 
@@ -81,7 +81,7 @@ def invalidate_exchanged(
 def invalidate_repeated(
     imu: NDArray[np.int16], index: NDArray[np.int64], t_us: NDArray[np.int64], imu_valid: NDArray[np.bool_]
 ) -> None:
-    """Clear the validity, in place, of readings that an IMU repeated, whether or not an event says so.
+    """Clear the validity, in place, of readings that an IMU repeated, whether or not there is an event.
 
     The event may be in a lost block, or the power may have gone before the logger was certain. So it is
     the logger's rule (`FreezeWatch`): FROZEN_READINGS equal readings or more over FROZEN_US, unless all

@@ -22,7 +22,7 @@ _WALL_CLOCK_AT: int = _FIELDS["wall_clock_us"][1]
 WALL_CLOCK = slice(_WALL_CLOCK_AT, _WALL_CLOCK_AT + 8)
 """Where it stands in a header; all other bytes are the same in every copy, but it may be set while recording."""
 MPU_6050 = next(iter(IMU_PARTS))
-"""What an IMU is taken for that did not say what it is, where no other one did."""
+"""What an IMU is taken for that did not answer, where no other one did."""
 _FULL_SCALE_COUNTS = 32768
 _SCALE_TOLERANCE = 0.05
 _RATE_HZ = (0.1, 8000.0)
@@ -91,14 +91,14 @@ def _understand(payload: bytes) -> tuple[LogHeader | None, str]:
 
 
 def parts_of(who_am_i: Sequence[int]) -> tuple[ImuPart, ...]:
-    """What each IMU is; one that did not say it is what most others are, for they are bought together."""
+    """What each IMU is; one that did not answer is what most others are, for they are bought together."""
     known = Counter(one for one in who_am_i if one in IMU_PARTS)
     likely = known.most_common(1)[0][0] if known else MPU_6050
     return tuple(IMU_PARTS.get(one, IMU_PARTS[likely]) for one in who_am_i)
 
 
 def temperature_scales(header: LogHeader) -> list[tuple[float, float]]:
-    """Of each IMU: counts a °C, and °C at 0. Its part tells them, and of an MPU-6050 the header."""
+    """Of each IMU: counts a °C, and °C at 0. Its part has them, and for an MPU-6050 the header."""
     own = (header.temperature_lsb_per_c, header.temperature_offset_c)
     return [
         own if part.who_am_i == MPU_6050 else (part.temperature_lsb_per_c, part.temperature_offset_c)

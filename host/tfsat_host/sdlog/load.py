@@ -40,7 +40,7 @@ class Survey(NamedTuple):
     Attributes:
         pieces: All usable blocks, in the order of the file; (k,) of PIECE.
         unusable: The others, counted by reason.
-        census: What was seen of each recording.
+        census: What each recording has.
         early: What was decoded in passing; None if nothing was.
     """
 
@@ -61,7 +61,7 @@ def load(
         path: The file.
         session: Id of the recording to decode. Without it, of several in the file the newest: by the time
             of day in the headers where every unbroken one has it, else the one that stands first;
-            `DropLog.chosen_by` says which rule it was, `DropLog.recordings` what else there is.
+            `DropLog.chosen_by` is that rule, `DropLog.recordings` what else there is.
         progress: Called again and again while the file is read, with the share of it that was read since
             the call before (the shares come to 1).
 

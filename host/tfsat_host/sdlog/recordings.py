@@ -1,8 +1,8 @@
 """The recordings that a file holds, which of them is the newest, and which blocks it is made of.
 
-Where the time of day does not tell the newest recording, its place does: the logger writes a recording from the
-start of its file, over whatever an older recording left there. The middle (median) position of its blocks decides,
-because a single old block may survive at the very start where a write was lost.
+Where the time of day does not decide which recording is the newest, its place does: the logger writes a recording
+from the start of its file, over whatever an older recording left there. The middle (median) position of its blocks
+decides, because a single old block may survive at the very start where a write was lost.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Recording:
 
     Attributes:
         session: Its random id.
-        started_unix_us: Time of day of its first block that is there; None if no header tells it.
+        started_unix_us: Time of day of its first block that is there; None if no header has it.
         samples: In its blocks, second copies counted too.
         blocks: Likewise.
         is_unbroken: Every block from number 0 to the last one is there.
@@ -180,7 +180,7 @@ def assemble(
         source: The file; read again only where blocks of one number compete.
         pieces: All usable blocks, as they stand in the file.
         unusable: The other blocks, counted by reason.
-        census: What was seen of each recording.
+        census: What each recording has.
         session: The recording asked for.
 
     Raises:

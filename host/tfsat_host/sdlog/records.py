@@ -60,7 +60,7 @@ class Footers:
     Attributes:
         last: None if there is none, or none that can be understood.
         last_number: Its block number.
-        differ: There are several and they say different things.
+        differ: There are several and they differ.
         not_understood: Footers with a right CRC and impossible contents.
     """
 
@@ -89,7 +89,7 @@ class RecordsBuilder:
     Attributes:
         headers: Of all header blocks.
         footers: Likewise.
-        ledger: What the blocks' numbers say.
+        ledger: What the blocks' numbers show.
     """
 
     def __init__(self, most_blocks: int) -> None:

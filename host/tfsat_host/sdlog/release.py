@@ -147,7 +147,7 @@ def find_release(
 
 
 def _is_false(release: RuledRelease, events: Sequence[DropEvent]) -> bool:
-    """Whether both switches closed again before the landing, which ends what they say, and before a stroke.
+    """Whether both switches closed again before the landing, which ends what they mean, and before a stroke.
 
     Strokes that were flown count from it, whatever became of the robot.
     """
@@ -174,7 +174,7 @@ def _state_at_start(edges: Sequence[SwitchEdge], first_us: int, is_open: NDArray
 def _choose(
     releases: list[int], events: Sequence[DropEvent], tolerance_us: int
 ) -> tuple[int | None, int | None]:
-    """Until when the release must have been, None if nothing tells; and the release."""
+    """Until when the release must have been, None if unknown; and the release."""
     stroke_us = next((event.t_us for event in events if event.name == "stroke"), None)
     landing_us = next((event.t_us for event in events if event.name == "landing"), None)
     if stroke_us is None:
@@ -195,7 +195,7 @@ def _last_before(believed: Sequence[int], latest_us: int | None) -> int | None:
 
 
 def _lost_before_edges(events: Sequence[DropEvent]) -> list[Span]:
-    """Where the logger says that edges came too fast to be kept."""
+    """Where edges came too fast for the logger to keep."""
     stamped = [event for event in events if event.name in ("switch_edge", "stroke")]
     spans = []
     for i, event in enumerate(stamped):
@@ -238,7 +238,7 @@ def _unrecorded(
 def _rows_beside_changes(t_us: NDArray[np.int64], switch_open: NDArray[np.bool_]) -> NDArray[np.int64] | None:
     """The samples on both sides of each change of a switch, few of millions; None where time goes back.
 
-    With those beside recorded edges they tell all that the samples can tell.
+    With those around recorded edges they hold all that the samples know of the switches.
     """
     changes = [np.zeros(1, np.int64)]
     for begin in range(0, len(t_us) - 1, _ROWS_AT_A_TIME):
@@ -298,7 +298,7 @@ def _window(release_us: int, edges: list[SwitchEdge], start: int, unseen: list[S
 
 
 def _is_chatter(span: Span, release_us: int) -> bool:
-    """Too short to hide a closing, and after both were first seen open: it cannot move the release."""
+    """Too short to hide a closing, and after both were open for the first time: it cannot move the release."""
     first_us, last_us = span
     short = last_us - first_us < RELEASE_DEBOUNCE_US
     return short and first_us >= release_us and last_us - release_us <= RELEASE_BOUNCE_US

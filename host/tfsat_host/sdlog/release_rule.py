@@ -38,8 +38,8 @@ class RuledRelease:
         first_us: Both were open for the first time, at most RELEASE_CHATTER_US before the last.
         last_us: And for the last time before the interval was settled.
         hung: The robot may have hung between the two.
-        certain_us: When the rule tells it; None before.
-        false_us: When the rule tells that it was a false one; None if it was none.
+        certain_us: When the rule decides it; None before.
+        false_us: When the rule decides that it was a false one; None if it was not.
     """
 
     at_us: int
@@ -57,7 +57,7 @@ class RuledRelease:
 
 
 def releases_by_rule(edges: Sequence[SwitchEdge], start: int, end_us: int) -> list[RuledRelease]:
-    """All releases by the rule, false ones included; armed anew when both have been closed.
+    """All releases by the rule, false ones included; watched for again when both have been closed.
 
     Args:
         edges: By time.
@@ -122,7 +122,7 @@ def compared(
     """Leave out what was revoked; where edges are lost, take the time that the logger recorded.
 
     A recorded release whose edges are not in the log counts if they may be lost. If they cannot be, it
-    contradicts the edges: they stand, and the caller says so.
+    contradicts the edges: they stand, and the caller reports it.
 
     Args:
         ruled: Releases by the switch edges, by time.
@@ -150,7 +150,7 @@ def compared(
         before = bisect_right(starts, time_us)
         if not before or reach[before - 1] < time_us:
             continue
-        # Its edges are lost: what shows it is the first that was seen again, unless that is another's.
+        # Its edges are lost: what shows it is the first edge after the loss, unless that is another's.
         i = bisect_left(ruled, time_us)
         if i < len(ruled) and ruled[i] <= reach[before - 1] + RELEASE_CHATTER_US:
             left[i] = None

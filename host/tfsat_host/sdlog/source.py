@@ -104,7 +104,7 @@ class LogSource:
         return bytes(self.read_into(memoryview(bytearray(size)), whole))
 
     def _next_written(self, block: int) -> int:
-        """The first block from `block` on that is no hole, as far as the system can tell."""
+        """The first block from `block` on that is no hole, as far as the system knows."""
         if not hasattr(os, "SEEK_DATA") or block >= self.block_count:
             return block
         try:
