@@ -1,4 +1,4 @@
-"""When tfsat itself is wrong: keeps the traceback in a file and says where."""
+"""A bug of tfsat: its traceback goes into a file, which the error names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tfsat_host.errors import TfsatError
 
 
 def bug_error(error: Exception, argv: Sequence[str]) -> TfsatError:
-    """The words for an exception that nobody foresaw; its traceback goes into a file."""
+    """The error for an unforeseen exception; its traceback goes into a file."""
     text = "".join(
         [
             f"tfsat-host {__version__}, Python {platform.python_version()}, {platform.platform()}\n",

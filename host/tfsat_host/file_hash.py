@@ -1,4 +1,4 @@
-"""What tells whether a file is still the one that it was."""
+"""Whether a file is still the one that it was."""
 
 from __future__ import annotations
 

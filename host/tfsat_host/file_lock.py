@@ -25,7 +25,7 @@ def one_at_a_time(lock: Path, what: str, *, patience_s: float = PATIENCE_S) -> I
 
     Args:
         lock: An empty file that is made, and removed afterwards; a system that cannot remove open files keeps it. One
-            that a killed program left behind stops nobody.
+            that a killed program left is free.
         what: What the lock is of, for the error: `the record of RUN`.
         patience_s: How long to wait for another one.
 
@@ -86,7 +86,7 @@ else:
             return False
 
     def _let_go(file: IO[bytes], lock: Path) -> None:
-        """Removed while it is held: nobody can hold the same file and another one of its name."""
+        """Removed while it is held: no program can hold the same file and another one of its name."""
         with suppress(OSError):
             lock.unlink()
         fcntl.flock(file, fcntl.LOCK_UN)

@@ -126,7 +126,7 @@ def jsonable(value: Any) -> Any:
 def error_as_dict(error: TfsatError) -> dict[str, Any]:
     """For `--json`; `code` is a stable name where the error has one, `number` that of a board's refusal.
 
-    An error's `details`, where it has some, stand beside them.
+    An error's `details`, where it has some, are added.
     """
     shown: dict[str, Any] = {
         "what": error.what,

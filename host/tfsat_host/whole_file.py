@@ -16,30 +16,30 @@ def write_whole(path: Path, data: bytes) -> None:
     Raises:
         OSError: it cannot be written; it names `path`, which is as before.
     """
-    fill_whole(path, lambda beside: beside.write_bytes(data))
+    fill_whole(path, lambda temporary: temporary.write_bytes(data))
 
 
 def fill_whole(path: Path, fill: Callable[[Path], object]) -> None:
-    """Like `write_whole`, for contents that something else writes: `fill` is given a new file beside `path`.
+    """Like `write_whole`, for contents that something else writes: `fill` is given a new file in the same folder.
 
     Raises:
         OSError: it cannot be written; it names `path`, which is as before. What else `fill` raises passes likewise.
     """
     target = Path(os.path.realpath(path))
-    beside = None
+    temporary = None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        beside = new_file_beside(target)
-        fill(beside)
-        with beside.open("r+b") as file:
+        temporary = new_file_beside(target)
+        fill(temporary)
+        with temporary.open("r+b") as file:
             os.fsync(file.fileno())
-        beside.chmod(0o666 & ~_umask())
-        beside.replace(target)
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(target)
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        if beside is not None:
-            beside.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
 
 
 def new_file_beside(path: Path, folder: Path | None = None) -> Path:

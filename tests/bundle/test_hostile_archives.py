@@ -203,6 +203,8 @@ def test_the_manifest_must_name_exactly_what_is_there(tmp_path: Path) -> None:
     assert "does not name: run/more" in refused(tmp_path, packed(more, manifest_of(GOOD)))
     said = refused(tmp_path, packed(less, manifest_of(GOOD)))
     assert "lacks files that its manifest names: robot/drop_tower.toml, run/maneuver.toml" in said
+    longer = packed(GOOD | {"run/SD.bin": RAW + b"x"}, manifest_of(GOOD))
+    assert "601 bytes; its manifest says 600" in refused(tmp_path, longer)
     assert "has no manifest.json" in refused(tmp_path, zip_of([("run/SD.bin", RAW)]))
     assert "'run/SD.bin', which is not in it" in refused(tmp_path, packed({"other": b"x"}))
 

@@ -53,7 +53,7 @@ def explained(board: SequencerClient | LoggerClient, args: argparse.Namespace) -
 
 @contextmanager
 def offering_emulated() -> Iterator[None]:
-    """Adds to "no board found": only for commands of which nobody could think that they had reached the robot."""
+    """Adds to "no board found": only for commands that are not mistaken for having reached the robot."""
     from tfsat_host.devices.ports import PortError, PortProblem
 
     try:

@@ -66,7 +66,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def completion_script(shell: str) -> str:
-    """The script for one of `SHELLS`, from what the parser of every command says of itself."""
+    """The script for one of `SHELLS`, from the parsers of all commands."""
     import shtab
 
     from tfsat_host.cli.main import HELPS, parser_with

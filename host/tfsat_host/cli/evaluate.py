@@ -81,7 +81,7 @@ def _show(run: EvaluatedRun, out: Output) -> None:
     held = "none"
     when = "at an unknown time of day" if run.recorded is None else f"{run.recorded:%Y-%m-%d %H:%M:%S} UTC"
     if run.held is not None:
-        held = f"{run.held.path}, which {'does not hold as it is' if run.held.said else 'holds'}"
+        held = f"{run.held.path}, which {'does not hold as it is' if run.held.objections else 'holds'}"
     recording = f"{run.files.recording}, {run.found.log.session:08x}, released {when}"
     maneuver = "unknown" if run.files.maneuver is None else str(run.files.maneuver)
     sources = (("Calibrated", held), ("Maneuver", maneuver))

@@ -98,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _dispatch(argv, out)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader of a pipe has gone: nothing can be said any more, not even by the interpreter at exit.
+        # The reader of a pipe has gone: nothing can be printed any more, not even by the interpreter at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return TfsatError.exit_code
     return code

@@ -1,4 +1,4 @@
-"""What can be said of a drop that is to be evaluated, for every command that evaluates one."""
+"""Options of a drop that is to be evaluated, for every command that evaluates one."""
 
 from __future__ import annotations
 

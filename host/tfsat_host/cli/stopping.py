@@ -43,7 +43,7 @@ def stop_wish(*, before_suspension: bool = False) -> Iterator[StopWish]:
     """Gives the user's wish to stop.
 
     Args:
-        before_suspension: Ctrl-Z is such a wish as well, for what must not go on while nobody watches it.
+        before_suspension: Ctrl-Z is such a wish as well, for what must not go on unattended.
     """
     wish = StopWish()
     numbers = [*_SIGNALS, _SUSPEND] if before_suspension and _SUSPEND is not None else _SIGNALS

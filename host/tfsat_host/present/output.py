@@ -1,4 +1,4 @@
-"""What a command says, and where: results to stdout, everything else to stderr.
+"""What a command prints, and where: results to stdout, everything else to stderr.
 
 Nothing here imports Rich until something is shown that needs it, and nothing is coloured unless the
 stream is a terminal (and NO_COLOR is unset).
@@ -112,7 +112,7 @@ class Output:
 
     @contextlib.contextmanager
     def live(self, *, diagnostic: bool = False) -> Iterator[Callable[[RenderableType], None] | None]:
-        """A view on stdout (stderr if `diagnostic`) that each call of the function draws anew in its place.
+        """A view on stdout (stderr if `diagnostic`) that each call of the function draws again in its place.
 
         Gives None where lines are wanted instead: the stream is no terminal, or `--json`.
         """

@@ -1,4 +1,4 @@
-"""Tables that no terminal is too narrow for: words stay whole, and what does not fit beside goes below."""
+"""Tables that no terminal is too narrow for: words stay whole, and what does not fit in a row goes below."""
 
 from __future__ import annotations
 

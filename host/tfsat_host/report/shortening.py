@@ -114,7 +114,7 @@ def _significant(value: float | None) -> float | None:
 
 def _clean(part: Any) -> Any:
     """What JSON can hold: finite numbers of Python's own kinds, strings of a length that can be read."""
-    if type(part) is float:  # nearly all of it, and told apart at once
+    if type(part) is float:  # nearly all of it, and the quickest check
         return part if math.isfinite(part) else None
     if part is None or isinstance(part, int):
         return part

@@ -28,7 +28,7 @@ __all__ = ["EvaluationOptions", "Run"]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One drop: its recording, what lies beside it, and what else is known.
+    """One drop: its recording, the files with it, and what else is known.
 
     Attributes:
         place: The folder, or the recording in it.

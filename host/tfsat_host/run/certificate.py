@@ -35,19 +35,19 @@ _NO_CLOCK = datetime(2020, 1, 1, tzinfo=UTC)
 
 
 @dataclass(frozen=True, eq=False)
-class HeldAgainst:
-    """A certificate beside a recording.
+class CheckedCertificate:
+    """A certificate, checked against a recording.
 
     Attributes:
         path: Of the certificate that held at the release.
-        calibration: What it says; where nobody knows when the recording was, without the landing that ended it.
-        said: What stands against using it for the recording, a sentence or two each.
+        calibration: Its contents; where the time of the recording is unknown, without the landing that ended it.
+        objections: What stands against using it for the recording, a sentence or two each.
         facts: For `--json`.
     """
 
     path: Path
     calibration: Calibration
-    said: list[str]
+    objections: list[str]
     facts: dict[str, Any]
 
 
@@ -67,7 +67,9 @@ def is_of_robot(calibration: Calibration, origin: Origin) -> bool:
     return not of_another_robot(calibration.subject, origin)
 
 
-def hold_against(log: DropLog, file: Path, notified: Notices = SILENT, *, servos: bool = True) -> HeldAgainst:
+def hold_against(
+    log: DropLog, file: Path, notified: Notices = SILENT, *, servos: bool = True
+) -> CheckedCertificate:
     """Holds a certificate against a recording; the recording's landing is written into it.
 
     Args:
@@ -93,11 +95,11 @@ def hold_against(log: DropLog, file: Path, notified: Notices = SILENT, *, servos
         )
     recorded = time_of_day(log, log.origin_us)
     calibration = used.calibration if recorded else _without_landing_of(log, used.calibration)
-    said = notices(calibration, origin, file, recorded, servos=servos)
+    objections = notices(calibration, origin, file, recorded, servos=servos)
     if recorded is None and is_of_robot(calibration, origin):
-        said.append(_NO_TIME)
-    facts = as_json(calibration, used.path, said, recorded, into=file, servos=servos)
-    return HeldAgainst(used.path, calibration, said, facts)
+        objections.append(_NO_TIME)
+    facts = as_json(calibration, used.path, objections, recorded, into=file, servos=servos)
+    return CheckedCertificate(used.path, calibration, objections, facts)
 
 
 def time_of_day(log: DropLog, logger_us: int | None) -> datetime | None:
@@ -117,7 +119,7 @@ def note_landing_of(
     notified: Notices = SILENT,
     now: datetime | None = None,
 ) -> None:
-    """Writes the landing of a recording into a certificate, once, and says so, or why not.
+    """Writes the landing of a recording into a certificate, once, and gives notice of it, or why not.
 
     `now` is when the certificate is written; None: as the computer's clock says.
     """
@@ -161,7 +163,7 @@ def _without_landing_of(log: DropLog, calibration: Calibration) -> Calibration:
 
 
 def _landing_of(log: DropLog) -> datetime | None:
-    """When the robot hit the ground; None where the recording does not tell the time of day, or no release.
+    """When the robot hit the ground; None where the recording has no time of day, or no release.
 
     The landing that the logger recorded after the release, else the end of the fall as the tower has it.
     """
@@ -172,7 +174,7 @@ def _landing_of(log: DropLog) -> datetime | None:
 
 
 def _landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
-    """The landing, and what is to be said of its time.
+    """The landing, and how its time is known.
 
     Without a time of day it was not later than the file: whatever was measured before that counts as before it.
     """
@@ -187,7 +189,7 @@ def _landing(log: DropLog, now: datetime) -> tuple[Landing, str]:
 
 
 def _latest(path: Path, now: datetime) -> tuple[datetime, str]:
-    """When the file was written, or now if it does not tell."""
+    """When the file was written, or now if it has no date."""
     try:
         written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     except (OSError, OverflowError, ValueError):  # a date that no calendar has

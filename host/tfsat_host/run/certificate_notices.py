@@ -43,7 +43,7 @@ def notices(
 
     Args:
         calibration: As it was read.
-        origin: Whose sensors it would be used for; None: nobody knows.
+        origin: Whose sensors it would be used for; None: not known.
         file: The certificate that further steps are to go into.
         before: When its samples were taken: later landings do not matter, but what was measured after one may
             have been otherwise. None: now.
@@ -52,7 +52,7 @@ def notices(
     """
     if origin is not None and (other := _of_another_robot(calibration, origin)):
         return [other]
-    said = [] if origin is None else _of_other_imus(calibration, origin)
+    objections = [] if origin is None else _of_other_imus(calibration, origin)
     options = command_options(file, emulated=calibration.subject.emulated)
     shortcomings = _shortcomings(calibration, before, servos=servos)
     for reason, words in (
@@ -62,20 +62,20 @@ def notices(
         lacking = [one for one in shortcomings if one.reason == reason]
         if lacking:
             commands = _commands((one.command for one in lacking), options)
-            said.append(f"{words} {_listed([one.name for one in lacking])}. To measure: {commands}")
+            objections.append(f"{words} {_listed([one.name for one in lacking])}. To measure: {commands}")
     later = [] if before is None else _measured_after_a_landing(calibration, before)
     if later:
-        said.append(
+        objections.append(
             f"Measured only after the landing that followed, which may have changed it: {_listed(later)}. "
             "A calibration from before the drop says more."
         )
-    return said + _of_the_future(calibration, file, now or datetime.now(UTC))
+    return objections + _of_the_future(calibration, file, now or datetime.now(UTC))
 
 
 def as_json(
     calibration: Calibration,
     file: Path,
-    said: list[str],
+    objections: list[str],
     before: datetime | None = None,
     into: Path | None = None,
     *,
@@ -85,11 +85,11 @@ def as_json(
     options = command_options(into or file, emulated=calibration.subject.emulated)
     return {
         "file": str(file),
-        "usable": not said,
+        "usable": not objections,
         "shortcomings": [
             _shortcoming_as_json(one, options) for one in _shortcomings(calibration, before, servos=servos)
         ],
-        "sentences": said,
+        "sentences": objections,
     }
 
 
@@ -146,12 +146,12 @@ def _of_the_future(calibration: Calibration, file: Path, now: datetime) -> list[
     if not early:
         return []
     last = max(one.taken for one in early if one.taken is not None)
-    anew = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
+    another = command_options(file.with_name(f"{file.stem}-anew.toml"), emulated=calibration.subject.emulated)
     return [
         f"{_listed([one.name for one in early])} {'was' if len(early) == 1 else 'were'} measured in the future "
         f"({last.astimezone(UTC):%Y-%m-%d %H:%M} UTC): the clock was wrong then or is now; landings cannot end it. "
         f"Set the clock if it is wrong now; else measure again into another certificate: "
-        f"{_commands((one.command for one in early), anew)}"
+        f"{_commands((one.command for one in early), another)}"
     ]
 
 

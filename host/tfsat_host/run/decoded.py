@@ -133,9 +133,9 @@ def held_calibration(log: DropLog, named: Path | None, out: Output) -> dict[str,
             facts = unreadable_as_json(file, error.what)
         else:
             facts = held.facts
-            if not held.said:
+            if not held.objections:
                 out.note(f"Calibration: {held.path} holds for this recording.")
-            for sentence in held.said:
+            for sentence in held.objections:
                 out.note(f"Calibration {held.path}: {sentence}")
     return {"calibration": facts, "quiet_s": _quiet_s(log, file, out)}
 

@@ -26,7 +26,7 @@ from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
 from tfsat_host.quantity import Column, Columns, record, records
 from tfsat_host.robot import RobotModel, find_robot, load_robot
 from tfsat_host.run.certificate import (
-    HeldAgainst,
+    CheckedCertificate,
     hold_against,
     is_of_robot,
     origin_of_log,
@@ -85,7 +85,7 @@ class EvaluatedRun:
     files: RunFiles
     found: Evaluation
     recorded: datetime | None
-    held: HeldAgainst | None
+    held: CheckedCertificate | None
     verdict: Verdict
     remarks: tuple[str, ...]
     options: EvaluationOptions = AS_FOUND
@@ -123,7 +123,7 @@ class EvaluatedRun:
 
 @dataclass(frozen=True, slots=True)
 class DroppedRobot:
-    """A robot, as far as a recording tells it from others.
+    """A robot, as far as a recording distinguishes it from others.
 
     Attributes:
         kind: Whether it fell, or was emulated: one of `files.ROBOTS`.
@@ -239,7 +239,7 @@ def evaluate_run(
     remarks += found.micro_gravity.notes
     remarks += [] if found.release_velocity is None else found.release_velocity.notes
     remarks += [] if held else [_NO_CERTIFICATE]
-    verdict = verdict_of(found, [] if held is None else held.said)
+    verdict = verdict_of(found, [] if held is None else held.objections)
     released = time_of_day(log, log.release_us)
     return EvaluatedRun(place, files, found, released, held, verdict, tuple(remarks), options)
 
@@ -265,7 +265,7 @@ def _read(file: Path, session: int | None, notices: Notices) -> DropLog:
 
 def _calibration(
     log: DropLog, named: Path | None, robot: RobotModel, notices: Notices
-) -> tuple[HeldAgainst | None, Calibration | None]:
+) -> tuple[CheckedCertificate | None, Calibration | None]:
     """The certificate, and what of it can be used."""
     origin = origin_of_log(log.header)
     file = find_certificate(named, log.path.parent, Path(), emulated=origin.emulated)

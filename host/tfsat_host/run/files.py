@@ -1,4 +1,4 @@
-"""The files of one drop: a recording, what lies beside it, and what else can be given for its evaluation."""
+"""The files of one drop: a recording, the files with it, and what else can be given for its evaluation."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class RunFiles:
 
     Attributes:
         recording: The file off the card.
-        maneuver: What was commanded; None: no file tells.
+        maneuver: What was commanded; None: not known.
     """
 
     recording: Path

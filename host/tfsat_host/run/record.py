@@ -3,7 +3,7 @@
     sign(run, [run / "preflight.json"], "tfsat-host preflight 0.8.0: GO", datetime.now(UTC))
     for finding in verify(run): print(finding.sentence)
 
-It tells what was changed by accident or in haste. It holds no secret: whoever rewrites all of it on purpose can; to
+It shows what was changed by accident or in haste. It holds no secret: whoever rewrites all of it on purpose can; to
 rule that out, write the hash of the last entry (`sha256_of_entry`) into a logbook.
 """
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -142,7 +142,7 @@ def entries_of(folder: Path) -> tuple[Entry, ...]:
 def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     """What is not as the record says; nothing: all is. Without a record nothing can be.
 
-    A file that was signed several times is held against the last time. Files that nobody signed are not looked at.
+    A file that was signed several times is held against the last time. Files that were not signed are not looked at.
 
     Args:
         folder: Of the run.
@@ -155,9 +155,7 @@ def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
     if not (folder / RECORD).exists():
         return ()
     entries, findings = _read(folder)
-    closing = [
-        number for number, entry in enumerate(entries, 1) if closed_by and entry.by.startswith(closed_by)
-    ]
+    closing = [number for number, one in enumerate(entries, 1) if closed_by and one.by.startswith(closed_by)]
     count = closing[-1] if closing else len(entries)
     last = {file.name: (file, entry) for entry in entries[:count] for file in entry.files}
     after = (_after(folder, entry) for entry in entries[count:])
@@ -167,13 +165,14 @@ def verify(folder: Path, *, closed_by: str = "") -> tuple[Finding, ...]:
 def _read(folder: Path) -> tuple[tuple[Entry, ...], tuple[Finding, ...]]:
     """Entries, as far as they can be read, and where the chain is broken."""
     path = folder / RECORD
-    if path.stat().st_size > _RECORD_BYTES_MAX:
-        return (), (_damaged(f"{path} is too large for a record."),)
-    data = path.read_bytes()
     try:
+        if path.stat().st_size > _RECORD_BYTES_MAX:
+            raise ValueError("it is too large")
+        data = path.read_bytes()
         entries, last = parse_record(data.decode("utf-8"))
     except ValueError as error:
-        return (), (_damaged(f"{path} is no record of a run, or it is damaged: {error}."),)
+        sentence = f"{path} is no record of a run, or it is damaged: {error}."
+        return (), (Finding("damaged", RECORD, sentence),)
     findings = _breaks(path, entries, last)
     if not findings and format_record(entries).encode() != data:
         findings = [Finding("changed", RECORD, f"{path} was edited: it is not as tfsat-host writes it.")]
@@ -189,44 +188,35 @@ def _breaks(path: Path, entries: Sequence[Entry], last: str) -> list[Finding]:
             continue
         who = "Its last line" if number == len(entries) else f"Entry {number + 1} ({_of(entries[number])})"
         if number == 0:
-            found.append(_break("missing", f"{path}: {who} names an entry before it that is not there."))
+            sentence = f"{path}: {who} names an entry before it that is not there."
+            found.append(Finding("missing", RECORD, sentence))
             continue
         last_of = f"{path}: entry {number} ({_of(entries[number - 1])})"
         if entry_names in ["", *hashes[:number]]:
-            found.append(_break("inserted", f"{last_of} was inserted, or what follows was changed."))
+            sentence = f"{last_of} was inserted, or what follows was changed."
+            found.append(Finding("inserted", RECORD, sentence))
         else:
-            names_another = f"{who[:1].lower()}{who[1:]} names another"
-            found.append(
-                _break("changed", f"{last_of} was changed, or one that followed is missing: {names_another}.")
-            )
+            follows = f"{who[:1].lower()}{who[1:]} names another"
+            sentence = f"{last_of} was changed, or one that followed is missing: {follows}."
+            found.append(Finding("changed", RECORD, sentence))
     return found
 
 
-def _found(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> list[Finding]:
-    found = []
+def _found(folder: Path, signed: Iterable[tuple[SignedFile, Entry]]) -> Iterator[Finding]:
     for file, entry in signed:
-        if not is_inside(file.name):
-            found.append(
-                Finding("changed", RECORD, f"{folder / RECORD} names a file outside: {file.name!r}.")
-            )
-            continue
         path = folder / file.name
-        if not path.is_file():
-            found.append(Finding("missing", file.name, f"{path} is missing; signed: {_of(entry)}."))
+        if not is_inside(file.name):
+            yield Finding("changed", RECORD, f"{folder / RECORD} names a file outside: {file.name!r}.")
+        elif not path.is_file():
+            yield Finding("missing", file.name, f"{path} is missing; signed: {_of(entry)}.")
         elif path.stat().st_size != file.bytes or sha256_of(path) != file.sha256:
-            found.append(
-                Finding("changed", file.name, f"{path} was changed since it was signed: {_of(entry)}.")
-            )
-    return found
+            yield Finding("changed", file.name, f"{path} was changed since it was signed: {_of(entry)}.")
 
 
 def _after(folder: Path, entry: Entry) -> Finding:
     names = ", ".join(file.name for file in entry.files) or "no file"
-    return Finding(
-        "inserted",
-        RECORD,
-        f"{folder / RECORD} was gone on with after it was closed: {_of(entry)}, for {names}.",
-    )
+    what = f"{folder / RECORD} was gone on with after it was closed: {_of(entry)}, for {names}."
+    return Finding("inserted", RECORD, what)
 
 
 def _signed(folder: Path, file: Path) -> SignedFile:
@@ -243,14 +233,6 @@ def _signed(folder: Path, file: Path) -> SignedFile:
 
 def _of(entry: Entry) -> str:
     return f"{entry.by}, {entry.at:%Y-%m-%d %H:%M:%S} UTC"
-
-
-def _damaged(sentence: str) -> Finding:
-    return Finding("damaged", RECORD, sentence)
-
-
-def _break(kind: Literal["changed", "missing", "inserted"], sentence: str) -> Finding:
-    return Finding(kind, RECORD, sentence)
 
 
 def _unsignable(what: str) -> RecordError:
@@ -279,7 +261,7 @@ def format_record(entries: tuple[Entry, ...]) -> str:
 
 
 def parse_record(text: str) -> tuple[tuple[Entry, ...], str]:
-    """Its entries, and what it says of the last one's hash. Raises ValueError: it is no record."""
+    """Its entries, and the hash that it gives for the last one. Raises ValueError: it is no record."""
     try:
         record = json.loads(text)
         if record["format"] != _FORMAT:

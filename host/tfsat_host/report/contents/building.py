@@ -163,7 +163,7 @@ def _logger(found: Evaluation) -> str:
 
 
 def _taken(found: Evaluation) -> str:
-    """When its quantities were measured: when the file was written says only who touched it last."""
+    """When its quantities were measured: the file's own date is that of its last change."""
     taken = sorted(one.taken for one in quantities(found.calibration) if one.taken is not None)
     if not taken:
         return "nothing in it was ever measured"

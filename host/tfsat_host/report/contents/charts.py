@@ -133,7 +133,7 @@ def joint_chart(found: Evaluation) -> Chart:
 
 
 def commanded_rad(found: Evaluation) -> FloatArray | None:
-    """(n, joints) at the samples' times; None if nobody said what was commanded."""
+    """(n, joints) at the samples' times; None if the maneuver is not known."""
     if found.schedule is None:
         return None
     t_s = found.motion.t_s
@@ -147,7 +147,7 @@ def commanded_rad(found: Evaluation) -> FloatArray | None:
 
 
 def gyro_residual_chart(found: Evaluation) -> Chart:
-    """What each gyro shows beside the motion that all of them tell."""
+    """The residual of each gyro against the motion that fits all of them."""
     left = np.rad2deg(found.motion.fused.left_over_rad_s)
     left = np.where(found.motion.samples.fall[:, None, None], left, np.nan)
     averaged = np.stack([_averaged(body) for body in left.swapaxes(0, 1)], axis=1)

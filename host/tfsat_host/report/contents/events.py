@@ -19,7 +19,7 @@ BEFORE_S = 1.0
 AFTER_S = 0.5
 """Events so long before the release and after the end of the evaluation belong to the drop."""
 _AT_MOST = 60
-"""A chattering line has thousands: beyond so many events nobody sees one."""
+"""A chattering line has thousands: more cannot be read."""
 _NOT_SHOWN = {"stroke", "release", "landing", "switch_edge", "ring_high_water", "rewritten"}
 """The first four are shown as they were measured; the others say how the card kept up."""
 _BOUNCE_US = 5_000
@@ -28,8 +28,8 @@ _BOUNCE_US = 5_000
 def events_of(found: Evaluation) -> list[Event]:
     """By time."""
     first, last = -BEFORE_S, found.motion.samples.until_s + AFTER_S
-    seen = [event for event in _all(found) if first <= event["t_s"] <= last]
-    return sorted(seen, key=lambda event: event["t_s"])[:_AT_MOST]
+    near = [event for event in _all(found) if first <= event["t_s"] <= last]
+    return sorted(near, key=lambda event: event["t_s"])[:_AT_MOST]
 
 
 def _all(found: Evaluation) -> Iterator[Event]:

@@ -65,7 +65,7 @@ def _placed(body: Multibody, model: RobotModel, angles_rad: FloatArray, attitude
 
 
 def replay_of(found: Evaluation) -> Replay:
-    """Measured beside the model as its file has it."""
+    """Measured, and by the model as its file has it."""
     model, moved = found.model, body_poses(found)
     return Replay(
         bodies=[

@@ -1,1 +1,1 @@
-"""All of one drop in one file, and what it takes to compute it anew from raw."""
+"""All of one drop in one file, and what it takes to compute it again from raw."""

@@ -212,22 +212,22 @@ def _unpack(opened: zipfile.ZipFile, archive: Path, folder: Path, limits: Limits
     manifest = parse_manifest(buffer.getvalue(), str(archive))
     _check_listed(manifest, entries, archive)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    unpacked = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     try:
-        (beside / MANIFEST).write_bytes(buffer.getvalue())
+        (unpacked / MANIFEST).write_bytes(buffer.getvalue())
         wrong = [
             name
             for name, file in sorted(manifest.files.items())
-            if not _is_extracted(opened, entries[name], beside / name, archive, file.sha256)
+            if not _is_extracted(opened, entries[name], unpacked / name, archive, file.sha256)
         ]
         if wrong:
             raise _damaged(manifest, wrong, archive)
-        beside.chmod(0o755)
+        unpacked.chmod(0o755)
         if folder.exists():
             folder.rmdir()  # empty; Windows renames onto no folder
-        beside.rename(folder)
+        unpacked.rename(folder)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(unpacked, ignore_errors=True)
     return manifest, manifest_sha256
 
 
@@ -244,7 +244,7 @@ def _is_extracted(
 
 
 def _extract(opened: zipfile.ZipFile, entry: zipfile.ZipInfo, target: BinaryIO, archive: Path) -> str:
-    """Writes one file, never more than it says of itself; gives the SHA-256 of what came."""
+    """Writes one file, never more than its stated size; gives the SHA-256 of what came."""
     digest, left = hashlib.sha256(), entry.file_size
     with opened.open(entry) as source:
         while chunk := source.read(min(_CHUNK_BYTES, left + 1)):

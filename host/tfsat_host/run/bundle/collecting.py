@@ -44,7 +44,7 @@ _TAKEN = (
     "*.md",
     "*.txt",
 )
-"""Of what may lie in the folder of a run: what people wrote, and what was said of it then."""
+"""Of what may lie in the folder of a run: what people wrote, and results of then."""
 _WRITTEN_AGAIN = (".csv", ".html")
 """Of a rehearsal's files: `decode` and `report` write them again."""
 _TRUTH = "truth.csv"
@@ -227,7 +227,7 @@ def _add_signed(found: Collected) -> None:
 
 
 def _add_others(found: Collected, *, listed: bool) -> None:
-    """What people wrote and said; everything else in the folder of a run is named as left out."""
+    """What people wrote and results; everything else in the folder of a run is named as left out."""
     taken = {os.path.realpath(path) for path in found.files.values()}
     for path in sorted(found.folder.iterdir()):
         if path.name.startswith(".") or f"{RUN}/{path.name}" in found.files.keys() | found.left_out.keys():

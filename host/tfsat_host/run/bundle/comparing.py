@@ -128,11 +128,11 @@ def _largest(values: list[Any]) -> float:
 
 @dataclass(frozen=True)
 class Compared:
-    """One part of a bundle, computed anew.
+    """One part of a bundle, computed again.
 
     Attributes:
         what: `evaluation`, `report` or `calibration`.
-        differs: How; None: it was not computed anew, and that is no difference.
+        differs: How; None: it was not computed again, and that is no difference.
         sentence: What was done, or why not.
         lacking: It should have been computed and could not be.
         refused: The raw data give none.

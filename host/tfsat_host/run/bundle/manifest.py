@@ -186,7 +186,7 @@ def environment() -> dict[str, Any]:
 
 @cache
 def sources_sha256() -> str:
-    """Of the names and contents of tfsat's Python files: two versions of one number are told apart."""
+    """Of the names and contents of tfsat's Python files: they distinguish two versions of one number."""
     package = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for name, path in sorted((path.relative_to(package).as_posix(), path) for path in package.rglob("*.py")):

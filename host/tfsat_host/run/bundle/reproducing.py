@@ -48,7 +48,7 @@ from tfsat_host.run.files import PREFLIGHT
 from tfsat_host.run.record import verify
 
 _RESULTS = ("truth.*", "summary.json", "report.html", "evaluation.json")
-"""Of a run's folder: what a rehearsal or an earlier evaluation said."""
+"""Of a run's folder: results of a rehearsal or of an earlier evaluation."""
 _DOCUMENT = re.compile(r'<script type="application/json" id="document">(.*?)</script>', re.DOTALL)
 _UNREADABLE = object()
 _OF_ITS_TIME = ("made_by", "made_at")
@@ -82,7 +82,7 @@ class Reproduced:
 
     @property
     def incomplete(self) -> list[str]:
-        """Why sameness says less than it seems to: what could not be computed, is lost, or was changed."""
+        """Why sameness is worth less than it seems: what could not be computed, is lost, or was changed."""
         return [
             *(f"NOT COMPUTED: {one.sentence}" for one in self.compared if one.lacking),
             *(f"LOST: {one.what}: {one.why}" for one in self.manifest.missing if one.lost),
@@ -266,7 +266,7 @@ def _recalibrated(certificate: Path, model: RobotModel, name: str) -> Compared:
 def _landings(found: Calibration) -> list[datetime | None]:
     """Which landing may have been the last that was known when the certificate was computed.
 
-    One that is noted later stands in the certificate, too, and did not change its values.
+    One that is written later stands in the certificate, too, and did not change its values.
     """
     newest = max(paper.taken for paper in found.papers)
     known = [landing.at for landing in found.landings]

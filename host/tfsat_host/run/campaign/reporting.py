@@ -33,7 +33,7 @@ class OfOneRobot:
     Attributes:
         robot: As the recordings say.
         model_sha256: Of the robot file.
-        name: As much of both as tells it from the campaign's other ones.
+        name: As much of both as distinguishes it from the campaign's other ones.
         numbers: Of the drops.
         compared: What they say together; None: there is but one.
     """
