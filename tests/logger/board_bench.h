@@ -112,14 +112,21 @@ struct BoardBench {
     CHECK(!"stopped");
     return {};
   }
-  Recording log() const { return recording_on(card); }
-  static Recording recording_on(const emulator::BlockDevice& card) {
-    const std::vector<uint8_t> bytes = card.bytes();
+  Recording log() const { return recording_in(card.bytes()); }
+  Recording file(uint16_t number) const { return recording_in(card.file(number)); }
+  static Recording recording_in(const std::vector<uint8_t>& bytes) {
     std::vector<logger::Block> blocks(bytes.size() / kBlockBytes);
     for (size_t i = 0; i < blocks.size(); ++i) {
       std::memcpy(blocks[i].bytes, bytes.data() + i * kBlockBytes, kBlockBytes);
     }
     return read_recording(blocks, blocks.size());
+  }
+  // A release, its fall and its landing, and some time more.
+  void drop(uint64_t then_ms) {
+    release();
+    run_ms(2500);
+    land();
+    run_ms(then_ms);
   }
 
   std::array<emulator::I2cBus, 2> buses;

@@ -285,41 +285,6 @@ TEST_CASE(a_long_hard_landing_is_clipped_and_not_frozen) {
   }
 }
 
-// The world goes on while the buses work: the second IMU of a bus is read one burst later, as the
-// log's header says.
-TEST_CASE(each_imu_is_read_at_its_offset) {
-  for (const uint16_t bus_khz : {uint16_t{400}, uint16_t{100}}) {
-    protocol::LoggerSettings settings = logger::factory_settings();
-    settings.bus_khz = bus_khz;
-    settings.dlpf_cfg = 0;
-    SensorBench bench(settings);
-    bench.run_ms(300);
-    const double slope_rad_s2 = 20.0;
-    const uint64_t began_us = bench.t_us;
-    const auto turn_faster = [&](uint64_t t_us) {
-      bench.rate_rad_s = slope_rad_s2 * 1e-6 * static_cast<double>(t_us - began_us);
-      bench.move_to(t_us);
-    };
-    bench.clock.bring_world = [&] { turn_faster(bench.t_us + bench.clock.us - bench.before_us); };
-    double later_us[4] = {};
-    const int settling = 5, ticks = 100;
-    for (int i = -settling; i < ticks; ++i) {
-      turn_faster((bench.ticks + 1) * 1000000u / settings.rate_hz + bench.start_us);
-      bench.tick();
-      for (int imu = 0; imu < 4; ++imu) {
-        CHECK(bench.valid(imu));
-        if (i < 0) continue;
-        const double difference = bench.instant.sample.imu[imu].gyro[0] - bench.instant.sample.imu[0].gyro[0];
-        later_us[imu] += difference / 65.5 / kRad / slope_rad_s2 * 1e6 / ticks;
-      }
-    }
-    for (uint32_t imu = 0; imu < 4; ++imu) {
-      // The chip renews its registers each 125 us.
-      CHECK_NEAR(later_us[imu], logger::imu_offset_us(bus_khz, imu), 20.0);
-    }
-  }
-}
-
 // The first IMU of a bus is gone: the second is read when the header says all the same, in all
 // instants but those in which the first is looked for.
 TEST_CASE(the_second_imu_keeps_its_offset_without_the_first) {

@@ -1,4 +1,4 @@
-// Resets: what RAM must look like to be believed, and what a believed past may lead to.
+// Resets: what RAM must look like to be believed, and what a believed past may lead to; the last run's report in it.
 #include <cstddef>
 #include <cstring>
 #include <numeric>
@@ -44,6 +44,24 @@ void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t
   CHECK(bench.servos.widths[0] == joint_1);
   CHECK(bench.servos.widths[1] == joint_2);
   CHECK(bench.servos.widths[2] == joint_3);
+}
+
+// A release at `now` whose second contact closes and opens `bounces` times more, 0.3 ms apart.
+void bounce_open(Bench& bench, int bounces) {
+  bench.open_both();
+  for (int i = 0; i < 2 * bounces; ++i) {
+    bench.now += 600;
+    bench.switches.set(1, i % 2 != 0, bench.now);
+    bench.poll();
+  }
+  bench.run_ms(10);
+  CHECK(bench.is(SequencerState::kRunning));
+}
+
+std::vector<uint8_t> told(const Bench& bench) {
+  std::vector<uint8_t> payload(RunReportReply::kSize);
+  bench.core.run_report().encode(payload.data());
+  return payload;
 }
 
 }  // namespace
@@ -289,4 +307,50 @@ TEST_CASE(no_token_comes_back_after_a_reset) {
     }
     CHECK(twice.core.state() == SequencerState::kSafe);
   }
+}
+
+// At any tick of a millisecond, on any clock: the report and uptime_ms tell the same time.
+TEST_CASE(the_release_is_told_on_the_clock_of_uptime) {
+  for (tick_t offset = 0; offset < kTicksPerMs; offset += 37) {
+    for (const int32_t before_turn_ms : {0, 10, 25, 60000}) {
+      Bench bench(static_cast<tick_t>(-before_turn_ms * static_cast<int32_t>(kTicksPerMs)));
+      bench.wait_armed();
+      bench.now += offset;
+      bounce_open(bench, 2);
+      const RunReportReply& report = bench.core.run_report();
+      CHECK(report.released == 1 && report.bounces == 5 && report.stroke_count == 4);
+      CHECK(report.release_us < 1000);
+      CHECK_NEAR(1000.0 * report.release_ms + report.release_us, 20000.0 + us_from_ticks(offset), 1);
+      for (const uint32_t start_us : report.start_us) CHECK(start_us == kStrokeNotBegunUs);
+    }
+  }
+}
+
+// Its checksum is its own: neither the report's damage nor the state's takes the other along.
+TEST_CASE(a_report_with_a_flipped_bit_is_no_report) {
+  Bench flown;
+  flown.wait_armed();
+  bounce_open(flown, 3);
+  flown.first_strokes_begin(2);
+  flown.run_ms(1);
+  const size_t size = sizeof(RunReportReply) + sizeof(uint16_t);
+  for (size_t bit = 0; bit < 8 * size; ++bit) {
+    Bench damaged(flown, ResetCause::kWatchdog);
+    damaged.retained = flown.retained;
+    uint8_t* bytes = reinterpret_cast<uint8_t*>(&damaged.retained.run);
+    bytes[bit / 8] = static_cast<uint8_t>(bytes[bit / 8] ^ (1u << (bit % 8)));
+    Bench bench(damaged, ResetCause::kWatchdog);
+    // The strokes that the interrupts marked are known all the same, but not when they began.
+    CHECK(bench.core.run_report().released == 0);
+    CHECK(bench.core.fault() == ErrorCode::kResetWhileRunning);
+    CHECK(bench.core.strokes_started() == 2);
+    CHECK(bench.core.run_report().start_us[1] == kStrokeTimeUnknownUs);
+    Bench again(bench, ResetCause::kWatchdog);
+    CHECK(again.core.run_report().released == 0 && again.core.strokes_started() == 2);
+  }
+  Bench forgetful(flown, ResetCause::kWatchdog);
+  forgetful.retained = flown.retained;
+  forgetful.retained.crc = static_cast<uint16_t>(~forgetful.retained.crc);
+  Bench bench(forgetful, ResetCause::kWatchdog);
+  CHECK(bench.core.state() == SequencerState::kSafe && told(bench) == told(flown));
 }

@@ -20,7 +20,6 @@ using Store = Stored<Maneuver>;
 constexpr uint16_t kAddress = 512;
 constexpr uint16_t kSlotBytes = Store::kSlotBytes;
 constexpr uint8_t kComplete[] = {0x3C, 0x96, 0x3C, 0x96};
-constexpr uint8_t kBegun[] = {0xC3, 0x69, 0xC3, 0x69};
 constexpr int kMarkerWrites = 4;
 
 Maneuver maneuver(int16_t angle_cdeg, uint8_t strokes = 4) {
@@ -186,28 +185,6 @@ TEST_CASE(the_upload_of_what_is_stored_leaves_every_byte_as_it_was) {
   }
 }
 
-// Every value of every byte of both markers, alone and in all four bytes at once.
-TEST_CASE(a_marker_that_is_damaged_never_brings_the_older_record_back) {
-  for (int history = 1; history < 4; ++history) {
-    const FakeMemory whole = with_uploads(history);
-    FakeMemory readable = whole;
-    const Maneuver newest = held(readable).maneuver;
-    for (uint16_t slot = 0; slot < 2; ++slot) {
-      const size_t marker = kAddress + slot * kSlotBytes;
-      for (int byte = 0; byte <= kMarkerWrites; ++byte) {
-        for (int value = 0; value < 256; ++value) {
-          FakeMemory memory = whole;
-          for (int i = 0; i < kMarkerWrites; ++i) {
-            if (byte == i || byte == kMarkerWrites) memory.bytes[marker + static_cast<size_t>(i)] = static_cast<uint8_t>(value);
-          }
-          const Held after = held(memory);
-          CHECK(after.defect != ErrorCode::kNone || same(after.maneuver, newest));
-        }
-      }
-    }
-  }
-}
-
 // What the board did with a marker lost whole: it took the slot for one that was never written.
 TEST_CASE(never_written_means_that_all_of_the_slot_is_erased) {
   FakeMemory memory = with_uploads(2);
@@ -219,17 +196,6 @@ TEST_CASE(never_written_means_that_all_of_the_slot_is_erased) {
   FakeMemory erased = memory;
   std::memset(&erased.bytes[kAddress + kSlotBytes], 0xFF, kSlotBytes);
   CHECK(held(erased).defect == ErrorCode::kNone);
-}
-
-TEST_CASE(a_begun_marker_that_lost_a_byte_is_still_begun) {
-  for (int byte = 0; byte < kMarkerWrites; ++byte) {
-    for (int value = 0; value < 256; ++value) {
-      FakeMemory memory = with_uploads(2);
-      std::memcpy(&memory.bytes[kAddress], kBegun, sizeof kBegun);
-      memory.bytes[kAddress + static_cast<size_t>(byte)] = static_cast<uint8_t>(value);
-      CHECK(held(memory).defect == ErrorCode::kUploadInterrupted);
-    }
-  }
 }
 
 // Layout 1, as firmware up to 0.1.0 wrote it: marker, generation, record, CRC, from address 0 on.
