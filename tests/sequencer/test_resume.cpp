@@ -39,6 +39,14 @@ RetainedState filled(uint8_t byte) {
   return state;
 }
 
+// Both contacts open for a millisecond.
+void knock(Bench& bench) {
+  bench.open_both();
+  bench.run_ms(1);
+  bench.close_both();
+  bench.run_ms(20);
+}
+
 void check_held(const Bench& bench, uint16_t joint_1, uint16_t joint_2, uint16_t joint_3) {
   CHECK(bench.servos.held && bench.servos.changes.empty());
   CHECK(bench.servos.widths[0] == joint_1);
@@ -143,8 +151,10 @@ TEST_CASE(armed_again_only_after_the_debounce) {
   for (const ResetCause cause : kCauses) {
     Bench before;
     before.wait_armed();
+    knock(before);
     Bench bench(before, cause);
     check_held(bench, kStartPoseTicks, kStartPoseTicks, kStartPoseTicks);
+    CHECK(bench.core.knocks() == 1);
     const tick_t started_at = bench.now;
     while (bench.core.state() == SequencerState::kSafe &&
            bench.now - started_at < 20 * kTicksPerMs) {

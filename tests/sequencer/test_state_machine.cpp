@@ -73,6 +73,22 @@ TEST_CASE(a_stroke_that_begins_as_the_run_ends_is_told) {
   CHECK(after.core.held_cdeg()[1] == 7000 && after.core.strokes_started() == 1);
 }
 
+// A jolt on the crane: armed again, and the drop that follows flies all its strokes.
+TEST_CASE(both_closed_again_before_the_first_stroke_is_armed_again) {
+  for (const uint32_t open_ms : {6u, 480u}) {
+    Bench bench;
+    bench.fly(open_ms);
+    bench.close_both();
+    bench.run_ms(199);
+    CHECK(bench.is(SequencerState::kRunning));
+    bench.run_ms(2);
+    CHECK(bench.is(SequencerState::kArmed) && bench.core.false_releases() == 1);
+    CHECK(bench.servos.changes.empty() && bench.servos.held && bench.core.strokes_started() == 0);
+    CHECK(bench.core.run_report().released == 0 && bench.core.knocks() == 0);
+    check_changes(bench.servos, bench.release());
+  }
+}
+
 // Taken back while the first stroke's first pulse is on its pin: it cannot be called back, so the joint moves.
 TEST_CASE(both_closed_again_as_the_first_stroke_begins_is_a_fault) {
   Bench bench;
