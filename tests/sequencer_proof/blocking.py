@@ -2,7 +2,7 @@
 
 A path begins where interrupts go off, at an interrupt or a CLI, and ends where they come on again: RETI, SEI, or the
 status register written back. Its length is that of the longest way through it, all branches free, each loop run as
-often as `LOOPS` says at the most. What it calls counts with it. Nothing is measured: `test_blocking` holds the figures
+often as `LOOPS` says at the most. What it calls counts with it. Nothing is measured: `test_campaigns` holds the figures
 against the emulator's.
 """
 
