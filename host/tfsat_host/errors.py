@@ -7,6 +7,7 @@ the drop, and what to type or do next. The command line prints these three and e
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 
@@ -18,10 +19,14 @@ class TfsatError(Exception):
         meaning: What it means for the drop (what is lost, unsafe, unchanged).
         next_step: What to do now; a command to type where there is one.
         code: A stable name for `--json`, where callers tell such errors apart.
+
+    Attributes:
+        details: What else `--json` has of it.
     """
 
     exit_code: ClassVar[int] = 1
     code: Any = None
+    details: Mapping[str, Any] = {}
 
     def __init__(self, *, what: str, meaning: str, next_step: str, code: object = None) -> None:
         super().__init__(what)

@@ -11,7 +11,7 @@ import pytest
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
 from tests.emulator_avr.board_link import connect
 from tests.emulator_avr.flight import pulses
-from tfsat_host.cli.sequencer_state import sequencer_state
+from tfsat_host.present.sequencer_state import sequencer_state
 from tfsat_host.protocol import enums
 
 HOLD_WIDTH_NS = 1_000_000

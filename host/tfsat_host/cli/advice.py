@@ -13,8 +13,7 @@ from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import ErrorCode
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.card_trouble import DropInDanger
-    from tfsat_host.devices.logger import LoggerClient
+    from tfsat_host.devices.logger import DropInDanger, LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
 
 _DEVICE_COMMAND = re.compile(
@@ -103,7 +102,7 @@ def _wrong_state(board: SequencerClient | LoggerClient) -> tuple[str, str]:
 
 def _drop_in_danger(board: SequencerClient | LoggerClient) -> DropInDanger | None:
     """What is worse than a refused request: a drop that no card takes."""
-    from tfsat_host.devices.card_trouble import drop_in_danger
+    from tfsat_host.devices.logger import drop_in_danger
     from tfsat_host.protocol.messages import LoggerStatusReply
 
     status = board.status()

@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+import re
 
 from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
-from tfsat_host.cli.arming_calibration import tell_calibration
-from tfsat_host.cli.arming_logger import look_at_logger
-from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
+from tfsat_host.cli.connection import device, open_any_sequencer, open_sequencer
 from tfsat_host.cli.options import add_device_options, file_name, joint_angle_cdeg
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
-from tfsat_host.protocol.limits import JOINT_COUNT, START_POSE_TOLERANCE_CDEG
+from tfsat_host.protocol.limits import JOINT_COUNT
 
-if TYPE_CHECKING:
-    from tfsat_host.devices.sequencer import SequencerClient
-    from tfsat_host.protocol.enums import SequencerState
-
-"""No joint has more."""
-_MEANING = "Nothing was armed."
 _DISARMED = "Disarmed: the servos get no pulses and the release starts nothing."
 _EMULATED_DISARMED = (
     "The emulated robot of this command was disarmed, no other: a robot on a cable is as it was. "
     "For that one: tfsat-host disarm"
 )
 _LAST_RESORT = "Until disarm has said Disarmed the robot may move: stand clear and cut the sequencer's power."
+_TYPED = re.compile(r"tfsat-host (?:arm --unrecorded|status(?= shows why))")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -66,86 +59,56 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise
 
 
+class _Operator:
+    """The person at this terminal."""
+
+    def __init__(self, out: Output) -> None:
+        self._out = out
+        self.note, self.warn = out.note, out.warn
+
+    def give_the_word(self) -> None:
+        if self._out.yes:
+            return
+        try:
+            self._out.ask("Type ARM to arm: ", meaning="Nothing was armed.", accept=("arm",))
+        except KeyboardInterrupt:
+            raise Interrupted(
+                what="Interrupted.",
+                meaning="Nothing was armed.",
+                next_step="Run the same command again when ready.",
+            ) from None
+
+
 def _arm(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.maneuver_words import flight_words, maneuver_as_dict
-    from tfsat_host.devices.arm_refusal import arm_refusal
+    from tfsat_host.present.stored import maneuver_as_dict
+    from tfsat_host.run.arming import arm
 
     refuse_emulated(args, "arm", "The arming would be gone with the command.")
     with open_sequencer(args, out) as sequencer:
-        stored = sequencer.read_back()
-        status = sequencer.status()
-        refusal = arm_refusal(status, stored, sequencer.settings().settings, args.joints_cdeg)
-        if refusal is not None:
-            raise refusal
-        logger = look_at_logger(args, out)
-        calibration = tell_calibration(args, logger.origin, out)
-        out.note(flight_words(stored))
-        out.note(_servo_warning(status.state))
-        _demand_the_word(out)
-        # After the question: the board heeds a report only while it is fresh, and a person may take a while.
-        at_start_pose = None if args.joints_cdeg is None else sequencer.report_joints(args.joints_cdeg)
-        sequencer.arm()
-        state = _confirmed_state(sequencer, args)
+        try:
+            armed = arm(
+                sequencer,
+                _Operator(out),
+                joints_cdeg=args.joints_cdeg,
+                sequencer_named=args.port is not None,
+                unrecorded=args.unrecorded,
+                certificate=args.calibration,
+            )
+        except TfsatError as error:
+            error.next_step = _TYPED.sub(lambda found: found[0] + device_option(args), error.next_step)
+            raise
         out.result(
             {
-                "state": state.name.lower(),
-                "recording": logger.recording,
-                "calibration": calibration,
-                "at_start_pose": at_start_pose,
-                "maneuver": maneuver_as_dict(stored),
-                "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
+                "state": "armed",
+                "recording": armed.recording,
+                "calibration": armed.calibration,
+                "at_start_pose": armed.at_start_pose,
+                "maneuver": maneuver_as_dict(armed.maneuver),
+                "device": device(sequencer),
             },
             "Armed: when both switches open, the maneuver runs. Pulling the cable does not disarm.",
         )
     return 0
-
-
-def _servo_warning(state: SequencerState) -> str:
-    """What the servos do at the word, before any release."""
-    from tfsat_host.protocol.enums import SequencerState
-
-    warning = "Hands, hair and cables out of the joints' way."
-    if state == SequencerState.DONE:
-        return (
-            f"The servos hold the end pose now, each within {START_POSE_TOLERANCE_CDEG / 100:g} deg of its start pose "
-            "(further away, ARM is refused). At the arming they take joints 1, 2 and 3 to 0 deg at their full speed, "
-            f"before any release. {warning}"
-        )
-    return (
-        "The servos are limp now. At the arming, before any release, they take joints 1, 2 and 3 to the start pose, "
-        "0 deg: a joint that is elsewhere jumps there at the servo's full speed. Bring it to 0 deg first, by hand "
-        f"or with tfsat-host jog. {warning}"
-    )
-
-
-def _demand_the_word(out: Output) -> None:
-    if out.yes:
-        return
-    try:
-        out.ask("Type ARM to arm: ", meaning=_MEANING, accept=("arm",))
-    except KeyboardInterrupt:
-        raise Interrupted(
-            what="Interrupted.", meaning=_MEANING, next_step="Run the same command again when ready."
-        ) from None
-
-
-def _confirmed_state(sequencer: SequencerClient, args: argparse.Namespace) -> SequencerState:
-    """ARMED, as the status says after the answer to ARM. Raises TfsatError for any other state."""
-    from tfsat_host.protocol.enums import SequencerState
-
-    state = sequencer.status().state
-    if state == SequencerState.ARMED:
-        return state
-    meaning = {
-        SequencerState.RUNNING: "Both switches opened right after the arming: the maneuver runs now. Stand clear.",
-        SequencerState.DONE: "Both switches opened right after the arming: the maneuver was flown.",
-        SequencerState.SAFE: "It was disarmed or lost its power: a drop now would fly nothing.",
-    }.get(state, "A drop now would not fly the maneuver.")
-    raise TfsatError(
-        what=f"The sequencer took the arming, but now it is {state.name.lower()}.",
-        meaning=meaning,
-        next_step=f"tfsat-host status{device_option(args)} shows why; then disarm, and arm again.",
-    )
 
 
 def _disarm(args: argparse.Namespace, out: Output) -> int:
@@ -162,7 +125,7 @@ def _disarm(args: argparse.Namespace, out: Output) -> int:
                 "state": state.name.lower(),
                 "same_protocol": identity.speaks_this_protocol,
                 "emulated": args.emulated,
-                "device": {"port": sequencer.port, **identity.as_dict()},
+                "device": device(sequencer),
             },
             _EMULATED_DISARMED if args.emulated else _DISARMED,
         )

@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tfsat_host.present.output import Output
     from tfsat_host.robot import RobotModel
 
-AnySequencer = TypeVar("AnySequencer", bound="SequencerClient")
+AnyBoard = TypeVar("AnyBoard", bound="SequencerClient | LoggerClient")
 
 APPEARANCE_S = 4.0
 """A board re-enumerates within two seconds of a reset."""
@@ -33,7 +33,7 @@ def open_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerC
     """The sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.sequencer import SequencerClient
 
-    with _sequencer(args, out, SequencerClient.connect) as sequencer:
+    with _board("sequencer", args, out, SequencerClient.connect) as sequencer:
         yield sequencer
 
 
@@ -42,7 +42,7 @@ def open_any_sequencer(args: argparse.Namespace, out: Output) -> Iterator[Sequen
     """Likewise, of whatever protocol: for DISARM, which is the same in all. Raises the same."""
     from tfsat_host.devices.sequencer import SequencerClient
 
-    with _sequencer(args, out, SequencerClient.connect_any_protocol) as sequencer:
+    with _board("sequencer", args, out, SequencerClient.connect_any_protocol) as sequencer:
         yield sequencer
 
 
@@ -51,27 +51,8 @@ def open_jog_client(args: argparse.Namespace, out: Output) -> Iterator[JogClient
     """Likewise, of this program's protocol, to move a joint. Raises the same."""
     from tfsat_host.devices.jogging import JogClient
 
-    with _sequencer(args, out, JogClient.connect) as sequencer:
+    with _board("sequencer", args, out, JogClient.connect) as sequencer:
         yield sequencer
-
-
-@contextmanager
-def _sequencer(
-    args: argparse.Namespace, out: Output, connect: Callable[[Transport], AnySequencer]
-) -> Iterator[AnySequencer]:
-    if args.emulated:
-        from tfsat_host.emulated.robot import BoardIndex
-        from tfsat_host.emulated.transport import EmulatedTransport
-
-        with emulated_robot(out) as robot:
-            sequencer = connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-            with explained(sequencer, args):
-                yield sequencer
-        return
-    with closing(open_port("sequencer", args.port, out)) as transport, interruptible(transport.name):
-        sequencer = connect(transport)
-        with explained(sequencer, args):
-            yield sequencer
 
 
 @contextmanager
@@ -79,22 +60,37 @@ def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]
     """The logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.logger import LoggerClient
 
-    def told() -> None:
-        out.note("the logger has just met its card and counts its free room …")
+    def connect(transport: Transport) -> LoggerClient:
+        note = "the logger has just met its card and counts its free room …"
+        return LoggerClient.connect(transport, on_busy=lambda: out.note(note))
 
-    if args.emulated:
-        from tfsat_host.emulated.robot import BoardIndex
-        from tfsat_host.emulated.transport import EmulatedTransport
+    with _board("logger", args, out, connect) as logger:
+        yield logger
 
-        with emulated_robot(out) as robot:
-            logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER), on_busy=told)
-            with explained(logger, args):
-                yield logger
-        return
-    with closing(open_port("logger", args.port, out)) as transport, interruptible(transport.name):
-        logger = LoggerClient.connect(transport, on_busy=told)
-        with explained(logger, args):
-            yield logger
+
+@contextmanager
+def _board(
+    name: BoardName, args: argparse.Namespace, out: Output, connect: Callable[[Transport], AnyBoard]
+) -> Iterator[AnyBoard]:
+    with ExitStack() as stack:
+        transport: Transport
+        if args.emulated:
+            from tfsat_host.emulated.robot import BoardIndex
+            from tfsat_host.emulated.transport import EmulatedTransport
+
+            robot = stack.enter_context(emulated_robot(out))
+            transport = EmulatedTransport(robot, BoardIndex[name.upper()])
+        else:
+            transport = stack.enter_context(closing(open_port(name, args.port, out)))
+            stack.enter_context(interruptible(transport.name))
+        board = connect(transport)
+        with explained(board, args):
+            yield board
+
+
+def device(board: SequencerClient | LoggerClient) -> dict[str, str | None]:
+    """The port and who answers there, for `--json`."""
+    return {"port": board.port, **board.identity.as_dict()}
 
 
 def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:

@@ -8,16 +8,15 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import Interrupted, device_option
-from tfsat_host.cli.connection import open_jog_client
+from tfsat_host.cli.connection import device, open_jog_client
 from tfsat_host.cli.options import add_device_options, joint_angle_cdeg, number
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S, JOINT_COUNT
 
 if TYPE_CHECKING:
-    from tfsat_host.devices.jogging import Jog, JogClient, JogEnd
+    from tfsat_host.devices.jogging import Jog, JogClient
 
-"""No joint of a servo has more; its own limits are on the board."""
 LONGEST_HOLD_S = 3600.0
 LINE_CDEG = 1000
 """Where there is no terminal, progress is a line each 10 deg."""
@@ -50,31 +49,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_device_options(parser, "sequencer")
 
 
-class JogInterrupted(Interrupted):
-    """Ctrl-C or Ctrl-Z while the joint moved or was held; it was let go.
-
-    Attributes:
-        details: For `--json`: the joint, and the angle in deg that its servo was told last.
-    """
-
-    def __init__(self, jog: Jog, end: JogEnd, how: str) -> None:
-        from tfsat_host.devices.jogging import from_here, jog_details, last_told
-
-        super().__init__(
-            what=how,
-            meaning=f"{last_told(jog.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe.",
-            next_step=from_here(end.angle_cdeg).capitalize(),
-        )
-        self.details = jog_details(jog.joint, end.angle_cdeg)
-
-
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, asks, moves, holds, lets go."""
-    from tfsat_host.devices.jogging import Jog
+    from tfsat_host.devices.jogging import Jog, JogRefused, from_here, jog_details, last_told
 
     jog = Jog(args.joint, args.from_cdeg, args.to_cdeg)
     with open_jog_client(args, out) as sequencer:
-        _check(sequencer, jog, args)
+        try:
+            sequencer.check(jog)
+        except JogRefused as error:
+            error.next_step += device_option(args)
+            raise
         out.note(_explanation(jog, args.hold_s))
         if args.emulated:
             out.note("The emulated robot begins anew with each command: all its joints are at 0 deg now.")
@@ -85,22 +70,18 @@ def run(args: argparse.Namespace, out: Output) -> int:
         if end.held:
             _show(sequencer, jog, args, out)
             return 0
-    if not stopped.suspend:
-        raise JogInterrupted(jog, end, "Interrupted.")
-    out.note(f"Ctrl-Z: joint {jog.joint} was let go at {end.angle_cdeg / 100:g} deg; the jog has ended.")
-    suspend_now()
-    raise JogInterrupted(jog, end, "The jog has ended: Ctrl-Z let the joint go before the program stopped.")
-
-
-def _check(sequencer: JogClient, jog: Jog, args: argparse.Namespace) -> None:
-    """Raises BoardRefusal, and JogRefused with a command that fits the options."""
-    from tfsat_host.devices.jogging import JogRefused
-
-    try:
-        sequencer.check(jog)
-    except JogRefused as error:
-        error.next_step += device_option(args)
-        raise
+    what = "Interrupted."
+    if stopped.suspend:
+        out.note(f"Ctrl-Z: joint {jog.joint} was let go at {end.angle_cdeg / 100:g} deg; the jog has ended.")
+        suspend_now()
+        what = "The jog has ended: Ctrl-Z let the joint go before the program stopped."
+    interrupted = Interrupted(
+        what=what,
+        meaning=f"{last_told(jog.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe.",
+        next_step=from_here(end.angle_cdeg).capitalize(),
+    )
+    interrupted.details = jog_details(jog.joint, end.angle_cdeg)
+    raise interrupted
 
 
 def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output) -> None:
@@ -114,7 +95,7 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
             "to_deg": jog.to_cdeg / 100,
             "held_s": args.hold_s,
             "state": "safe",
-            "device": {"port": sequencer.port, **sequencer.identity.as_dict()},
+            "device": device(sequencer),
         },
         f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
         f"On from here: {on}",
@@ -138,26 +119,21 @@ def _explanation(jog: Jog, hold_s: float) -> str:
 @contextmanager
 def _progress(jog: Jog, out: Output) -> Iterator[Callable[[int], None]]:
     """Gives what shows the commanded angle, 0.01 deg: in place on a terminal, else in lines."""
-    told_cdeg: int | None = None
+    shown_cdeg: int | None = None
     with out.live(diagnostic=True) as draw:
 
         def show(angle_cdeg: int) -> None:
-            nonlocal told_cdeg
+            nonlocal shown_cdeg
             text = f"joint {jog.joint}: {angle_cdeg / 100:6.2f} deg, to {jog.to_cdeg / 100:g} deg"
             if draw is not None:
                 draw(text)
-            elif not out.json_mode and _worth_a_line(told_cdeg, angle_cdeg, jog.to_cdeg):
+                return
+            moved_cdeg = LINE_CDEG if shown_cdeg is None else abs(angle_cdeg - shown_cdeg)
+            if not out.json_mode and moved_cdeg >= (1 if angle_cdeg == jog.to_cdeg else LINE_CDEG):
                 out.note(text)
-                told_cdeg = angle_cdeg
+                shown_cdeg = angle_cdeg
 
         yield show
-
-
-def _worth_a_line(told_cdeg: int | None, angle_cdeg: int, to_cdeg: int) -> bool:
-    if told_cdeg is None:
-        return True
-    arrived = angle_cdeg == to_cdeg
-    return told_cdeg != angle_cdeg and (arrived or abs(angle_cdeg - told_cdeg) >= LINE_CDEG)
 
 
 def _hold_s(text: str) -> float:

@@ -51,8 +51,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
-    from tfsat_host.cli.logger_state import card_words
     from tfsat_host.devices.log_copies import FetchedLogs
+    from tfsat_host.present.logger_state import card_words
     from tfsat_host.present.terminal import show_rows
     from tfsat_host.quantity import UNKNOWN, Column, records
     from tfsat_host.run.fetched_log import ENTRIES

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from itertools import groupby, zip_longest
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.board_state import switch_words, with_fault
-from tfsat_host.cli.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
 from tfsat_host.cli.places import BOARDS
-from tfsat_host.cli.sequencer_state import SEQUENCER, explained
-from tfsat_host.devices.card_trouble import card_is_bad, file_was_full, state_words
+from tfsat_host.devices.logger import card_is_bad, file_was_full, state_words
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
+from tfsat_host.present.sequencer_state import SEQUENCER, explained, switch_words, with_fault
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import UNKNOWN, Columns, fields, record, records

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tfsat_host.devices.ports import BoardName, port_variable
+from tfsat_host.errors import UsageError
 from tfsat_host.units import cdeg_from_deg
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -69,6 +70,16 @@ def output_file_name(text: str) -> Path:
             f"{text!r} is a folder: name the file in it, such as {text.rstrip('.')}NAME"
         )
     return file_name(text)
+
+
+def refuse_existing(path: Path, *, force: bool) -> None:
+    """Raises UsageError for a file that is there already, without `--force`."""
+    if path.exists() and not force:
+        raise UsageError(
+            what=f"{path} exists already.",
+            meaning="Nothing was overwritten and nothing was sent.",
+            next_step="Give another name to --out, or add --force to overwrite it.",
+        )
 
 
 def number(text: str) -> float:

@@ -72,8 +72,8 @@ class RecordingAlready(RefusedError):
 
 def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
     """A new recording. Raises BoardError, and RecordingAlready where one runs: nobody should end a good one."""
-    from tfsat_host.devices.card_trouble import recording_in_danger
     from tfsat_host.devices.client import BoardError
+    from tfsat_host.devices.logger import recording_in_danger
 
     try:
         return logger.start_recording(unix_us=time.time_ns() // 1000)

@@ -7,12 +7,12 @@ from contextlib import ExitStack, closing
 from typing import Any
 
 from tfsat_host.cli.advice import Interrupted, device_option, interruptible
-from tfsat_host.cli.board_state import Rows
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
 from tfsat_host.devices.ports import BoardName
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
+from tfsat_host.present.sequencer_state import Rows
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +67,7 @@ def _stand_against_arming(
     shown: dict[str, Any], answers: dict[BoardName, tuple[dict[str, Any], Rows]]
 ) -> None:
     """The sequencer does not know of the logger: what would make `arm` refuse is said in its place."""
-    from tfsat_host.cli.sequencer_state import NOTHING_AGAINST_IT
+    from tfsat_host.present.sequencer_state import NOTHING_AGAINST_IT
 
     refusal = (shown["logger"] or {}).get("arm_refusal")
     if refusal is None or "sequencer" not in answers:
@@ -87,11 +87,11 @@ def _show(rows: Rows, out: Output) -> None:
 
 def _ask(place: Place) -> tuple[BoardName, dict[str, Any], Rows]:
     """Name, state and lines of the board at the other end."""
-    from tfsat_host.cli.logger_state import logger_state
-    from tfsat_host.cli.sequencer_state import sequencer_state
     from tfsat_host.devices.client import Client
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
+    from tfsat_host.present.logger_state import logger_state
+    from tfsat_host.present.sequencer_state import sequencer_state
     from tfsat_host.protocol.enums import Board
 
     with closing(place.connect()) as transport, interruptible(transport.name):

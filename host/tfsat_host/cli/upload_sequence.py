@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.maneuver_argument import (
     WHAT_A_B_MEANS,
     add_maneuver_arguments,
     maneuver_from,
     schedule_from,
 )
-from tfsat_host.cli.options import add_device_options, file_name
+from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
 from tfsat_host.cli.stroke_errors import (
     COLUMNS,
     Expectation,
@@ -21,11 +21,12 @@ from tfsat_host.cli.stroke_errors import (
     expect,
     find_servo_maps,
 )
-from tfsat_host.errors import UsageError
+from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import Output
+from tfsat_host.servo_settings import ServoSettings, insist_on_fit
 
 if TYPE_CHECKING:
-    from tfsat_host.maneuver import Maneuver, Schedule
+    from tfsat_host.maneuver import Schedule
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -45,6 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, shows and uploads; everything is checked before a port is opened."""
+    from tfsat_host.maneuver import write_maneuver
     from tfsat_host.maneuver.schedule import servo_speed_notices
 
     maneuver = maneuver_from(args)
@@ -55,16 +57,15 @@ def run(args: argparse.Namespace, out: Output) -> int:
     for notice in notices:
         out.warn(notice)
     if args.out is not None:
-        _write(maneuver, args.out, force=args.force)
+        refuse_existing(args.out, force=args.force)
+        write_maneuver(maneuver, args.out)
         out.note(f"Maneuver written to {args.out}")
     result: dict[str, object] = {"schedule": schedule.as_rows(), "end_s": schedule.end_s}
     expected = Expectation()
     if args.dry_run:
         result |= {"verified": False, "device": None, "dry_run": True}
     else:
-        from tfsat_host.cli.upload_device import upload
-
-        uploaded, settings = upload(schedule, args, out)
+        uploaded, settings = _upload(schedule, args, out)
         expected = expect(schedule, servos, settings)
         for notice in expected.notices:
             out.warn(notice)
@@ -74,16 +75,30 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def _write(maneuver: Maneuver, path: Path, *, force: bool) -> None:
-    from tfsat_host.maneuver import write_maneuver
+def _upload(
+    schedule: Schedule, args: argparse.Namespace, out: Output
+) -> tuple[dict[str, object], ServoSettings]:
+    """Sends the schedule, has it read back and compared: what `--json` has of it, and the board's settings."""
+    from tfsat_host.cli.connection import device, open_sequencer
 
-    if path.exists() and not force:
-        raise UsageError(
-            what=f"{path} exists already.",
-            meaning="Nothing was overwritten and nothing was sent.",
-            next_step="Give another name to --out, or add --force to overwrite it.",
-        )
-    write_maneuver(maneuver, path)
+    with offering_emulated(), open_sequencer(args, out) as sequencer:
+        settings = sequencer.settings().settings
+        try:
+            insist_on_fit([(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes], settings)
+        except RefusedError as error:
+            error.next_step += device_option(args)
+            raise
+        with out.progress(f"uploading to {sequencer.port}"):
+            done = sequencer.upload(schedule)
+        uploaded: dict[str, object] = {
+            "verified": True,
+            "written": done.written,
+            "identity": sequencer.identity.describe(),
+            "device": device(sequencer),
+            "maneuver_crc": f"{done.stored.crc:04x}",
+            "generation": done.stored.generation,
+        }
+        return uploaded, settings
 
 
 def _show(
@@ -94,8 +109,8 @@ def _show(
     if expected.rows is None:
         out.table(columns, rows)
     else:
-        told = [(*row, *expected.cells(number)) for number, row in enumerate(rows, 1)]
-        out.table((*columns, *COLUMNS), told)
+        cells = [(*row, *expected.cells(number)) for number, row in enumerate(rows, 1)]
+        out.table((*columns, *COLUMNS), cells)
         out.line(
             "A stroke misses by the angle reached minus the angle commanded; std is that of a single drop."
         )

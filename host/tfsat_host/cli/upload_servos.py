@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tfsat_host.cli.advice import device_option, offering_emulated
-from tfsat_host.cli.options import add_device_options, file_name
+from tfsat_host.cli.connection import device, open_sequencer
+from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
+from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
+from tfsat_host.present.stored import comparison, origin_words, settings_as_dict
+from tfsat_host.servo_settings import (
+    FACTORY,
+    ServoSettings,
+    find_misfit,
+    format_settings,
+    read_settings_file,
+)
 from tfsat_host.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from tfsat_host.devices.sequencer import SequencerClient, StoredSettings
-    from tfsat_host.servo_settings import ServoSettings
-
-_UNCHANGED = "Nothing was sent; the board keeps its settings."
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -45,57 +48,44 @@ def run(args: argparse.Namespace, out: Output) -> int:
     _check_usage(args)
     if args.show:
         return _show(args, out)
-    settings, notices = _wanted(args)
+    settings, notices = (FACTORY, []) if args.factory else read_settings_file(args.file)
     for notice in notices:
         out.warn(notice)
-    if args.dry_run:
-        return _dry_run(settings, notices, out)
-    return _upload(settings, notices, args, out)
+    if not args.dry_run:
+        return _upload(settings, notices, args, out)
+
+    def tell() -> None:
+        out.table(*comparison(settings, None))
+        out.line("Dry run: the board would accept these settings; nothing was sent.")
+
+    result = {"verified": False, "device": None, "dry_run": True, "notices": notices}
+    out.result({**settings_as_dict(settings), **result}, tell)
+    return 0
 
 
 def _check_usage(args: argparse.Namespace) -> None:
-    chosen = sum((args.file is not None, args.factory, args.show))
-    if chosen != 1:
-        raise UsageError(
-            what="One of FILE, --factory and --show is needed, and only one.",
-            meaning="Nothing was done.",
-            next_step="tfsat-host upload-servos servos.toml   or   tfsat-host upload-servos --show",
-        )
-    if args.out is not None and not args.show:
-        raise UsageError(
-            what="--out writes what is on the board: it goes with --show only.",
-            meaning="Nothing was done.",
-            next_step=f"First tfsat-host upload-servos --show --out {args.out}, then the upload without --out.",
-        )
-    if args.dry_run and args.show:
-        raise UsageError(
-            what="--dry-run touches no board, and --show asks one.",
-            meaning="Nothing was done.",
-            next_step="tfsat-host upload-servos --show   or   tfsat-host upload-servos FILE --dry-run",
-        )
-    if args.out is not None and args.out.exists() and not args.force:
-        raise UsageError(
-            what=f"{args.out} exists already.",
-            meaning="Nothing was overwritten.",
-            next_step="Give another name to --out, or add --force to overwrite it.",
-        )
-
-
-def _wanted(args: argparse.Namespace) -> tuple[ServoSettings, list[str]]:
-    from tfsat_host.servo_settings import FACTORY, read_settings_file
-
-    return (FACTORY, []) if args.factory else read_settings_file(args.file)
+    if sum((args.file is not None, args.factory, args.show)) != 1:
+        what = "One of FILE, --factory and --show is needed, and only one."
+        next_step = "tfsat-host upload-servos servos.toml   or   tfsat-host upload-servos --show"
+    elif args.out is not None and not args.show:
+        what = "--out writes what is on the board: it goes with --show only."
+        next_step = f"First tfsat-host upload-servos --show --out {args.out}, then the upload without --out."
+    elif args.dry_run and args.show:
+        what = "--dry-run touches no board, and --show asks one."
+        next_step = "tfsat-host upload-servos --show   or   tfsat-host upload-servos FILE --dry-run"
+    else:
+        if args.out is not None:
+            refuse_existing(args.out, force=args.force)
+        return
+    raise UsageError(what=what, meaning="Nothing was done.", next_step=next_step)
 
 
 def _show(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.connection import open_sequencer
-    from tfsat_host.cli.servo_words import comparison, origin_words
-
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         stored = sequencer.settings()
-        result = {**_stored_as_dict(stored), "device": _device(sequencer)}
+        result = {**_as_dict(stored), "device": device(sequencer)}
     if args.out is not None:
-        _write(stored.settings, args.out)
+        write_whole(args.out, format_settings(stored.settings).encode())
         out.note(f"Settings written to {args.out}")
 
     def tell() -> None:
@@ -106,35 +96,14 @@ def _show(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-def _write(settings: ServoSettings, path: Path) -> None:
-    from tfsat_host.servo_settings import format_settings
-
-    write_whole(path, format_settings(settings).encode())
-
-
-def _dry_run(settings: ServoSettings, notices: list[str], out: Output) -> int:
-    from tfsat_host.cli.servo_words import comparison, settings_as_dict
-
-    def tell() -> None:
-        out.table(*comparison(settings, None))
-        out.line("Dry run: the board would accept these settings; nothing was sent.")
-
-    result = {**settings_as_dict(settings), "verified": False, "device": None, "dry_run": True}
-    out.result({**result, "notices": notices}, tell)
-    return 0
-
-
 def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.cli.connection import open_sequencer
-    from tfsat_host.cli.servo_words import comparison, settings_as_dict
-    from tfsat_host.servo_settings import find_misfit
-
     with offering_emulated(), open_sequencer(args, out) as sequencer:
-        _insist_on_safe(sequencer)
+        sequencer.insist_on_safe()  # before anybody is asked
         before = sequencer.settings()
         if settings != before.settings:
             out.table(*comparison(settings, before.settings))
-            out.confirm("Store the new settings on the sequencer?", meaning=_UNCHANGED)
+            unchanged = "Nothing was sent; the board keeps its settings."
+            out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
         with out.progress(f"uploading to {sequencer.port}"):
             done = sequencer.write_settings(settings)
         misfit = find_misfit(sequencer.read_back().moves, settings)
@@ -144,12 +113,12 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
                 f"Upload one that fits: tfsat-host upload-sequence A B{device_option(args)}"
             )
         result = {
-            **_stored_as_dict(done.stored),
+            **_as_dict(done.stored),
             "before": settings_as_dict(before.settings),
             "verified": True,
             "written": done.written,
             "maneuver_fits": misfit is None,
-            "device": _device(sequencer),
+            "device": device(sequencer),
             "notices": notices,
         }
         already = "" if done.written else " (they were there already)"
@@ -157,25 +126,6 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
     return 0
 
 
-def _insist_on_safe(sequencer: SequencerClient) -> None:
-    """Before anybody is asked: the board takes settings only while no servo is held by them."""
-    from tfsat_host.devices.client import board_error
-    from tfsat_host.protocol.enums import ErrorCode, SequencerState
-    from tfsat_host.protocol.messages import ErrorReply, SettingsWriteRequest
-
-    if sequencer.status().state != SequencerState.SAFE:
-        raise board_error(ErrorReply(SettingsWriteRequest.TYPE, ErrorCode.WRONG_STATE, -1))
-
-
-def _stored_as_dict(stored: StoredSettings) -> dict[str, Any]:
-    from tfsat_host.cli.servo_words import settings_as_dict
-
-    return {
-        "origin": stored.origin.name.lower(),
-        "generation": stored.generation,
-        **settings_as_dict(stored.settings),
-    }
-
-
-def _device(sequencer: SequencerClient) -> dict[str, str | None]:
-    return {"port": sequencer.port, **sequencer.identity.as_dict()}
+def _as_dict(stored: StoredSettings) -> dict[str, Any]:
+    settings = settings_as_dict(stored.settings)
+    return {"origin": stored.origin.name.lower(), "generation": stored.generation, **settings}

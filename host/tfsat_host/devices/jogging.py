@@ -9,13 +9,12 @@ from functools import partial
 from itertools import pairwise
 from typing import Protocol
 
-from tfsat_host.devices.client import BoardRefusal, NoAnswer, board_error
+from tfsat_host.devices.client import BoardRefusal, NoAnswer
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.protocol.messages import (
-    ErrorReply,
     JogReply,
     JogRequest,
     SequencerStatusReply,
@@ -108,15 +107,7 @@ class JogEnd:
 
 
 class JogError(TfsatError):
-    """A jog did not go as ordered.
-
-    Attributes:
-        details: For `--json`: the joint, and the angle in deg that its servo was told last.
-    """
-
-    def __init__(self, details: dict[str, float], *, what: str, meaning: str, next_step: str) -> None:
-        super().__init__(what=what, meaning=meaning, next_step=next_step)
-        self.details = details
+    """A jog did not go as ordered; `details` has the joint, and the angle in deg that its servo was told last."""
 
 
 class JogRefused(RefusedError):
@@ -169,8 +160,7 @@ class JogClient(SequencerClient):
 
     def _check(self, joint: int, angles: Sequence[tuple[int, str]]) -> None:
         """Of each angle, 0.01 deg, how a refusal calls it."""
-        if self.status().state != SequencerState.SAFE:
-            raise board_error(ErrorReply(JogRequest.TYPE, ErrorCode.WRONG_STATE, -1))
+        self.insist_on_safe(JogRequest)
         limits = self._client.request(SettingsReadRequest(), SettingsReadReply).servo[joint - 1]
         for angle_cdeg, what in angles:
             if not limits.min_cdeg <= angle_cdeg <= limits.max_cdeg:
@@ -362,8 +352,9 @@ class _Motion:
         self._ordered_s = self._board.now_s()
 
     def _error(self, what: str, meaning: str, next_step: str) -> JogError:
-        details = jog_details(self.jog.joint, self.angle_cdeg)
-        return JogError(details, what=what, meaning=meaning, next_step=next_step)
+        error = JogError(what=what, meaning=meaning, next_step=next_step)
+        error.details = jog_details(self.jog.joint, self.angle_cdeg)
+        return error
 
     def _ended_by_board(self, status: SequencerStatusReply) -> JogError:
         """The board does not jog any more; its uptimes tell a restart from a host that was away."""

@@ -7,15 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
-from tfsat_host.devices.client import BoardIdentity, Client, VerifyError
+from tfsat_host.devices.client import BoardIdentity, Client, VerifyError, board_error
 from tfsat_host.devices.transport import Transport
-from tfsat_host.protocol.enums import Board, Origin, SequencerState
+from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
 from tfsat_host.protocol.messages import (
     ArmReply,
     ArmRequest,
     DisarmReply,
     DisarmRequest,
+    ErrorReply,
     JointReportReply,
     JointReportRequest,
     ManeuverBeginReply,
@@ -37,6 +38,7 @@ from tfsat_host.protocol.messages import (
     SettingsWriteReply,
     SettingsWriteRequest,
 )
+from tfsat_host.protocol.record import Payload
 from tfsat_host.servo_settings import ServoSettings
 
 if TYPE_CHECKING:
@@ -180,6 +182,11 @@ class SequencerClient:
         """The servo settings in force."""
         reply = self._client.request(SettingsReadRequest(), SettingsReadReply)
         return StoredSettings(reply.origin, reply.generation, ServoSettings(reply.frame_us, reply.servo))
+
+    def insist_on_safe(self, request: type[Payload] = SettingsWriteRequest) -> None:
+        """Raises what the board would answer to this request, which it takes only while it is safe."""
+        if self.status().state != SequencerState.SAFE:
+            raise board_error(ErrorReply(request.TYPE, ErrorCode.WRONG_STATE, -1))
 
     def write_settings(self, settings: ServoSettings) -> Upload[StoredSettings]:
         """Has the servo settings stored, reads them back and compares.

@@ -16,11 +16,12 @@ from tfsat_host.devices.log_copies import FetchedLogs, PartialLog, sha256_if_sam
 from tfsat_host.devices.log_transfer import RAM, Listing, Outcome, copy_name, entry_words
 from tfsat_host.devices.logger import STOP_TIMEOUT_S, LoggerClient
 from tfsat_host.errors import TfsatError
+from tfsat_host.present.logger_state import clock_words
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.enums import DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import ErrorReply, LogEntry, LogReadRequest
-from tfsat_host.quantity import UNKNOWN, Column, Columns, fields, record
+from tfsat_host.quantity import Column, Columns, fields, record
 from tfsat_host.sdlog.errors import LogError
 from tfsat_host.sdlog.summary import summary
 from tfsat_host.units import US_PER_S
@@ -29,13 +30,6 @@ FALL_WAIT_S = 15.0
 """RAM takes a drop until 5 s after the release at the earliest and a second after the landing."""
 _ENDING_S = 2.0
 _DECODED = ("verdict", "samples", "samples_lost", "blocks_lost", "duration_s", "rate_hz")
-
-
-def clock_words(unix_us: int) -> str:
-    """A time of day by this computer's time zone; a dash where it was never set."""
-    if not unix_us:
-        return UNKNOWN
-    return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"
 
 
 def _clock_iso(unix_us: int) -> str | None:

@@ -21,9 +21,15 @@ from typing import Final
 from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.protocol.messages import ServoSetting
-from tfsat_host.servo_settings.errors import NOTHING_CHANGED, SettingsDefect, SettingsError
-from tfsat_host.servo_settings.rules import FRAME, find_defect
-from tfsat_host.servo_settings.settings import NS_PER_US, ServoSettings
+from tfsat_host.servo_settings.settings import (
+    FRAME,
+    NOTHING_CHANGED,
+    NS_PER_US,
+    ServoSettings,
+    SettingsDefect,
+    SettingsError,
+    find_defect,
+)
 from tfsat_host.units import CDEG_PER_DEG, exact
 
 FORMAT: Final = 1

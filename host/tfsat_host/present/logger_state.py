@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time
+from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.board_state import Rows, switch_words, switches_closed
-from tfsat_host.devices.card_trouble import drop_in_danger, file_was_full, recording_in_danger, state_words
+from tfsat_host.devices.logger import drop_in_danger, file_was_full, recording_in_danger, state_words
 from tfsat_host.json_values import error_as_dict
+from tfsat_host.present.sequencer_state import Rows, switch_words, switches_closed
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, Origin
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.quantity import Column, Columns, fields, record
-from tfsat_host.run.fetched_log import clock_words
 from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
@@ -109,6 +109,13 @@ def _recording_words(status: LoggerStatusReply) -> str:
         f"session {status.session:08x}, {status.samples} samples, {status.samples_dropped} dropped, "
         f"{_PHASES[status.phase]}{': it closes by itself' if closes else ''}"
     )
+
+
+def clock_words(unix_us: int) -> str:
+    """A time of day by this computer's time zone; a dash where nobody has set it."""
+    if not unix_us:
+        return "–"
+    return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"
 
 
 def _clock_words(unix_us: int, error_s: float | None) -> str:

@@ -1,4 +1,4 @@
-"""What the sequencer says of itself, as JSON and as lines for people."""
+"""What the sequencer reports of itself, as JSON and as lines for people."""
 
 from __future__ import annotations
 
@@ -6,23 +6,39 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.board_state import Rows, open_switches, switch_words, switches_closed, with_fault
-from tfsat_host.cli.maneuver_words import maneuver_as_dict, maneuver_words
-from tfsat_host.cli.run_words import RUN, run_rows
-from tfsat_host.cli.servo_words import origin_words, servo_words, settings_as_dict
 from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
-from tfsat_host.devices.last_run import LastRun, last_run
+from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import refusal_name
+from tfsat_host.present.stored import (
+    maneuver_as_dict,
+    maneuver_words,
+    origin_words,
+    servo_words,
+    settings_as_dict,
+)
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
+from tfsat_host.protocol.limits import SWITCH_COUNT
 from tfsat_host.protocol.remedies import REMEDIES
 from tfsat_host.quantity import Column, Columns, fields, nested, record
+from tfsat_host.units import US_PER_S
 
 if TYPE_CHECKING:
     from tfsat_host.devices.client import BoardError
     from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
     from tfsat_host.protocol.messages import SequencerStatusReply
 
+Rows = list[tuple[str, str]]
+"""Name and text of each line; a name that is indented belongs to the line before it."""
+
+
+RUN: Columns = (
+    *fields("released_uptime_s=released_us since_release_s bounces strokes_missed=missed"),
+    Column("release_interval_us", of=lambda run: [-run.earlier_us, run.later_us]),
+    Column("strokes_planned", of=lambda run: len(run.onsets)),
+    Column("strokes", of="onsets", columns=fields("state=booking.value start_us scheduled_us error_us")),
+)
+"""For JSON: the release, and each stroke with its schedule; null where that is not known."""
 MOST_RESETS = 255
 """As many as the board counts."""
 BROWN_OUT_V = (4.3, 3.5, 3.4, 2.6, 2.4, 2.2, 2.0, None)
@@ -238,3 +254,82 @@ _STATE: Columns = (
     *fields("reset_cause strokes_started frames_rejected"),
     Column("joint_angle_deg", of=_joint_angles_deg),
 )
+
+
+def switches_closed(switches_open: int) -> list[bool]:
+    """Whether each release switch is closed, from the status bits."""
+    return [not switches_open >> bit & 1 for bit in range(SWITCH_COUNT)]
+
+
+def switch_words(switches_open: int) -> str:
+    """The release switches for people."""
+    return ", ".join(
+        f"{number} {'closed' if closed else 'OPEN'}"
+        for number, closed in enumerate(switches_closed(switches_open), 1)
+    )
+
+
+def open_switches(switches_open: int) -> str:
+    """Which are open, named: `release switch 2`."""
+    numbers = [str(number) for number, closed in enumerate(switches_closed(switches_open), 1) if not closed]
+    return f"release switch{'es' if len(numbers) > 1 else ''} {' and '.join(numbers)}"
+
+
+def with_fault(state: str, fault: str) -> str:
+    """A state and, unless there is none, the fault in it."""
+    return state if fault == "none" else f"{state}: {fault.replace('_', ' ')}"
+
+
+def run_rows(run: LastRun | None, state: SequencerState) -> Rows:
+    """The run in a line, and a line for each stroke."""
+    if run is None:
+        return [("  last run", "none since power was switched on")]
+    rows = [
+        ("  last run", "; ".join([_released(run), *_extent(run, state), f"{run.bounces} edges of bounce"]))
+    ]
+    if run.earlier_us or run.later_us:
+        rows.append(
+            (
+                "    ATTENTION",
+                "the switches' edges fit two releases: the robot may have left up to "
+                f"{run.earlier_us / 1000:.1f} ms before or {run.later_us / 1000:.1f} ms after it",
+            )
+        )
+    return rows + [
+        (f"    stroke {number}", _stroke(onset, state)) for number, onset in enumerate(run.onsets, 1)
+    ]
+
+
+def _stroke(onset: Onset, state: SequencerState) -> str:
+    if onset.booking == Booking.MISSED:
+        return "MISSED: no pulse of it came out on its servo's pin; the joint stayed where it was"
+    if onset.booking == Booking.NOT_BEGUN:
+        return "not yet" if state == SequencerState.RUNNING else "did not begin: the run ended before"
+    if onset.start_us is None:
+        return "began; a reset came before its time was noted"
+    error = (
+        "no stroke of the maneuver on the board is known to be this one"
+        if onset.error_us is None
+        else f"{onset.error_us:+d} us from the schedule"
+    )
+    return f"began at {onset.start_us / US_PER_S:.6f} s, {error}"
+
+
+def _released(run: LastRun) -> str:
+    edge = f"released {run.released_us / US_PER_S:.6f} s after the start"
+    if run.since_release_s is None:
+        return f"{edge} before the last reset, or since"
+    return f"{edge}, {run.since_release_s:.1f} s ago"
+
+
+def _extent(run: LastRun, state: SequencerState) -> list[str]:
+    """How far the run came, unless it came to its end."""
+    begun, planned = run.begun, len(run.onsets)
+    missed = [f"{run.missed} of {planned} strokes MISSED"] if run.missed else []
+    if state == SequencerState.RUNNING:
+        return [f"{begun} of {planned} strokes so far", *missed]
+    if begun + run.missed == planned:
+        return missed
+    if begun == 0:
+        return ["it ended before its first stroke"]
+    return [f"it ended after {begun} of {planned} strokes", *missed]

@@ -1,0 +1,205 @@
+"""Arming a sequencer: what stands against it, what a person has to know first, the word, and the proof.
+
+The logger and the certificate are looked at as well: whether the drop will be on the logger's card refuses, unless
+that is accepted; what stands against the calibration does not, since a drop without one can be evaluated with one that
+follows, a drop that is not flown cannot.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from tfsat_host.devices.arm_refusal import arm_refusal
+from tfsat_host.devices.ports import PortError, find_port, port_variable
+from tfsat_host.errors import TfsatError
+from tfsat_host.present.stored import flight_words
+from tfsat_host.protocol.enums import LoggerState, SequencerState
+from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
+from tfsat_host.run.files import find_certificate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tfsat_host.calibration.steps.evidence import Origin
+    from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
+
+_CLEAR = "Hands, hair and cables out of the joints' way."
+_SINCE_ARMING = {
+    SequencerState.RUNNING: "Both switches opened right after the arming: the maneuver runs now. Stand clear.",
+    SequencerState.DONE: "Both switches opened right after the arming: the maneuver was flown.",
+    SequencerState.SAFE: "It was disarmed or lost its power: a drop now would fly nothing.",
+}
+
+
+class Operator(Protocol):
+    """Whoever arms: reads, and gives the word."""
+
+    def note(self, text: str) -> None:
+        """Something to know."""
+
+    def warn(self, text: str) -> None:
+        """Something that stands against a good drop."""
+
+    def give_the_word(self) -> None:
+        """Returns where the robot shall be armed. Raises TfsatError where not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Armed:
+    """A sequencer that says that it is armed.
+
+    Attributes:
+        maneuver: What will fly.
+        recording: Whether the drop will be on the logger's card; None: it was not asked, or did not say.
+        calibration: Of the certificate, for `--json`; None without one.
+        at_start_pose: Whether the measured joints are; None: not measured.
+    """
+
+    maneuver: StoredManeuver
+    recording: bool | None
+    calibration: dict[str, Any] | None
+    at_start_pose: bool | None
+
+
+def arm(
+    sequencer: SequencerClient,
+    operator: Operator,
+    *,
+    joints_cdeg: Sequence[int] | None = None,
+    sequencer_named: bool = False,
+    unrecorded: bool = False,
+    certificate: Path | None = None,
+) -> Armed:
+    """Arms once nothing stands against it and the operator has given the word.
+
+    Args:
+        sequencer: The board.
+        operator: Hears what has to be known before the word.
+        joints_cdeg: Measured angles of joints 1 to 3, 0.01 deg: a joint off its start pose refuses.
+        sequencer_named: Its port was named: no others are searched, and only the environment names a logger.
+        unrecorded: Arm even if the logger's recording does not reach its card.
+        certificate: To hold against the drop; None: the one that lies here, if any.
+
+    Raises:
+        BoardRefusal: the board would refuse, or refused.
+        NotOnCard: a recording was started and does not reach its card.
+        TfsatError: the operator did not give the word; or the board took it, and is not armed now.
+    """
+    maneuver, status = sequencer.read_back(), sequencer.status()
+    refusal = arm_refusal(status, maneuver, sequencer.settings().settings, joints_cdeg)
+    if refusal is not None:
+        raise refusal
+    recording, origin = _logger(operator, sequencer_named=sequencer_named, unrecorded=unrecorded)
+    calibration = _calibration(certificate, origin, operator)
+    operator.note(flight_words(maneuver))
+    operator.note(_servo_warning(status.state))
+    operator.give_the_word()
+    # After the question: the board heeds a report only while it is fresh, and a person may take a while.
+    at_start_pose = None if joints_cdeg is None else sequencer.report_joints(joints_cdeg)
+    sequencer.arm()
+    state = sequencer.status().state
+    if state != SequencerState.ARMED:
+        raise TfsatError(
+            what=f"The sequencer took the arming, but now it is {state.name.lower()}.",
+            meaning=_SINCE_ARMING.get(state, "A drop now would not fly the maneuver."),
+            next_step="tfsat-host status shows why; then disarm, and arm again.",
+        )
+    return Armed(maneuver, recording, calibration, at_start_pose)
+
+
+def _servo_warning(state: SequencerState) -> str:
+    """What the servos do at the word, before any release."""
+    if state == SequencerState.DONE:
+        return (
+            f"The servos hold the end pose now, each within {START_POSE_TOLERANCE_CDEG / 100:g} deg of its start pose "
+            "(further away, ARM is refused). At the arming they take joints 1, 2 and 3 to 0 deg at their full speed, "
+            f"before any release. {_CLEAR}"
+        )
+    return (
+        "The servos are limp now. At the arming, before any release, they take joints 1, 2 and 3 to the start pose, "
+        "0 deg: a joint that is elsewhere jumps there at the servo's full speed. Bring it to 0 deg first, by hand "
+        f"or with tfsat-host jog. {_CLEAR}"
+    )
+
+
+def _logger(
+    operator: Operator, *, sequencer_named: bool, unrecorded: bool
+) -> tuple[bool | None, Origin | None]:
+    """Whether the logger records onto its card, and whose sensors it has; None where it was not asked or did not say.
+
+    Raises NotOnCard: a recording was started and does not reach its card.
+    """
+    from tfsat_host.devices.logger import LoggerClient, stalled_recording
+    from tfsat_host.devices.transport import SerialTransport
+    from tfsat_host.preflight.origin import origin_of_logger
+
+    if sequencer_named and not os.environ.get(port_variable("logger")):
+        operator.warn(
+            f"The logger was not asked whether it records: --port names the sequencer only. A drop that is not "
+            f"recorded leaves no data. To have it asked, set {port_variable('logger')}=PORT"
+        )
+        return None, None
+    try:
+        port = find_port("logger")
+    except PortError as error:
+        operator.warn(
+            f"The logger was not asked whether it records: a drop that is not recorded leaves no data. {error.what}"
+        )
+        return None, None
+    try:
+        with closing(SerialTransport(port)) as transport:
+            logger = LoggerClient.connect(transport)
+            status = logger.status()
+            origin = origin_of_logger(logger.identity, status.who_am_i)
+            danger = stalled_recording(logger, status)
+    except TfsatError as error:
+        operator.warn(f"The logger did not say whether it records. {error.what}")
+        return None, None
+    recording = danger is None and status.state == LoggerState.RECORDING
+    if danger is not None and not unrecorded:
+        danger.meaning = f"{danger.meaning} Nothing was armed."
+        danger.next_step = f"{danger.next_step}\nTo arm all the same: tfsat-host arm --unrecorded"
+        raise danger
+    if danger is not None:
+        operator.warn(f"{danger.what} {danger.meaning}")
+    elif not recording:
+        operator.warn(
+            f"The logger at {port} is not recording ({status.state.name.lower()}): a drop now would leave no data. "
+            "Start it: tfsat-host record start"
+        )
+    return recording, origin
+
+
+def _calibration(named: Path | None, origin: Origin | None, operator: Operator) -> dict[str, Any] | None:
+    """What stands against the calibration, before the servos get pulses: afterwards the sensors may be others.
+
+    Args:
+        named: The certificate; None: the one that lies here, of an emulated robot its own.
+        origin: Whose sensors hang on the logger; None: it was not asked.
+        operator: Reads it.
+    """
+    file = find_certificate(named, Path(), emulated=origin is not None and origin.emulated)
+    if file is None:
+        return None
+    from tfsat_host.calibration.certificate.file import read_calibration
+    from tfsat_host.run.certificate_notices import as_json, notices, unreadable_as_json
+
+    try:
+        calibration = read_calibration(file)
+    except TfsatError as error:
+        operator.warn(f"{error.what} {error.meaning} {error.next_step}")
+        return unreadable_as_json(file, error.what)
+    found = notices(calibration, origin, file)
+    for sentence in found:
+        operator.note(f"Calibration {file}: {sentence}")
+    if origin is None:
+        operator.note(
+            f"Calibration {file}: whether it is of this robot's sensors was not asked of the logger."
+        )
+    elif not found:
+        operator.note(f"Calibration: {file} holds for this drop.")
+    return as_json(calibration, file, found)
