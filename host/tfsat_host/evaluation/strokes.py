@@ -109,109 +109,73 @@ def strokes_flown(
     found = []
     for i, stroke in enumerate(strokes):
         again = [begins[k] for k in range(i + 1, len(strokes)) if strokes[k].joint == stroke.joint]
-        until_s = float(min([*again, motion.t_s[-1]]))
-        asked = _Asked(
-            i + 1,
-            stroke.joint,
-            stroke.t_s,
-            float(seen[i]),
-            float(np.deg2rad(stroke.angle_deg)),
-            float(begins[i]),
-            until_s,
-        )
-        found.append(_flown(motion, asked))
+        commanded = float(np.deg2rad(stroke.angle_deg))
+        asked = FlownStroke(i + 1, stroke.joint, stroke.t_s, float(seen[i]), commanded, False, "")
+        found.append(_flown(motion, asked, float(begins[i]), float(min([*again, motion.t_s[-1]]))))
     return tuple(found)
 
 
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """A stroke as commanded, and the time that is its own: from its command to the same joint's next."""
-
-    number: int
-    joint: int
-    scheduled_s: float
-    logged_s: float
-    commanded_rad: float
-    begin_s: float
-    until_s: float
-
-    def stroke(self, moved: bool, remark: str) -> FlownStroke:
-        """With nothing measured yet."""
-        return FlownStroke(
-            self.number, self.joint, self.scheduled_s, self.logged_s, self.commanded_rad, moved, remark
-        )
-
-
-def _flown(motion: Motion, asked: _Asked) -> FlownStroke:
+def _flown(motion: Motion, asked: FlownStroke, begin_s: float, until_s: float) -> FlownStroke:
+    """What became of a stroke, of which nothing is measured yet, from its command to the same joint's next."""
     t, joint = motion.t_s, motion.joints[asked.joint - 1]
-    if asked.begin_s >= t[-1] - EARLY_S:
-        return asked.stroke(False, "Not recorded: it was due after the end of what can be evaluated.")
-    unheard = (
-        "" if np.isfinite(asked.logged_s) else "The stroke line did not rise: its time is the schedule's."
+    if begin_s >= t[-1] - EARLY_S:
+        return replace(asked, remark="Not recorded: it was due after the end of what can be evaluated.")
+    remarks = (
+        [] if np.isfinite(asked.logged_s) else ["The stroke line did not rise: its time is the schedule's."]
     )
-    before, after = at_rest(t, asked.begin_s), at_rest(t, asked.until_s)
-    if before is None or after is None or asked.begin_s >= asked.until_s - EARLY_S:
-        return asked.stroke(False, _join(unheard, "It lies outside the time that can be evaluated."))
+
+    def with_remark(stroke: FlownStroke, *more: str) -> FlownStroke:
+        return replace(stroke, remark=" ".join([*remarks, *more]))
+
+    before, after = at_rest(t, begin_s), at_rest(t, until_s)
+    if before is None or after is None or begin_s >= until_s - EARLY_S:
+        return with_remark(asked, "It lies outside the time that can be evaluated.")
     size, size_std = change_of(joint, before, after)
-    own = (t >= asked.begin_s - EARLY_S) & (t < asked.until_s)
-    times, rate = t[own], motion.fused.joint_rate_rad_s[own, asked.joint - 1]
+    own = (t >= begin_s - EARLY_S) & (t < until_s)
     way = float(np.sign(size)) or 1.0
-    peak = float((way * smoothed(rate)).max())
+    times, rate = t[own], way * motion.fused.joint_rate_rad_s[own, asked.joint - 1]
+    peak = float(smoothed(rate).max())
     slowest = max(MOVING_RAD_S, NOISES * rate_noise(motion, asked.joint))
     farthest = float(np.abs(joint.angle_rad[own] - joint.angle_rad[before].mean()).max())
-    left_s = float(t[-1]) - asked.begin_s
+    left_s = float(t[-1]) - begin_s
     if peak < slowest and left_s < ARRIVED_S:
-        remark = f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
-        return asked.stroke(False, _join(unheard, remark))
+        return with_remark(
+            asked, f"Not recorded: what can be evaluated ends {1e3 * left_s:.0f} ms after its command."
+        )
+    measured = replace(asked, size_rad=size, size_std_rad=size_std)
     if peak < slowest or abs(size) < max(3.0 * size_std, CAME_BACK_SHARE * farthest):
         got, wanted = np.rad2deg([size, asked.commanded_rad])
         how = "did not move" if peak < slowest else "moved and came back"
-        still = f"Joint {asked.joint} {how}: {got:+.2f} deg instead of {wanted:+g} deg."
-        return replace(asked.stroke(False, _join(unheard, still)), size_rad=size, size_std_rad=size_std)
-    start, end = rising_edge(times, way * rate), falling_edge(times, way * rate)
-    if asked.until_s >= t[-1] and abs(rate[-2:]).max() > slowest:
-        return replace(
-            asked.stroke(True, _join(unheard, *_before(asked, size, way * rate, slowest), _BROKEN_OFF)),
-            size_rad=size,
-            size_std_rad=size_std,
-            start_s=start.t_s,
-            start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
-            dead_time_s=start.t_s - asked.logged_s,
-            peak_rate_rad_s=way * peak,
-            unfinished=True,
-        )
-    overshoot, settling = _arrival(times, way * joint.angle_rad[own], start.t_s, end.t_s, abs(size))
-    turned = np.interp([start.t_s, end.t_s], t, joint.angle_rad)
-    return replace(
-        asked.stroke(True, _join(unheard, *_wrong(asked, size, way * rate, slowest, end))),
-        size_rad=size,
-        size_std_rad=size_std,
+        return with_remark(measured, f"Joint {asked.joint} {how}: {got:+.2f} deg instead of {wanted:+g} deg.")
+    if size * asked.commanded_rad < 0.0:
+        remarks.append("It went the wrong way.")
+    if abs(rate[:2]).max() > slowest:
+        remarks.append("The joint was still moving when it was commanded.")
+    start, end = rising_edge(times, rate), falling_edge(times, rate)
+    measured = replace(
+        measured,
+        moved=True,
         start_s=start.t_s,
         start_std_s=float(np.hypot(start.std_s, motion.lag.delay_std_s)),
         dead_time_s=start.t_s - asked.logged_s,
-        end_s=end.t_s,
-        mean_rate_rad_s=float((turned[1] - turned[0]) / (end.t_s - start.t_s)),
         peak_rate_rad_s=way * peak,
-        overshoot_rad=overshoot,
-        settling_s=settling,
     )
-
-
-def _wrong(asked: _Asked, size: float, rate: FloatArray, slowest: float, end: Edge) -> list[str]:
-    found = _before(asked, size, rate, slowest)
-    if abs(rate[-2:]).max() > slowest or not end.whole:
-        found.append("It had not come to rest when its time was over.")
-    return found
-
-
-def _before(asked: _Asked, size: float, rate: FloatArray, slowest: float) -> list[str]:
-    """What can be said without the stroke's end."""
-    found = []
-    if size * asked.commanded_rad < 0.0:
-        found.append("It went the wrong way.")
-    if abs(rate[:2]).max() > slowest:
-        found.append("The joint was still moving when it was commanded.")
-    return found
+    still_moving = abs(rate[-2:]).max() > slowest
+    if until_s >= t[-1] and still_moving:
+        return with_remark(replace(measured, unfinished=True), _BROKEN_OFF)
+    if still_moving or not end.whole:
+        remarks.append("It had not come to rest when its time was over.")
+    overshoot, settling = _arrival(times, way * joint.angle_rad[own], start.t_s, end.t_s, abs(size))
+    first, last = np.interp([start.t_s, end.t_s], t, joint.angle_rad)
+    return with_remark(
+        replace(
+            measured,
+            end_s=end.t_s,
+            mean_rate_rad_s=float((last - first) / (end.t_s - start.t_s)),
+            overshoot_rad=overshoot,
+            settling_s=settling,
+        )
+    )
 
 
 def _arrival(
@@ -253,10 +217,6 @@ def rate_noise(motion: Motion, joint: int) -> float:
     """Of one sample of a joint's rate, rad/s, by what second differences do not explain while it stands or coasts."""
     second = np.diff(motion.fused.joint_rate_rad_s[:, joint - 1], 2)
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0))
-
-
-def _join(*sentences: str) -> str:
-    return " ".join(sentence for sentence in sentences if sentence)
 
 
 UNEXPECTED_RAD = np.deg2rad(1.0)

@@ -6,7 +6,7 @@ or was stood in for. `failed`: there are no numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -47,14 +47,6 @@ class Verdict:
         return {"level": self.level, "sentence": self.sentence, "reasons": list(self.reasons)}
 
 
-@dataclass(frozen=True, slots=True)
-class _Group:
-    """Reasons of one kind, and what they come to."""
-
-    sentence: str
-    reasons: tuple[str, ...]
-
-
 def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Verdict:
     """Of one drop.
 
@@ -63,24 +55,23 @@ def verdict_of(found: Evaluation, against_calibration: Sequence[str] = ()) -> Ve
         against_calibration: What stands against the certificate, which the evaluation itself cannot see: that it is of
             other sensors, or how old it is. Sentences.
     """
-    failed = tuple(check.sentence for check in found.failed_checks)
-    groups = (
-        _Group(f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
-        _Group("the recording is not whole", tuple(_of_recording(found))),
-        _Group("the calibration does not hold as it is", tuple(against_calibration)),
-        _Group("something stands in for data that is missing", found.notes),
-        _Group("not every stroke was flown as commanded", tuple(_of_strokes(found.strokes))),
-        _Group(
-            "a joint moved where it should stand", tuple(one.remark for one in found.standing if one.remark)
-        ),
-        _Group("the fall was not as it should be", tuple(_of_fall(found))),
-        _of_model(found.explained),
+    failed = [check.sentence for check in found.failed_checks]
+    standing = [one.remark for one in found.standing if one.remark]
+    groups: tuple[tuple[str, Iterable[str]], ...] = (
+        (f"{len(failed)} check{'' if len(failed) == 1 else 's'} failed", failed),
+        ("the recording is not whole", _of_recording(found)),
+        ("the calibration does not hold as it is", against_calibration),
+        ("something stands in for data that is missing", found.notes),
+        ("not every stroke was flown as commanded", _of_strokes(found.strokes)),
+        ("a joint moved where it should stand", standing),
+        ("the fall was not as it should be", _of_fall(found)),
+        (_of_model(found.explained), found.explained.withheld),
     )
-    present = [group for group in groups if group.reasons]
-    if not present:
+    present = {sentence: list(reasons) for sentence, reasons in groups}
+    sentence = "; ".join(one for one, reasons in present.items() if reasons)
+    if not sentence:
         return Verdict("good", _good(found), ())
-    sentence = "; ".join(group.sentence for group in present)
-    reasons = tuple(dict.fromkeys(reason for group in present for reason in group.reasons))
+    reasons = tuple(dict.fromkeys(reason for some in present.values() for reason in some))
     return Verdict("doubtful", f"{sentence[:1].upper()}{sentence[1:]}.", reasons)
 
 
@@ -151,8 +142,8 @@ def _of_release(velocity: ReleaseVelocity) -> Iterator[str]:
         )
 
 
-def _of_model(explained: ModelComparison) -> _Group:
+def _of_model(explained: ModelComparison) -> str:
     """What the correction lacks; it is the model's fault only if that does not explain the motion either."""
     if explained.explains_before or explained.explains_after:
-        return _Group("the correction of the model cannot be used", explained.withheld)
-    return _Group("the model does not explain the motion, corrected or not", explained.withheld)
+        return "the correction of the model cannot be used"
+    return "the model does not explain the motion, corrected or not"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,11 +79,12 @@ def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction
 
 def _turn(rotation: FloatArray) -> FloatArray:
     """(3, 3) of a rotation vector."""
-    angle = float(np.sqrt(rotation @ rotation))
-    x, y, z = rotation
+    x, y, z = rotation.tolist()
+    angle = sqrt(x * x + y * y + z * z)
+    # Below a microradian the series' first terms are exact to the last digit.
+    first, second = (sin(angle) / angle, (1.0 - cos(angle)) / angle**2) if angle > 1e-6 else (1.0, 0.5)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    square = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
-    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + square * (cross @ cross))
+    return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
 
 @dataclass(frozen=True, eq=False)
