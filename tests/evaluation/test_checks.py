@@ -180,9 +180,7 @@ CAUSES: list[tuple[str, Wrong, set[str], str]] = [
 
 
 @pytest.mark.parametrize(
-    ("wrong", "at_least", "cause"),
-    [case[1:] for case in CAUSES],
-    ids=[case[0] for case in CAUSES],
+    ("wrong", "at_least", "cause"), [case[1:] for case in CAUSES], ids=[case[0] for case in CAUSES]
 )
 def test_a_contradiction_is_found_and_its_cause_is_named(
     healthy: Flown, wrong: Wrong, at_least: set[str], cause: str

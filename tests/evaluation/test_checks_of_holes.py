@@ -58,7 +58,7 @@ def test_lost_samples_are_a_hole_of_the_recording(healthy: Flown) -> None:
     assert "Joint 2 moved at its ends" in found[HOLES].sentence
 
 
-@pytest.mark.parametrize("from_s", [1.045, 1.155, 1.30, 1.355])
+@pytest.mark.parametrize("from_s", [1.045, 1.155, 1.355])
 def test_an_angle_sensor_that_misses_part_of_a_stroke_contradicts_nobody(
     healthy: Flown, from_s: float
 ) -> None:
@@ -67,8 +67,7 @@ def test_an_angle_sensor_that_misses_part_of_a_stroke_contradicts_nobody(
     assert found.keys() <= {ANSWERS}
 
 
-@pytest.mark.parametrize("body", [1, 2, 3])
-@pytest.mark.parametrize("from_s", [1.045, 1.355])
+@pytest.mark.parametrize(("body", "from_s"), [(1, 1.045), (2, 1.045), (2, 1.355), (3, 1.355)])
 def test_a_gyro_that_misses_part_of_a_stroke_contradicts_nobody(
     healthy: Flown, body: int, from_s: float
 ) -> None:

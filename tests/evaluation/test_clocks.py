@@ -172,12 +172,7 @@ def test_stated_deviations_are_those_of_the_errors() -> None:
         rate = rng.normal(0, 5e-3)
         logger_s = 3.0 + clock_s / (1 + rate) + std_s * rng.normal(size=5)
         fit = fit_clock("any", [Pair("x", *row) for row in zip(clock_s, logger_s, std_s, strict=True)])
-        z.append(
-            [
-                (fit.offset_s - 3.0) / fit.offset_std_s,
-                (fit.rate_ppm - 1e6 * rate) / fit.rate_ppm_std,
-            ]
-        )
+        z.append([(fit.offset_s - 3.0) / fit.offset_std_s, (fit.rate_ppm - 1e6 * rate) / fit.rate_ppm_std])
     assert np.std(z, axis=0) == pytest.approx(1.0, abs=0.12)
     assert np.mean(z, axis=0) == pytest.approx(0.0, abs=0.2)
 

@@ -1,10 +1,11 @@
-"""`tfsat-host evaluate` as a user has it: what it says, prints as JSON and writes."""
+"""`tfsat-host evaluate` as a user has it: what it says, prints as JSON and writes, of one drop and of several."""
 
 from __future__ import annotations
 
 import json
 import math
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from tests.cli.process import RunCli
 from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, run_folder
 from tfsat_host.maneuver import format_maneuver, four_stroke
+from tfsat_host.present.terminal import printable
 
 FALL_END_S = 2.45
 
@@ -111,18 +113,12 @@ def test_masses_and_inertias_can_be_freed(run: Path, good: Said) -> None:
 
 
 def test_masses_are_shown(run: Path) -> None:
-    said = evaluate("run", "--masses")
-    assert "body 4 mass" in said.out and "body 4 mass" not in evaluate("run").out
+    assert "body 4 mass" in evaluate("run", "--masses").out
 
 
 def test_the_papers_swarm_beside_the_fit(run: Path, good: Said) -> None:
     """It minimizes the paper's sum and finds less of it than Gauss and Newton do, who minimize something else."""
-    found = evaluate("run", "--swarm", "--json").json
     assert good.json["swarm"] is None
-    assert found["swarm"]["searches"] == 10
-    assert np.shape(found["swarm"]["com_offset_mm"]) == np.shape(found["swarm"]["spread_mm"]) == (3, 3)
-    objective = found["swarm"]["objective_kg_m2_s"]
-    assert objective["gauss_newton"] < objective["swarm"]
     shown = evaluate("run", "--swarm").words
     assert "swarm ± its spread" in shown and "10 swarms of 48 particles" in shown
     assert "The swarm's objective, the sum of |h - h0|" in shown
@@ -150,3 +146,88 @@ def write_witnesses(folder: Path) -> None:
     times = np.repeat(np.arange(0.16, 0.69, 0.02), 2)
     rows = [f"{t},{1 + i % 2},{5 * t + read[i, 0]},{-50 * t + read[i, 1]}" for i, t in enumerate(times)]
     (folder / "laser.csv").write_text("\n".join(["t_s,spot,along_mm,up_mm", *rows]))
+
+
+@pytest.mark.parametrize("columns", [80, 50, 44])
+def test_prose_keeps_to_the_terminal(run: Path, monkeypatch: pytest.MonkeyPatch, columns: int) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    (run / "maneuver.toml").unlink()  # so that all until the joints is prose
+    said = evaluate("run")
+    prose = said.out[: said.out.index("\nJoints ")].splitlines()
+    assert len(prose) > 10
+    assert max(map(len, prose)) <= columns
+
+
+def test_names_that_would_paint_the_terminal(run: Path) -> None:
+    evil = "[red]\x1b[2J\nVerdict     GOOD; rm -rf ~"
+    run.rename(run.parent / evil)
+    said = evaluate(evil)
+    assert said.code == 0
+    assert "\x1b" not in said.out and "\nVerdict     GOOD; rm" not in said.out
+    assert "[red]\\x1b[2J\\n" in said.words
+
+
+def test_names_are_shown_as_they_can_be() -> None:
+    assert printable("a\x1b[1m\u202eb\nü") == "a\\x1b[1m\\u202eb\\nü"
+
+
+DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "evaluation.md").read_text(encoding="utf-8")
+BY_GROUP = "trades[].growth"
+"""Its keys are the names of groups."""
+
+
+def tables(after: str) -> list[str]:
+    """The keys in the first column of the table that follows a line."""
+    lines = DOCUMENT[DOCUMENT.index(after) :].splitlines()
+    start = next(number for number, line in enumerate(lines) if line.startswith("| key |"))
+    rows = []
+    for line in lines[start + 2 :]:
+        if not line.startswith("|"):
+            break
+        rows.append(line.split(" | ")[0])
+    return [key for row in rows for key in re.findall(r"`([^`]+)`", row)]
+
+
+def paths(value: Any, place: str = "") -> Iterator[str]:
+    if isinstance(value, dict) and place != BY_GROUP:
+        for key, item in value.items():
+            yield from paths(item, f"{place}.{key}" if place else key)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for item in value:
+            yield from paths(item, f"{place}[]")
+    else:
+        yield place
+
+
+def check(documented: list[str], printed: set[str]) -> None:
+    patterns = [re.compile(re.escape(key).replace(r"\*", "[a-z_]+")) for key in documented]
+    assert len(set(documented)) == len(documented)
+    assert [path for path in printed if not any(one.fullmatch(path) for one in patterns)] == []
+    unused = [
+        key for key, one in zip(documented, patterns, strict=True) if not any(map(one.fullmatch, printed))
+    ]
+    assert unused == []
+
+
+def test_every_key_is_documented_and_every_documented_key_is_there(run: Path) -> None:
+    write_witnesses(run.parent)
+    found = evaluate("run", "--video", "video.csv", "--laser", "laser.csv", "--swarm", "--json").json
+    check(tables("## The object of `--json`"), set(paths(found)))
+    assert found["swarm"]["searches"] == 10
+    assert np.shape(found["swarm"]["com_offset_mm"]) == np.shape(found["swarm"]["spread_mm"]) == (3, 3)
+    objective = found["swarm"]["objective_kg_m2_s"]
+    assert objective["gauss_newton"] < objective["swarm"]
+
+
+def test_every_key_of_several_drops(run: Path) -> None:
+    run_folder(run.parent / "second", seed=2)
+    found = evaluate("run", "second", "--json").json
+    assert found.keys() == {"made_by", "drops", "comparison"}
+    check(tables("Of several drops:"), set(paths({"comparison": found["comparison"]})))
+
+
+def test_the_example_in_python_runs(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", DOCUMENT, flags=re.DOTALL)
+    assert (run / "SD.bin").is_file()
+    exec(compile(example, "docs/evaluation.md", "exec"), {})
+    assert len(capsys.readouterr().out.splitlines()) >= 4

@@ -1,4 +1,4 @@
-"""Several drops of one robot in one command: each evaluated, compared, and judged by the others."""
+"""Several drops in one command: each evaluated, compared, and judged by the others; never of different robots."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.bundle.commands import command
 from tests.evaluation.commanded import Said, evaluate, evaluated
-from tests.evaluation.run_folder import made_drop, run_folder
+from tests.evaluation.run_folder import made_drop, on_other_logger, run_folder
+from tfsat_host.evaluation.model_fit import cross_validation
 
 
 @pytest.fixture
@@ -40,6 +42,8 @@ def test_one_that_is_refused_does_not_keep_the_others(drops: Path) -> None:
     assert "Verdict FAILED. empty holds no recording" in said.words
     assert "All drops" in said.out and "== 1" in said.out and "== 2" in said.out
     assert "The other drops' corrections made the model better in 2 of 2 drops." in said.words
+    (row,) = [line for line in said.out.splitlines() if line.strip().startswith("body 1 CoM x")][-1:]
+    assert row.count("±") == 3, "of all drops together, and each drop's own"
 
 
 def test_one_alone_is_compared_with_nothing(drops: Path) -> None:
@@ -80,3 +84,25 @@ def test_what_makes_no_sense_for_several(drops: Path, args: tuple[str, ...], wor
     said = evaluate(*args)
     assert said.code == 2 and said.out == ""
     assert words in said.err
+
+
+OTHER = bytes.fromhex("00c0ffee00c0ffee")
+
+
+@pytest.mark.parametrize(
+    "asked", [("evaluate", "1", "2"), ("report", "1", "2"), ("evaluate", "--robot", "drop_tower", "1", "2")]
+)
+def test_drops_of_other_loggers_are_refused(drops: Path, asked: tuple[str, ...]) -> None:
+    on_other_logger(drops / "2", OTHER)
+    said = command(*asked, expect=2)
+    assert "not of one robot" in said.err and f"2: emulated robot with logger {OTHER.hex()}" in said.err
+    assert said.out == "" and not Path("report.html").exists()
+    command("evaluate", "2")
+
+
+def test_drops_that_contradict_each_other_end_with_3(drops: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cross_validation, "CHANCE_LEAST", 1.0)
+    found = evaluated("1", "2", expect=3)["comparison"]
+    assert found["agreement"]["agree"] is False and "contradict each other" in found["remarks"][0]
+    assert "DOUBTFUL" in found["remarks"][0]
+    assert "contradict each other" in command("report", "1", "2", expect=3).err

@@ -1,8 +1,9 @@
-"""`evaluate` as a call: what one missing witness does to the others."""
+"""`evaluate` as a call: what one missing record does to the others, and recordings that end about the release."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,31 +13,40 @@ from tests.evaluation.drops import DROPPED, Drop, certificate, flown
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
 from tfsat_host.evaluation.external.camera import LaserTracks
 from tfsat_host.evaluation.external.laser_velocity import windows_of
+from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.facility import load_tower
-from tfsat_host.sdlog import DropLog
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.rehearsal.rehearse import rehearse
+from tfsat_host.rehearsal.truth import truth_as_filed
+from tfsat_host.robot import load_robot
+from tfsat_host.sdlog import DropLog, load
 
 
 def evaluated(one: Drop, log: DropLog, witnesses: Witnesses | None = None) -> Evaluation:
     return evaluate(log, one.model, certificate(one, 1), one.schedule, recorded=DROPPED, witnesses=witnesses)
 
 
+@cache
+def whole() -> Evaluation:
+    return evaluated(flown(1), flown(1).log)
+
+
 def test_a_stroke_that_the_logger_did_not_see_is_no_part_of_the_quiet_time() -> None:
     one = flown(1)
-    whole = evaluated(one, one.log)
     first = next(event for event in one.log.events if event.name == "stroke")
     found = evaluated(one, replace(one.log, events=tuple(e for e in one.log.events if e is not first)))
-    rate, expected = found.initial_rates[0].rate_rad_s, whole.initial_rates[0].rate_rad_s
+    rate, expected = found.initial_rates[0].rate_rad_s, whole().initial_rates[0].rate_rad_s
     assert np.rad2deg(rate) == pytest.approx(np.rad2deg(expected), abs=0.01)
 
 
 def test_an_edge_that_is_no_stroke_does_not_end_the_quiet_time() -> None:
     one = flown(1)
-    whole = evaluated(one, one.log)
     first = next(event for event in one.log.events if event.name == "stroke")
     early = replace(first, t_us=first.t_us - 650_000)
     found = evaluated(one, replace(one.log, events=(early, *one.log.events)))
-    assert found.initial_rates[0].std_rad_s == pytest.approx(whole.initial_rates[0].std_rad_s, rel=0.05)
+    assert found.initial_rates[0].std_rad_s == pytest.approx(whole().initial_rates[0].std_rad_s, rel=0.05)
 
 
 def test_spots_that_tell_nothing_take_nothing_from_the_rest() -> None:
@@ -69,7 +79,30 @@ def test_a_header_that_names_another_low_pass_is_found_out() -> None:
 def test_a_joint_that_moves_where_nothing_commands_it_is_in_the_verdict() -> None:
     """The last stroke of the schedule is left out, so that what was flown then was commanded by nobody."""
     one = flown(1)
-    assert all(standing.remark == "" for standing in evaluated(one, one.log).standing)
+    assert all(standing.remark == "" for standing in whole().standing)
     shorter = replace(one.schedule, strokes=one.schedule.strokes[:3])
     found = evaluate(one.log, one.model, certificate(one, 1), shorter, recorded=DROPPED)
     assert any("where nothing commanded it" in reason for reason in verdict_of(found).reasons)
+
+
+STEP = 4
+AROUND_S = (-0.3, 0.5)
+
+
+def test_every_end_around_the_release(tmp_path: Path) -> None:
+    schedule, robot = schedule_maneuver(four_stroke(59.0, 70.0)), load_robot()
+    drop = rehearse(schedule, robot, truth_as_filed(robot, 1))
+    file = tmp_path / "SD.bin"
+    said = []
+    for blocks in range(STEP, len(drop.card) // BLOCK_BYTES, STEP):
+        file.write_bytes(drop.card[: blocks * BLOCK_BYTES])
+        log = load(file)
+        if log.release_us is None or not AROUND_S[0] < log.t_s[-1] < AROUND_S[1]:
+            continue
+        try:
+            evaluate(log, robot, drop.calibration, schedule)
+            said.append("evaluated")
+        except EvaluationError as refused:
+            said.append(refused.meaning)
+    assert "It has nothing of the fall: there is nothing to evaluate." in said
+    assert said[-1] == "evaluated"

@@ -82,11 +82,7 @@ def test_the_windows_are_the_paper_s() -> None:
     assert VelocityWindows((20.0, 100.0), 26.0) == WINDOWS
 
 
-@given(
-    st.tuples(*[st.floats(-60, 60)] * 3),
-    st.tuples(*[st.floats(-0.05, 0.05)] * 3),
-    st.floats(-5e-3, 5e-3),
-)
+@given(st.tuples(*[st.floats(-60, 60)] * 3), st.tuples(*[st.floats(-0.05, 0.05)] * 3), st.floats(-5e-3, 5e-3))
 def test_exact_places_give_the_exact_velocity(
     velocity: tuple[float, ...], rate: tuple[float, ...], acceleration_m_s2: float
 ) -> None:
@@ -113,7 +109,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     """Noise, a gyro's error, walls that are not where they are said to be, and what remains of gravity."""
     rng = np.random.default_rng(7)
     held = []
-    for _ in range(250):
+    for _ in range(160):
         velocity = rng.normal(0, 8, 3) - np.array([0, 0, 40])
         walls = (0.2 + 0.03 * rng.normal(), 0.2 + 0.03 * rng.normal())
         drop = Drop(velocity, PAPER_RATE_RAD_S, walls, rng.uniform(-1, 1) * 9.8e-3)
@@ -129,7 +125,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
             ]
         )
     share = np.mean(held, axis=0)
-    assert (share > 0.92).all() and (share[:3] < 0.99).all(), share
+    assert (share > 0.91).all() and (share[:3] < 0.995).all(), share
 
 
 def test_places_that_mostly_contradict_the_gyro_are_refused() -> None:

@@ -181,11 +181,7 @@ def test_what_the_stated_errors_do_not_explain_widens_the_fit_and_not_its_judgem
     """Gyros that are said to be far more exact than they are."""
     one, _ = explained(1)
     calibration = certificate(one, 1)
-    off = np.random.default_rng(1).standard_normal((4, 9)) * [
-        *[0.0] * 3,
-        *[np.deg2rad(2.0)] * 3,
-        *[0.01] * 3,
-    ]
+    off = np.random.default_rng(1).standard_normal((4, 9)) * [*[0.0] * 3, *[np.deg2rad(2.0)] * 3, *[0.01] * 3]
     wrong = [gyro.corrected(by) for gyro, by in zip(calibration.gyros, off, strict=True)]
     found = compare_model(
         moved(one.log, replace(calibration, gyros=tuple(wrong)), one.model), com_offsets(one.model), 0.7
@@ -227,7 +223,7 @@ def test_the_prediction_is_that_of_the_simulator() -> None:
     assert np.rad2deg(off) < 0.005
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", SEEDS[:2])
 def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_are(seed: int) -> None:
     """Mountings 5 deg off, scale factors 3 %, joints that hang anywhere within 6 deg: the drop tells most of it."""
     one, calibrated = explained(seed)
@@ -241,7 +237,7 @@ def test_without_a_calibration_the_offsets_are_said_to_be_as_uncertain_as_they_a
     assert found.offered
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", SEEDS[:2])
 def test_masses_and_inertias_of_a_right_model_stay_where_they_are(seed: int) -> None:
     """All of them smaller by one factor explain a motion as well: only their prior holds them, noise must not pull."""
     one = flown(seed)

@@ -1,17 +1,21 @@
-"""What the robot did, by its sensors, beside the emulated robot's truth."""
+"""What the robot did, by its sensors, beside the emulated robot's truth; with other parts, and on a slow bus."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from tests.evaluation import drops
+from tests.evaluation.corrupted import without_samples
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, certificate, flown, moved
+from tfsat_host.calibration.steps.counts import Counts
+from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import Motion
-from tfsat_host.evaluation.motion.samples import EvaluationError
+from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
 from tfsat_host.sdlog import DropLog
 
 FILTERS = pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
@@ -124,3 +128,102 @@ def test_a_log_without_a_release_is_refused() -> None:
     one, _ = motion(1)
     with pytest.raises(EvaluationError, match="no release"):
         moved(replace(one.log, release=None), certificate(one, 1), one.model)
+
+
+@pytest.mark.parametrize(("from_s", "until_s"), [(-0.25, -0.02), (-0.4, 0.0)])
+def test_a_hole_before_the_release_is_none_in_the_fall(from_s: float, until_s: float) -> None:
+    one = flown(1)
+    found = samples_of(without_samples(one.log, from_s, until_s), certificate(one, 1), one.model)
+    whole = samples_of(one.log, certificate(one, 1), one.model)
+    assert found.t_s[found.fall].tolist() == whole.t_s[whole.fall].tolist()
+
+
+@pytest.mark.parametrize(("from_s", "until_s"), [(-0.05, 0.12), (2.2, 2.6)])
+def test_the_fall_s_own_ends_may_not_be_lost(from_s: float, until_s: float) -> None:
+    one = flown(1)
+    with pytest.raises(EvaluationError, match="No gyro has a sample between"):
+        samples_of(without_samples(one.log, from_s, until_s), certificate(one, 1), one.model)
+
+
+ALL_ICM_20689 = bytes([0x98] * 4)
+MIXED = bytes([0x68, 0x70, 0x68, 0x98])
+PARTS = pytest.mark.parametrize("parts", [ALL_ICM_20689, MIXED], ids=bytes.hex)
+
+
+@cache
+def flown_with(parts: bytes) -> tuple[Drop, Motion]:
+    one = drops.flown(1, parts=parts)
+    return one, moved(one.log, certificate(one, 1))
+
+
+@PARTS
+def test_the_log_names_them_and_their_temperatures_are_right(parts: bytes) -> None:
+    one, _ = flown_with(parts)
+    assert one.log.header.who_am_i == parts
+    assert one.log.imu_valid[one.log.t_s > -1.0].all()
+    for temperature_c in (
+        one.log.temperature_c,
+        Recording.from_counts(Counts.from_log(one.log)).temperature_c,
+    ):
+        assert np.abs(np.nanmean(temperature_c, axis=0) - 25.0).max() < 0.1
+
+
+@PARTS
+def test_their_low_pass_is_taken_off(parts: bytes) -> None:
+    """By the sheets 5.9 ms of the ICM-20689, 4.8 ms of the MPU-6050, half a millisecond of age besides."""
+    _, found = flown_with(parts)
+    expected_s = 6.4e-3 if parts == ALL_ICM_20689 else 5.3e-3
+    assert found.lag.measured and found.lag.expected_s == pytest.approx(expected_s)
+    assert found.lag.delay_s == pytest.approx(expected_s, abs=1e-4)
+
+
+@PARTS
+def test_angles_and_attitudes_are_as_right_as_with_the_papers_part(parts: bytes) -> None:
+    one, found = flown_with(parts)
+    fall = found.t_s >= 0.0
+    error = np.rad2deg(found.angles_rad - one.true_angles_rad(found.t_s))[fall]
+    assert np.sqrt((error**2).mean(axis=0)).max() < 0.05
+    for body, track in enumerate(found.bodies, 1):
+        true = one.true_turn(body, track.t_s[0], track.t_s[-1])
+        off_rad = (track.attitude[-1] * true.inv()).magnitude()
+        assert np.rad2deg(off_rad) < 0.06
+        assert off_rad < 4.0 * np.sqrt(np.linalg.eigvalsh(track.covariance()).max())
+
+
+@pytest.fixture(scope="module")
+def slow() -> Drop:
+    return flown(1, bus_khz=100)
+
+
+def off_all_deg(slow: Drop, offsets_us: tuple[int, ...]) -> tuple[float, float]:
+    """By a log that tells these offsets: rms error of the bodies' attitudes in the fall, and the measured delay, ms."""
+    header = replace(slow.log.header, imu_offset_us=offsets_us)
+    found = moved(replace(slow.log, header=header), certificate(slow, 1), slow.model)
+    errors_rad = [
+        (track.attitude[row] * slow.true_turn(body, track.t_s[0], track.t_s[row]).inv()).magnitude()
+        for body, track in enumerate(found.bodies, 1)
+        for row in np.flatnonzero(track.t_s > 0.0)[::10]
+    ]
+    return float(np.rad2deg(np.sqrt(np.mean(np.square(errors_rad))))), 1e3 * found.lag.delay_s
+
+
+def test_the_offsets_are_told_and_taken_off(slow: Drop) -> None:
+    """The low-pass and half the age of a reading make 5.3 ms, whenever an IMU is read."""
+    told = slow.log.header.imu_offset_us
+    assert told == (0, 1560, 0, 1560)
+    (right, delay_ms), (none, without_ms) = off_all_deg(slow, told), off_all_deg(slow, (0, 0, 0, 0))
+    assert right < 0.06 and abs(delay_ms - 5.3) < 0.1
+    assert none > 2.0 * right and abs(without_ms - 5.3) > 0.4
+
+
+def test_a_reading_does_not_depend_on_the_steps_of_the_emulators_caller(
+    slow: Drop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 1 ms, shorter than a reading of both IMUs of a bus, and of 100 ms."""
+    monkeypatch.setattr("tests.evaluation.drops.TRUTH_PERIOD_US", 100_000)
+    coarse = flown.__wrapped__(1, bus_khz=100)
+    rows = min(len(slow.log), len(coarse.log))
+    np.testing.assert_array_equal(slow.log.t_us[:rows], coarse.log.t_us[:rows])
+    falling = (slow.log.t_s[:rows] > 0.0) & (slow.log.t_s[:rows] < 2.3)
+    apart = (slow.log.rate_rad_s[:rows] - coarse.log.rate_rad_s[:rows])[falling]
+    assert np.rad2deg(np.sqrt((apart**2).mean())) < 0.03 and np.rad2deg(np.abs(apart).max()) < 0.5

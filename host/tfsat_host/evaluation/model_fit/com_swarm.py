@@ -215,9 +215,6 @@ def _bottom(polynomial: MomentumPolynomial, start: FloatArray, bounds: FloatArra
         return float(polynomial.objective(vector[None])[0])
 
     found = descend(
-        at,
-        start.tolist(),
-        method="L-BFGS-B",
-        bounds=[(-float(bound), float(bound)) for bound in bounds],
+        at, start.tolist(), method="L-BFGS-B", bounds=[(-float(bound), float(bound)) for bound in bounds]
     )
     return min(float(found.fun), at(start))

@@ -20,12 +20,7 @@ from scipy.optimize import lsq_linear
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
-from tfsat_host.evaluation.model_fit.momentum import (
-    Derivatives,
-    Flown,
-    derivatives,
-    inertial_momentum,
-)
+from tfsat_host.evaluation.model_fit.momentum import Derivatives, Flown, derivatives, inertial_momentum
 from tfsat_host.evaluation.model_fit.offsets import Offsets
 
 _STEPS = 40

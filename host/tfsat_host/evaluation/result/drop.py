@@ -27,10 +27,7 @@ TURN: Columns = (
     Column("quaternion_xyzw", of=_quaternion),
 )
 INITIAL_RATE: Columns = (Column("initial_rate_deg_s", of="rate_rad_s", std="std_rad_s"),)
-LAG: Columns = (
-    *fields("measured expected_ms"),
-    Column("delay_ms", "late", std="delay_std_s", form=".1f"),
-)
+LAG: Columns = (*fields("measured expected_ms"), Column("delay_ms", "late", std="delay_std_s", form=".1f"))
 
 STROKES: Columns = (
     Column("stroke", "stroke", of="number", words=lambda stroke: f"{stroke.number}: joint {stroke.joint}"),
@@ -191,10 +188,7 @@ _MICRO_GRAVITY: Columns = (
             *fields("name=window.name from_s=window.from_s until_s=window.until_s"),
             Column(
                 "bodies",
-                columns=(
-                    *fields("body samples motion_rms_g"),
-                    Column("residual_g", std="residual_std_g"),
-                ),
+                columns=(*fields("body samples motion_rms_g"), Column("residual_g", std="residual_std_g")),
             ),
         ),
     ),

@@ -21,15 +21,7 @@ from tfsat_host.sdlog import DropLog
 
 def tables_of(found: Evaluation) -> list[Table]:
     """Those that there is something for."""
-    made = (
-        stroke_table,
-        joint_table,
-        standing_table,
-        error_table,
-        offset_table,
-        check_table,
-        clock_table,
-    )
+    made = (stroke_table, joint_table, standing_table, error_table, offset_table, check_table, clock_table)
     tables = [table(found) for table in made]
     return [table for table in tables if table.rows]
 
