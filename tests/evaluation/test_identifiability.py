@@ -56,7 +56,7 @@ def test_directions_of_an_information_are_its_own() -> None:
     assert weakest.std_by_data == pytest.approx(2.0)
     assert weakest.std == pytest.approx((2.0**-2 + PRIOR_MM**-2) ** -0.5)
     assert weakest.prior_std == pytest.approx(PRIOR_MM)
-    assert weakest.told
+    assert weakest.determined
     assert second.composition == "64 % body 1 CoM y, 36 % body 1 CoM x"
     assert found.sentences()[0] == ("The data tell 9 of 9 directions of the offsets; condition number 20.")
 
@@ -69,7 +69,7 @@ def test_a_direction_that_the_prior_decides_is_not_told() -> None:
     found = identifiability(with_information(information))
     assert found.rank == 8
     assert found.condition == np.inf
-    assert [direction.composition for direction in found.untold] == [
+    assert [direction.composition for direction in found.undetermined] == [
         "100 % body 1 CoM z",
         "100 % body 3 CoM y",
     ]
@@ -86,7 +86,7 @@ def test_the_papers_drop_tells_all_nine_and_body_2_z_least() -> None:
         one = fitted(seed)
         found = identifiability(one.fit)
         assert found.rank == 9
-        assert not found.untold
+        assert not found.undetermined
         assert 10.0 < found.condition < 80.0
         weakest = found.directions[0]
         assert weakest.components[BODY_2_Z] ** 2 > 0.75
@@ -101,7 +101,7 @@ def test_before_the_first_stroke_next_to_nothing_is_told() -> None:
     one = fitted(1)
     fit = fit_model(com_offsets(MODEL), cut(one.flown, 0.69))
     found = identifiability(fit)
-    assert len(found.untold) >= 6
+    assert len(found.undetermined) >= 6
     assert found.directions[-1].std > 1.0, "a robot that coasts tells a little by its wobble"
     assert "more directions are not told either" in found.sentences()[-1]
 
@@ -110,7 +110,7 @@ def test_after_one_stroke_of_joint_1_less_is_told_than_after_all() -> None:
     one = fitted(1)
     whole = identifiability(one.fit)
     part = identifiability(fit_model(com_offsets(MODEL), cut(one.flown, 1.04)))
-    assert 1 <= len(part.untold) < 9
+    assert 1 <= len(part.undetermined) < 9
     assert part.condition > 3.0 * whole.condition
 
 

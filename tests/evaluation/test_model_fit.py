@@ -59,7 +59,7 @@ def test_the_corrected_model_predicts_the_attitude(seed: int, dlpf_cfg: int) -> 
     assert np.rad2deg(after.final_norm_rad) < 0.05
     assert after.rms_rad < 0.1 * before.rms_rad
     assert before.mahalanobis > 10.0 > 4.0 > after.mahalanobis
-    truth = found.driven.beside(one.true_com_offsets_mm)
+    truth = found.driven.with_offsets(one.true_com_offsets_mm)
     assert np.rad2deg(truth.error.final_norm_rad) < 0.06
     assert truth.error.mahalanobis < 4.0
 
@@ -161,7 +161,7 @@ def test_a_wrong_correction_of_a_right_model_is_not_held_against_the_model() -> 
     right = one.flown
     good = compare_model(moved(one.log, certificate(one, 4), right), com_offsets(right), 0.7)
     assert good.explains_before and good.offered
-    wrong = good.driven.beside(np.full(9, 5.0))
+    wrong = good.driven.with_offsets(np.full(9, 5.0))
     assert wrong.error.mahalanobis > UNEXPLAINED
     (reason,) = replace(good, after=wrong).withheld
     assert "the correction is wrong, and nothing is said against the model" in reason

@@ -116,7 +116,7 @@ def _flight(one: Drop, found: Evaluation, other: Evaluation) -> Flight:
         explained.fit.excess,
         Difference.of(explained.before),
         Difference.of(explained.after),
-        Difference.of(explained.driven.beside(other.explained.fit.values)),
+        Difference.of(explained.driven.with_offsets(other.explained.fit.values)),
         swarm.values - one.true_com_offsets_mm,
         swarm.spread,
         least_of_objective(explained.driven, swarm.values) - one.true_com_offsets_mm,

@@ -83,13 +83,13 @@ def _replay(robot: Robot, one: Drop) -> Replay:
         swarm.values - one.true_com_offsets_mm,
         least_of_objective(driven, swarm.values) - one.true_com_offsets_mm,
         _errors(one, found),
-        Difference.of(driven.beside(one.true_com_offsets_mm)),
-        Difference.of(found.explained.driven.beside(one.true_com_offsets_mm)),
+        Difference.of(driven.with_offsets(one.true_com_offsets_mm)),
+        Difference.of(found.explained.driven.with_offsets(one.true_com_offsets_mm)),
         Difference.of(taken.explained.before),
-        Difference.of(driven.beside(swarm.values)),
+        Difference.of(driven.with_offsets(swarm.values)),
         _errors(one, calibrated),
         Difference.of(calibrated.explained.before),
-        Difference.of(calibrated.explained.driven.beside(swarm.values)),
+        Difference.of(calibrated.explained.driven.with_offsets(swarm.values)),
     )
 
 

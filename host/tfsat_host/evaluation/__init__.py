@@ -1,1 +1,1 @@
-"""What a recorded drop says about the robot."""
+"""What a recorded drop shows of the robot."""

@@ -23,7 +23,7 @@ from tfsat_host.sdlog.export_mcap import BodyFrames, FrameTrack, JointTrack
 
 WORLD = "world"
 REST_S = 3.0
-"""The rest is this much before the guard; earlier, hands may still have been at the robot."""
+"""The rest is this much before the guard; earlier, people may still have been at the robot."""
 STILL_DEG_S = 2.0
 """A rate that spreads by more is no rest: the gyro's own noise is a tenth of it."""
 BRIDGED_S = 0.02
@@ -39,7 +39,7 @@ class _Spans:
 
 
 def body_frames(log: DropLog, model: RobotModel) -> BodyFrames:
-    """The frames of all bodies from the release to the landing; what cannot be told is a note, no error.
+    """The frames of all bodies from the release to the landing; what is unknown is a note, no error.
 
     Args:
         log: A decoded drop.

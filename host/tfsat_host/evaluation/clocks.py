@@ -58,7 +58,7 @@ def align_clocks(log: DropLog, schedule: Schedule, video: Sequence[Mark] = ()) -
 
     Args:
         log: A decoded drop.
-        schedule: What the sequencer was told to fly.
+        schedule: What the sequencer was to fly.
         video: See `video.read_video_marks`.
     """
     edges_s = stroke_edges(log)
@@ -115,7 +115,7 @@ def _release(log: DropLog) -> Mark | None:
 
 
 def _landing(log: DropLog) -> list[Mark]:
-    """The landing, if the logger felt it; one that it only counted off says nothing of a clock."""
+    """The landing, if the logger felt it; one that it only counted off is no use for a clock."""
     shocks = [event for event in log.events if event.name == "landing" and event.arg == 1]
     felt = [event for event in shocks if log.release is None or event.t_us > log.release.t_us]
     return [Mark("landing", log.seconds(event.t_us), LANDING_STD_S) for event in felt[:1]]

@@ -104,7 +104,7 @@ class Evaluation:
         log: The recording.
         model: The robot as its file has it.
         calibration: What it was evaluated with; what stood in for something missing is in `notes`.
-        schedule: What was commanded; None: nobody said.
+        schedule: What was commanded; None: unknown.
         notes: What could not be used, and what stood in for it; a sentence each.
         rest: Before the release.
         instants: Release and landing as the accelerometers felt them.
@@ -116,7 +116,7 @@ class Evaluation:
         initial_rates: Of bodies 1 to 4, between release and first stroke.
         strokes: Commanded and flown.
         standing: What the joints did while nothing commanded them; empty without a schedule.
-        explained: The model beside the measurement, before and after its correction.
+        explained: The model against the measurement, before and after its correction.
         identifiability: What the data can tell of the correction, and what not.
         checks: Of integrity, without any truth.
         swarm: The paper's search for the same correction; None: not asked for.
@@ -241,7 +241,8 @@ def _first_stroke_s(log: DropLog, schedule: Schedule | None, clocks: Clocks | No
         fit = clocks.sequencer
         planned = [float(fit.to_logger_s(stroke.t_s)) if fit else stroke.t_s for stroke in schedule.strokes]
         return min(
-            seen if np.isfinite(seen) else told for seen, told in zip(clocks.stroke_s, planned, strict=True)
+            logged if np.isfinite(logged) else plan
+            for logged, plan in zip(clocks.stroke_s, planned, strict=True)
         )
     edges = [log.seconds(event.t_us) for event in log.events if event.name == "stroke"]
     return min((t_s for t_s in edges if t_s > 0.0), default=until_s)
@@ -274,7 +275,7 @@ def _micro_gravity(
 def _release_velocity(
     seen: Witnesses, motion: Motion, model: RobotModel, first_stroke_s: float, clocks: Clocks | None
 ) -> tuple[ReleaseVelocity | None, tuple[str, ...]]:
-    """The velocity, or why the spots tell none: that says nothing against the rest of the drop."""
+    """The velocity, or why the spots give none: the rest of the drop is none the worse for it."""
     if seen.laser is None or seen.windows is None:
         return None, ()
     body = motion.bodies[BODY_2]

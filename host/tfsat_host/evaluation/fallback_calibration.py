@@ -48,7 +48,7 @@ def with_fallbacks(
         log: A decoded drop.
         model: How the robot is meant to be.
         rest: Before its release.
-        recorded: When the drop was: later landings end nothing. None: nobody knows.
+        recorded: When the drop was: later landings end nothing. None: unknown.
 
     Raises:
         EvaluationError: a gyro's bias can be had from nowhere.
@@ -163,7 +163,7 @@ def _rest_of(lacking: Iterable[Shortcoming], certified: bool) -> list[str]:
 
 
 LANDING_BIAS_STD_RAD_S = np.deg2rad(0.5)
-"""Of a bias: shocks of 10,000 g are survived, not unnoticed; assumed, as no data sheet says."""
+"""Of a bias: shocks of 10,000 g are survived, not unnoticed; assumed, as no data sheet states it."""
 LANDING_ZERO_STD_RAD = np.deg2rad(1.0)
 """Of an angle sensor's zero point: as far as a sensor may turn in its mount, assumed like the gyros' tilt."""
 
@@ -181,7 +181,7 @@ def gyro_since(gyro: GyroCalibration, lacking: Lacking) -> GyroCalibration:
 
 
 def sensors_since(sensors: JointSensors, lacking: Lacking) -> JointSensors:
-    """The same of a joint's angle sensors, each of which may have turned by itself."""
+    """The same of a joint's angle sensors, each of which may have turned alone."""
     if not _is_stale(lacking, f"zero point of joint {sensors.joint}"):
         return sensors
     return replace(sensors, zero_covariance=sensors.zero_covariance + LANDING_ZERO_STD_RAD**2 * np.eye(2))

@@ -107,10 +107,10 @@ def _of_strokes(strokes: Sequence[FlownStroke]) -> Iterator[str]:
         elif abs(stroke.short_rad) > max(
             OFF_SHARE * abs(stroke.commanded_rad), CERTAIN_STDS * stroke.size_std_rad
         ):
-            came, told = np.rad2deg([stroke.size_rad, stroke.commanded_rad])
+            came, commanded = np.rad2deg([stroke.size_rad, stroke.commanded_rad])
             yield (
-                f"{name} went {came:+.1f} deg instead of {told:+.1f} deg: if that is no fault of the servo, another "
-                "maneuver was flown than this one."
+                f"{name} went {came:+.1f} deg instead of {commanded:+.1f} deg: if that is no fault of the servo, "
+                "another maneuver was flown than this one."
             )
 
 

@@ -179,7 +179,7 @@ def _fitted(run: EvaluatedRun) -> FittedDrop:
     explained = run.found.explained
 
     def error_deg(values: Any) -> float:
-        return float(np.rad2deg(explained.driven.beside(values).error.final_norm_rad))
+        return float(np.rad2deg(explained.driven.with_offsets(values).error.final_norm_rad))
 
     failed = ", ".join(check.name for check in run.found.failed_checks)
     against = (*([f"Checks failed: {failed}."] if failed else []), *explained.withheld)

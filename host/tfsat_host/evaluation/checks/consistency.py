@@ -14,11 +14,10 @@ vector's covariance follows, and with it how surprising it is, as it stands and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -29,6 +28,7 @@ from tfsat_host.dynamics.components import rotation_about
 from tfsat_host.evaluation.fall.rest import Hanging
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.motion.samples import Blocks
 from tfsat_host.robot import RobotModel
 
 
@@ -78,15 +78,15 @@ class Consistency:
     low_pass: LowPass
     calibration: Calibration
     model: RobotModel
-    edges: NDArray[np.int64] = field(init=False)
 
-    def __post_init__(self) -> None:
-        numbers = np.floor(self.t_s / BLOCK_S)
-        object.__setattr__(self, "edges", np.flatnonzero(np.diff(numbers, prepend=-1.0)))
+    @cached_property
+    def block(self) -> Blocks:
+        """Over which means are taken."""
+        return Blocks.of(self.t_s, BLOCK_S)
 
     @property
     def blocks(self) -> int:
-        return len(self.edges)
+        return len(self.block.edges)
 
     @property
     def joints(self) -> int:
@@ -113,11 +113,7 @@ class Consistency:
 
     def mean(self, values: FloatArray) -> FloatArray:
         """(..., blocks) means over blocks of (..., n)."""
-        return np.asarray(np.add.reduceat(values, self.edges, axis=-1) / self._counts)
-
-    @cached_property
-    def _counts(self) -> FloatArray:
-        return np.diff(self.edges, append=len(self.t_s)).astype(np.float64)
+        return np.asarray(np.add.reduceat(values, self.block.edges, axis=-1) / self.block.counts)
 
     def off_axis(self, joint: int) -> slice:
         """Rows of a joint (index) off its axis."""
@@ -207,8 +203,10 @@ class Consistency:
         known = np.isfinite(pair)
         angle = np.where(known, pair, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
         either = known.any(axis=0)
-        told = np.interp(self.t_s, self.t_s[either], angle[either]) if either.any() else self.by_gyros(joint)
-        return np.moveaxis(rotation_about(self.model.joint_axis[joint][:, None], told), 2, 0)
+        joint_angle = (
+            np.interp(self.t_s, self.t_s[either], angle[either]) if either.any() else self.by_gyros(joint)
+        )
+        return np.moveaxis(rotation_about(self.model.joint_axis[joint][:, None], joint_angle), 2, 0)
 
     def by_gyros(self, joint: int) -> FloatArray:
         """(n,) angle of a joint by its own two gyros, for want of angle sensors: from where its servo holds it."""
@@ -304,7 +302,7 @@ def consistency_of(
     samples, lag = motion.samples, sheet_lag(low_pass)
     late = np.stack([_readings(motion, lag, b, gyro) for b, gyro in enumerate(calibration.gyros)], axis=1)
     fall = samples.fall
-    rested = np.full((4, 3), np.nan) if rest is None else rest.reading_rad_s
+    rested = np.full((len(calibration.gyros), 3), np.nan) if rest is None else rest.reading_rad_s
     return Consistency(
         samples.t_s[fall],
         late[fall],

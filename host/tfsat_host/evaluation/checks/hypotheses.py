@@ -202,7 +202,7 @@ def _offset(of: Consistency, joint: int, sensor: int) -> FloatArray:
 
 
 def _with_one(of: Consistency, joint: int, sensor: int, angle_rad: FloatArray) -> FloatArray:
-    """(size,) the vector, were that (n,) what one sensor says of its joint's angle."""
+    """(size,) the vector, were that (n,) what one sensor shows of its joint's angle."""
     sensed = list(of.own_sensed)
     sensed[joint] = sensed[joint].copy()
     sensed[joint][sensor] = angle_rad

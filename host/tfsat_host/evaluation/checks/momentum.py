@@ -14,6 +14,7 @@ from tfsat_host.evaluation.checks.stated_errors import RATE_FLOOR_RAD_S
 from tfsat_host.evaluation.model_fit.fit import ModelFit
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
+from tfsat_host.evaluation.motion.samples import Blocks
 
 _MODEL = ("offsets", "attitude error")
 CONSTANT = Kind("momentum throughout the fall", "deg/s", _MODEL)
@@ -47,7 +48,7 @@ class _Left:
         unfitted_rad_s: (k, 3) the same before the fit gave offsets and sensors' errors a share in it.
         variance: (k, 3, 3) of those, with a floor.
         by_momentum: (k, 3, 3).
-        by_known: (k, 3, r) by offsets and errors of variance one, and by a momentum that nobody knows.
+        by_known: (k, 3, r) by offsets and errors of variance one, and by an unknown momentum.
     """
 
     t_s: FloatArray
@@ -60,22 +61,17 @@ class _Left:
     @classmethod
     def of(cls, motion: Motion, fit: ModelFit) -> _Left:
         t = motion.t_s[motion.t_s >= SETTLED_S]
-        edges = np.flatnonzero(np.diff(np.floor(t / BLOCK_S), prepend=-1.0))
-        counts = np.diff(edges, append=len(t))
-
-        def mean(values: FloatArray) -> FloatArray:
-            shape = (-1, *[1] * (values.ndim - 1))
-            return np.asarray(np.add.reduceat(values, edges, axis=0) / counts.reshape(shape))
-
+        blocks = Blocks.of(t, BLOCK_S)
+        mean = blocks.mean
         found = fit.derivatives
         unfitted = fit.left_over_rad_s - found.by_errors @ fit.errors - found.by_offsets @ fit.values
         by_momentum = mean(found.by_momentum)
         unit = _MOMENTUM_STD_RAD_S / np.abs(by_momentum).max()
         return cls(
-            t[edges],
+            t[blocks.edges],
             mean(fit.left_over_rad_s),
             mean(unfitted),
-            mean(found.noise) / counts[:, None, None] + RATE_FLOOR_RAD_S**2 * np.eye(3),
+            mean(found.noise) / blocks.counts[:, None, None] + RATE_FLOOR_RAD_S**2 * np.eye(3),
             by_momentum,
             np.concatenate(
                 [mean(found.by_offsets) * fit.offsets.prior_std, unit * by_momentum, mean(found.by_errors)],

@@ -152,7 +152,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
     Args:
         log: The recording.
         motion: Of the joints.
-        strokes: As filed, and what became of each; none: no file says.
+        strokes: As filed, and what became of each; none: no file is known.
     """
     if not strokes:
         return MANEUVER.not_possible("No file says what was to be flown.")

@@ -65,7 +65,7 @@ def pair_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
         variance = np.diag(stated.covariance)
         std = np.rad2deg(np.sqrt(variance[a] + variance[b] - 2.0 * stated.covariance[a, b]))
         worst = int((np.abs(apart) / std).argmax())
-        at_s = of.t_s[of.edges[both][worst]]
+        at_s = of.t_s[of.block.edges[both][worst]]
         sentence = f"The two {kind.name} differ by {apart[worst]:+.3f} deg at {at_s:.1f} s."
         yield kind.judged(float(abs(apart[worst])), float(z_limit(len(apart)) * std[worst]), sentence)
 
@@ -110,7 +110,7 @@ def scale_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
 
 
 def lag_check(motion: Motion, calibration: Calibration) -> Check:
-    """Measured against the angle sensors, beside the data sheet for the setting in the header."""
+    """Measured against the angle sensors, compared with the data sheet for the setting in the header."""
     lag = motion.lag
     if np.diff(motion.t_s[motion.samples.fall]).max() > LONGEST_HOLE_S:
         return LAG.not_possible("Across a hole in the samples nothing tells how late the gyros are.")
@@ -129,7 +129,7 @@ def lag_check(motion: Motion, calibration: Calibration) -> Check:
 
 
 def attitude_check(motion: Motion, calibration: Calibration, model: RobotModel) -> Check:
-    """The base's attitude at the end by its own gyro beside each of the others, carried through the joints."""
+    """The base's attitude at the end by its own gyro against each of the others, carried through the joints."""
     if not _zeros_calibrated(calibration):
         why = "Without calibrated zero points of all joints no attitude can be carried from body to body."
         return ATTITUDES.not_possible(why)

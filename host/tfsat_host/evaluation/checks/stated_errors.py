@@ -26,7 +26,7 @@ LONGEST_HOLE_S = 0.015
 LEAST_ANSWERED = 0.5
 """Of a block's readings; a mean over fewer is none."""
 WANDER_STD_RAD = np.deg2rad(0.2)
-"""Of an angle that only gyros tell, beside where it began: 0.1 % of strokes of 70 deg, there and back, by two gyros."""
+"""Of an angle by gyros alone, from where it began: 0.1 % of strokes of 70 deg, there and back, by two gyros."""
 _WANDER_KNOT_S = 0.25
 _START_STD_RAD = np.pi
 _ANGLE_STEP_RAD = 1e-4
@@ -114,7 +114,7 @@ def _by_lag(of: Consistency) -> tuple[FloatArray, FloatArray]:
 
 
 def _by_fallback(of: Consistency) -> FloatArray:
-    """(size, p): a joint without angle sensors begins nobody knows where, and its integral wanders."""
+    """(size, p): a joint without angle sensors begins at an unknown angle, and its integral wanders."""
     knots = np.arange(0.0, of.t_s[-1] + _WANDER_KNOT_S, _WANDER_KNOT_S)
     hats = [np.interp(of.t_s, knots, row) for row in np.eye(len(knots))]
     errors = [(np.ones_like(of.t_s), UNSENSED_STD_RAD), *((hat, WANDER_STD_RAD) for hat in hats)]
@@ -161,8 +161,8 @@ def _by_sensors(of: Consistency) -> list[FloatArray]:
 def _noise(of: Consistency) -> FloatArray:
     """(size, size): of readings, and of what is the same in no two blocks."""
     out = np.zeros((of.size, of.size))
-    counts = of.mean(np.ones(len(of.t_s))) * np.diff(of.edges, append=len(of.t_s))
-    centers = of.edges + (counts / 2).astype(int)
+    counts = of.block.counts
+    centers = of.block.edges + counts // 2
     for joint in range(of.joints):
         outer, inner = of.pair(joint)
         sample = of.variance[:, inner] + of.variance[:, outer]
@@ -187,7 +187,7 @@ def _noise(of: Consistency) -> FloatArray:
 
 
 def _askew(of: Consistency, body: int) -> FloatArray:
-    """(n,) rate that a turned mounting adds beyond its first order: for a gyro that nobody calibrated."""
+    """(n,) rate that a turned mounting adds beyond its first order: for a gyro without calibration."""
     turned = np.trace(of.parameter_covariance[body, 3:6, 3:6])
     return np.asarray(turned * np.linalg.norm(of.own_rates[body], axis=1))
 

@@ -70,7 +70,7 @@ class CsvForm:
         path: The file.
         subject: What it is, in words.
         required: Columns that must be there; others are free.
-        meaning: What cannot be told without it.
+        meaning: What is unknown without it.
         error: What is raised.
     """
 

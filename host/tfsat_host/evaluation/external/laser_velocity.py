@@ -6,7 +6,7 @@ wall times the angle by which body 2 turns; the gyro's share is taken off first.
 evenly, but for what remains of gravity.
 
 Frame: body 2's axes at the release; z up, so the robot, pushed off downwards, has a *downward* velocity above zero.
-Velocities are relative to the capsule. The paper says of the lasers only: mounted orthogonally on body 2, graph paper
+Velocities are relative to the capsule. The paper states of the lasers only: mounted orthogonally on body 2, graph paper
 on the side walls.
 
 | | spot 1 | spot 2 | |
@@ -346,7 +346,7 @@ def _straight_path(
     """
     equations = _equations(tracks, rotation, lasers, com_m)
     design, shown = _design(equations)
-    # Unit weights where a place is as good as is said; the scatter then scales them all.
+    # Unit weights where a place is as good as stated; the scatter then scales them all.
     design, target = design / equations.std_m[:, None], equations.place_m / equations.std_m
     prior = np.zeros(design.shape[1])
     prior[3] = 1.0 / _ACCELERATION_STD_M_S2

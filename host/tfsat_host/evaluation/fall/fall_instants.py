@@ -49,13 +49,13 @@ class Instant:
 
 @dataclass(frozen=True, slots=True)
 class FallInstants:
-    """Beginning and end of the fall, as felt and as noted, after the release by the switches.
+    """Beginning and end of the fall, as felt and as logged, after the release by the switches.
 
     Attributes:
         release: Felt by the accelerometers; None if they felt no fall begin.
         release_std_s: Of zero, the switches' release: 0 if its edges tell it.
         landing: Felt; None if they felt none.
-        landing_logged_s: As the logger noted it, by a shock; None without.
+        landing_logged_s: As the logger has it, by a shock; None without.
         findings: What does not agree, one sentence each.
     """
 
@@ -76,8 +76,8 @@ def fall_instants(log: DropLog, samples: Calibrated) -> FallInstants:
     force, low_pass = samples.specific_force_m_s2, LowPass.of(log.header)
     release = release_felt(log.t_s, force, low_pass)
     landing = landing_felt(log.t_s, force, samples.clipped, low_pass)
-    noted = [log.seconds(event.t_us) for event in log.events if event.name == "landing" and event.arg == 1]
-    logged_s = next((t_s for t_s in noted if t_s > 0.0), None)
+    logged = [log.seconds(event.t_us) for event in log.events if event.name == "landing" and event.arg == 1]
+    logged_s = next((t_s for t_s in logged if t_s > 0.0), None)
     release_std_s = (log.release_uncertainty_us or 0) / 1e6 / 3**0.5
     found = []
     if release is None:

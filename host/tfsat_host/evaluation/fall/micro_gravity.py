@@ -1,8 +1,8 @@
 """How well the robot floated: what the accelerometers show while nothing moves.
 
-An accelerometer that nobody calibrated shows anything within 50 mg (80 mg along z) in free fall
+An accelerometer without calibration shows anything within 50 mg (80 mg along z) in free fall
 (PS-MPU-6000A rev. 3.4, section 6.2): the mean of a quiet window says no more than that about gravity. But what it shows
-*is* its zero-g output, so two things can be told far better: how much the force changes from one window to the other,
+*is* its zero-g output, so two things are known far better: how much the force changes from one window to the other,
 and whether gravity before the release, less that output, is 1 g as the scale has it (3 %).
 
 Off the center of mass a turning body feels f = α × r + ω × (ω × r); that is taken off.

@@ -18,12 +18,13 @@ from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.evaluation.fall.micro_gravity import LEAST_SAMPLES, AtRest
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, noise_densities
+from tfsat_host.evaluation.motion.samples import Blocks
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.droplog import rows_of
 
 LONGEST_S = 30.0
-"""Earlier, the crane and hands may still have been at the robot."""
+"""Earlier, the crane and people may still have been at the robot."""
 LEAST_S = 1.0
 GUARD_S = 0.3
 """So long before the release the burning wire and the hook may already move the robot."""
@@ -59,7 +60,7 @@ def rest_before_release(log: DropLog) -> Rest:
     if log.release is None or len(rows) < 2:
         rows = np.zeros(0, np.int64)
     t_s, rates = log.t_s[rows], log.rate_rad_s[rows]
-    means = _block_means(t_s, rates)
+    means = Blocks.of(t_s - t_s.max(initial=-LONGEST_S), _BLOCK_S).mean(rates)
     still = np.full(rates.shape[1:], np.nan)
     spread = still.copy()
     for gyro in range(means.shape[1]):
@@ -74,19 +75,10 @@ def rest_before_release(log: DropLog) -> Rest:
     return Rest(duration_s, still, spread, noise_densities(t_s, rates))
 
 
-def _block_means(t_s: FloatArray, rates: FloatArray) -> FloatArray:
-    """(blocks, 4, 3)."""
-    if not len(t_s):
-        return np.zeros((0, *rates.shape[1:]))
-    edges = np.flatnonzero(np.diff(np.floor((t_s - t_s[-1]) / _BLOCK_S), prepend=-np.inf))
-    counts = np.diff(edges, append=len(t_s))
-    return np.asarray(np.add.reduceat(rates, edges, axis=0) / counts[:, None, None])
-
-
 BEFORE_RELEASE_S = 0.1
 """The releaser's springs and the edges of its switch are not part of the rest."""
 HANGING_LONGEST_S = 6.0
-"""No longer is needed, and earlier hands may still have been at the robot."""
+"""No longer is needed, and earlier people may still have been at the robot."""
 HANGING_LEAST_S = 1.0
 HANGING_STILL_RAD_S = np.deg2rad(0.15)
 """Means over 0.1 s of a robot that hangs still wander by 0.01 deg/s; one whose swaying spoils a bias shows more."""
@@ -121,7 +113,7 @@ class Hanging:
 def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotModel) -> Hanging | None:
     """What hung still before the release; None if the robot was not still, or not recorded.
 
-    A steady turn cannot be told from a bias by gyros alone, but nothing that hangs on a magnet turns steadily.
+    A steady turn is no different from a bias by gyros alone, but nothing that hangs on a magnet turns steadily.
     """
     wanted = np.flatnonzero((log.t_s >= -HANGING_LONGEST_S) & (log.t_s < -BEFORE_RELEASE_S))
     if len(wanted) < LEAST_SAMPLES:
@@ -129,25 +121,25 @@ def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotM
     part = rows_of(log, slice(int(wanted[0]), int(wanted[-1]) + 1))
     answered = part.imu_valid & ~part.clipped
     rates = np.where(answered[..., None], part.rate_rad_s, np.nan)
-    block = np.floor((part.t_s - part.t_s[0]) / BLOCK_S)
-    means = _means(rates, np.flatnonzero(np.diff(block, prepend=-1.0)))
+    blocks = Blocks.of(part.t_s - part.t_s[0], BLOCK_S)
+    means = _means(rates, blocks.edges)
     still = _still(means)
     if still.sum() * BLOCK_S < HANGING_LEAST_S or still.mean() < STILL_SHARE:
         return None
     kept = means[still]
-    blocks = np.isfinite(kept).sum(axis=0)
-    enough = blocks >= LEAST_SAMPLES
-    reading = np.where(enough, np.nansum(kept, axis=0) / np.maximum(blocks, 1), np.nan)
+    known = np.isfinite(kept).sum(axis=0)
+    enough = known >= LEAST_SAMPLES
+    reading = np.where(enough, np.nansum(kept, axis=0) / np.maximum(known, 1), np.nan)
     spread = np.sqrt(
-        np.nansum((kept - reading) ** 2, axis=0) / np.maximum(blocks - 1, 1) / np.maximum(blocks, 1)
+        np.nansum((kept - reading) ** 2, axis=0) / np.maximum(known - 1, 1) / np.maximum(known, 1)
     )
     calibrated = apply_calibration(Counts.from_log(part), calibration, model)
-    rows = np.repeat(still, np.diff(np.flatnonzero(np.diff(block, prepend=-1.0)), append=len(block)))
+    rows = np.repeat(still, blocks.counts)
     return Hanging(
         float(still.sum() * BLOCK_S),
         reading,
         np.where(enough, spread, np.nan),
-        tuple(AtRest.of(calibrated, rows, b) for b in range(4)),
+        tuple(AtRest.of(calibrated, rows, b) for b in range(len(model.imus))),
         angles_at_rest(part, rows, calibration, model),
     )
 

@@ -7,7 +7,7 @@ of products of two distances. Averages and rotations into inertial axes keep tha
 give J of any other without going through the samples' dynamics again.
 
 J has no weights: it takes what a wrong scale factor of a gyro does for a wrong offset, states no uncertainty, and is
-flat where the offsets are hard to tell. How far searches from other random starts lie apart says how flat.
+flat where the offsets are hard to determine. How far searches from other random starts lie apart shows how flat.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class MomentumPolynomial:
 
 @dataclass(frozen=True, eq=False)
 class SwarmFit:
-    """What swarms found, beside Gauss and Newton's offsets.
+    """What swarms found, and Gauss and Newton's offsets.
 
     Attributes:
         values: (p,) the best of all, in the offsets' units.
@@ -83,7 +83,7 @@ class SwarmFit:
 
     @property
     def converged(self) -> bool:
-        """The best lies at the bottom of its valley, and nobody knows a lower place."""
+        """The best lies at the bottom of its valley, and no lower place is known."""
         known = min(self.objective_below, self.objective_before, self.objective_gauss_newton)
         return bool(self.objective <= (1.0 + ARRIVED_SHARE) * known)
 

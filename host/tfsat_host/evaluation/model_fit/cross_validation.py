@@ -9,7 +9,7 @@ with I_i the data's information, b_i their right-hand side and P the prior's cov
 once would solve. A drop whose own correction is withheld (`ModelComparison.withheld`) corrects no other drop; the
 others are tried on it all the same.
 
-Whether the drops agree is told by a chi-square of what each one's data leave over at the common offsets,
+Whether the drops agree shows in a chi-square of what each one's data leave over at the common offsets,
 
     sum of (b_i - I_i x)^T I_i^+ (b_i - I_i x)
 
@@ -168,15 +168,15 @@ def _disagreement(
     if len(fits) < 2:
         return 0.0, 0.0
     scale = fits[0].offsets.prior_std
-    chi_square, told = 0.0, 0
+    chi_square, known = 0.0, 0
     for fit in fits:
         tells, directions = np.linalg.eigh(scale[:, None] * fit.information * scale)
         left = directions.T @ (scale * (fit.right_hand_side - fit.information @ values))
         telling = tells > _TELLS_LEAST
         chi_square += float((left[telling] ** 2 / tells[telling]).sum())
-        told += int(telling.sum())
+        known += int(telling.sum())
     taken = float(np.trace(covariance @ sum(fit.information for fit in fits)))
-    return chi_square, max(told - taken, 0.0)
+    return chi_square, max(known - taken, 0.0)
 
 
 def _chance(chi_square: float, freedom: float) -> float:

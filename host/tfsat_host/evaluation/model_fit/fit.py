@@ -2,11 +2,11 @@
 
 Unknown are the offsets, the momentum, and every error of the sensors that is the same at many samples (the gyros'
 bias, mounting and scale; the joints' start, scale and wander), each with the uncertainty that its calibration states.
-What a sensor's error can explain is so not taken for an offset, and the offsets' covariance says what trades against
+What a sensor's error can explain is so not taken for an offset, and the offsets' covariance states what correlates with
 what.
 
 What is left over beyond the sensors' errors is the model's own: the data's variances are then widened by as much, and
-everything is solved anew with them, so that values, covariance and information are those of one system.
+everything is solved again with them, so that values, covariance and information are those of one system.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
 from tfsat_host.evaluation.model_fit.momentum import Derivatives, Flown, derivatives, inertial_momentum
 from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.motion.samples import Blocks
 
 _STEPS = 40
 _CLOSE = 1e-4
@@ -44,8 +45,8 @@ class ModelFit:
         right_hand_side: (p,) of the data alone, to go with it: without a bound the offsets are
             (information + prior)^-1 right_hand_side.
         momentum_kg_m2_s: (3,) inertial axes: those of the base at the first sample.
-        errors: (r,) what the sensors' errors are found to be, beside what they were taken for.
-        excess: Variance of what is left over, beside what the sensors' noise makes: 1 if the model explains all.
+        errors: (r,) what the sensors' errors are found to be, from what they were taken for.
+        excess: Variance of what is left over, against what the sensors' noise makes: 1 if the model explains all.
         widening: What the data's variances were multiplied with: the excess, and what `widened` was asked for.
         steps: Of Gauss and Newton.
         converged: They came to an end; else the values are where they were broken off, and mean little.
@@ -89,7 +90,9 @@ def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
     start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
     place = _settled(offsets, flown, start, 1.0)
     system = _System.of(offsets, place, flown)
-    excess = _excess(flown.t_s, np.einsum("nij,nj->ni", system.whitening, system.found.residual_rad_s))
+    whitened = np.einsum("nij,nj->ni", system.whitening, system.found.residual_rad_s)
+    # How much more the means over blocks scatter than their noise would.
+    excess = max(1.0, float((Blocks.of(flown.t_s, _BLOCK_S).deviates(whitened) ** 2).mean()))
     if excess > 1.0:
         place = _settled(offsets, flown, place, excess)
         system = _System.of(offsets, place, flown)
@@ -145,7 +148,7 @@ def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> 
 
 
 def _fit(offsets: Offsets, system: _System, place: _Place, excess: float, widening: float) -> ModelFit:
-    """Everything that is said of a place."""
+    """The fit at a place."""
     p = len(offsets)
     data = system.normal / widening
     own = data + np.diag([*np.zeros(p), *np.diag(system.prior)[p:]])
@@ -228,11 +231,3 @@ def bounded_solution(normal: FloatArray, right: FloatArray, low: FloatArray, hig
         return np.asarray(free)
     root = np.linalg.cholesky(normal).T
     return np.asarray(lsq_linear(root, np.linalg.solve(root.T, right), (low, high), method="bvls").x)
-
-
-def _excess(t_s: FloatArray, whitened: FloatArray) -> float:
-    """How much more the means over blocks scatter than their noise would; at least 1."""
-    edges = np.flatnonzero(np.diff(np.floor(t_s / _BLOCK_S), prepend=-1.0))
-    counts = np.diff(edges, append=len(t_s))
-    sums = np.add.reduceat(whitened, edges, axis=0) / np.sqrt(counts)[:, None]
-    return max(1.0, float((sums**2).mean()))

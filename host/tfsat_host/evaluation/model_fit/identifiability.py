@@ -5,7 +5,7 @@ of its own: along each of them the data alone leave a standard deviation of 1 / 
 unit are taken as they are; of several units, each in multiples of what its prior allows.
 
 Masses and inertias are free in the fit if `com_offsets` was asked for them; the errors of gyros and joint angles always
-are, as far as their calibration allows. All of them have priors. The covariance at the end of the fit says what
+are, as far as their calibration allows. All of them have priors. The covariance at the end of the fit states what
 an offset's standard deviation would be if a group of them were known exactly.
 """
 
@@ -21,13 +21,13 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.model_fit.fit import ModelFit
 from tfsat_host.evaluation.model_fit.momentum import Flown
 
-UNTOLD_SHARE = 0.5
-"""A direction is told if the fit leaves less than this share of what the prior allowed."""
+DETERMINED_SHARE = 0.5
+"""A direction is determined if the fit leaves less than this share of what the prior allowed."""
 _RANK = 1e-8
 """A singular value that is so much smaller than the greatest is rounding."""
 _NAMED_SHARE = 0.05
 _MOST_NAMED = 3
-_MOST_UNTOLD = 3
+_MOST_SHOWN = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +51,9 @@ class Direction:
     prior_std: float
 
     @property
-    def told(self) -> bool:
+    def determined(self) -> bool:
         """The data say more of it than was allowed for before."""
-        return self.std <= UNTOLD_SHARE * self.prior_std
+        return self.std <= DETERMINED_SHARE * self.prior_std
 
     @property
     def composition(self) -> str:
@@ -90,15 +90,15 @@ class Identifiability:
         return float(values[0] / values[-1]) if self.rank == len(values) else float("inf")
 
     @property
-    def untold(self) -> tuple[Direction, ...]:
+    def undetermined(self) -> tuple[Direction, ...]:
         """Directions that the data cannot tell."""
-        return tuple(direction for direction in self.directions if not direction.told)
+        return tuple(direction for direction in self.directions if not direction.determined)
 
     def sentences(self) -> tuple[str, ...]:
         """For a person who has to decide what to believe."""
         weakest, p = self.directions[0], len(self.directions)
         found = [
-            f"The data tell {p - len(self.untold)} of {p} directions of the offsets; condition number "
+            f"The data tell {p - len(self.undetermined)} of {p} directions of the offsets; condition number "
             f"{self.condition:.0f}.",
             f"The weakest is {weakest.composition}: ± {weakest.std:.2g} {self.unit} after the fit, where "
             f"± {weakest.prior_std:.2g} {self.unit} was allowed.",
@@ -106,10 +106,10 @@ class Identifiability:
         found += [
             f"Not told: {direction.composition} (± {direction.std:.2g} {self.unit}); its value is the prior's, "
             "correct nothing by it."
-            for direction in self.untold[:_MOST_UNTOLD]
+            for direction in self.undetermined[:_MOST_SHOWN]
         ]
-        if len(self.untold) > _MOST_UNTOLD:
-            found.append(f"{len(self.untold) - _MOST_UNTOLD} more directions are not told either.")
+        if len(self.undetermined) > _MOST_SHOWN:
+            found.append(f"{len(self.undetermined) - _MOST_SHOWN} more directions are not told either.")
         return tuple(found)
 
 

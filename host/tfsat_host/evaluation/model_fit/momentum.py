@@ -63,7 +63,7 @@ class Flown:
         sensor_errors: (r, r) what the errors are, by the same: first the gyros' parameters, 9 of each, then the two
             moments of their lag and what is the joint angles' own, in units of what they may be.
         missed: (m,) variance of the base's turn in holes of the samples, since the first, rad^2.
-        own: What each body's own gyro says beside them.
+        own: What each body's own gyro shows besides.
     """
 
     t_s: FloatArray

@@ -79,7 +79,7 @@ class Offsets:
 def com_offsets(
     model: RobotModel, *, masses: bool = False, inertias: bool = False, bound_m: float = COM_BOUND_M
 ) -> Offsets:
-    """The nine offsets of the paper, and on demand masses and inertias with what the robot file says of them.
+    """The nine offsets of the paper, and on demand masses and inertias with what the robot file states of them.
 
     The prior of an offset is as wide as an even spread over its bounds: it decides nothing that the data can tell.
     """
@@ -105,7 +105,7 @@ def com_offsets(
     if inertias:
         share = stated.inertia_relative if stated and stated.inertia_relative else INERTIA_RELATIVE_STD
         for b in range(model.n_bodies):
-            # An entry off the diagonal is as uncertain as the moments beside it.
+            # An entry off the diagonal is as uncertain as the moments next to it.
             std = 1e3 * share * float(np.trace(model.inertia_kg_m2[b])) / 3.0
             rows += [
                 (

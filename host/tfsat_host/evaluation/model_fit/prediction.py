@@ -1,4 +1,4 @@
-"""The model driven by the measured joint history, beside the measured attitude; as its file has it, and corrected.
+"""The model driven by the measured joint history, against the measured attitude; as its file has it, and corrected.
 
 Nothing but the joints' motion and the momentum before the first stroke goes into the prediction. It is then passed
 through the gyros' low-pass and integrated as the gyros' readings are, so that both sides have the same lag.
@@ -35,7 +35,7 @@ from tfsat_host.evaluation.motion.motion import Motion, quiet_samples
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What a model says that the base did, at the m samples that it was driven with.
+    """What the base did by a model, at the m samples that it was driven with.
 
     Attributes:
         momentum_kg_m2_s: (3,) that it was given, inertial axes.
@@ -168,8 +168,8 @@ def difference_covariance(
 ) -> FloatArray:
     """(m, 3, 3) of a body's measured less predicted attitude, its own axes at the first sample.
 
-    To first order that difference is the integral of the base's unexplained rate and of what the body's own gyro says
-    beside all gyros together. The momentum was taken from the quiet samples: an error that was there already is not
+    To first order that difference is the integral of the base's unexplained rate and of what the body's own gyro shows
+    against all gyros together. The momentum was taken from the quiet samples: an error that was there already is not
     counted twice.
 
     Args:
@@ -193,9 +193,9 @@ def difference_covariance(
     explained = columns + found.by_momentum @ taken
     steps = np.gradient(flown.t_s)[:, None, None]
     turned = np.cumsum((flown.attitude @ (explained + rotation @ left)) * steps, axis=0)
-    beside = own.seen[:, body] @ flown.rate_covariance @ own.seen[:, body].swapaxes(1, 2)
+    fused = own.seen[:, body] @ flown.rate_covariance @ own.seen[:, body].swapaxes(1, 2)
     apart = own.bridged[:, body, None, None]
-    alone = np.where(apart, 0.0, own.variance[:, body, None, None] * np.eye(3) - beside)
+    alone = np.where(apart, 0.0, own.variance[:, body, None, None] * np.eye(3) - fused)
     noise = (
         flown.attitude
         @ (found.noise + rotation @ alone @ rotation.swapaxes(1, 2))
@@ -210,7 +210,7 @@ def difference_covariance(
 
 
 EXPECTED_DISTANCE = 2.8
-"""Of three angles that are as uncertain as is said, in their own uncertainty: 95 % lie within."""
+"""Of three angles that are as uncertain as stated, in their own uncertainty: 95 % lie within."""
 UNEXPLAINED = 4.6
 """Three normal angles are so far from zero, in their own uncertainty, once in ten thousand drops."""
 IMPLAUSIBLE_STDS = 3.0
@@ -224,7 +224,7 @@ BODY_1 = 0
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """A model beside the measurement.
+    """A model against the measurement.
 
     Attributes:
         values: (p,) offsets of the model, in their units.
@@ -255,19 +255,19 @@ class Driven:
     lag: Lag
     offsets: Offsets
 
-    def beside(self, values: FloatArray) -> Sides:
+    def with_offsets(self, values: FloatArray) -> Sides:
         """The model with given offsets (p,), such as none, or those of other drops."""
         momentum = initial_momentum(self.offsets.corrected(values), self.flown, self.quiet)
         found = derivatives(self.offsets, values, self.flown, momentum)
-        return self._beside(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
+        return self._compared(values, found, np.eye(found.by_errors.shape[2]), fitted=False)
 
-    def beside_fit(self, fit: ModelFit) -> Sides:
+    def with_fit(self, fit: ModelFit) -> Sides:
         """The model with offsets that were fitted to this very drop."""
         p = len(self.offsets)
         kept = np.r_[0:p, p + 3 : len(fit.covariance)]
-        return self._beside(fit.values, fit.derivatives, fit.covariance[np.ix_(kept, kept)], fitted=True)
+        return self._compared(fit.values, fit.derivatives, fit.covariance[np.ix_(kept, kept)], fitted=True)
 
-    def _beside(self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool) -> Sides:
+    def _compared(self, values: FloatArray, found: Derivatives, errors: FloatArray, *, fitted: bool) -> Sides:
         body, turned = self.offsets.corrected(values), self.rotation[:, BODY_1]
         prediction = predicted(body, self.flown, initial_momentum(body, self.flown, self.quiet))
         covariance = difference_covariance(
@@ -286,7 +286,7 @@ class ModelComparison:
         fit: The offsets that explain the motion best. Where even they miss the attitude by more than the sensors'
             errors allow, something unknown is at work in them as well: the data are taken to be worse by as much.
         before: The model as its file has it.
-        after: The model with those offsets, beside sensors without the errors that the fit found in them; its
+        after: The model with those offsets, against sensors without the errors that the fit found in them; its
             uncertainty is not widened by what even it misses.
     """
 
@@ -368,9 +368,9 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         flown = flown_of(motion, fit.errors)
         fit = fit_model(offsets, flown)
     sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
-    after = sensed.beside_fit(fit)
+    after = sensed.with_fit(fit)
     misfit = after.error.mahalanobis / EXPECTED_DISTANCE
     if misfit > 1.0:
         stated, fit = fit, widened(fit, flown, misfit)
-        after = sensed.beside_fit(replace(fit, covariance=stated.covariance))
-    return ModelComparison(driven, fit, driven.beside(np.zeros(len(offsets))), after)
+        after = sensed.with_fit(replace(fit, covariance=stated.covariance))
+    return ModelComparison(driven, fit, driven.with_offsets(np.zeros(len(offsets))), after)

@@ -11,6 +11,7 @@ from scipy.linalg import solve_banded
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.low_pass import LowPass
+from tfsat_host.evaluation.motion.samples import Blocks
 
 BLOCK_S = 0.1
 """Longer than any low-pass remembers: means over blocks are as independent as those of white noise."""
@@ -37,12 +38,10 @@ def noise_densities(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
     """
     if len(t_s) < 2:
         return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
-    blocks = np.floor((t_s - t_s[0]) / _DENSITY_BLOCK_S).astype(int)
-    edges = np.flatnonzero(np.diff(blocks, prepend=-1))
-    if len(edges) < LEAST_BLOCKS:
+    blocks = Blocks.of(t_s - t_s[0], _DENSITY_BLOCK_S)
+    if len(blocks.edges) < LEAST_BLOCKS:
         return np.full(rate_rad_s.shape[1], SHEET_DENSITY_RAD_S_RTHZ)
-    counts = np.diff(edges, append=len(t_s))
-    means = np.add.reduceat(rate_rad_s, edges, axis=0) / counts[:, None, None]
+    means = blocks.mean(rate_rad_s)
     squares = (np.diff(means, axis=0) / np.sqrt(2.0)) ** 2
     return np.array([_density(squares[:, gyro]) for gyro in range(rate_rad_s.shape[1])])
 
@@ -97,8 +96,8 @@ class Lag:
         delay_std_s: Its standard deviation.
         second_s2: e, see the module.
         expected_s: d by the data sheet.
-        measured: Strokes have told it; else it is the data sheet's.
-        implausible_s: What strokes told that no chip can be; the data sheet's is used instead. None: nothing such.
+        measured: By the strokes; else it is the data sheet's.
+        implausible_s: What the strokes gave that no chip can be; the data sheet's is used instead. None: nothing such.
     """
 
     delay_s: float

@@ -101,10 +101,10 @@ def _distrusted(
     limit = max(_APART_RAD, _APART_STDS * float(np.sqrt(zeros)))
     if np.quantile(np.abs(apart), 1.0 - _LASTING) < limit:
         return None
-    told = both & np.isfinite(turned_rad)
-    if told.any():
-        beside = np.unwrap(angle_rad[told] - turned_rad[told, None], axis=0)
-        low, high = np.quantile(beside, [_LASTING, 1.0 - _LASTING], axis=0)
+    known = both & np.isfinite(turned_rad)
+    if known.any():
+        drift = np.unwrap(angle_rad[known] - turned_rad[known, None], axis=0)
+        low, high = np.quantile(drift, [_LASTING, 1.0 - _LASTING], axis=0)
         first, second = high - low
         if abs(second - first) > 0.5 * limit:
             return int(second > first)
@@ -235,7 +235,7 @@ _SMOOTHED = 9
 
 @dataclass(frozen=True, eq=False)
 class SensorDisagreement:
-    """One angle sensor beside the fused angle, over the whole fall.
+    """One angle sensor against the fused angle, over the whole fall.
 
     Attributes:
         sensor: 1 or 2 of the joint.
@@ -263,7 +263,7 @@ class JointMotion:
         covariance: (r, r) of those.
         noise_rad: (2,) standard deviation of a sample of either sensor.
         smoothing_rad: (n,) what is left of that noise in the angle, where no gyro tells the joint's rate; else 0.
-        sensors: What each sensor says beside the fused angle.
+        sensors: Each sensor against the fused angle.
         sensed: Angle sensors have answered.
     """
 

@@ -2,7 +2,7 @@
 
 Four gyros measure twelve numbers at each sample, and the robot has six: the base's rate and three joint rates. They
 follow by least squares; what is left over, neighbours that contradict each other off their joint's axis, belongs to
-nobody's motion and checks the sensors. Where a gyro did not answer, the others bridge it; where its joint's rate would
+no motion and checks the sensors. Where a gyro did not answer, the others bridge it; where its joint's rate would
 then be unknown, the angle sensors give that, less well.
 """
 
@@ -16,6 +16,7 @@ import numpy as np
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
+from tfsat_host.evaluation.motion.samples import Blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +163,7 @@ def information_by_neighbours(
         left_by_errors: (n, 4, 3, r) what more of them does to what is left over.
         variance: (n, 4) of each axis of a gyro's sample.
         errors: (r,) as believed.
-        learnt: (r,) which ones may be told.
+        learnt: (r,) which ones may be estimated.
     """
     fall = t_s >= 0.0
     n, r = int(fall.sum()), len(errors)
@@ -170,18 +171,13 @@ def information_by_neighbours(
     weights = np.where(bridged, 0.0, 1.0 / np.sqrt(variance[fall]))[..., None]
     left = (np.nan_to_num(fused.left_over_rad_s[fall]) * weights).reshape(n, -1)
     rows = (left_by_errors[fall] * weights[..., None]).reshape(n * left.shape[1], r) * learnt
-    told = float((~bridged).sum(axis=1).mean()) * 3.0
-    unexplained = max(told - fused.base_rate_rad_s.shape[1] - fused.joint_rate_rad_s.shape[1], 0.0)
+    measured = float((~bridged).sum(axis=1).mean()) * 3.0
+    unexplained = max(measured - fused.base_rate_rad_s.shape[1] - fused.joint_rate_rad_s.shape[1], 0.0)
     if unexplained == 0.0:
         return np.zeros((r, r)), np.zeros(r)
-    excess = max(_LEAST_EXCESS, _block_squares(t_s[fall], left) / unexplained)
+    excess = max(
+        _LEAST_EXCESS,
+        float((Blocks.of(t_s[fall], _BLOCK_S).deviates(left) ** 2).sum(axis=1).mean()) / unexplained,
+    )
     information = rows.T @ rows / excess
     return information, information @ errors - rows.T @ left.ravel() / excess
-
-
-def _block_squares(t_s: FloatArray, whitened: FloatArray) -> float:
-    """What the squares of a block's sum come to, one sample's variance taken as one."""
-    edges = np.flatnonzero(np.diff(np.floor(t_s / _BLOCK_S), prepend=-np.inf))
-    counts = np.diff(edges, append=len(t_s))
-    sums = np.add.reduceat(whitened, edges, axis=0) / np.sqrt(counts)[:, None]
-    return float((sums**2).sum(axis=1).mean())

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.apply import apply_calibration, weightless
@@ -30,9 +32,31 @@ still hangs then, and a gyro that feels its weight has another bias: its rates t
 LANDING_GUARD_S = 0.05
 """The evaluation ends so long before the landing, as the release springs and the cushion are not the model's."""
 LEAST_S = 0.05
-"""Of less of a fall nothing can be said."""
+"""Less of a fall is not evaluated."""
 GREATEST_GAP_S = 0.1
 """Over a longer hole in all gyros nothing is carried: a stroke turns the robot by 20 deg meanwhile."""
+
+
+class Blocks(NamedTuple):
+    """Samples in blocks of time: the first sample of each, and how many it holds; (blocks,) each."""
+
+    edges: NDArray[np.int64]
+    counts: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, t_s: FloatArray, length_s: float) -> Blocks:
+        """Of n ascending times; blocks without a sample are left out."""
+        edges = np.flatnonzero(np.diff(np.floor(t_s / length_s), prepend=-np.inf))
+        return cls(edges, np.diff(edges, append=len(t_s)))
+
+    def mean(self, values: FloatArray) -> FloatArray:
+        """(blocks, ...) of values (n, ...)."""
+        counts = self.counts.reshape(-1, *[1] * (values.ndim - 1))
+        return np.asarray(np.add.reduceat(values, self.edges, axis=0) / counts)
+
+    def deviates(self, whitened: FloatArray) -> FloatArray:
+        """(blocks, k) of variance one, if all of values (n, k) are so and independent."""
+        return np.asarray(np.add.reduceat(whitened, self.edges, axis=0) / np.sqrt(self.counts)[:, None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,5 +270,5 @@ def _away_from_holes(answered: BoolArray) -> BoolArray:
     for shift in range(1, _NEIGHBOURS + 1):
         near[shift:] |= ~answered[:-shift]
         near[:-shift] |= ~answered[shift:]
-    nobody = np.logical_and.reduce(near, axis=1)
-    return np.where(nobody[:, None], answered, ~near)
+    none = np.logical_and.reduce(near, axis=1)
+    return np.where(none[:, None], answered, ~near)

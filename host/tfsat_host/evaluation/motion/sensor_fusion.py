@@ -131,8 +131,8 @@ class SensorFusion:
         geometry = _geometry(t, joints, held)
         rates = np.where(readings.usable[..., None], sheet.removed(t, shown), np.nan)
         fused = fuse(body, geometry, rates, variance, slopes.rate_rad_s, slopes.variance)
-        beside = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
-        walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(beside)]
+        neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
+        walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
         spread = Spread.of(samples, sheet, np.where(answered, np.pi, UNSENSED_STD_RAD), walks)
         start = np.where(answered, 0.0, held)
         return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, spread)
@@ -172,7 +172,7 @@ class SensorFusion:
     def _passed(self, learnt: BoolArray) -> Solved:
         errors, angles = np.zeros(len(self.spread)), self.geometry_rad
         covariance = np.eye(len(errors))
-        # What the lag does is a derivative of the rates, so of their noise: noise times itself would tell of it.
+        # What the lag does is a derivative of the rates, so of their noise: noise times itself would bias it.
         no_lag = learnt & ~self.spread.is_lag
         last_rad = np.inf
         for _ in range(_PASSES):

@@ -215,10 +215,10 @@ def random_walk(
     Args:
         t_s: (n,) after the release, where the walk begins.
         density_rad_s_rthz: One-sided noise density of the joint's rate by its gyros.
-        untold: (n,) the rate is the angle sensors' slope.
+        unsensed: (n,) the rate is the angle sensors' slope.
         sensed_std_rad: How far the integral of that slope may be off, from one knot to the next.
         fine_s: The slope is smoothed over so long: knots are so far apart where it is used.
-        holes: Where samples are missing, with what the joint may have turned in them beside what was carried over.
+        holes: Where samples are missing, with what the joint may have turned in them besides what was carried over.
     """
     knots = _knots(t_s, unsensed, fine_s, holes)
     left, right = knots[:-1], knots[1:]
@@ -240,5 +240,5 @@ def _knots(t_s: FloatArray, unsensed: BoolArray, fine_s: float, holes: Holes) ->
     in_hole = (inner[:, None] > holes.from_s) & (inner[:, None] < holes.until_s)
     edges = np.concatenate([holes.from_s, holes.until_s])
     knots = np.unique(np.concatenate([[0.0], inner[~in_hole.any(axis=1)], edges[edges > 0.0]]))
-    # A knot just beside another would make a step that no sample can tell from it.
+    # A knot just next to another would make a step that no sample distinguishes from it.
     return np.asarray(knots[np.concatenate([[True], np.diff(knots) > 1e-6])])

@@ -43,7 +43,7 @@ def worth_of(found: Evaluation) -> Worth:
 
 def correction_sentences(found: Evaluation) -> tuple[str, ...]:
     """For a person who has to decide what to change in the robot file."""
-    worth, untold = worth_of(found), found.identifiability.untold
+    worth, undetermined = worth_of(found), found.identifiability.undetermined
     if worth == "withheld":
         return ("The correction is withheld: change nothing by it.", *found.explained.withheld)
     if worth == "not called for":
@@ -51,10 +51,10 @@ def correction_sentences(found: Evaluation) -> tuple[str, ...]:
             "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
             "within its own uncertainty.",
         )
-    if untold:
-        told = len(found.identifiability.directions) - len(untold)
+    if undetermined:
+        known = len(found.identifiability.directions) - len(undetermined)
         return (
-            f"Only {told} of {len(found.identifiability.directions)} directions are told by the data. The offsets go "
+            f"Only {known} of {len(found.identifiability.directions)} directions are told by the data. The offsets go "
             "together: single ones along the others are the prior's, and none of those is to be filed.",
         )
     return ()
@@ -104,7 +104,7 @@ ERROR: Columns = (
     Column("final_zyx_deg", of="final_rad", std=lambda error: np.rad2deg(error.std_rad[-1])),
     *fields("final_norm_deg rms_deg z_scores mahalanobis"),
 )
-_DIRECTION = "composition components told std std_by_data prior_std"
+_DIRECTION = "composition components told=determined std std_by_data prior_std"
 _IDENTIFIABILITY: Columns = (
     *fields("unit condition rank"),
     Column("directions", columns=fields(_DIRECTION)),
