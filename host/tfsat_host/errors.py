@@ -56,3 +56,9 @@ class RefusedError(TfsatError):
     """An interlock refused; nothing was changed (exit code 4)."""
 
     exit_code: ClassVar[int] = 4
+
+
+class Interrupted(TfsatError):
+    """Ctrl-C while a board was connected (exit code 130)."""
+
+    exit_code: ClassVar[int] = 130

@@ -13,8 +13,9 @@ import pytest
 from tests.cli.process import RunCli
 from tests.devices.scripted import hello, refusal, reply
 from tfsat_host.cli import ports
-from tfsat_host.cli.advice import Interrupted, interruptible
+from tfsat_host.cli.advice import interruptible
 from tfsat_host.cli.main import main
+from tfsat_host.errors import Interrupted
 from tfsat_host.protocol.enums import Board, ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver
 from tfsat_host.protocol.messages import DisarmReply, DisarmRequest, HelloRequest

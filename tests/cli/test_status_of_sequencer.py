@@ -66,7 +66,7 @@ def test_a_run_with_its_onsets(board: Board, tfsat_host: RunCli) -> None:
     assert told.rows["last run"].endswith(f"{run['bounces']} edges of bounce")
     assert run["since_release_s"] >= 3.0
     assert told.json["joint_angle_deg"] == [0.0, 0.0, 0.0]
-    assert "told to hold 0°, 0°, 0°" in told.rows["servos"]
+    assert "commanded to hold 0°, 0°, 0°" in told.rows["servos"]
     said = "would be refused (refusal 15, switch_open). A release switch is open (switches 1 and 2). Seat"
     assert told.rows["arming"].startswith(said)
     assert told.json["arm_refusal"]["number"] == 15
@@ -158,13 +158,13 @@ def test_a_joint_that_is_moved(board: Board) -> None:
     client(board).request(JogRequest(2, 0, 0, JOG_CONFIRM), JogReply)
     state, rows = told_directly(board)
     assert state["joint_angle_deg"] == [None, 0.0, None]
-    assert rows["servos"].endswith("; joint 2 is moved, told 0°; the others are limp")
+    assert rows["servos"].endswith("; joint 2 is moved, commanded to 0°; the others are limp")
     client(board).request(JogRequest(2, 0, 1000, JOG_CONFIRM), JogReply)
     board.advance(700_000)
     state, rows = told_directly(board)
     assert state["state"] == rows["state"] == "jogging"
     assert state["joint_angle_deg"] == [None, 10.0, None]
-    assert rows["servos"].endswith("; joint 2 is moved, told 10°; the others are limp")
+    assert rows["servos"].endswith("; joint 2 is moved, commanded to 10°; the others are limp")
 
 
 def test_nothing_was_uploaded(fresh_board: Board) -> None:

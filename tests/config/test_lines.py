@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from tfsat_host.config.lines import Path, line_of
+from tfsat_host.config.table import Path, line_of
 
 TEXT = '''# [[body]] of a comment = 1
 title = """\u2028\x85

@@ -44,10 +44,6 @@ servo.rate = 20
 class CodedError(TfsatError):
     """As the errors that scripts tell apart."""
 
-    def __init__(self, code: StrEnum, *, what: str, meaning: str, next_step: str) -> None:
-        super().__init__(what=what, meaning=meaning, next_step=next_step)
-        self.code = code
-
 
 class Own(StrEnum):
     """A code of one kind of file."""

@@ -17,11 +17,12 @@ NUMBERS = st.floats(allow_nan=False) | st.integers(-(2**63), 2**63 - 1)
 VALUES = (
     NUMBERS | st.booleans() | st.text(st.characters(codec="utf-8")) | st.datetimes(timezones=st.just(UTC))
 )
-ENTRIES = VALUES | st.lists(NUMBERS) | st.lists(st.lists(NUMBERS, min_size=1), min_size=1)
-TABLES = st.dictionaries(KEYS, ENTRIES | st.dictionaries(KEYS, VALUES))
+ROWS = st.lists(st.lists(NUMBERS, min_size=1, max_size=3), min_size=1, max_size=3)
+ENTRIES = VALUES | st.lists(NUMBERS, max_size=3) | ROWS
+TABLES = st.dictionaries(KEYS, ENTRIES | st.dictionaries(KEYS, VALUES, max_size=3), max_size=3)
 
 
-@given(st.dictionaries(KEYS, ENTRIES | TABLES | st.lists(TABLES)))
+@given(st.dictionaries(KEYS, ENTRIES | TABLES | st.lists(TABLES, max_size=3), max_size=4))
 def test_what_is_read_is_what_was_written(values: dict[str, object]) -> None:
     assert tomllib.loads(format_config(values)) == values
 

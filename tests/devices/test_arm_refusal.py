@@ -204,14 +204,12 @@ def test_what_is_damaged_in_the_store_is_named(
     image = bytearray(healthy.eeprom())
     for address in addresses:
         image[address] ^= 0x10
-    sequencer = connect(new_board(bytes(image)))
-    refusal = arm_refusal(sequencer.status(), sequencer.read_back(), sequencer.settings().settings, AT_REST)
+    damaged = new_board(bytes(image))
+    refusal = predicted(damaged, AT_REST)
     assert refusal is not None
     assert (refusal.code, refusal.exit_code) == (ErrorCode.STORE_DAMAGED, 4)
     assert refusal.what.startswith(said)
-    with pytest.raises(BoardRefusal) as caught:
-        sequencer.arm()
-    assert caught.value.code == ErrorCode.STORE_DAMAGED
+    assert answered(damaged) == ErrorCode.STORE_DAMAGED
 
 
 @pytest.mark.parametrize(
@@ -231,12 +229,9 @@ def test_an_upload_cut_short_and_an_old_layout_are_named(
     if not before:
         healthy.ask(Frame(ManeuverBeginRequest.TYPE, 1, ManeuverBeginRequest(4, 17_000).encode()))
         healthy.advance(20_000)
-    sequencer = connect(healthy)
-    refusal = arm_refusal(sequencer.status(), sequencer.read_back(), sequencer.settings().settings, AT_REST)
+    refusal = predicted(healthy, AT_REST)
     assert refusal is not None
     assert (refusal.code, refusal.exit_code) == (code, 4)
     assert refusal.what.startswith(said)
     assert "upload-" in refusal.next_step
-    with pytest.raises(BoardRefusal) as caught:
-        sequencer.arm()
-    assert caught.value.code == code
+    assert answered(healthy) == code

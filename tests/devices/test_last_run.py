@@ -9,43 +9,55 @@ import pytest
 from tests.sequencer.board import NEW, OLD, Board, PinHold, connect, release
 from tests.sequencer.conftest import board, board_library, new_board
 from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
+from tfsat_host.devices.sequencer import StoredManeuver
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US
+from tfsat_host.protocol.messages import RunReportReply, SequencerStatusReply
 
 __all__ = ["board", "board_library", "new_board"]
 
 
-def report(board: Board) -> LastRun | None:
+def asked(board: Board) -> tuple[RunReportReply, SequencerStatusReply, StoredManeuver]:
     sequencer = connect(board)
-    return last_run(sequencer.run_report(), sequencer.status(), sequencer.read_back())
+    return sequencer.run_report(), sequencer.status(), sequencer.read_back()
 
 
-def flown(board: Board) -> LastRun:
-    connect(board).arm()
-    board.advance(100_000)
-    release(board)
-    board.advance(3_000_000)
-    run = report(board)
+def found(report: RunReportReply, status: SequencerStatusReply, maneuver: StoredManeuver) -> LastRun:
+    run = last_run(report, status, maneuver)
     assert run is not None
     return run
 
 
-def test_no_run_yet(board: Board) -> None:
-    assert report(board) is None
+def armed(board: Board) -> None:
     connect(board).arm()
-    assert report(board) is None
+    board.advance(100_000)
+
+
+def released_for(board: Board, duration_us: int) -> LastRun:
+    armed(board)
+    release(board)
+    board.advance(duration_us)
+    return found(*asked(board))
+
+
+def flown(board: Board) -> LastRun:
+    return released_for(board, 3_000_000)
+
+
+def test_no_run_yet(board: Board) -> None:
+    assert last_run(*asked(board)) is None
+    connect(board).arm()
+    assert last_run(*asked(board)) is None
 
 
 def test_every_stroke_against_its_schedule(board: Board) -> None:
-    connect(board).arm()
-    board.advance(100_000)
+    armed(board)
     uptime_us = connect(board).status().uptime_ms * 1000
     asked_us = board.now_us
     released_us = release(board)
     board.advance(3_000_000)
     since_us = board.now_us - released_us
-    run = report(board)
-    assert run is not None
+    run = found(*asked(board))
     assert run.released_us - uptime_us == pytest.approx(released_us - asked_us, abs=3000)
     assert run.since_release_s is not None
     assert since_us / 1e6 - 0.001 <= run.since_release_s <= (board.now_us - released_us) / 1e6 + 0.001
@@ -58,68 +70,51 @@ def test_every_stroke_against_its_schedule(board: Board) -> None:
 
 
 def test_half_a_run(board: Board) -> None:
-    connect(board).arm()
-    board.advance(100_000)
-    release(board)
-    board.advance(1_200_000)
-    run = report(board)
-    assert run is not None
+    run = released_for(board, 1_200_000)
     assert [onset.scheduled_us for onset in run.onsets] == [stroke.t_us for stroke in OLD.strokes]
     assert [onset.booking for onset in run.onsets] == [Booking.BEGUN] * 2 + [Booking.NOT_BEGUN] * 2
     assert (run.begun, run.missed) == (2, 0)
     connect(board).disarm()
-    ended = report(board)
-    assert ended is not None
+    ended = found(*asked(board))
     assert ended.onsets == run.onsets
     connect(board).upload(NEW)
-    ended = report(board)
-    assert ended is not None
+    ended = found(*asked(board))
     assert [onset.scheduled_us for onset in ended.onsets] == [None] * 4
     assert [onset.booking for onset in ended.onsets] == [onset.booking for onset in run.onsets]
 
 
 def test_a_run_that_ended_before_its_first_stroke_tells_nothing_of_its_maneuver(board: Board) -> None:
-    connect(board).arm()
-    board.advance(100_000)
-    release(board)
-    board.advance(300_000)
+    released_for(board, 300_000)
     connect(board).disarm()
-    run = report(board)
-    assert run is not None
-    assert run.onsets == (Onset(Booking.NOT_BEGUN, None, None),) * 4
+    assert found(*asked(board)).onsets == (Onset(Booking.NOT_BEGUN, None, None),) * 4
 
 
 def test_after_a_reset_nobody_knows_how_long_ago_it_was(board: Board) -> None:
     flown(board)
-    sequencer = connect(board)
-    status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    flight, status, maneuver = asked(board)
     reset = replace(status, state=SequencerState.SAFE, reset_cause=ResetCause.EXTERNAL)
-    run = last_run(flight, reset, maneuver)
-    assert run is not None
+    run = found(flight, reset, maneuver)
     assert run.since_release_s is None
     assert run.begun == 4
 
 
 def test_a_fault_that_is_not_of_the_run_says_nothing_of_its_maneuver(board: Board) -> None:
     flown(board)
-    sequencer = connect(board)
-    status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    flight, status, maneuver = asked(board)
     late = replace(flight, start_us=(flight.start_us[0] + 9000, *flight.start_us[1:]))
     for fault, compared in (
         (ErrorCode.RESET_WHILE_ARMED, False),
         (ErrorCode.RESET_WHILE_RUNNING, True),
         (ErrorCode.STROKE_MISSED, True),
     ):
-        run = last_run(late, replace(status, state=SequencerState.FAULT, fault=fault), maneuver)
-        assert run is not None
+        run = found(late, replace(status, state=SequencerState.FAULT, fault=fault), maneuver)
         assert (run.onsets[0].error_us is not None) == compared
 
 
 def test_after_disarm_the_same_schedule_is_recognised(board: Board) -> None:
     before = flown(board)
     connect(board).disarm()
-    after = report(board)
-    assert after is not None
+    after = found(*asked(board))
     assert after.onsets == before.onsets
 
 
@@ -128,36 +123,30 @@ def test_a_maneuver_uploaded_since_is_not_compared_with(board: Board) -> None:
     sequencer = connect(board)
     sequencer.disarm()
     sequencer.upload(NEW)
-    after = report(board)
-    assert after is not None
+    after = found(*asked(board))
     assert [onset.start_us for onset in after.onsets] == [onset.start_us for onset in before.onsets]
     assert {onset.error_us for onset in after.onsets} == {None}
 
 
 def test_a_late_stroke_is_compared_while_its_maneuver_is_surely_there(board: Board) -> None:
     flown(board)
-    sequencer = connect(board)
-    status, maneuver, late = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    late, status, maneuver = asked(board)
     late = replace(late, start_us=(late.start_us[0] + 9000, *late.start_us[1:]))
     assert status.state == SequencerState.DONE
-    run = last_run(late, status, maneuver)
-    assert run is not None
+    run = found(late, status, maneuver)
     assert run.onsets[0].error_us == pytest.approx(9000, abs=50)
-    run = last_run(late, replace(status, state=SequencerState.SAFE), maneuver)
-    assert run is not None
+    run = found(late, replace(status, state=SequencerState.SAFE), maneuver)
     assert run.onsets[0].error_us is None
 
 
 def test_a_stroke_that_was_passed_over_was_missed(board: Board) -> None:
     flown(board)
-    sequencer = connect(board)
-    status, maneuver, flight = sequencer.status(), sequencer.read_back(), sequencer.run_report()
+    flight, status, maneuver = asked(board)
 
     def told(*strokes: int | None, fault: ErrorCode = ErrorCode.NONE) -> list[Booking]:
         starts_us = [STROKE_NOT_BEGUN_US if start_us is None else start_us for start_us in strokes]
         report = replace(flight, start_us=(*starts_us, *flight.start_us[4:]))
-        run = last_run(report, replace(status, fault=fault), maneuver)
-        assert run is not None
+        run = found(report, replace(status, fault=fault), maneuver)
         return [onset.booking for onset in run.onsets]
 
     begun, missed, not_begun = Booking.BEGUN, Booking.MISSED, Booking.NOT_BEGUN
@@ -169,14 +158,12 @@ def test_a_stroke_that_was_passed_over_was_missed(board: Board) -> None:
 
 def test_a_pin_that_was_held_and_let_go_is_a_late_stroke(board: Board) -> None:
     board.hold_pin(1, PinHold.LOW)
-    connect(board).arm()
-    board.advance(100_000)
+    armed(board)
     release(board)
     board.advance(1_000_000)
     board.hold_pin(1, PinHold.FREE)
     board.advance(2_000_000)
-    run = report(board)
-    assert run is not None
+    run = found(*asked(board))
     assert (run.begun, run.missed) == (4, 0)
     late_us = run.onsets[0].error_us
     assert late_us is not None and 300_000 <= late_us <= 320_000

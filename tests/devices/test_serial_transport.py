@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import tty
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -90,24 +90,17 @@ def test_a_request_over_the_port(terminal: Terminal, port: SerialTransport) -> N
     assert identity.firmware == "1.2.3"
 
 
-def test_a_board_that_vanished_is_a_lost_connection_when_reading(
-    terminal: Terminal, port: SerialTransport
+@pytest.mark.parametrize("use", [lambda port: port.read(1.0), lambda port: port.write(b"\0")])
+def test_a_board_that_vanished_is_a_lost_connection(
+    terminal: Terminal, port: SerialTransport, use: Callable[[SerialTransport], object]
 ) -> None:
     terminal.vanish()
     with pytest.raises(PortError, match=f"The connection on {port.name} was lost") as caught:
-        port.read(1.0)
+        use(port)
     assert caught.value.code == PortProblem.LOST
     assert "the cable was pulled" in caught.value.what
     assert "readiness" not in caught.value.what
     assert "tfsat-host status" in caught.value.next_step
-
-
-def test_a_board_that_vanished_is_a_lost_connection_when_writing(
-    terminal: Terminal, port: SerialTransport
-) -> None:
-    terminal.vanish()
-    with pytest.raises(PortError, match="was lost"):
-        port.write(b"\0")
 
 
 def test_a_board_that_vanishes_in_the_middle_of_a_request(terminal: Terminal, port: SerialTransport) -> None:

@@ -16,7 +16,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from tests.devices.scripted import hello, refusal, reply
-from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
+from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import FrameReceiver
 from tfsat_host.protocol.messages import (
     DisarmReply,
@@ -81,30 +81,8 @@ class Sketch:
                 self.state = SequencerState.SAFE
                 said += reply(frame, DisarmReply(self.state))
             elif frame.type == SequencerStatusRequest.TYPE:
-                none = ErrorCode.NONE
-                said += reply(
-                    frame,
-                    SequencerStatusReply(
-                        self.state,
-                        none,
-                        none,
-                        0,
-                        1,
-                        ResetCause.POWER_ON,
-                        0,
-                        0,
-                        0,
-                        (0, 0, 0),
-                        1,
-                        0,
-                        0,
-                        0,
-                        0,
-                        0,
-                        0,
-                        0,
-                    ),
-                )
+                empty = SequencerStatusReply.decode(bytes(SequencerStatusReply.SIZE))
+                said += reply(frame, replace(empty, state=self.state))
             else:
                 said += refusal(frame, ErrorCode.UNKNOWN_MESSAGE)
         return said

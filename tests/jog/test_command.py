@@ -58,7 +58,7 @@ def jogging(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
 
 
 def told_deg(said: str) -> float:
-    found = re.search(r"Joint 1 was last told ([\d.]+) deg and was let go", said)
+    found = re.search(r"Joint 1 was last commanded to ([\d.]+) deg and was let go", said)
     assert found, said
     return float(found[1])
 

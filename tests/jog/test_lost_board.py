@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from tests.devices.scripted import Answer, ScriptedTransport, hello, reply
 from tfsat_host.devices.jogging import Jog, JogClient, JogError
-from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
+from tfsat_host.protocol import messages as msg
+from tfsat_host.protocol.enums import ResetCause, SequencerState
 from tfsat_host.protocol.framing import Frame
 from tfsat_host.protocol.limits import JOG_IDLE_MS
-from tfsat_host.protocol.messages import (
-    DisarmReply,
-    DisarmRequest,
-    HelloRequest,
-    JogReply,
-    JogRequest,
-    SequencerStatusReply,
-)
 
 
 class Board:
@@ -37,41 +31,28 @@ class Board:
         self.orders = 0
 
     def __call__(self, frame: Frame) -> Iterable[Answer]:
-        if frame.type == HelloRequest.TYPE:
+        if frame.type == msg.HelloRequest.TYPE:
             return [reply(frame, hello())]
-        if frame.type == JogRequest.TYPE:
+        if frame.type == msg.JogRequest.TYPE:
             self.orders += 1
             if self.orders > 1 and self.ignores_orders:
                 self.ignores_orders -= 1
                 return []
             self.state = SequencerState.JOGGING
-            return [reply(frame, JogReply(100, 0))]
-        if frame.type == DisarmRequest.TYPE:
+            return [reply(frame, msg.JogReply(100, 0))]
+        if frame.type == msg.DisarmRequest.TYPE:
             if self.disarms:
                 self.state = SequencerState.SAFE
-            return [reply(frame, DisarmReply(self.state))] if self.answers_disarm else []
+            return [reply(frame, msg.DisarmReply(self.state))] if self.answers_disarm else []
         self.polls += 1
         self.after_polls.get(self.polls, lambda: None)()
-        none = ErrorCode.NONE
-        status = SequencerStatusReply(
-            self.state,
-            none,
-            none,
-            0,
-            1,
-            ResetCause.BROWN_OUT,
-            0,
-            0,
-            0,
-            (100, 0, 0),
-            self.uptime_ms,
-            0,
-            700,
-            0,
-            0,
-            0,
-            1,
-            0,
+        status = replace(
+            msg.SequencerStatusReply.decode(bytes(msg.SequencerStatusReply.SIZE)),
+            state=self.state,
+            reset_cause=ResetCause.BROWN_OUT,
+            joint_angle_cdeg=(100, 0, 0),
+            uptime_ms=self.uptime_ms,
+            servos_driven=1,
         )
         return [reply(frame, status)]
 
@@ -96,7 +77,7 @@ def test_a_board_that_does_not_confirm_is_told() -> None:
     error = run(board)
     assert "did not confirm that it let joint 1 go. No answer from scripted." in error.what
     assert f"{JOG_IDLE_MS / 1000:g} s after the last order" in error.meaning
-    assert error.meaning.startswith("Joint 1 was last told 1 deg.")
+    assert error.meaning.startswith("Joint 1 was last commanded to 1 deg.")
     assert "cut the sequencer's power" in error.next_step
 
 
@@ -124,7 +105,7 @@ def test_why_the_board_ended_the_jog_is_told_by_its_uptime(uptime_ms: int, what:
     board.after_polls[5] = end
     error = run(board)
     assert what in error.what and error.what.endswith("It is safe.")
-    assert error.meaning.startswith("Joint 1 was last told 1 deg and was let go.")
+    assert error.meaning.startswith("Joint 1 was last commanded to 1 deg and was let go.")
     assert meaning in error.meaning
     assert error.details == {"joint": 1, "last_angle_deg": 1.0}
     assert "--from 1 goes on" in error.next_step
@@ -149,5 +130,5 @@ def test_a_lost_order_is_repeated_only_after_asking_whether_the_joint_is_still_h
         JogClient.connect(transport).run(Jog(1, 0, 3000), 0.0, lambda: False, lambda _angle_cdeg: None)
     types = [frame.type for frame in transport.requests]
     pairs = set(pairwise(types))
-    assert types.count(JogRequest.TYPE) > 10
-    assert (JogRequest.TYPE, JogRequest.TYPE) not in pairs
+    assert types.count(msg.JogRequest.TYPE) > 10
+    assert (msg.JogRequest.TYPE, msg.JogRequest.TYPE) not in pairs

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 
 from tests.servo_settings.values import valid_settings
+from tfsat_host.config import Fault
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import (
     FACTORY,
@@ -91,26 +92,28 @@ def test_a_decimal_is_taken_as_it_is_written() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "code", "line"),
     [
-        ("format = 1\n", "", SettingsDefect.FILE_MISSING_KEY, 1),
-        ("format = 1", "format = 2", SettingsDefect.FILE_FORMAT, 1),
+        ("format = 1\n", "", Fault.MISSING_KEY, 1),
+        ("format = 1", "format = 2", Fault.FORMAT, 1),
         ("frame_ms = 12.5", "frame_ms = 21", SettingsDefect.FRAME_RANGE, 2),
-        ("frame_ms = 12.5", "frame_us = 12500", SettingsDefect.FILE_UNKNOWN_KEY, 2),
-        ("frame_ms = 12.5\n", "", SettingsDefect.FILE_MISSING_KEY, 1),
-        ("joint = 3", "joint = 4", SettingsDefect.FILE_WRONG_TYPE, 19),
+        ("frame_ms = 12.5", "frame_us = 12500", Fault.UNKNOWN_KEY, 2),
+        ("frame_ms = 12.5\n", "", Fault.MISSING_KEY, 1),
+        ("joint = 3", "joint = 4", Fault.WRONG_TYPE, 19),
         ("joint = 3", "joint = 2", SettingsDefect.FILE_JOINTS, 19),
-        ("joint = 3\n", "", SettingsDefect.FILE_MISSING_KEY, 18),
-        ("zero_us = 2000", "zero_us = 1e300", SettingsDefect.FILE_WRONG_TYPE, 6),
+        ("joint = 3\n", "", Fault.MISSING_KEY, 18),
+        ("zero_us = 2000", "zero_us = 1e300", Fault.WRONG_TYPE, 6),
         ("zero_us = 2000", "zero_us = 70000", SettingsDefect.PULSE_RANGE, 6),
         ("zero_us = 600", "zero_us = 499", SettingsDefect.PULSE_RANGE, 20),
         ("us_per_deg = 10.5", "us_per_deg = -10.5", SettingsDefect.SLOPE_RANGE, 7),
         ("us_per_deg = 20", "us_per_deg = 21.2", SettingsDefect.PULSE_RANGE, 21),
-        ("reversed = true", "reversed = 1", SettingsDefect.FILE_WRONG_TYPE, 8),
+        ("reversed = true", "reversed = 1", Fault.WRONG_TYPE, 8),
         ("reversed = true", "reversed = false", SettingsDefect.PULSE_RANGE, 7),
         ("[0, 75.25]", "[0, 90.01]", SettingsDefect.JOINT_LIMITS, 9),
         ("[0, 75.25]", "[-5, 75.25]", SettingsDefect.JOINT_LIMITS, 9),
     ],
 )
-def test_a_defect_has_a_name_a_line_and_a_cure(old: str, new: str, code: SettingsDefect, line: int) -> None:
+def test_a_defect_has_a_name_a_line_and_a_cure(
+    old: str, new: str, code: SettingsDefect | Fault, line: int
+) -> None:
     with pytest.raises(SettingsError) as caught:
         parse_settings(TEXT.replace(old, new, 1), source="servos.toml")
     assert caught.value.code == code
@@ -128,7 +131,7 @@ def test_a_joint_that_is_missing() -> None:
         parse_settings("format = 1\nframe_ms = 20\n")
     with pytest.raises(SettingsError) as caught:
         parse_settings("format = 1\nframe_ms = 20\nservo = 3\n")
-    assert caught.value.code == SettingsDefect.FILE_WRONG_TYPE
+    assert caught.value.code == Fault.WRONG_TYPE
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
@@ -138,10 +141,10 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "good.toml").write_text(format_settings(FACTORY))
     assert read_settings_file(tmp_path / "good.toml") == (FACTORY, [])
     for name, code in {
-        "latin.toml": SettingsDefect.FILE_UNREADABLE,
-        "missing.toml": SettingsDefect.FILE_UNREADABLE,
-        "torn.toml": SettingsDefect.FILE_SYNTAX,
-        "large.toml": SettingsDefect.FILE_SYNTAX,
+        "latin.toml": Fault.UNREADABLE,
+        "missing.toml": Fault.UNREADABLE,
+        "torn.toml": Fault.SYNTAX,
+        "large.toml": Fault.SYNTAX,
     }.items():
         with pytest.raises(SettingsError) as caught:
             read_settings_file(tmp_path / name)

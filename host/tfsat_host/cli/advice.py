@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.protocol.enums import ErrorCode
 
 if TYPE_CHECKING:
@@ -20,12 +20,6 @@ _DEVICE_COMMAND = re.compile(
     r"tfsat-host (?:status|disarm|arm|jog|upload-servos|upload-sequence 59 70|record (?:start|stop)|"
     r"log (?:list|(?:fetch|erase)(?: (?:ram|all|\d+))?)|logger-settings(?! --help))"
 )
-
-
-class Interrupted(TfsatError):
-    """Ctrl-C while a board was connected (exit code 130)."""
-
-    exit_code = 130
 
 
 def device_option(args: argparse.Namespace) -> str:

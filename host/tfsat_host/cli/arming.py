@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from tfsat_host.cli.advice import Interrupted, device_option, refuse_emulated
+from tfsat_host.cli.advice import device_option, refuse_emulated
 from tfsat_host.cli.connection import device, open_any_sequencer, open_sequencer
 from tfsat_host.cli.options import add_device_options, file_name, joint_angle_cdeg
 from tfsat_host.errors import TfsatError
@@ -59,26 +59,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
         raise
 
 
-class _Operator:
-    """The person at this terminal."""
-
-    def __init__(self, out: Output) -> None:
-        self._out = out
-        self.note, self.warn = out.note, out.warn
-
-    def give_the_word(self) -> None:
-        if self._out.yes:
-            return
-        try:
-            self._out.ask("Type ARM to arm: ", meaning="Nothing was armed.", accept=("arm",))
-        except KeyboardInterrupt:
-            raise Interrupted(
-                what="Interrupted.",
-                meaning="Nothing was armed.",
-                next_step="Run the same command again when ready.",
-            ) from None
-
-
 def _arm(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.present.stored import maneuver_as_dict
     from tfsat_host.run.arming import arm
@@ -88,7 +68,7 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
         try:
             armed = arm(
                 sequencer,
-                _Operator(out),
+                out,
                 joints_cdeg=args.joints_cdeg,
                 sequencer_named=args.port is not None,
                 unrecorded=args.unrecorded,

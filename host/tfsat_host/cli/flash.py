@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from tfsat_host.cli.advice import Interrupted, device_option
+from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.subcommands import add_subcommands
-from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.errors import Interrupted, RefusedError, TfsatError
 from tfsat_host.present.output import Output
 
 _BOARDS = {
@@ -56,6 +56,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Checks image, program and board, then writes."""
     from tfsat_host.flashing.computer import ThisComputer
     from tfsat_host.flashing.flash import BOOTLOADER, FLASHERS
+    from tfsat_host.flashing.loader import MARKS
+    from tfsat_host.present.terminal import Narration
 
     if args.emulated:
         raise RefusedError(
@@ -79,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         if question := flasher.question(target):
             out.confirm(question, meaning=_NOT_FLASHED)
             flasher.make_safe(target)
-        with _narrated(args.board, out) as narrator:
+        with Narration(out, "avrdude", MARKS) as narrator, _not_cut_off(args.board):
             flashed = flasher.write(loader, image, target, narrator)
     identity = flashed.identity
     device = {"port": flashed.port, **identity.as_dict()}
@@ -112,43 +114,13 @@ def _typed_as_given(args: argparse.Namespace) -> Iterator[None]:
         raise
 
 
-class _Narration:
-    """Steps as lines, avrdude's bars as progress."""
-
-    def __init__(self, out: Output) -> None:
-        self._out = out
-        self._bar: str | None = None
-        self._advance: Callable[[float], None] = lambda _marks: None
-        self._stack = ExitStack()
-
-    def step(self, text: str) -> None:
-        self.end()
-        self._out.note(f"{text} …")
-
-    def advance(self, bar: str, marks: int) -> None:
-        from tfsat_host.flashing.loader import MARKS
-
-        if bar != self._bar:
-            self.end()
-            progress = self._out.progress(f"avrdude: {bar}", total=MARKS)
-            self._bar, self._advance = bar, self._stack.enter_context(progress)
-        self._advance(marks)
-
-    def end(self) -> None:
-        self._stack.close()
-        self._bar = None
-
-
 @contextmanager
-def _narrated(board: str, out: Output) -> Iterator[_Narration]:
-    narration = _Narration(out)
+def _not_cut_off(board: str) -> Iterator[None]:
     try:
-        yield narration
+        yield
     except KeyboardInterrupt:
         raise Interrupted(
             what="Interrupted.",
             meaning="The board's image may be incomplete. Its bootloader is intact.",
             next_step=f"tfsat-host flash {board} --force; no drop with this board before that has succeeded.",
         ) from None
-    finally:
-        narration.end()

@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import Interrupted, device_option
+from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.connection import device, open_jog_client
 from tfsat_host.cli.options import add_device_options, joint_angle_cdeg, number
 from tfsat_host.cli.stopping import stop_wish, suspend_now
+from tfsat_host.errors import Interrupted
 from tfsat_host.present.output import Output
-from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S, JOINT_COUNT
+from tfsat_host.protocol.limits import JOINT_COUNT
 
 if TYPE_CHECKING:
     from tfsat_host.devices.jogging import Jog, JogClient
@@ -51,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks, asks, moves, holds, lets go."""
-    from tfsat_host.devices.jogging import Jog, JogRefused, from_here, jog_details, last_told
+    from tfsat_host.devices.jogging import Jog, JogRefused, from_here, jog_details, last_commanded
 
     jog = Jog(args.joint, args.from_cdeg, args.to_cdeg)
     with open_jog_client(args, out) as sequencer:
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         except JogRefused as error:
             error.next_step += device_option(args)
             raise
-        out.note(_explanation(jog, args.hold_s))
+        out.note(jog.explanation(args.hold_s))
         if args.emulated:
             out.note("The emulated robot begins anew with each command: all its joints are at 0 deg now.")
         if not out.yes:
@@ -77,7 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         what = "The jog has ended: Ctrl-Z let the joint go before the program stopped."
     interrupted = Interrupted(
         what=what,
-        meaning=f"{last_told(jog.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe.",
+        meaning=f"{last_commanded(jog.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe.",
         next_step=from_here(end.angle_cdeg).capitalize(),
     )
     interrupted.details = jog_details(jog.joint, end.angle_cdeg)
@@ -99,20 +100,6 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
         },
         f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
         f"On from here: {on}",
-    )
-
-
-def _explanation(jog: Jog, hold_s: float) -> str:
-    start_deg = jog.from_cdeg / 100
-    stay = f"is held there for {hold_s:g} s" if hold_s else "stays there for a moment"
-    return (
-        f"Joint {jog.joint} will move from {start_deg:g} to {jog.to_cdeg / 100:g} deg at "
-        f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({jog.duration_s:.1f} s), {stay} and is let go. "
-        "The other joints stay limp. Ctrl-C or Ctrl-Z lets it go at once, and so does the board "
-        f"{JOG_IDLE_MS / 1000:g} s after this program's last order.\n"
-        f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
-        f"If it is elsewhere: bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
-        "Hands, hair and cables out of the joint's way."
     )
 
 

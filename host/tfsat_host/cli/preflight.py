@@ -8,9 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.options import add_device_options, file_name, port_name
-from tfsat_host.errors import RefusedError
+from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ import argparse
 from contextlib import ExitStack, closing
 from typing import Any
 
-from tfsat_host.cli.advice import Interrupted, device_option, interruptible
+from tfsat_host.cli.advice import device_option, interruptible
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
 from tfsat_host.devices.ports import BoardName
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
 from tfsat_host.present.sequencer_state import Rows

@@ -109,7 +109,7 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
         misfit = find_misfit(sequencer.read_back().moves, settings)
         if misfit is not None:
             out.warn(
-                f"The maneuver on the board does not fit these settings: {misfit.words}. ARM will refuse it. "
+                f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
                 f"Upload one that fits: tfsat-host upload-sequence A B{device_option(args)}"
             )
         result = {

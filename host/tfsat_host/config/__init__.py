@@ -1,7 +1,6 @@
 """Files in TOML that people write: one reader whose errors name file, line and cure, and one writer."""
 
-from tfsat_host.config.reading import parse_config, read_config
 from tfsat_host.config.table import ConfigKind, Fault, Table
-from tfsat_host.config.writing import format_config
+from tfsat_host.config.toml import format_config, parse_config, read_config
 
 __all__ = ["ConfigKind", "Fault", "Table", "format_config", "parse_config", "read_config"]

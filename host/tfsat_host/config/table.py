@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, NoReturn, TypeVar, cast
 
-from tfsat_host.config.lines import Path, line_of
 from tfsat_host.errors import TfsatError
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+Path = tuple[str | int, ...]
+"""Keys from the outermost table inwards, and indices from 0 in lists of tables: `("body", 1, "mass_kg")`."""
 _SHOWN_CHARACTERS = 60
+# All that may hold a bracket or a line feed without opening anything or ending a statement, and what does.
+_TOKEN = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}'
+    r"|'''.*?'{3,5}"
+    r'|"(?:\\.|[^"\\\n])*"'
+    r"|'[^'\n]*'"
+    r"|\#[^\n]*"
+    r"|[\[\]{}\n]",
+    re.DOTALL,
+)
 _Choice = TypeVar("_Choice", str, int)
 
 
@@ -297,3 +310,50 @@ def shown(value: object) -> str:
 
 def _shortened(text: str) -> str:
     return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "…"
+
+
+def line_of(text: str, path: Path) -> int:
+    """Line (from 1) of an entry; of the nearest that holds it if it has none of its own: `body = [`, a header.
+
+    Args:
+        text: A whole file that the parser took, its lines ended by line feeds.
+        path: Of the entry; what lies above all tables and is not there counts as line 1.
+    """
+    places: dict[Path, int] = {}
+    counts: dict[Path, int] = {}
+    table: Path = ()
+    for line, statement in _statements(text):
+        is_header = statement.lstrip().startswith("[")
+        names, is_list = _names(tomllib.loads(statement))
+        place = () if is_header else table
+        for number, name in enumerate(names, 1):
+            place = (*place, name)
+            places.setdefault(place, line)
+            if is_header and is_list and number == len(names):
+                counts[place] = counts.get(place, -1) + 1
+            if place in counts:
+                place = (*place, counts[place])
+                places.setdefault(place, line)
+        if is_header:
+            table = place
+    return next((places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in places), 1)
+
+
+def _statements(text: str) -> Iterator[tuple[int, str]]:
+    """Each header or entry with the line on which it begins; neither rows of an array nor lines of a text are any."""
+    depth, start, line = 0, 0, 1
+    for token in _TOKEN.finditer(text + "\n"):
+        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(token[0], 0)
+        if token[0] == "\n" and depth == 0:
+            yield line, text[start : token.start()]
+            line += text.count("\n", start, token.start()) + 1
+            start = token.end()
+
+
+def _names(parsed: object) -> tuple[list[str], bool]:
+    """The keys from the outermost to the innermost of nested tables with one entry each; whether a list ends them."""
+    names = []
+    while isinstance(parsed, dict) and len(parsed) == 1:
+        ((name, parsed),) = parsed.items()
+        names.append(name)
+    return names, isinstance(parsed, list)

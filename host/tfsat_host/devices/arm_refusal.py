@@ -46,7 +46,7 @@ def arm_refusal(
         return _refusal(ErrorCode.NO_MANEUVER)
     misfit = find_misfit(maneuver.moves, settings)
     if misfit is not None:
-        return _refusal(ErrorCode.SETTINGS_DO_NOT_FIT, f"The stored maneuver does not fit: {misfit.words}.")
+        return _refusal(ErrorCode.SETTINGS_DO_NOT_FIT, f"The stored maneuver does not fit: {misfit}.")
     if status.switches_open:
         return _refusal(ErrorCode.SWITCH_OPEN, detail=status.switches_open)
     held = joints_off_start_pose(status.joint_angle_cdeg) if status.state == SequencerState.DONE else []

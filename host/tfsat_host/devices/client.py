@@ -10,25 +10,15 @@ from typing import TypeVar
 from tfsat_host.devices.ports import PortProblem
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, JOINT_COUNT, PROTOCOL_HASH, REPLY_BIT, SWITCH_COUNT
-from tfsat_host.protocol.messages import (
-    ErrorReply,
-    HelloReply,
-    HelloRequest,
-    JogRequest,
-    LiveSampleStream,
-    LoggerSettings,
-    LogPartStream,
-    LogReadReply,
-    LogZerosStream,
-)
 from tfsat_host.protocol.record import Payload
 from tfsat_host.protocol.remedies import REMEDIES
 
 Reply = TypeVar("Reply", bound=Payload)
-LogPiece = LogPartStream | LogZerosStream
+LogPiece = msg.LogPartStream | msg.LogZerosStream
 
 ATTEMPT_TIMEOUT_S = 0.25
 """A board answers within a few milliseconds; a USB hub may add tens."""
@@ -84,7 +74,7 @@ class BoardIdentity:
     protocol_hash: str
 
     @classmethod
-    def from_reply(cls, reply: HelloReply) -> BoardIdentity:
+    def from_reply(cls, reply: msg.HelloReply) -> BoardIdentity:
         """From the board's answer to HELLO."""
         return cls(
             board=reply.board,
@@ -128,7 +118,7 @@ class BoardError(TfsatError):
 
     code: ErrorCode
 
-    def __init__(self, reply: ErrorReply) -> None:
+    def __init__(self, reply: msg.ErrorReply) -> None:
         what, meaning, next_step = REMEDIES[reply.code]
         super().__init__(
             what=f"{what[:-1]}{_where(reply)}.", meaning=meaning, next_step=next_step, code=reply.code
@@ -136,11 +126,11 @@ class BoardError(TfsatError):
         self.detail = reply.detail
 
 
-def _where(reply: ErrorReply) -> str:
+def _where(reply: msg.ErrorReply) -> str:
     """What the detail refers to, in words; it depends on the request."""
     if reply.detail < 0:
         return ""
-    if reply.request == JogRequest.TYPE:
+    if reply.request == msg.JogRequest.TYPE:
         return f" (joint {reply.detail})"
     if reply.code == ErrorCode.SWITCH_OPEN:
         return _switches(reply.detail)
@@ -148,8 +138,8 @@ def _where(reply: ErrorReply) -> str:
         return f" (joint {reply.detail + 1})" if reply.detail < JOINT_COUNT else " (the frame)"
     if reply.code == ErrorCode.RATE_TOO_HIGH:
         return f" (at most {reply.detail} Hz)"
-    if reply.code == ErrorCode.LOGGER_SETTING_OUT_OF_RANGE and reply.detail < len(LoggerSettings.LAYOUT):
-        return f" ({LoggerSettings.LAYOUT[reply.detail][0]})"
+    if reply.code == ErrorCode.LOGGER_SETTING_OUT_OF_RANGE and reply.detail < len(msg.LoggerSettings.LAYOUT):
+        return f" ({msg.LoggerSettings.LAYOUT[reply.detail][0]})"
     return f" (stroke {reply.detail + 1})" if reply.code in _ABOUT_STROKES else ""
 
 
@@ -186,7 +176,7 @@ class VerifyError(TfsatError):
     code = "verify-failed"
 
 
-def board_error(reply: ErrorReply) -> BoardError:
+def board_error(reply: msg.ErrorReply) -> BoardError:
     """The exception for an error reply: a refusal where an interlock spoke."""
     return BoardRefusal(reply) if reply.code in _INTERLOCKS else BoardError(reply)
 
@@ -234,7 +224,7 @@ class Client:
         self._on_busy = on_busy
         self._receiver = FrameReceiver()
         self._sequence = 0
-        self._live: deque[LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
+        self._live: deque[msg.LiveSampleStream] = deque(maxlen=LONGEST_BACKLOG)
         self._log_pieces: list[LogPiece] = []
 
     def request(self, message: Payload, reply_type: type[Reply], *, attempts: int = ATTEMPTS) -> Reply:
@@ -281,8 +271,8 @@ class Client:
                     continue
                 if frame.type == request_type | REPLY_BIT:
                     return frame.payload
-                if frame.type == ErrorReply.TYPE:
-                    error = ErrorReply.decode(frame.payload)
+                if frame.type == msg.ErrorReply.TYPE:
+                    error = msg.ErrorReply.decode(frame.payload)
                     if error.request == request_type:
                         raise board_error(error)
         return None
@@ -291,19 +281,19 @@ class Client:
         """Frames that have arrived, what was sent unasked set apart."""
         frames = []
         for frame in self._receiver.feed(self.transport.read(timeout_s)):
-            if frame.type == LiveSampleStream.TYPE:
-                self._live.append(LiveSampleStream.decode(frame.payload))
-            elif frame.type == LogPartStream.TYPE:
-                self._log_pieces.append(LogPartStream.decode(frame.payload))
-            elif frame.type == LogZerosStream.TYPE:
-                self._log_pieces.append(LogZerosStream.decode(frame.payload))
+            if frame.type == msg.LiveSampleStream.TYPE:
+                self._live.append(msg.LiveSampleStream.decode(frame.payload))
+            elif frame.type == msg.LogPartStream.TYPE:
+                self._log_pieces.append(msg.LogPartStream.decode(frame.payload))
+            elif frame.type == msg.LogZerosStream.TYPE:
+                self._log_pieces.append(msg.LogZerosStream.decode(frame.payload))
             else:
-                if frame.type == LogReadReply.TYPE:
+                if frame.type == msg.LogReadReply.TYPE:
                     self._log_pieces.clear()  # those before it belong to an earlier request
                 frames.append(frame)
         return frames
 
-    def live_samples(self, timeout_s: float) -> list[LiveSampleStream]:
+    def live_samples(self, timeout_s: float) -> list[msg.LiveSampleStream]:
         """Live samples that have arrived, waiting up to `timeout_s` for the first. Raises PortError."""
         deadline = self.transport.now_s() + timeout_s
         while not self._live and (left := deadline - self.transport.now_s()) > 0:
@@ -335,7 +325,7 @@ class Client:
         Raises:
             WrongBoard: another board.
         """
-        identity = BoardIdentity.from_reply(self.request(HelloRequest(), HelloReply))
+        identity = BoardIdentity.from_reply(self.request(msg.HelloRequest(), msg.HelloReply))
         if expected is not None and identity.board != expected:
             name, wanted = identity.board.name.lower(), expected.name.lower()
             raise WrongBoard(

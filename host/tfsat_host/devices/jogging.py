@@ -55,6 +55,20 @@ class Jog:
         """At the board's jogging speed."""
         return abs(self.to_cdeg - self.from_cdeg) / JOG_SPEED_CDEG_S
 
+    def explanation(self, hold_s: float) -> str:
+        """What will move and how it is stopped: what a person has to read before the word."""
+        start_deg = self.from_cdeg / 100
+        stay = f"is held there for {hold_s:g} s" if hold_s else "stays there for a moment"
+        return (
+            f"Joint {self.joint} will move from {start_deg:g} to {self.to_cdeg / 100:g} deg at "
+            f"{JOG_SPEED_CDEG_S / 100:g} deg/s ({self.duration_s:.1f} s), {stay} and is let go. "
+            "The other joints stay limp. Ctrl-C or Ctrl-Z lets it go at once, and so does the board "
+            f"{IDLE_S:g} s after this program's last order.\n"
+            f"The joint is limp now, and its first pulse takes it to {start_deg:g} deg at the servo's full speed. "
+            f"If it is elsewhere: bring it to {start_deg:g} deg by hand first, or say no and give --from its angle.\n"
+            "Hands, hair and cables out of the joint's way."
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class JogTour:
@@ -121,9 +135,9 @@ def jog_details(joint: int, angle_cdeg: int) -> dict[str, float]:
     return {"joint": joint, "last_angle_deg": angle_cdeg / 100}
 
 
-def last_told(joint: int, angle_cdeg: int) -> str:
+def last_commanded(joint: int, angle_cdeg: int) -> str:
     """Where a limp joint was told to be: it may have sagged since."""
-    return f"Joint {joint} was last told {angle_cdeg / 100:g} deg"
+    return f"Joint {joint} was last commanded to {angle_cdeg / 100:g} deg"
 
 
 def from_here(angle_cdeg: int) -> str:
@@ -381,7 +395,7 @@ class _Motion:
         fault = "" if status.fault == ErrorCode.NONE else f" {REMEDIES[status.fault][0]}"
         return self._error(
             f"{what} It is {status.state.name.lower()}.{fault}",
-            f"{last_told(self.jog.joint, self.angle_cdeg)} and was let go. {why}",
+            f"{last_commanded(self.jog.joint, self.angle_cdeg)} and was let go. {why}",
             f"Look at the joint and its servo; then {self._again(self.angle_cdeg)}",
         )
 
@@ -390,8 +404,8 @@ class _Motion:
         named = shlex.quote(self._board.port)
         return self._error(
             f"The sequencer did not confirm that it let joint {self.jog.joint} go. {reason}",
-            f"{last_told(self.jog.joint, self.angle_cdeg)}. The sequencer lets it go when it notices the closed port, "
-            f"or {IDLE_S:g} s after the last order; until then the servo may hold or move the joint.",
+            f"{last_commanded(self.jog.joint, self.angle_cdeg)}. The sequencer lets it go when it notices the closed "
+            f"port, or {IDLE_S:g} s after the last order; until then the servo may hold or move the joint.",
             f"Keep hands off. tfsat-host status --port {named} shows whether it is safe; if not, "
             f"tfsat-host disarm --port {named}, or cut the sequencer's power.",
         )

@@ -12,28 +12,9 @@ from tfsat_host.devices.log_transfer import Listing, Outcome, Put, Span, erase_l
 from tfsat_host.devices.logger_settings import StoredLoggerSettings
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, CardState, DropPhase, ErrorCode, LoggerState
 from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
-from tfsat_host.protocol.messages import (
-    ClockSetReply,
-    ClockSetRequest,
-    ErrorReply,
-    LiveReply,
-    LiveRequest,
-    LiveSampleStream,
-    LogEntry,
-    LoggerSettings,
-    LoggerSettingsReadReply,
-    LoggerSettingsReadRequest,
-    LoggerSettingsWriteReply,
-    LoggerSettingsWriteRequest,
-    LoggerStatusReply,
-    LoggerStatusRequest,
-    RecordStartReply,
-    RecordStartRequest,
-    RecordStopReply,
-    RecordStopRequest,
-)
 from tfsat_host.protocol.remedies import REMEDIES
 
 STOP_TIMEOUT_S = 20.0
@@ -58,13 +39,13 @@ def ram_seconds(rate_hz: int) -> float:
 class CardError(BoardError):
     """A recording that the card refused, or gave up: what happens has no place but the logger's RAM."""
 
-    def __init__(self, request: int, status: LoggerStatusReply) -> None:
-        super().__init__(ErrorReply(request, status.error, -1))
+    def __init__(self, request: int, status: msg.LoggerStatusReply) -> None:
+        super().__init__(msg.ErrorReply(request, status.error, -1))
         seconds = f"{ram_seconds(status.rate_hz):.0f} s"
         if status.ram_holds_drop:
             self.meaning = f"The drop is in the logger's RAM only ({seconds} of it), until its power goes."
             self.next_step = "Keep the power on. tfsat-host log fetch ram"
-        elif request == RecordStartRequest.TYPE:
+        elif request == msg.RecordStartRequest.TYPE:
             self.meaning = (
                 f"Do not drop: there is no recording on the card. RAM keeps the newest {seconds}, "
                 "until the logger's power goes."
@@ -98,11 +79,11 @@ class LoggerClient:
         """Lets go of the port."""
         self._client.close()
 
-    def status(self) -> LoggerStatusReply:
+    def status(self) -> msg.LoggerStatusReply:
         """The board's state."""
-        return self._client.request(LoggerStatusRequest(), LoggerStatusReply)
+        return self._client.request(msg.LoggerStatusRequest(), msg.LoggerStatusReply)
 
-    def start_recording(self, number: int | None = None, *, unix_us: int = 0) -> RecordStartReply:
+    def start_recording(self, number: int | None = None, *, unix_us: int = 0) -> msg.RecordStartReply:
         """Starts a recording.
 
         Args:
@@ -110,9 +91,9 @@ class LoggerClient:
             unix_us: Time of day for the log; 0 leaves the logger's clock as it is.
         """
         chosen = secrets.randbits(32) if number is None else number
-        return self._client.request(RecordStartRequest(chosen, unix_us), RecordStartReply)
+        return self._client.request(msg.RecordStartRequest(chosen, unix_us), msg.RecordStartReply)
 
-    def wait_for_card(self) -> LoggerStatusReply:
+    def wait_for_card(self) -> msg.LoggerStatusReply:
         """Waits until the card takes the blocks of the recording that was started; the status then.
 
         Raises:
@@ -123,7 +104,7 @@ class LoggerClient:
         while True:
             status = self.status()
             if status.state == LoggerState.FAILED:
-                raise CardError(RecordStartRequest.TYPE, status)
+                raise CardError(msg.RecordStartRequest.TYPE, status)
             if status.state != LoggerState.RECORDING:
                 raise TfsatError(
                     what=f"The logger does not record any more: it is {status.state.name.lower()}.",
@@ -140,7 +121,7 @@ class LoggerClient:
                 )
             self._client.wait(POLL_S)
 
-    def after_more_blocks(self, blocks: int, timeout_s: float) -> LoggerStatusReply:
+    def after_more_blocks(self, blocks: int, timeout_s: float) -> msg.LoggerStatusReply:
         """The status once the card has taken more than `blocks`, or does not record, or after `timeout_s`."""
         deadline = self._client.transport.now_s() + timeout_s
         while True:
@@ -155,7 +136,7 @@ class LoggerClient:
         self._client.wait(SAMPLES_WAIT_S)
         return self.status().samples > samples
 
-    def stop_recording(self) -> RecordStopReply:
+    def stop_recording(self) -> msg.RecordStopReply:
         """Ends the recording and waits until the card has all of it.
 
         Raises:
@@ -165,11 +146,11 @@ class LoggerClient:
         """
         deadline = self._client.transport.now_s() + STOP_TIMEOUT_S
         while True:
-            reply = self._client.request(RecordStopRequest(), RecordStopReply)
+            reply = self._client.request(msg.RecordStopRequest(), msg.RecordStopReply)
             if reply.state == LoggerState.STOPPED:
                 return reply
             if reply.state == LoggerState.FAILED:
-                raise CardError(RecordStopRequest.TYPE, self.status())
+                raise CardError(msg.RecordStopRequest.TYPE, self.status())
             if self._client.transport.now_s() > deadline:
                 raise TfsatError(
                     what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after it was told to stop.",
@@ -179,21 +160,21 @@ class LoggerClient:
 
     def set_clock(self, unix_us: int) -> None:
         """Sets the time of day; it is lost with the power."""
-        self._client.request(ClockSetRequest(unix_us), ClockSetReply)
+        self._client.request(msg.ClockSetRequest(unix_us), msg.ClockSetReply)
 
     def settings(self) -> StoredLoggerSettings:
         """The settings in force."""
-        reply = self._client.request(LoggerSettingsReadRequest(), LoggerSettingsReadReply)
+        reply = self._client.request(msg.LoggerSettingsReadRequest(), msg.LoggerSettingsReadReply)
         return StoredLoggerSettings(reply.origin, reply.settings, reply.rate_max_hz)
 
-    def write_settings(self, settings: LoggerSettings) -> StoredLoggerSettings:
+    def write_settings(self, settings: msg.LoggerSettings) -> StoredLoggerSettings:
         """Has the settings stored, reads them back and compares; the settings then in force.
 
         Raises:
             BoardError: the logger refused; its settings are unchanged.
             VerifyError: it holds something else than was sent.
         """
-        self._client.request(LoggerSettingsWriteRequest(settings), LoggerSettingsWriteReply)
+        self._client.request(msg.LoggerSettingsWriteRequest(settings), msg.LoggerSettingsWriteReply)
         stored = self.settings()
         if stored.settings != settings:
             raise VerifyError(
@@ -207,7 +188,7 @@ class LoggerClient:
         """What RAM holds, if anything, and the card's recordings. Raises BoardError while it records."""
         return list_logs(self._client)
 
-    def logs(self) -> list[LogEntry]:
+    def logs(self) -> list[msg.LogEntry]:
         """Likewise, in one list; of a card that cannot be read there are none."""
         return self.listing().entries
 
@@ -227,18 +208,18 @@ class LoggerClient:
 
         Raises BoardError when there is no recording.
         """
-        self._client.request(RecordStopRequest(), RecordStopReply)
+        self._client.request(msg.RecordStopRequest(), msg.RecordStopReply)
 
-    def fetch_blocks(self, entry: LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
+    def fetch_blocks(self, entry: msg.LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
         """See `log_transfer.fetch_blocks`."""
         return fetch_blocks(self._client, entry, wanted, put)
 
-    def erase_log(self, entry: LogEntry) -> None:
+    def erase_log(self, entry: msg.LogEntry) -> None:
         """Removes a recording from the card; of RAM: gives up what it holds. Raises BoardError."""
         erase_log(self._client, entry)
 
     @contextmanager
-    def live(self) -> Iterator[LiveReply]:
+    def live(self) -> Iterator[msg.LiveReply]:
         """Live sampling while the block runs; gives rate and scales."""
         reply = self.start_live()
         try:
@@ -246,16 +227,16 @@ class LoggerClient:
         finally:
             self.stop_live()
 
-    def start_live(self) -> LiveReply:
+    def start_live(self) -> msg.LiveReply:
         """Switches live sampling on, until `stop_live` or until the port is closed; gives rate and scales."""
         self._client.live_samples(0.0)  # what was left unread is of another time
-        return self._client.request(LiveRequest(1), LiveReply)
+        return self._client.request(msg.LiveRequest(1), msg.LiveReply)
 
     def stop_live(self) -> None:
         """Switches live sampling off."""
-        self._client.request(LiveRequest(0), LiveReply)
+        self._client.request(msg.LiveRequest(0), msg.LiveReply)
 
-    def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[LiveSampleStream]:
+    def live_samples(self, timeout_s: float = LIVE_TIMEOUT_S) -> list[msg.LiveSampleStream]:
         """Samples that have arrived since the last call, while live sampling is on.
 
         Raises:
@@ -270,7 +251,7 @@ class LoggerClient:
             )
         return samples
 
-    def samples_of(self, duration_s: float) -> list[LiveSampleStream]:
+    def samples_of(self, duration_s: float) -> list[msg.LiveSampleStream]:
         """Likewise, after so long a time; there may be none. Raises PortError."""
         self._client.wait(duration_s)
         return self._client.live_samples(0.0)
@@ -287,17 +268,17 @@ class DropInDanger(NamedTuple):
     next_step: str
 
 
-def card_is_bad(status: LoggerStatusReply) -> bool:
+def card_is_bad(status: msg.LoggerStatusReply) -> bool:
     """The logger has looked at its card, and it takes nothing."""
     return status.card not in (CardState.READY, CardState.UNKNOWN)
 
 
-def file_was_full(status: LoggerStatusReply) -> bool:
+def file_was_full(status: msg.LoggerStatusReply) -> bool:
     """The last recording ended by itself since its file had no more room; the card may have plenty."""
     return status.state == LoggerState.STOPPED and status.error == ErrorCode.CARD_FULL
 
 
-def state_words(status: LoggerStatusReply) -> str:
+def state_words(status: msg.LoggerStatusReply) -> str:
     """The logger's state and, unless there is none, what is wrong."""
     if file_was_full(status):
         return "stopped: its file was full"
@@ -307,7 +288,7 @@ def state_words(status: LoggerStatusReply) -> str:
     )
 
 
-def drop_in_danger(status: LoggerStatusReply) -> DropInDanger | None:
+def drop_in_danger(status: msg.LoggerStatusReply) -> DropInDanger | None:
     """Something to shout while a drop is in RAM and its card takes nothing; None where all is well.
 
     Until the logger gives the card up, 15 s later, its state alone does not tell.
@@ -328,7 +309,7 @@ def drop_in_danger(status: LoggerStatusReply) -> DropInDanger | None:
     )
 
 
-def recording_in_danger(status: LoggerStatusReply) -> NotOnCard | None:
+def recording_in_danger(status: msg.LoggerStatusReply) -> NotOnCard | None:
     """Why a drop now would not be on the card although a recording was started; None where it would be.
 
     Where nothing is recorded at all, that is another matter: see `state`.
@@ -344,7 +325,7 @@ def recording_in_danger(status: LoggerStatusReply) -> NotOnCard | None:
     return None
 
 
-def stalled_recording(logger: LoggerClient, status: LoggerStatusReply) -> NotOnCard | None:
+def stalled_recording(logger: LoggerClient, status: msg.LoggerStatusReply) -> NotOnCard | None:
     """Likewise, after a look at the blocks: a card that is called ready must take some. Waits for the next one.
 
     Raises:
@@ -367,7 +348,7 @@ def stalled_recording(logger: LoggerClient, status: LoggerStatusReply) -> NotOnC
     return _not_on_card(what, later, f"Wait, and try again. If it stays so: {_NEW_FILE}")
 
 
-def _not_on_card(what: str, status: LoggerStatusReply, next_step: str) -> NotOnCard:
+def _not_on_card(what: str, status: msg.LoggerStatusReply, next_step: str) -> NotOnCard:
     if status.ram_holds_drop:
         return NotOnCard(
             what=what,
@@ -383,7 +364,7 @@ def _not_on_card(what: str, status: LoggerStatusReply, next_step: str) -> NotOnC
     )
 
 
-def _card(status: LoggerStatusReply) -> str:
+def _card(status: msg.LoggerStatusReply) -> str:
     return status.card.name.lower().replace("_", " ")
 
 

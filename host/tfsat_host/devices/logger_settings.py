@@ -5,32 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tfsat_host.errors import UsageError
+from tfsat_host.protocol import limits
 from tfsat_host.protocol.enums import Origin
-from tfsat_host.protocol.limits import (
-    ACCEL_RANGE_FACTORY_G,
-    AFTER_LANDING_FACTORY_S,
-    AFTER_LANDING_MAX_S,
-    AFTER_LANDING_MIN_S,
-    BLOCK_BYTES,
-    BUS_FACTORY_KHZ,
-    DLPF_FACTORY,
-    FILE_FACTORY_MIB,
-    FILE_MAX_MIB,
-    FILE_MIN_MIB,
-    GYRO_RANGE_FACTORY_DEG_S,
-    IMU_BURST_BITS,
-    IMU_PROOF_BITS,
-    IMU_PROOF_SLACK_US,
-    IMUS_PER_BUS,
-    LANDING_LATEST_US,
-    PARTIAL_BLOCK_MS,
-    RING_BLOCKS,
-    SAMPLE_RATE_HZ,
-    SAMPLE_RATE_MAX_HZ,
-    SAMPLE_RATE_MIN_HZ,
-    SAMPLES_PER_BLOCK,
-    SAMPLING_MARGIN_US,
-)
 from tfsat_host.protocol.messages import LoggerSettings
 
 GYRO_RANGES_DEG_S = (250, 500, 1000, 2000)
@@ -38,17 +14,17 @@ ACCEL_RANGES_G = (2, 4, 8, 16)
 BUS_CLOCKS_KHZ = (100, 400)
 DLPF_HZ = (256, 188, 98, 42, 20, 10, 5)
 """Bandwidth of the gyros by DLPF_CFG (RM-MPU-6000A rev. 4.2, p. 13)."""
-_AFTER_LANDING_S = range(AFTER_LANDING_MIN_S, AFTER_LANDING_MAX_S + 1)
-_RATES_HZ = range(SAMPLE_RATE_MIN_HZ, SAMPLE_RATE_MAX_HZ + 1)
-_FILES_MIB = range(FILE_MIN_MIB, FILE_MAX_MIB + 1)
+_AFTER_LANDING_S = range(limits.AFTER_LANDING_MIN_S, limits.AFTER_LANDING_MAX_S + 1)
+_RATES_HZ = range(limits.SAMPLE_RATE_MIN_HZ, limits.SAMPLE_RATE_MAX_HZ + 1)
+_FILES_MIB = range(limits.FILE_MIN_MIB, limits.FILE_MAX_MIB + 1)
 FACTORY = LoggerSettings(
-    rate_hz=SAMPLE_RATE_HZ,
-    gyro_range_deg_s=GYRO_RANGE_FACTORY_DEG_S,
-    accel_range_g=ACCEL_RANGE_FACTORY_G,
-    dlpf_cfg=DLPF_FACTORY,
-    bus_khz=BUS_FACTORY_KHZ,
-    after_landing_s=AFTER_LANDING_FACTORY_S,
-    file_mib=FILE_FACTORY_MIB,
+    rate_hz=limits.SAMPLE_RATE_HZ,
+    gyro_range_deg_s=limits.GYRO_RANGE_FACTORY_DEG_S,
+    accel_range_g=limits.ACCEL_RANGE_FACTORY_G,
+    dlpf_cfg=limits.DLPF_FACTORY,
+    bus_khz=limits.BUS_FACTORY_KHZ,
+    after_landing_s=limits.AFTER_LANDING_FACTORY_S,
+    file_mib=limits.FILE_FACTORY_MIB,
 )
 """What a logger that never got any uses."""
 
@@ -70,26 +46,29 @@ class StoredLoggerSettings:
 
 def burst_us(bus_khz: int) -> int:
     """Duration of one 14-byte burst, rounded up."""
-    return -(-IMU_BURST_BITS * 1000 // bus_khz)
+    return -(-limits.IMU_BURST_BITS * 1000 // bus_khz)
 
 
 def rate_max_hz(bus_khz: int) -> int:
     """The highest sampling rate that the buses carry, as the logger itself calculates it (timing.h)."""
-    return min(1_000_000 // _needed_us(bus_khz), SAMPLE_RATE_MAX_HZ)
+    return min(1_000_000 // _needed_us(bus_khz), limits.SAMPLE_RATE_MAX_HZ)
 
 
 def file_min_mib(rate_hz: int, after_landing_s: int) -> int:
     """The least room that holds a drop, what follows it, and its second copy (file_budget.h)."""
-    blocks = _blocks_per_s(rate_hz) * (LANDING_LATEST_US // 1_000_000 + after_landing_s + 1) + RING_BLOCKS
-    return -(-blocks * BLOCK_BYTES // (1 << 20))
+    blocks = (
+        _blocks_per_s(rate_hz) * (limits.LANDING_LATEST_US // 1_000_000 + after_landing_s + 1)
+        + limits.RING_BLOCKS
+    )
+    return -(-blocks * limits.BLOCK_BYTES // (1 << 20))
 
 
 def bus_arithmetic(rate_hz: int, bus_khz: int) -> str:
     """Why a rate does, or does not, fit."""
-    bursts = {2: "two"}.get(IMUS_PER_BUS, str(IMUS_PER_BUS))
+    bursts = {2: "two"}.get(limits.IMUS_PER_BUS, str(limits.IMUS_PER_BUS))
     return (
         f"{rate_hz} Hz leaves {1_000_000 // rate_hz} us; {bursts} 14-byte bursts of "
-        f"{IMU_BURST_BITS} bits take {IMUS_PER_BUS} x {burst_us(bus_khz)} us at {bus_khz} kHz, plus "
+        f"{limits.IMU_BURST_BITS} bits take {limits.IMUS_PER_BUS} x {burst_us(bus_khz)} us at {bus_khz} kHz, plus "
         f"{_margin_us(bus_khz)} us kept for what else a sensor takes: {_needed_us(bus_khz)} us, "
         f"so at most {rate_max_hz(bus_khz)} Hz"
     )
@@ -133,13 +112,15 @@ def check(settings: LoggerSettings) -> None:
 
 
 def _blocks_per_s(rate_hz: int) -> int:
-    return max(-(-rate_hz // SAMPLES_PER_BLOCK), 1000 // PARTIAL_BLOCK_MS) + 1
+    return max(-(-rate_hz // limits.SAMPLES_PER_BLOCK), 1000 // limits.PARTIAL_BLOCK_MS) + 1
 
 
 def _needed_us(bus_khz: int) -> int:
-    return IMUS_PER_BUS * burst_us(bus_khz) + _margin_us(bus_khz)
+    return limits.IMUS_PER_BUS * burst_us(bus_khz) + _margin_us(bus_khz)
 
 
 def _margin_us(bus_khz: int) -> int:
     """For a sensor that fails, or for a proof that it kept its settings."""
-    return max(SAMPLING_MARGIN_US, -(-IMU_PROOF_BITS * 1000 // bus_khz) + IMU_PROOF_SLACK_US)
+    return max(
+        limits.SAMPLING_MARGIN_US, -(-limits.IMU_PROOF_BITS * 1000 // bus_khz) + limits.IMU_PROOF_SLACK_US
+    )

@@ -9,35 +9,9 @@ from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
 from tfsat_host.devices.client import BoardIdentity, Client, VerifyError, board_error
 from tfsat_host.devices.transport import Transport
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
-from tfsat_host.protocol.messages import (
-    ArmReply,
-    ArmRequest,
-    DisarmReply,
-    DisarmRequest,
-    ErrorReply,
-    JointReportReply,
-    JointReportRequest,
-    ManeuverBeginReply,
-    ManeuverBeginRequest,
-    ManeuverCommitReply,
-    ManeuverCommitRequest,
-    ManeuverInfoReply,
-    ManeuverInfoRequest,
-    ManeuverReadReply,
-    ManeuverReadRequest,
-    ManeuverStrokeReply,
-    ManeuverStrokeRequest,
-    RunReportReply,
-    RunReportRequest,
-    SequencerStatusReply,
-    SequencerStatusRequest,
-    SettingsReadReply,
-    SettingsReadRequest,
-    SettingsWriteReply,
-    SettingsWriteRequest,
-)
 from tfsat_host.protocol.record import Payload
 from tfsat_host.servo_settings import ServoSettings
 
@@ -131,13 +105,13 @@ class SequencerClient:
         """Lets go of the port."""
         self._client.close()
 
-    def status(self) -> SequencerStatusReply:
+    def status(self) -> msg.SequencerStatusReply:
         """The board's state."""
-        return self._client.request(SequencerStatusRequest(), SequencerStatusReply)
+        return self._client.request(msg.SequencerStatusRequest(), msg.SequencerStatusReply)
 
-    def run_report(self) -> RunReportReply:
+    def run_report(self) -> msg.RunReportReply:
         """The last run since power was switched on, by the board's own timer."""
-        return self._client.request(RunReportRequest(), RunReportReply)
+        return self._client.request(msg.RunReportRequest(), msg.RunReportReply)
 
     def upload(self, schedule: Schedule) -> Upload[StoredManeuver]:
         """Sends the maneuver, has it stored, reads it back and compares.
@@ -151,12 +125,12 @@ class SequencerClient:
         """
         ask = self._client.request
         wanted = _rows(schedule)
-        ask(ManeuverBeginRequest(len(wanted), schedule.speed_cdeg_s), ManeuverBeginReply)
+        ask(msg.ManeuverBeginRequest(len(wanted), schedule.speed_cdeg_s), msg.ManeuverBeginReply)
         for index, (joint, angle_cdeg, start_us) in enumerate(wanted):
-            ask(ManeuverStrokeRequest(index, joint, angle_cdeg, start_us), ManeuverStrokeReply)
-        commit = ManeuverCommitRequest(maneuver_crc(schedule))
+            ask(msg.ManeuverStrokeRequest(index, joint, angle_cdeg, start_us), msg.ManeuverStrokeReply)
+        commit = msg.ManeuverCommitRequest(maneuver_crc(schedule))
         written = self._until_stored(
-            lambda: ask(commit, ManeuverCommitReply),
+            lambda: ask(commit, msg.ManeuverCommitReply),
             "The maneuver from before is still stored, and not armed.",
         )
         stored = self.read_back()
@@ -167,8 +141,10 @@ class SequencerClient:
     def read_back(self) -> StoredManeuver:
         """Reads what would fly, stroke by stroke. Raises VerifyError where it does not fit the board's own CRC."""
         ask = self._client.request
-        info = ask(ManeuverInfoRequest(), ManeuverInfoReply)
-        replies = [ask(ManeuverReadRequest(index), ManeuverReadReply) for index in range(info.stroke_count)]
+        info = ask(msg.ManeuverInfoRequest(), msg.ManeuverInfoReply)
+        replies = [
+            ask(msg.ManeuverReadRequest(index), msg.ManeuverReadReply) for index in range(info.stroke_count)
+        ]
         strokes = tuple((reply.joint, reply.angle_cdeg, reply.start_us) for reply in replies)
         if _crc(info.speed_cdeg_s, strokes) != info.crc:
             raise VerifyError(
@@ -180,13 +156,13 @@ class SequencerClient:
 
     def settings(self) -> StoredSettings:
         """The servo settings in force."""
-        reply = self._client.request(SettingsReadRequest(), SettingsReadReply)
+        reply = self._client.request(msg.SettingsReadRequest(), msg.SettingsReadReply)
         return StoredSettings(reply.origin, reply.generation, ServoSettings(reply.frame_us, reply.servo))
 
-    def insist_on_safe(self, request: type[Payload] = SettingsWriteRequest) -> None:
+    def insist_on_safe(self, request: type[Payload] = msg.SettingsWriteRequest) -> None:
         """Raises what the board would answer to this request, which it takes only while it is safe."""
         if self.status().state != SequencerState.SAFE:
-            raise board_error(ErrorReply(request.TYPE, ErrorCode.WRONG_STATE, -1))
+            raise board_error(msg.ErrorReply(request.TYPE, ErrorCode.WRONG_STATE, -1))
 
     def write_settings(self, settings: ServoSettings) -> Upload[StoredSettings]:
         """Has the servo settings stored, reads them back and compares.
@@ -195,10 +171,10 @@ class SequencerClient:
             BoardError: the board refused; its settings are unchanged.
             VerifyError: the board holds something else than was sent.
         """
-        request = SettingsWriteRequest(settings.frame_us, settings.servos)
+        request = msg.SettingsWriteRequest(settings.frame_us, settings.servos)
         before = self.settings()
         self._until_stored(
-            lambda: self._client.request(request, SettingsWriteReply),
+            lambda: self._client.request(request, msg.SettingsWriteReply),
             "The settings from before are still in force.",
         )
         stored = self.settings()
@@ -207,7 +183,9 @@ class SequencerClient:
         # The board's own word is about its last request of that content, which may be of an earlier upload.
         return Upload(stored.generation != before.generation, stored)
 
-    def _until_stored(self, ask: Callable[[], ManeuverCommitReply | SettingsWriteReply], kept: str) -> bool:
+    def _until_stored(
+        self, ask: Callable[[], msg.ManeuverCommitReply | msg.SettingsWriteReply], kept: str
+    ) -> bool:
         """Repeats a request until the EEPROM holds what it is about; True when that had to be written.
 
         Raises VerifyError, with the sentence `kept`, if the board is still writing after STORE_TIMEOUT_S.
@@ -233,17 +211,17 @@ class SequencerClient:
 
         ARM heeds the report while it is fresh (JOINT_REPORT_AGE_MS).
         """
-        report = JointReportRequest(tuple(joints_cdeg))
-        return bool(self._client.request(report, JointReportReply).at_start_pose)
+        report = msg.JointReportRequest(tuple(joints_cdeg))
+        return bool(self._client.request(report, msg.JointReportReply).at_start_pose)
 
     def arm(self) -> SequencerState:
         """Arms: from now on the release starts the maneuver. Raises BoardRefusal with the reason."""
         token = self.status().arm_token
-        return self._client.request(ArmRequest(token), ArmReply).state
+        return self._client.request(msg.ArmRequest(token), msg.ArmReply).state
 
     def disarm(self) -> SequencerState:
         """Back to safe, from any state. Frozen: DISARM has this number and layout in every protocol."""
-        return self._client.request(DisarmRequest(), DisarmReply).state
+        return self._client.request(msg.DisarmRequest(), msg.DisarmReply).state
 
 
 def maneuver_crc(schedule: Schedule) -> int:

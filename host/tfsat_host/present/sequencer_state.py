@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -76,52 +77,38 @@ class SelfReport:
                 refusal.next_step = _here(refusal.next_step)
         return cls(status, maneuver, settings, last_run(report, status, maneuver), refusal)
 
-    @property
-    def attention(self) -> list[str]:
-        """What must not be overlooked, one sentence each."""
-        return [*self._open_switch(), *self._false_releases(), *self._restarts(), *self._brown_out()]
 
-    def _open_switch(self) -> list[str]:
-        status = self.status
-        if status.state != SequencerState.ARMED or not status.switches_open:
-            return []
-        return [
+def _attention(status: SequencerStatusReply) -> Iterator[str]:
+    """What must not be overlooked, one sentence each."""
+    armed = status.state == SequencerState.ARMED
+    if armed and status.switches_open:
+        yield (
             f"It is ARMED with {open_switches(status.switches_open)} open: the maneuver starts when both are. "
             "Stand clear and close it, or: tfsat-host disarm"
-        ]
-
-    def _false_releases(self) -> list[str]:
-        count = self.status.false_releases
-        if self.status.state != SequencerState.ARMED or not count:
-            return []
-        return [
-            f"Since it was armed both switches opened and closed again for good {count} "
-            f"time{'s' if count > 1 else ''}: no release, nothing moved, and the next one flies all strokes. "
-            "Find out what jolts the robot."
-        ]
-
-    def _restarts(self) -> list[str]:
-        status = self.status
-        if not status.resets_while_armed:
-            return []
-        count = f"{status.resets_while_armed} time{'s' if status.resets_while_armed > 1 else ''}"
-        if status.resets_while_armed >= MOST_RESETS:
-            count = f"{MOST_RESETS} times or more"
-        after = " and is ARMED again" if status.state == SequencerState.ARMED else ""
-        return [
-            f"It restarted {count} while armed{after}; the last cause: {_cause(status)}. "
-            "Find out why before the drop: a restart during the fall ends the maneuver."
-        ]
-
-    def _brown_out(self) -> list[str]:
-        level_v = BROWN_OUT_V[self.status.brown_out_level]
-        if level_v == BROWN_OUT_V[0]:
-            return []
+        )
+    if armed and status.false_releases:
+        yield (
+            f"Since it was armed both switches opened and closed again for good {_times(status.false_releases)}: "
+            "no release, nothing moved, and the next one flies all strokes. Find out what jolts the robot."
+        )
+    if status.resets_while_armed:
+        most = f"{MOST_RESETS} times or more"
+        count = most if status.resets_while_armed >= MOST_RESETS else _times(status.resets_while_armed)
+        yield (
+            f"It restarted {count} while armed{' and is ARMED again' if armed else ''}; the last cause: "
+            f"{_cause(status)}. Find out why before the drop: a restart during the fall ends the maneuver."
+        )
+    level_v = BROWN_OUT_V[status.brown_out_level]
+    if level_v != BROWN_OUT_V[0]:
         resets = "never resets" if level_v is None else f"resets below {level_v} V only"
-        return [
+        yield (
             f"By its brown-out fuse it {resets} when the supply dips, and it needs 4.5 V at 16 MHz. In between it "
             "may do anything, in the fall too. Set the fuse, or fit a supervisor: docs/wiring.md, Brown-out."
-        ]
+        )
+
+
+def _times(count: int) -> str:
+    return f"{count} time{'s' if count > 1 else ''}"
 
 
 def sequencer_state(board: SequencerClient) -> tuple[dict[str, Any], Rows]:
@@ -136,7 +123,7 @@ def _as_dict(report: SelfReport, *, natively: bool) -> dict[str, Any]:
     stores = store_defects(status.stores_damaged)
     return {
         **record(_STATE, status),
-        "attention": report.attention,
+        "attention": list(_attention(status)),
         "arm_refusal": None if report.refusal is None else error_as_dict(report.refusal),
         "image_crc": None if natively else f"{status.image_crc:08x}",
         "ram_never_used_bytes": None if natively else status.ram_never_used_bytes,
@@ -166,7 +153,7 @@ def _here(next_step: str) -> str:
 
 
 def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
-    """What each servo is told to hold; None where it is limp."""
+    """What each servo is commanded to hold; None where it is limp."""
     return [
         angle_cdeg / 100 if status.servos_driven >> index & 1 else None
         for index, angle_cdeg in enumerate(status.joint_angle_cdeg)
@@ -176,7 +163,7 @@ def _joint_angles_deg(status: SequencerStatusReply) -> list[float | None]:
 def _as_rows(report: SelfReport, *, natively: bool) -> Rows:
     status = report.status
     rows = [("  state", with_fault(status.state.name.lower(), status.fault.name.lower()))]
-    rows += [("  ATTENTION", text) for text in report.attention]
+    rows += [("  ATTENTION", text) for text in _attention(status)]
     if status.fault != ErrorCode.NONE:
         what, meaning, cure = REMEDIES[status.fault]
         rows += [("  fault", what), ("    means", meaning), ("    cure", _here(cure))]
@@ -216,23 +203,23 @@ def _refused_then(code: ErrorCode) -> str:
 def _servo_rows(report: SelfReport) -> Rows:
     settings = report.settings.settings
     frame = f"a pulse each {settings.frame_us / 1000:g} ms"
-    summary = f"{origin_words(report.settings.origin)}, {frame}; {_told(report.status)}"
+    summary = f"{origin_words(report.settings.origin)}, {frame}; {_commanded(report.status)}"
     joints = [(f"    joint {joint}", servo_words(servo)) for joint, servo in enumerate(settings.servos, 1)]
     return [("  servos", summary), *joints]
 
 
-def _told(status: SequencerStatusReply) -> str:
+def _commanded(status: SequencerStatusReply) -> str:
     angles_deg = _joint_angles_deg(status)
     if not status.servos_driven:
         return "limp"
     if status.state == SequencerState.JOGGING:
         moved = ", ".join(
-            f"joint {joint} is moved, told {angle_deg:g}°"
+            f"joint {joint} is moved, commanded to {angle_deg:g}°"
             for joint, angle_deg in enumerate(angles_deg, 1)
             if angle_deg is not None
         )
         return f"{moved}; the others are limp"
-    return "told to hold " + ", ".join(
+    return "commanded to hold " + ", ".join(
         "nothing (limp)" if angle_deg is None else f"{angle_deg:g}°" for angle_deg in angles_deg
     )
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import shutil
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
 from itertools import groupby, takewhile
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from tfsat_host.notices import printable as printable
 from tfsat_host.quantity import Columns, Quantity, Table
@@ -100,3 +101,44 @@ def _wrapped(text: str, width: int, first: str, others: str) -> list[str]:
 
 def _width() -> int:
     return min(shutil.get_terminal_size((WIDEST, 24)).columns, WIDEST)
+
+
+class Narration:
+    """Steps as lines, a program's bars as progress; to be used as a context.
+
+    Args:
+        out: Where.
+        program: Whose bars.
+        marks: Of a whole bar.
+    """
+
+    def __init__(self, out: Output, program: str, marks: int) -> None:
+        self._out = out
+        self._program = program
+        self._marks = marks
+        self._bar: str | None = None
+        self._advance: Callable[[float], None] = lambda _marks: None
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def step(self, text: str) -> None:
+        """Something begins, or the user should do something."""
+        self._end()
+        self._out.note(f"{text} …")
+
+    def advance(self, bar: str, marks: int) -> None:
+        """The bar of this name has got so many marks more."""
+        if bar != self._bar:
+            self._end()
+            progress = self._out.progress(f"{self._program}: {bar}", total=self._marks)
+            self._bar, self._advance = bar, self._stack.enter_context(progress)
+        self._advance(marks)
+
+    def _end(self) -> None:
+        self._stack.close()
+        self._bar = None

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.ports import PortError, find_port, port_variable
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.present.stored import flight_words
 from tfsat_host.protocol.enums import LoggerState, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
@@ -44,8 +44,12 @@ class Operator(Protocol):
     def warn(self, text: str) -> None:
         """Something that stands against a good drop."""
 
-    def give_the_word(self) -> None:
-        """Returns where the robot shall be armed. Raises TfsatError where not."""
+    @property
+    def yes(self) -> bool:
+        """Every question is answered with yes: none is asked."""
+
+    def ask(self, prompt: str, *, meaning: str, accept: Sequence[str]) -> None:
+        """Returns where one of `accept` was typed. Raises TfsatError where not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,7 @@ def arm(
     calibration = _calibration(certificate, origin, operator)
     operator.note(flight_words(maneuver))
     operator.note(_servo_warning(status.state))
-    operator.give_the_word()
+    _demand_the_word(operator)
     # After the question: the board heeds a report only while it is fresh, and a person may take a while.
     at_start_pose = None if joints_cdeg is None else sequencer.report_joints(joints_cdeg)
     sequencer.arm()
@@ -109,6 +113,17 @@ def arm(
             next_step="tfsat-host status shows why; then disarm, and arm again.",
         )
     return Armed(maneuver, recording, calibration, at_start_pose)
+
+
+def _demand_the_word(operator: Operator) -> None:
+    if operator.yes:
+        return
+    meaning = "Nothing was armed."
+    try:
+        operator.ask("Type ARM to arm: ", meaning=meaning, accept=("arm",))
+    except KeyboardInterrupt:
+        again = "Run the same command again when ready."
+        raise Interrupted(what="Interrupted.", meaning=meaning, next_step=again) from None
 
 
 def _servo_warning(state: SequencerState) -> str:

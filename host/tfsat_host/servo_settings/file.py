@@ -49,7 +49,7 @@ _KIND = ConfigKind(
     meaning=NOTHING_CHANGED,
     cure="For a file to start from: tfsat-host upload-servos --show --out servos.toml",
     format=("format", FORMAT),
-    codes={Fault.NOT_TEXT: SettingsDefect.FILE_UNREADABLE},
+    codes={Fault.NOT_TEXT: Fault.UNREADABLE},
     bytes_max=1_000_000,
 )
 

@@ -6,7 +6,7 @@ servo can follow, joint by joint in its order; and that a maneuver stays within 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
@@ -37,31 +37,17 @@ FRAME: Final = JOINT_COUNT
 
 
 class SettingsDefect(StrEnum):
-    """Stable names, as in `error.code` of `--json`."""
+    """Stable names, as in `error.code` of `--json`; the others are config's `Fault`s."""
 
     FRAME_RANGE = "frame-range"
     SLOPE_RANGE = "slope-range"
     JOINT_LIMITS = "joint-limits"
     PULSE_RANGE = "pulse-range"
-    FILE_UNREADABLE = "file-unreadable"
-    FILE_SYNTAX = "file-syntax"
-    FILE_FORMAT = "file-format"
-    FILE_UNKNOWN_KEY = "file-unknown-key"
-    FILE_MISSING_KEY = "file-missing-key"
-    FILE_WRONG_TYPE = "file-wrong-type"
     FILE_JOINTS = "file-joints"
 
 
 class SettingsError(TfsatError):
-    """The settings' file cannot be understood, or no servo can follow it.
-
-    Attributes:
-        code: Which defect; stable.
-    """
-
-    def __init__(self, code: StrEnum, *, what: str, next_step: str, meaning: str = NOTHING_CHANGED) -> None:
-        super().__init__(what=what, meaning=meaning, next_step=next_step)
-        self.code = SettingsDefect(code)
+    """The settings' file cannot be understood, or no servo can follow it; `code` is a SettingsDefect or a Fault."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,64 +106,52 @@ class Finding:
 
 def find_defect(settings: ServoSettings) -> Finding | None:
     """The first defect that the board would find, or None: it would accept the settings."""
+    return next(_defects(settings), None)
+
+
+def _defects(settings: ServoSettings) -> Iterator[Finding]:
     for index, servo in enumerate(settings.servos):
-        finding = _slope(index, servo) or _limits(index, servo) or _pulses(index, servo)
-        if finding is not None:
-            return finding
-    if SERVO_FRAME_MIN_US <= settings.frame_us <= SERVO_FRAME_MAX_US:
-        return None
-    least, most = SERVO_FRAME_MIN_US / NS_PER_US, SERVO_FRAME_MAX_US / NS_PER_US
-    return Finding(
-        SettingsDefect.FRAME_RANGE,
-        FRAME,
-        "frame_ms",
-        f"{settings.frame_us / NS_PER_US:g} ms is outside {least:g} to {most:g} ms",
-        f"Give {most:g} for an analog servo; down to {least:g} for a digital one whose data sheet allows it.",
-    )
-
-
-def _slope(index: int, servo: ServoSetting) -> Finding | None:
-    if SERVO_NS_PER_DEG_MIN <= servo.ns_per_deg <= SERVO_NS_PER_DEG_MAX:
-        return None
-    least, most = SERVO_NS_PER_DEG_MIN / NS_PER_US, SERVO_NS_PER_DEG_MAX / NS_PER_US
-    return Finding(
-        SettingsDefect.SLOPE_RANGE,
-        index,
-        "us_per_deg",
-        f"{servo.ns_per_deg / NS_PER_US:g} us/deg is outside {least:g} to {most:g} us/deg",
-        "Give the change of pulse width for one degree, without a sign (11.111 for a usual servo); "
-        "reversed = true turns the direction.",
-    )
-
-
-def _limits(index: int, servo: ServoSetting) -> Finding | None:
-    if servo.min_cdeg == JOINT_ANGLE_MIN_CDEG and servo.min_cdeg < servo.max_cdeg <= JOINT_ANGLE_MAX_CDEG:
-        return None
-    low, high = JOINT_ANGLE_MIN_CDEG / CDEG_PER_DEG, JOINT_ANGLE_MAX_CDEG / CDEG_PER_DEG
-    return Finding(
-        SettingsDefect.JOINT_LIMITS,
-        index,
-        "limits_deg",
-        f"{limits_text(servo)} deg cannot be a joint's range: it begins at {low:g}, the start pose, "
-        f"and ends above it, at {high:g} at most",
-        f"Write limits_deg = [{low:g}, {high:g}], or a smaller second number.",
-    )
-
-
-def _pulses(index: int, servo: ServoSetting) -> Finding | None:
-    for angle_cdeg in (servo.min_cdeg, servo.max_cdeg):
-        width_ns = pulse_ns(servo, angle_cdeg)
-        if not SERVO_PULSE_MIN_US * NS_PER_US <= width_ns <= SERVO_PULSE_MAX_US * NS_PER_US:
-            return Finding(
-                SettingsDefect.PULSE_RANGE,
+        if not SERVO_NS_PER_DEG_MIN <= servo.ns_per_deg <= SERVO_NS_PER_DEG_MAX:
+            least, most = SERVO_NS_PER_DEG_MIN / NS_PER_US, SERVO_NS_PER_DEG_MAX / NS_PER_US
+            yield Finding(
+                SettingsDefect.SLOPE_RANGE,
                 index,
-                "zero_us" if angle_cdeg == 0 else "us_per_deg",
-                f"{angle_cdeg / CDEG_PER_DEG:g} deg would need a pulse of {width_ns / NS_PER_US:.10g} us, "
-                f"outside {SERVO_PULSE_MIN_US} to {SERVO_PULSE_MAX_US} us",
-                "Correct zero_us, us_per_deg or reversed, or narrow limits_deg: "
-                "pulses must stay within what a servo takes over the whole range.",
+                "us_per_deg",
+                f"{servo.ns_per_deg / NS_PER_US:g} us/deg is outside {least:g} to {most:g} us/deg",
+                "Give the change of pulse width for one degree, without a sign (11.111 for a usual servo); "
+                "reversed = true turns the direction.",
             )
-    return None
+        if not JOINT_ANGLE_MIN_CDEG == servo.min_cdeg < servo.max_cdeg <= JOINT_ANGLE_MAX_CDEG:
+            low, high = JOINT_ANGLE_MIN_CDEG / CDEG_PER_DEG, JOINT_ANGLE_MAX_CDEG / CDEG_PER_DEG
+            yield Finding(
+                SettingsDefect.JOINT_LIMITS,
+                index,
+                "limits_deg",
+                f"{limits_text(servo)} deg cannot be a joint's range: it begins at {low:g}, the start pose, "
+                f"and ends above it, at {high:g} at most",
+                f"Write limits_deg = [{low:g}, {high:g}], or a smaller second number.",
+            )
+        for angle_cdeg in (servo.min_cdeg, servo.max_cdeg):
+            width_us = pulse_ns(servo, angle_cdeg) / NS_PER_US
+            if not SERVO_PULSE_MIN_US <= width_us <= SERVO_PULSE_MAX_US:
+                yield Finding(
+                    SettingsDefect.PULSE_RANGE,
+                    index,
+                    "zero_us" if angle_cdeg == 0 else "us_per_deg",
+                    f"{angle_cdeg / CDEG_PER_DEG:g} deg would need a pulse of {width_us:.10g} us, "
+                    f"outside {SERVO_PULSE_MIN_US} to {SERVO_PULSE_MAX_US} us",
+                    "Correct zero_us, us_per_deg or reversed, or narrow limits_deg: "
+                    "pulses must stay within what a servo takes over the whole range.",
+                )
+    if not SERVO_FRAME_MIN_US <= settings.frame_us <= SERVO_FRAME_MAX_US:
+        least, most = SERVO_FRAME_MIN_US / NS_PER_US, SERVO_FRAME_MAX_US / NS_PER_US
+        yield Finding(
+            SettingsDefect.FRAME_RANGE,
+            FRAME,
+            "frame_ms",
+            f"{settings.frame_us / NS_PER_US:g} ms is outside {least:g} to {most:g} ms",
+            f"Give {most:g} for an analog servo; down to {least:g} for a digital one whose data sheet allows it.",
+        )
 
 
 def limits_text(servo: ServoSetting) -> str:
@@ -185,23 +159,10 @@ def limits_text(servo: ServoSetting) -> str:
     return f"{servo.min_cdeg / CDEG_PER_DEG:g} to {servo.max_cdeg / CDEG_PER_DEG:g}"
 
 
-@dataclass(frozen=True, slots=True)
-class Misfit:
-    """The first stroke that leaves its joint's limits.
+def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> str | None:
+    """What the first stroke that leaves its joint's limits would do, and what is allowed; None: none does.
 
-    Attributes:
-        stroke: Its number, from 1.
-        joint: 1 to 3.
-        words: What it would do and what is allowed; no full stop.
-    """
-
-    stroke: int
-    joint: int
-    words: str
-
-
-def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> Misfit | None:
-    """Follows each joint from the start pose, 0 deg; None if all stay within the limits.
+    Follows each joint from the start pose, 0 deg.
 
     Args:
         moves: (joint, angle_cdeg) of each stroke, in order.
@@ -214,7 +175,7 @@ def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> Mi
         if not servo.min_cdeg <= pose_cdeg[joint] <= servo.max_cdeg:
             reached = f"stroke {number} takes joint {joint} to {pose_cdeg[joint] / CDEG_PER_DEG:g} deg"
             allowed = f"its servo settings allow {limits_text(servo)} deg"
-            return Misfit(number, joint, f"{reached}, but {allowed}")
+            return f"{reached}, but {allowed}"
     return None
 
 
@@ -223,7 +184,7 @@ def insist_on_fit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> 
     misfit = find_misfit(moves, settings)
     if misfit is not None:
         raise RefusedError(
-            what=f"{misfit.words[:1].upper()}{misfit.words[1:]}.",
+            what=f"{misfit[:1].upper()}{misfit[1:]}.",
             meaning="The servo would be driven against its stop, so the board would refuse to arm. Nothing was sent.",
             next_step="Choose smaller angles, or correct the limits. "
             "They are shown by: tfsat-host upload-servos --show",

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError, NotKeptError
 from tfsat_host.calibration.steps.instructions import title
-from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.calibrate.options import as_typed_here, certificate_path, resuming
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.present.output import NotConfirmed, Output
 
 if TYPE_CHECKING:

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.steps.instructions import title
 from tfsat_host.calibration.steps.step import bodies
-from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.stopping import stop_wish, suspend_now
-from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.errors import Interrupted, RefusedError, TfsatError
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.protocol.limits import JOG_IDLE_MS, JOG_SPEED_CDEG_S
 from tfsat_host.units import CDEG_PER_DEG
@@ -47,11 +46,11 @@ class TourInterrupted(Interrupted):
     """
 
     def __init__(self, tour: JogTour, end: JogEnd, how: str) -> None:
-        from tfsat_host.devices.jogging import from_the_start, jog_details, last_told
+        from tfsat_host.devices.jogging import from_the_start, jog_details, last_commanded
 
         super().__init__(
             what=how,
-            meaning=f"{last_told(tour.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe. "
+            meaning=f"{last_commanded(tour.joint, end.angle_cdeg)} and was let go on its way; the sequencer is safe. "
             "Nothing of this step was kept.",
             next_step=from_the_start(tour.stops_cdeg[0])(end.angle_cdeg).capitalize(),
         )

@@ -108,7 +108,7 @@ def _upload(
     if misfit is not None:
         at = "" if args.sequencer_port is None else f" --port {args.sequencer_port}"
         out.warn(
-            f"The maneuver on the board does not fit these settings: {misfit.words}. ARM will refuse it. "
+            f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
             f"Upload one that fits: tfsat-host upload-sequence A B{' --emulated' if args.emulated else at}"
         )
     already = "" if done.written else " (they were there already)"

@@ -6,9 +6,8 @@ import argparse
 import shlex
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.advice import Interrupted
 from tfsat_host.cli.stopping import stop_wish
-from tfsat_host.errors import DataLossError, RefusedError
+from tfsat_host.errors import DataLossError, Interrupted, RefusedError
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import Column, Columns

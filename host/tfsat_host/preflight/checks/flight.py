@@ -95,7 +95,7 @@ def check_servos(evidence: Evidence) -> Check:
     if misfit is not None:
         return no_go(
             name,
-            f"The stored maneuver does not fit the servo settings: {misfit.words}.",
+            f"The stored maneuver does not fit the servo settings: {misfit}.",
             "Upload a smaller maneuver, or correct the joint's limits with tfsat-host upload-servos.",
             **numbers,
         )
