@@ -199,7 +199,7 @@ def test_lines_where_there_is_no_terminal(robot: Served, both: dict[str, str], t
     done = tfsat_host("monitor", "--for", "2.5", environ=both)
     lines = done.stdout.splitlines()
     assert len(lines) == 3
-    assert "sequencer safe, switches 1 OPEN, 2 closed" in lines[0]
+    assert "sequencer safe; switches 1 OPEN, 2 closed" in lines[0]
     assert "joints/deg (uncalibrated)" in lines[0]
     assert "uncalibrated" in done.stderr
 

@@ -6,9 +6,11 @@ import json
 import math
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.sdlog.encoder import ALL_VALID, HEADER, Recorder, drop_with_release, recording, renumbered, sample
 from tfsat_host.sdlog import DropLog, load
@@ -35,6 +37,21 @@ def assert_values(log: DropLog) -> None:
     """Every sample that is there has the values that its index says."""
     rows = np.hstack((log.imu_counts.reshape(len(log), 28), log.angle_counts), dtype=np.int32)
     assert rows.tolist() == [list(counts(index)) for index in log.sample_index.tolist()]
+
+
+def by_name(log: DropLog) -> dict[str, NDArray[Any]]:
+    """The columns of the tables, worked out from the log's SI columns."""
+    columns = {"sample": log.sample_index, "t_us": log.t_us, "t_s": log.t_s}
+    for body in range(4):
+        for axis, letter in enumerate("xyz"):
+            columns[f"imu{body + 1}_rate_{letter}_deg_s"] = np.degrees(log.rate_rad_s[:, body, axis])
+            columns[f"imu{body + 1}_specific_force_{letter}_m_s2"] = log.specific_force_m_s2[:, body, axis]
+        columns[f"imu{body + 1}_temperature_c"] = log.temperature_c[:, body]
+        columns[f"imu{body + 1}_clipped"] = log.clipped[:, body]
+    for sensor in range(6):
+        name = f"joint{sensor // 2 + 1}_sensor{sensor % 2 + 1}_angle_deg"
+        columns[name] = np.degrees(log.sensor_angle_rad[:, sensor])
+    return columns | {f"switch{switch + 1}_open": log.switch_open[:, switch] for switch in range(2)}
 
 
 def test_a_clean_log_gives_all_values_in_si(tmp_path: Path) -> None:

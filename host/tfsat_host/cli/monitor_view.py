@@ -46,6 +46,8 @@ _ALARM, _NAME = "bold red", "bold"
 _READING, _ACTIVITY, _REFUSAL, _DOUBT, _IDENTITY, _GAP = 1, 2, 3, 4, 5, 6
 _BODY = "{:>4} {:>9} {:>9} {:>9} {:<8}"
 _NO_BODY = _BODY.format("", "", "", "", "")
+Row = tuple[int, str, str]
+"""Rank, name and text."""
 _JOINT = "   {:>5} {:>9} {:>8} {}"
 
 
@@ -74,32 +76,21 @@ def one_line(t_s: float, watched: Watched) -> str:
     """All of it, short, for what is no terminal."""
     parts = [f"{t_s:.1f} s"]
     if watched.sequencer is not None:
-        status = watched.sequencer.status
-        commanded = _commanded_deg(status)
-        servos = "limp" if commanded is None else " ".join(f"{angle_deg:.2f}" for angle_deg in commanded)
-        parts.append(
-            f"sequencer {with_fault(status.state.name.lower(), status.fault.name.lower())}, "
-            f"switches {switch_words(status.switches_open)}, knocks {status.knocks}, "
-            f"false releases {status.false_releases}, "
-            f"strokes {status.strokes_started}, commanded {servos}, last refusal {_error_words(status.last_refusal)}"
-        )
+        parts.append(_joined(_sequencer(watched.sequencer)))
     if (logger := watched.logger) is not None:
-        meter, reading = logger.meter, logger.reading
-        rate = UNKNOWN if meter.rate_hz is None else f"{meter.rate_hz:.1f}"
-        state = state_words(logger.status)
-        card = logger.status.card.name.lower().replace("_", " ")
-        parts.append(f"logger {state}, card {card}, {rate} Hz, {meter.missed} lost")
-        parts += attention(logger.status)
+        parts += [_joined(_logger(logger)), *attention(logger.status)]
         if logger.status.ram_holds_drop:
             parts.append(f"RAM {RAM_HOLDS_DROP}")
-        if reading is not None:
-            rates = "; ".join(
-                f"{index + 1} {_rates(body, idle_part(logger.status, index))}"
-                for index, body in enumerate(reading.bodies)
-            )
+        if (reading := logger.reading) is not None:
+            bodies = enumerate(reading.bodies)
+            rates = "; ".join(f"{i + 1} {_rates(body, idle_part(logger.status, i))}" for i, body in bodies)
             parts.append(f"rates/(deg/s) {rates}")
             parts.append(f"joints/deg (uncalibrated) {_joints(reading.angles)}")
     return " | ".join(parts)
+
+
+def _joined(rows: list[Row]) -> str:
+    return "; ".join(f"{name} {text}" for rank, name, text in rows if rank != _IDENTITY)
 
 
 def _rates(body: BodyRate, idle: str | None) -> str:
@@ -158,9 +149,9 @@ class Picture:
         """All of it from top to bottom, alarms first."""
         blocks = [Block(ALWAYS, _wrapped(text, width), _ALARM) for text in _alarms(self.watched)]
         if self.watched.sequencer is not None:
-            blocks += _sequencer(self.watched.sequencer, width)
+            blocks += _blocks(_sequencer(self.watched.sequencer), width)
         if (logger := self.watched.logger) is not None:
-            blocks += _logger(logger, width)
+            blocks += _blocks(_logger(logger), width)
             if logger.reading is not None:
                 blocks += [
                     Block(_GAP, ("",)),
@@ -211,7 +202,7 @@ def fitted(blocks: list[Block], height: int) -> list[Block]:
     return [*lines[: max(height - 1, 0)], lines[-1]]
 
 
-def _sequencer(watch: SequencerWatch, width: int) -> list[Block]:
+def _sequencer(watch: SequencerWatch) -> list[Row]:
     status = watch.status
     commanded = _commanded_deg(status)
     joints = enumerate(commanded or (), 1)
@@ -219,25 +210,19 @@ def _sequencer(watch: SequencerWatch, width: int) -> list[Block]:
         "limp" if commanded is None else ", ".join(f"{joint} {angle_deg:.2f}°" for joint, angle_deg in joints)
     )
     return [
-        *_head(
-            watch,
-            with_fault(status.state.name.lower(), status.fault.name.lower()),
-            status.switches_open,
-            width,
-        ),
-        _row(_REFUSAL, "last refusal", _error_words(status.last_refusal), width),
-        _row(
+        *_head(watch, with_fault(status.state.name.lower(), status.fault.name.lower())),
+        (_REFUSAL, "last refusal", _error_words(status.last_refusal)),
+        (
             _ACTIVITY,
             "knocks",
             f"{status.knocks}; false releases: {status.false_releases}; "
             f"strokes of the last run: {status.strokes_started}",
-            width,
         ),
-        _row(_ACTIVITY, "commanded", servos, width),
+        (_ACTIVITY, "commanded", servos),
     ]
 
 
-def _logger(watch: LoggerWatch, width: int) -> list[Block]:
+def _logger(watch: LoggerWatch) -> list[Row]:
     status, meter = watch.status, watch.meter
     recording = "none since the start"
     if status.session:
@@ -249,27 +234,28 @@ def _logger(watch: LoggerWatch, width: int) -> list[Block]:
         f"{measured} Hz measured, {status.rate_hz} Hz set; {meter.missed} not shown in {meter.gaps} gaps"
     )
     return [
-        *_head(watch, state_words(status), status.switches_open, width),
-        _row(_ACTIVITY, "recording", recording, width),
-        _row(_ACTIVITY, "card", card_words(status), width),
-        _row(_ACTIVITY, "sampling", sampling, width),
+        *_head(watch, state_words(status)),
+        (_ACTIVITY, "recording", recording),
+        (_ACTIVITY, "card", card_words(status)),
+        (_ACTIVITY, "sampling", sampling),
     ]
 
 
-def _head(watch: SequencerWatch | LoggerWatch, state: str, switches_open: int, width: int) -> list[Block]:
+def _head(watch: SequencerWatch | LoggerWatch, state: str) -> list[Row]:
     """State and switches, which are always shown, and who the board is."""
     return [
-        Block(
-            ALWAYS,
-            _wrapped(f"{watch.name:<9}  {state}; switches {switch_words(switches_open)}", width),
-            _NAME,
-        ),
-        _row(_IDENTITY, "port", f"{watch.client.transport.name}, {watch.identity.describe()}", width),
+        (ALWAYS, watch.name, f"{state}; switches {switch_words(watch.status.switches_open)}"),
+        (_IDENTITY, "port", f"{watch.client.transport.name}, {watch.identity.describe()}"),
     ]
 
 
-def _row(rank: int, name: str, text: str, width: int) -> Block:
-    return Block(rank, _wrapped(f"  {name:<13} {text}", width, indent=16))
+def _blocks(rows: list[Row], width: int) -> list[Block]:
+    """The first of a board's rows is its head."""
+    (rank, name, text), *others = rows
+    return [
+        Block(rank, _wrapped(f"{name:<9}  {text}", width), _NAME),
+        *(Block(rank, _wrapped(f"  {name:<13} {text}", width, indent=16)) for rank, name, text in others),
+    ]
 
 
 def _wrapped(text: str, width: int, indent: int = 2) -> tuple[str, ...]:
