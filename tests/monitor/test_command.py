@@ -21,10 +21,10 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.emulate.served import TIMEOUT_S, Served
-from tfsat_host.cli.monitor_view import UNCALIBRATED
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.present.monitor import UNCALIBRATED
 
 
 @pytest.fixture

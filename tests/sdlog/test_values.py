@@ -41,7 +41,7 @@ def assert_values(log: DropLog) -> None:
 
 def by_name(log: DropLog) -> dict[str, NDArray[Any]]:
     """The columns of the tables, worked out from the log's SI columns."""
-    columns = {"sample": log.sample_index, "t_us": log.t_us, "t_s": log.t_s}
+    columns: dict[str, NDArray[Any]] = {"sample": log.sample_index, "t_us": log.t_us, "t_s": log.t_s}
     for body in range(4):
         for axis, letter in enumerate("xyz"):
             columns[f"imu{body + 1}_rate_{letter}_deg_s"] = np.degrees(log.rate_rad_s[:, body, axis])

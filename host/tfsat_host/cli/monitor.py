@@ -148,7 +148,7 @@ def _watch(
 @contextmanager
 def _shown(out: Output) -> Iterator[Callable[[float, Watched], None]]:
     """How it is shown: JSON lines, a picture in place, or a line a second."""
-    from tfsat_host.cli.monitor_view import UNCALIBRATED, Picture, as_json, one_line
+    from tfsat_host.present.monitor import UNCALIBRATED, Picture, as_json, one_line
 
     if out.json_mode:
         yield lambda t_s, watched: out.stream(as_json(t_s, watched))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from itertools import groupby, zip_longest
 from typing import TYPE_CHECKING, Any
 
-from tfsat_host.cli.places import BOARDS
 from tfsat_host.devices.logger import card_is_bad, file_was_full, state_words
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.logger_state import LOGGER, RAM_HOLDS_DROP, attention, card_words, idle_part
@@ -53,7 +52,7 @@ _JOINT = "   {:>5} {:>9} {:>8} {}"
 
 def as_json(t_s: float, watched: Watched) -> dict[str, Any]:
     """One line of `--json`."""
-    shown: dict[str, Any] = {"t_s": round(t_s, 3), **dict.fromkeys(BOARDS)}
+    shown: dict[str, Any] = {"t_s": round(t_s, 3), "sequencer": None, "logger": None}
     shown |= {board: {"error": error_as_dict(error)} for board, error in watched.lost.items()}
     if (sequencer := watched.sequencer) is not None:
         status = sequencer.status
