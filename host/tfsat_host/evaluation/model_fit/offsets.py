@@ -1,8 +1,13 @@
-"""What in the robot model may be corrected: centers of mass as the paper does it, optionally masses and inertias."""
+"""What in the robot model may be corrected: centers of mass as the paper does it, optionally masses and inertias.
+
+A parameter names the field of the model and the entries that it moves, so that another one (a hinge's point, an axis)
+is another row of `com_offsets`: the fit, its covariance and what correlates with what follow from the rows.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -18,62 +23,81 @@ MASS_RELATIVE_STD = 0.02
 INERTIA_RELATIVE_STD = 0.03
 _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
+Kind = Literal["com", "mass", "inertia"]
+_FIELDS: dict[Kind, str] = {"com": "com_m", "mass": "mass_kg", "inertia": "inertia_kg_m2"}
+"""Of `Multibody`."""
+
+
+class Parameter(NamedTuple):
+    """One number by which a model may be off.
+
+    Attributes:
+        name: Such as `body 2 CoM z`.
+        unit: mm, % or g m^2.
+        si: What one unit is in SI.
+        kind: Of number.
+        entries: Indices into the model's field that are off by it.
+    """
+
+    name: str
+    unit: str
+    si: float
+    kind: Kind
+    entries: tuple[tuple[int, ...], ...]
+
 
 @dataclass(frozen=True, eq=False)
 class Offsets:
     """p numbers by which a model may be off.
 
     Attributes:
-        names: p, such as `body 2 CoM z`.
-        units: p: mm, % or g m^2.
-        si: (p,) what one unit is in SI.
-        prior_std: (p,) in those units, about zero.
-        bounds: (p,) greatest magnitude in those units; infinite without one.
+        parameters: p.
+        prior_std: (p,) in their units, about zero.
+        bounds: (p,) greatest magnitude in their units; infinite without one.
         body: The model without offsets.
-        kinds: p of `com`, `mass`, `inertia`.
-        places: p indices of what each one is of: body and component.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    si: FloatArray
+    parameters: tuple[Parameter, ...]
     prior_std: FloatArray
     bounds: FloatArray
     body: Multibody
-    kinds: tuple[str, ...]
-    places: tuple[tuple[int, int], ...]
 
     def __len__(self) -> int:
-        return len(self.names)
+        return len(self.parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters; `units` and `kinds` likewise."""
+        return tuple(one.name for one in self.parameters)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return tuple(one.unit for one in self.parameters)
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        return tuple(one.kind for one in self.parameters)
 
     def applied(self, vectors: FloatArray) -> Multibody:
         """One robot for each of the vectors (..., p), in units; the batch axes lead, with one more for samples."""
         lead = vectors.shape[:-1]
-        bodies = self.body.n_bodies
-        com = np.broadcast_to(self.body.com_m, (*lead, bodies, 3)).copy()
-        mass = np.broadcast_to(self.body.mass_kg, (*lead, bodies)).copy()
-        inertia = np.broadcast_to(self.body.inertia_kg_m2, (*lead, bodies, 3, 3)).copy()
-        for index, (kind, (body, part)) in enumerate(zip(self.kinds, self.places, strict=True)):
-            value = vectors[..., index] * self.si[index]
-            if kind == "com":
-                com[..., body, part] += value
-            elif kind == "mass":
-                mass[..., body] *= 1.0 + value
-            else:
-                row, column = _ENTRIES[part]
-                inertia[..., body, row, column] += value
-                if row != column:
-                    inertia[..., body, column, row] += value
-        return self.body.replace(
-            com_m=com[..., None, :, :], mass_kg=mass[..., None, :], inertia_kg_m2=inertia[..., None, :, :, :]
-        )
+        fields = {kind: np.asarray(getattr(self.body, field)) for kind, field in _FIELDS.items()}
+        moved = {kind: np.broadcast_to(all_, (*lead, *all_.shape)).copy() for kind, all_ in fields.items()}
+        for index, one in enumerate(self.parameters):
+            value = vectors[..., index] * one.si
+            for entry in one.entries:
+                at: Any = (..., *entry)
+                if one.kind == "mass":
+                    moved[one.kind][at] *= 1.0 + value
+                else:
+                    moved[one.kind][at] += value
+        batch = {_FIELDS[kind]: np.expand_dims(all_, len(lead)) for kind, all_ in moved.items()}
+        return self.body.replace(**batch)
 
     def corrected(self, vector: FloatArray) -> Multibody:
         """The robot with one vector (p,) of offsets."""
         found = self.applied(vector)
-        return found.replace(
-            com_m=found.com_m[0], mass_kg=found.mass_kg[0], inertia_kg_m2=found.inertia_kg_m2[0]
-        )
+        return found.replace(**{field: getattr(found, field)[0] for field in _FIELDS.values()})
 
 
 def com_offsets(
@@ -83,50 +107,30 @@ def com_offsets(
 
     The prior of an offset is as wide as an even spread over its bounds: it decides nothing that the data can tell.
     """
-    rows: list[tuple[str, str, float, float, float, str, tuple[int, int]]] = [
+    bound_mm, stated = 1e3 * bound_m, model.uncertainty
+    rows: list[tuple[Parameter, float, float]] = [
         (
-            f"body {body} CoM {axis}",
-            "mm",
-            1e-3,
-            1e3 * bound_m / 3.0**0.5,
-            1e3 * bound_m,
-            "com",
-            (body - 1, part),
+            Parameter(f"body {body} CoM {axis}", "mm", 1e-3, "com", ((body - 1, part),)),
+            bound_mm / 3.0**0.5,
+            bound_mm,
         )
         for body in COM_BODIES
         for part, axis in enumerate("xyz")
     ]
-    stated = model.uncertainty
     if masses:
         std = 100.0 * (stated.mass_relative if stated and stated.mass_relative else MASS_RELATIVE_STD)
         rows += [
-            (f"body {b + 1} mass", "%", 0.01, std, np.inf, "mass", (b, 0)) for b in range(model.n_bodies)
+            (Parameter(f"body {b + 1} mass", "%", 0.01, "mass", ((b,),)), std, np.inf)
+            for b in range(model.n_bodies)
         ]
     if inertias:
         share = stated.inertia_relative if stated and stated.inertia_relative else INERTIA_RELATIVE_STD
         for b in range(model.n_bodies):
             # An entry off the diagonal is as uncertain as the moments next to it.
             std = 1e3 * share * float(np.trace(model.inertia_kg_m2[b])) / 3.0
-            rows += [
-                (
-                    f"body {b + 1} inertia {'xyz'[i]}{'xyz'[k]}",
-                    "g m^2",
-                    1e-3,
-                    std,
-                    np.inf,
-                    "inertia",
-                    (b, part),
-                )
-                for part, (i, k) in enumerate(_ENTRIES)
-            ]
-    names, units, si, prior, bounds, kinds, places = zip(*rows, strict=True)
-    return Offsets(
-        tuple(names),
-        tuple(units),
-        np.array(si),
-        np.array(prior),
-        np.array(bounds),
-        Multibody.of(model),
-        tuple(kinds),
-        tuple(places),
-    )
+            for i, k in _ENTRIES:
+                entries = tuple({(b, i, k), (b, k, i)})
+                name = f"body {b + 1} inertia {'xyz'[i]}{'xyz'[k]}"
+                rows.append((Parameter(name, "g m^2", 1e-3, "inertia", entries), std, np.inf))
+    prior, bounds = np.array([row[1:] for row in rows]).T
+    return Offsets(tuple(row[0] for row in rows), prior, bounds, Multibody.of(model))

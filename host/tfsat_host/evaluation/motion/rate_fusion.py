@@ -175,9 +175,7 @@ def information_by_neighbours(
     unexplained = max(measured - fused.base_rate_rad_s.shape[1] - fused.joint_rate_rad_s.shape[1], 0.0)
     if unexplained == 0.0:
         return np.zeros((r, r)), np.zeros(r)
-    excess = max(
-        _LEAST_EXCESS,
-        float((Blocks.of(t_s[fall], _BLOCK_S).deviates(left) ** 2).sum(axis=1).mean()) / unexplained,
-    )
+    squares = Blocks.of(t_s[fall], _BLOCK_S).deviates(left) ** 2
+    excess = max(_LEAST_EXCESS, float(squares.sum(axis=1).mean()) / unexplained)
     information = rows.T @ rows / excess
     return information, information @ errors - rows.T @ left.ravel() / excess
