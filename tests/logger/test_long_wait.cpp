@@ -54,7 +54,7 @@ TEST_CASE(a_card_gone_at_the_change_of_files_leaves_the_drop_in_ram) {
   SmallFile undisturbed;
   undisturbed.run_ms(12000);
   const uint64_t end_us = undisturbed.file(1).sample_times_us.back();
-  for (const int offset_us : {-200000, -1000, 0, 1000, 2500}) {
+  for (const int offset_us : {-200000, 0, 1000}) {
     SmallFile bench;
     bench.run_until(end_us + static_cast<uint64_t>(offset_us));
     bench.card.set_present(false);
@@ -74,7 +74,7 @@ TEST_CASE(the_factory_file_is_recorded_at_every_rate) {
   const struct {
     uint16_t rate_hz;
     uint32_t stall_one_in;
-  } cases[] = {{280, 0}, {900, 0}, {1000, 0}, {280, 100}, {1000, 100}};
+  } cases[] = {{280, 0}, {1000, 0}, {280, 100}, {1000, 100}};
   for (const auto& c : cases) {
     SharedProcessor bench(c.rate_hz, kFileFactoryMib, kDearNs, c.stall_one_in);
     bench.run_ms(c.stall_one_in == 0 ? 11000 : 15000);
@@ -85,8 +85,8 @@ TEST_CASE(the_factory_file_is_recorded_at_every_rate) {
 
 TEST_CASE(what_is_recorded_while_the_file_is_filled_is_soon_safe) {
   SharedProcessor bench(1000, kFileFactoryMib, kDearNs, 0);
-  for (int i = 0; i < 6; ++i) {
-    bench.run_ms(940);
+  for (int i = 0; i < 4; ++i) {
+    bench.run_ms(1310);
     emulator::BlockDevice cut = bench.card;
     cut.power_cut(emulator::PowerCut::kLosesCache);
     CHECK(bench.recording_in(cut.bytes()).samples.size() + 600 > bench.status().samples);

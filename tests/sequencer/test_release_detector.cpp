@@ -140,7 +140,7 @@ TEST_CASE(levels_that_are_ahead_of_their_edges_again_and_again_are_not_taken_for
 TEST_CASE(slow_loops_and_fast_ones_judge_the_same_contacts_the_same) {
   Random random(313);
   size_t releases = 0, knocks = 0, false_releases = 0, doubtful = 0;
-  for (unsigned round = 0; round < 20000; ++round) {
+  for (unsigned round = 0; round < 6000; ++round) {
     std::vector<Contact> contacts;
     bool open[2] = {false, false};
     tick_t at = 0;
@@ -160,9 +160,9 @@ TEST_CASE(slow_loops_and_fast_ones_judge_the_same_contacts_the_same) {
     false_releases += fast.false_at.size();
     doubtful += fast.earlier + fast.later > 0 ? 1 : 0;
   }
-  std::printf("  %zu of 20000 released, %zu of them doubtful; %zu knocks, %zu false releases\n", releases,
+  std::printf("  %zu of 6000 released, %zu of them doubtful; %zu knocks, %zu false releases\n", releases,
               doubtful, knocks, false_releases);
-  CHECK(releases > 5000 && releases < 15000 && knocks > 5000 && false_releases > 200 && doubtful > 1000);
+  CHECK(releases > 1500 && releases < 4500 && knocks > 1500 && false_releases > 60 && doubtful > 300);
 }
 
 // A wire that rattles for minutes: the count stops at its end and does not start anew.
@@ -185,10 +185,10 @@ TEST_CASE(knocks_are_counted_up_to_65535) {
   CHECK(detector.knocks() == 65535);
 }
 
-TEST_CASE(ten_thousand_releases_with_bounce_start_at_the_second_opening) {
+TEST_CASE(releases_with_bounce_start_at_the_second_opening) {
   Random random(59);
   tick_t slowest = 0;
-  for (int round = 0; round < 10000; ++round) {
+  for (int round = 0; round < 4000; ++round) {
     FakeSwitches switches;
     ReleaseDetector detector;
     tick_t now = draw(random, 0, 0xFFFFFFFF);

@@ -114,15 +114,15 @@ TEST_CASE(ram_after_power_on_is_not_intact) {
   for (int byte = 0; byte < 256; ++byte) CHECK(!filled(static_cast<uint8_t>(byte)).intact());
   std::mt19937 random(22);
   int believed = 0;
-  for (int round = 0; round < 1000000; ++round) {
+  for (int round = 0; round < 200000; ++round) {
     uint8_t bytes[sizeof(RetainedState)];
     for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
     RetainedState state;
     std::memcpy(&state, bytes, sizeof state);
     believed += state.intact() ? 1 : 0;
   }
-  std::printf("  %d of 1000000 random images pass 16 bits of CRC; 15 are expected\n", believed);
-  CHECK(believed <= 30);
+  std::printf("  %d of 200000 random images pass 16 bits of CRC; 3 are expected\n", believed);
+  CHECK(believed <= 12);
 }
 
 TEST_CASE(damaged_ram_starts_safe_and_silent) {

@@ -100,7 +100,7 @@ TEST_CASE(power_cut_at_every_write_leaves_the_old_or_the_new_or_is_told) {
     FakeMemory dry = before;
     CHECK(store_maneuver(dry, wanted));
     CHECK(dry.writes > 3 * kMarkerWrites);
-    for (int tear = 0; tear < 40; ++tear) {
+    for (int tear = 0; tear < 16; ++tear) {
       for (int at = 1; at <= dry.writes; ++at, ++cuts) {
         FakeMemory memory = before;
         memory.cut_at_write = at;
@@ -293,7 +293,7 @@ TEST_CASE(a_worn_cell_is_a_failure_and_the_old_maneuver_stays) {
 // Memory that another sketch left behind, markers and plausible counts included.
 TEST_CASE(foreign_memory_is_damage_and_the_factory_maneuver) {
   std::srand(7);
-  for (int round = 0; round < 20000; ++round) {
+  for (int round = 0; round < 5000; ++round) {
     FakeMemory memory;
     for (uint8_t& byte : memory.bytes) byte = static_cast<uint8_t>(std::rand());
     for (uint16_t slot = 0; slot < 2; ++slot) {
