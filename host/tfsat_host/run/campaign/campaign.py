@@ -411,20 +411,28 @@ def _require_no_run(folder: Path) -> None:
         )
 
 
+def _own_entry(place: Path) -> DropEntry | str:
+    """What a drop's folder holds of itself, or why that cannot be read."""
+    try:
+        return parse_drop((place / DROP).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        return (error.strerror or "") if isinstance(error, OSError) else str(error)
+
+
 def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
     """What is wrong with the folder, or the own entry, of a drop that the index has; empty: nothing."""
-    place = folder / drop.folder
+    place, own = folder / drop.folder, _own_entry(folder / drop.folder)
     if not there:
         return f"{place} is in the index and not there any more."
+    if own == drop:
+        return ""
+    what = "is not as the index has this drop"
+    if isinstance(own, str):
+        what = f"cannot be read ({own}): only the index knows this drop"
+        if not (place / DROP).exists():
+            what = "is gone: only the index knows this drop"
     again = f"tfsat-host campaign note {shlex.quote(str(folder))} {drop.number} writes it anew."
-    try:
-        own = parse_drop((place / DROP).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return f"{place / DROP} is gone: only the index knows this drop. {again}"
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        return f"{place / DROP} cannot be read ({reason}): only the index knows this drop. {again}"
-    return "" if own == drop else f"{place / DROP} is not as the index has this drop. {again}"
+    return f"{place / DROP} {what}. {again}"
 
 
 def _folders(folder: Path) -> dict[int, Path]:
@@ -447,14 +455,10 @@ def _indexed(index: Path) -> tuple[tuple[DropEntry, ...], list[str], bool]:
 
 def _adopted(path: Path, number: int) -> tuple[DropEntry | None, str]:
     """The entry that a drop's folder holds, and that the index lacks it."""
-    try:
-        entry = parse_drop((path / DROP).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        return None, f"{path} is not in the index, and its own {DROP} cannot be read: {reason}."
-    if entry.number != number:
-        return (
-            None,
-            f"{path} holds the {DROP} of {folder_name(entry.number)}: it was renamed or copied by hand.",
-        )
-    return entry, f"{path} was not in the index: it was taken from its own {DROP}."
+    own = _own_entry(path)
+    if isinstance(own, str):
+        return None, f"{path} is not in the index, and its own {DROP} cannot be read: {own}."
+    if own.number != number:
+        copied = f"holds the {DROP} of {folder_name(own.number)}: it was renamed or copied by hand."
+        return None, f"{path} {copied}"
+    return own, f"{path} was not in the index: it was taken from its own {DROP}."
