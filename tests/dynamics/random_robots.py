@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tests.dynamics.chain_driver import FloatArray, Robot
+from tfsat_host.robot import RobotModel, load_robot
 
 _SERVO = """
 [joint.servo]
@@ -46,6 +47,12 @@ def random_tree(rng: np.random.Generator, n: int, *, chain: bool = False) -> Rob
         axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
         point=rng.uniform(-0.2, 0.2, (n - 1, 3)),
     )
+
+
+def random_robot(folder: Path, seed: int, n: int, *, chain: bool = False) -> RobotModel:
+    """The tree that comes first from a seed, by way of a file."""
+    tree = random_tree(np.random.default_rng(seed), n, chain=chain)
+    return load_robot(write_robot_file(tree, folder / f"robot_{seed}_{n}.toml"))
 
 
 def write_robot_file(robot: Robot, path: Path) -> Path:

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from tests.dynamics.chain_driver import FloatArray
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot, random_tree, write_robot_file
 from tfsat_host.dynamics import (
     JointHistory,
     Multibody,
@@ -86,7 +86,7 @@ def test_where_the_bound_of_steps_is_hit_it_says_so() -> None:
 
 
 def test_one_rigid_body_tumbles_as_eulers_equations_say(tmp_path: Path) -> None:
-    robot = load_robot(write_robot_file(random_tree(np.random.default_rng(8), 1), tmp_path / "one.toml"))
+    robot = random_robot(tmp_path, 8, 1)
     body, inertia, rate = Multibody.of(robot), robot.inertia_kg_m2[0], np.array([1.0, 2.0, 0.3])
 
     def tumble(_t: float, state: FloatArray) -> list[float]:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.dynamics.chain_driver import FloatArray, Robot
 from tests.dynamics.histories import PolynomialHistory
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tests.dynamics.reference import free_attitude, rate_without_momentum
 from tfsat_host.dynamics import Multibody, TimedMove, moved, propagate, stroke_rotation
 from tfsat_host.robot import RobotModel, load_robot
@@ -26,8 +26,7 @@ def angle_deg(a: FloatArray, b: FloatArray) -> float:
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotModel:
-    tree = random_tree(np.random.default_rng(41), 5)
-    return load_robot(write_robot_file(tree, tmp_path_factory.mktemp("robot") / "five_bodies.toml"))
+    return random_robot(tmp_path_factory.mktemp("robot"), 41, 5)
 
 
 @pytest.fixture(scope="module")

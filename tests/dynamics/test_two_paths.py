@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.dynamics.chain_driver import FloatArray, Robot
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tests.dynamics.reference import free_attitude, rate_without_momentum
 from tfsat_host.dynamics import (
     Flight,
@@ -53,7 +53,7 @@ def degrees(rotation: Rotation) -> float:
 
 
 def five_bodies(folder: Path, seed: int) -> RobotModel:
-    return load_robot(write_robot_file(random_tree(np.random.default_rng(seed), 5), folder / f"{seed}.toml"))
+    return random_robot(folder, seed, 5)
 
 
 def test_the_papers_first_path_reorients_every_body_by_26_11_degrees() -> None:

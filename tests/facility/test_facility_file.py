@@ -30,21 +30,14 @@ def test_the_table_of_cosmotorre() -> None:
     assert tower.release_velocity_window_mm_s == (20.0, 100.0)
     assert (tower.slowest_release_mm_s, tower.fastest_release_mm_s) == (30.0, 50.0)
     assert tower.observed_transversal_velocity_mm_s == 7.0
-
-
-def test_the_table_of_the_switches() -> None:
-    switch = load_tower().switch
+    switch = tower.switch
     assert (switch.operating_force_n, switch.releasing_force_n) == (0.49, 0.06)
     assert (switch.overtravel_mm, switch.movement_differential_mm) == (1.2, 0.8)
     assert (switch.free_position_mm, switch.operating_position_mm) == (13.6, (8.0, 9.6))
 
 
-def test_a_facility_is_not_taken_for_a_robot() -> None:
-    assert "cosmotorre" not in shipped_robots()
-    assert "drop_tower" in shipped_robots()
-
-
-def test_a_robot_is_not_taken_for_a_facility() -> None:
+def test_robots_and_facilities_are_not_taken_for_one_another() -> None:
+    assert "cosmotorre" not in shipped_robots() and "drop_tower" in shipped_robots()
     with pytest.raises(FacilityFileError, match="kind: is missing"):
         load_tower(default_robot_path())
 

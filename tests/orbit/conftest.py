@@ -1,9 +1,8 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tfsat_host.plan.primitives import PrimitiveTable, primitive_table
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.robot.path import find_robot
@@ -22,8 +21,7 @@ def table(cubesat: RobotModel) -> PrimitiveTable:
 @pytest.fixture(scope="session")
 def nimble(tmp_path_factory: pytest.TempPathFactory) -> RobotModel:
     """Four bodies with axes in all directions, from -90 to 90 deg: it turns about every axis."""
-    tree = random_tree(np.random.default_rng(5), 4)
-    return load_robot(write_robot_file(tree, tmp_path_factory.mktemp("robots") / "nimble.toml"))
+    return random_robot(tmp_path_factory.mktemp("robots"), 5, 4)
 
 
 @pytest.fixture(scope="session")

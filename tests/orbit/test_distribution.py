@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion, rotation_angle_rad
 from tfsat_host.plan.grid import Distribution, OrbitError, distribution
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
 from tfsat_host.robot.model import FloatArray
 
 
@@ -42,8 +42,7 @@ def test_every_loop_of_the_grid_is_right_to_a_millionth_of_a_degree(
 
 
 def test_a_tree_of_five_bodies_starts_anywhere_and_turns_both_ways(tmp_path: Path) -> None:
-    tree = random_tree(np.random.default_rng(2), 5)
-    robot = load_robot(write_robot_file(tree, tmp_path / "tree.toml"))
+    robot = random_robot(tmp_path, 2, 5)
     body, start = Multibody.of(robot), np.radians([30.0, -50.0, 0.0, 90.0])
     found = distribution(body, robot.joint_limits_rad, 20.0, start_rad=start)
     reached = np.degrees(start[found.joints] + found.displacement_rad)

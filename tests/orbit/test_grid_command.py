@@ -113,7 +113,7 @@ def test_both_of_the_most_efficient_are_stars_before_all_points(tfsat_host: RunC
     from matplotlib.colors import to_rgb
     from matplotlib.image import imread
 
-    tfsat_host("design", "--robot", robot, "--grid", "2", "--figure", "d.png")
+    tfsat_host("design", "--robot", robot, "--grid", "3", "--figure", "d.png")
     picture = np.asarray(imread(tfsat_host.folder / "d.png"))[:, :, :3]
     gold = np.isclose(picture, to_rgb("gold"), atol=0.01).all(axis=2)
     # One star is in the legend, at the upper left; the plot has two whole ones.

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tfsat_host.dynamics import path_rotation, quaternion
 from tfsat_host.plan.grid import OrbitError
 from tfsat_host.plan.primitives import PrimitiveTable, primitive_table
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
 
 
 def test_every_primitive_turns_as_its_strokes_do(table: PrimitiveTable, nimble_table: PrimitiveTable) -> None:
@@ -30,8 +30,7 @@ def test_every_primitive_turns_as_its_strokes_do(table: PrimitiveTable, nimble_t
 def test_a_primitive_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
     tmp_path: Path, seed: int, limit_deg: float
 ) -> None:
-    tree = random_tree(np.random.default_rng(seed), 3)
-    robot = load_robot(write_robot_file(tree, tmp_path / "heavy_arms.toml"))
+    robot = random_robot(tmp_path, seed, 3)
     limits_rad = np.radians([[-limit_deg, limit_deg]] * 2)
     one = primitive_table(replace(robot, joint_limits_rad=limits_rad), limit_deg / 3.0)
     for index in range(0, len(one), 4):
@@ -65,9 +64,8 @@ def test_limits_hold(nimble_table: PrimitiveTable) -> None:
 
 
 def test_two_joints_are_enough(tmp_path: Path) -> None:
-    tree = random_tree(np.random.default_rng(7), 3)
-    robot = load_robot(write_robot_file(tree, tmp_path / "three.toml"))
-    assert {len(shape.joints) for shape in primitive_table(robot, 15.0).shapes} == {2}
+    table = primitive_table(random_robot(tmp_path, 7, 3), 15.0)
+    assert {len(shape.joints) for shape in table.shapes} == {2}
 
 
 def test_a_robot_that_cannot_turn_is_told_so(cubesat: RobotModel) -> None:

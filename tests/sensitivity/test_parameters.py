@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tests.sensitivity.studies import RATE_RAD_S, parameters_of
 from tfsat_host.dynamics import JointHistory, Multibody
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
-from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.robot import RobotModel
 
 _ARRAYS = ("mass_kg", "com_m", "inertia_kg_m2", "joint_axis", "joint_point_m")
 
@@ -28,11 +28,6 @@ def _changed(parameters: Parameters, name: str, by: float) -> tuple[Multibody, l
     ]
 
 
-def _random(folder: Path, seed: int) -> RobotModel:
-    tree = random_tree(np.random.default_rng(seed), 5, chain=False)
-    return load_robot(write_robot_file(tree, folder / "tree.toml"))
-
-
 def test_the_nominal_vector_is_the_model(robot: RobotModel) -> None:
     parameters = parameters_of(robot)
     found, wanted = parameters.robots(parameters.nominal[None]), Multibody.of(robot)
@@ -41,7 +36,7 @@ def test_the_nominal_vector_is_the_model(robot: RobotModel) -> None:
 
 
 def test_so_it_is_for_any_tree(tmp_path: Path) -> None:
-    robot = _random(tmp_path, 7)
+    robot = random_robot(tmp_path, 7, 5)
     parameters = Parameters.of(robot, Plan.of(robot, [PlannedStroke(2, 0.3, 0.1)], RATE_RAD_S))
     found = parameters.robots(parameters.nominal[None])
     np.testing.assert_allclose(found.joint_axis[0], robot.joint_axis, atol=1e-15)
@@ -81,7 +76,7 @@ def test_a_tilt_turns_the_axis_about_the_direction_that_it_names(robot: RobotMod
 
 
 def test_directions_across_any_axis_are_perpendicular_to_it_and_to_each_other(tmp_path: Path) -> None:
-    robot = _random(tmp_path, 11)
+    robot = random_robot(tmp_path, 11, 5)
     parameters = Parameters.of(robot, Plan.of(robot, [PlannedStroke(0, 0.3, 0.1)], RATE_RAD_S))
     frames = np.concatenate([robot.joint_axis[:, None], parameters.across], axis=1)
     np.testing.assert_allclose(frames @ frames.swapaxes(1, 2), np.tile(np.eye(3), (4, 1, 1)), atol=1e-14)

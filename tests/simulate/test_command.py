@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.cli.process import RunCli
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tests.simulate.maneuvers import write
 
 FIXED_KEYS = {"reorientation_deg", "rotation_vector_deg", "euler_zyx_deg", "quaternion_xyzw"}
@@ -19,7 +19,7 @@ FIXED_KEYS = {"reorientation_deg", "rotation_vector_deg", "euler_zyx_deg", "quat
 
 @pytest.fixture
 def five(tmp_path: Path) -> Path:
-    return write_robot_file(random_tree(np.random.default_rng(5), 5), tmp_path / "five.toml")
+    return random_robot(tmp_path, 5, 5).path
 
 
 def columns(path: Path) -> dict[str, list[float]]:
@@ -250,14 +250,14 @@ def test_a_slow_maneuver_takes_as_long_as_it_takes(tfsat_host: RunCli) -> None:
 
 
 def test_one_rigid_body_flies_but_no_maneuver_moves_it(tfsat_host: RunCli, tmp_path: Path) -> None:
-    one = write_robot_file(random_tree(np.random.default_rng(3), 1), tmp_path / "one.toml")
+    one = random_robot(tmp_path, 3, 1).path
     result = tfsat_host.json("simulate", "--robot", one, "--initial-rate", 10, 20, 30, "--out", "one.csv")
     assert result["reorientation_deg"] > 10.0 and len(result["bodies"]) == 1
     assert "no joints" in tfsat_host.json("simulate", 5, 5, "--robot", one, expect=2)["error"]["what"]
 
 
 def test_what_cannot_be_simulated_was_not_to_be_sent_anywhere(tfsat_host: RunCli, tmp_path: Path) -> None:
-    two = write_robot_file(random_tree(np.random.default_rng(3), 2), tmp_path / "two.toml")
+    two = random_robot(tmp_path, 3, 2).path
     for arguments in (("--file", write(tfsat_host.folder / "m.toml", (2, 10.0)), "--robot", two), (59, 99)):
         error = tfsat_host.json("simulate", *arguments, expect=1)["error"]
         assert error["meaning"].endswith("Nothing was simulated.") and "sent" not in error["meaning"]

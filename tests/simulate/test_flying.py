@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.random_robots import random_tree, write_robot_file
+from tests.dynamics.random_robots import random_robot
 from tests.simulate.maneuvers import maneuver
 from tfsat_host.dynamics import (
     JointHistory,
@@ -32,7 +32,7 @@ RATE_RAD_S = np.radians([20.0, -35.0, 50.0])
 
 
 def five_bodies(folder: Path) -> RobotModel:
-    return load_robot(write_robot_file(random_tree(np.random.default_rng(5), 5), folder / "five.toml"))
+    return random_robot(folder, 5, 5)
 
 
 def flown(
@@ -219,10 +219,9 @@ def test_a_robots_own_joints_bound_its_maneuvers(tmp_path: Path) -> None:
 
 
 def test_a_maneuver_starts_in_the_start_pose_of_the_servos(tmp_path: Path) -> None:
-    file = write_robot_file(random_tree(np.random.default_rng(5), 5), tmp_path / "five.toml")
-    text = file.read_text(encoding="utf-8").replace("start_deg = 0.0", "start_deg = 30.0")
-    file.write_text(text, encoding="utf-8")
-    robot = load_robot(file)
+    robot = five_bodies(tmp_path)
+    servos = tuple(replace(servo, start_rad=np.radians(30.0)) for servo in robot.servos)
+    robot = replace(robot, servos=servos)
     with pytest.raises(ManeuverError) as caught:
         schedule_maneuver(maneuver((2, 61.0)), robot_limits(robot))
     assert "starts with joint 2 at 30 deg" in caught.value.next_step
