@@ -67,9 +67,11 @@ def test_a_maneuver_that_does_not_close_is_allowed_and_noted() -> None:
 
 def test_the_fall_may_be_used_to_its_last_microsecond() -> None:
     assert schedule_maneuver(Maneuver((Stroke(1, 34, t_s=2.30),))).end_us == FALL_US
-    with pytest.raises(ManeuverError) as caught:
-        schedule_maneuver(Maneuver((Stroke(1, 34.01, t_s=2.30),)))
-    assert caught.value.code == Defect.OUTLASTS_FALL
+    late = Stroke(1, 34.01, t_s=2.30)
+    for strokes in ((late,), (Stroke(2, 10, t_s=0.7), late)):
+        with pytest.raises(ManeuverError) as caught:
+            schedule_maneuver(Maneuver(strokes))
+        assert (caught.value.code, caught.value.stroke) == (Defect.OUTLASTS_FALL, len(strokes))
 
 
 def test_a_stroke_may_start_when_the_last_one_ends_and_no_earlier() -> None:

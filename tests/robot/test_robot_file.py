@@ -92,6 +92,9 @@ MISTAKES = [
         "'either' is not 'products' or 'tensor'",
     ),
     ("direction = 1\n", "direction = 2\n", "direction = 2", "2 is not -1 or 1"),
+    ("[0, 0, 1]]", "[0, 0, -1]]", "[0, 1, 0], [0, 0, -1]]", "sensor_to_body: is not a rotation"),
+    ("[0, 0, 1]]", "[0, 0, 2]]", "[0, 1, 0], [0, 0, 2]]", "sensor_to_body: is not a rotation"),
+    ("start_deg = 0.0", "start_deg = -5.0", "start_deg = -5.0", "is outside the joint's limits"),
     ("address = 0x69", "address = 0x68", '"body 2"\nbus = 0\naddress = 0x68', "two sensors"),
     (
         "[[[0, 0, -11], [101",
