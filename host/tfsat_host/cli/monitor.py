@@ -10,10 +10,9 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import duration_s, file_name
-from tfsat_host.cli.places import Place, absent, add_place_options, most_telling, places
+from tfsat_host.cli.places import absent, add_place_options, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.errors import TfsatError
-from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from tfsat_host.devices.monitoring import Watched
-    from tfsat_host.devices.ports import BoardName
     from tfsat_host.robot import AngleSensor
 
 LINE_S = 1.0
@@ -48,6 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Shows until it is interrupted, which is its normal end, or for as long as was asked."""
+    from tfsat_host.devices.monitoring import BoardsLost, watch
     from tfsat_host.robot import load_robot
 
     robot = load_robot(args.robot)
@@ -63,41 +62,27 @@ def run(args: argparse.Namespace, out: Output) -> int:
         stack.callback(watched.close)
         stopped = stack.enter_context(stop_wish())
         with _shown(out) as show:
-            _watch(watched, args.for_s, stopped, show)
+            watch(watched, args.for_s, stopped, show)
         if not watched.any_left:
             lost = list(watched.lost.values())
             raise BoardsLost(watched.lost) if len(lost) > 1 else most_telling(lost)
     return 0
 
 
-class BoardsLost(TfsatError):
-    """Both boards were lost.
-
-    Attributes:
-        code: The first one's.
-        details: For `--json`: each board's own error.
-    """
-
-    def __init__(self, lost: dict[BoardName, TfsatError]) -> None:
-        first = next(iter(lost.values()))
-        super().__init__(
-            what=" ".join(f"{board.capitalize()}: {error.what}" for board, error in lost.items()),
-            meaning="Both boards were lost; what they do now is not known.",
-            next_step=first.next_step,
-        )
-        self.code = getattr(first, "code", None)
-        self.details = {"lost": {board: error_as_dict(error) for board, error in lost.items()}}
-
-
 def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor], stack: ExitStack) -> Watched:
     """Opens what there is. Raises what is most telling if there is nothing, and BuildError."""
+    from tfsat_host.devices.client import Client
     from tfsat_host.devices.monitoring import Watched
 
     watched = Watched(time.monotonic)
     errors: list[TfsatError] = []
     for place in places(args, out, stack):
         try:
-            _open_one(place, watched, sensors, out, stack)
+            transport = place.connect()
+            stack.callback(transport.close)
+            name = watched.add(Client(transport), sensors)
+            if place.expected not in (None, name):
+                out.warn(f"{place.said_by} is the {name}'s port, not the {place.expected}'s: correct it.")
         except TfsatError as error:
             errors.append(error)
             if place.expected is not None:
@@ -108,41 +93,6 @@ def _open(args: argparse.Namespace, out: Output, sensors: Sequence[AngleSensor],
         out.note(missed.what)
     watched.lost = {board: error for board, error in watched.lost.items() if not absent(error)}
     return watched
-
-
-def _open_one(
-    place: Place, watched: Watched, sensors: Sequence[AngleSensor], out: Output, stack: ExitStack
-) -> None:
-    from tfsat_host.devices.client import Client
-
-    transport = place.connect()
-    stack.callback(transport.close)
-    name = watched.add(Client(transport), sensors)
-    if place.expected not in (None, name):
-        out.warn(f"{place.said_by} is the {name}'s port, not the {place.expected}'s: correct it.")
-
-
-def _watch(
-    watched: Watched,
-    for_s: float | None,
-    stopped: Callable[[], bool],
-    show: Callable[[float, Watched], None],
-) -> None:
-    """Until it is stopped, the time is over, or no board is left."""
-    from tfsat_host.devices.monitoring import REFRESH_S
-
-    started_s, real_s = watched.clock(), time.monotonic()
-    end_s = None if for_s is None else started_s + for_s
-    while watched.any_left and not stopped():
-        now_s = watched.clock()
-        if end_s is not None and now_s >= end_s:
-            return
-        watched.update(now_s + REFRESH_S if end_s is None else min(now_s + REFRESH_S, end_s))
-        passed_s = watched.clock() - started_s
-        show(passed_s, watched)
-        ahead_s = passed_s - (time.monotonic() - real_s)
-        if ahead_s > 0:  # an emulated robot's time runs faster than a person reads
-            time.sleep(ahead_s)
 
 
 @contextmanager

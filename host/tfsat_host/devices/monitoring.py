@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -13,6 +14,7 @@ from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.ports import BoardName
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import TfsatError
+from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import Board, SequencerState
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
@@ -194,6 +196,25 @@ class LoggerWatch:
         self._board.stop_live()
 
 
+class BoardsLost(TfsatError):
+    """Both boards were lost.
+
+    Attributes:
+        code: The first one's.
+        details: For `--json`: each board's own error.
+    """
+
+    def __init__(self, lost: dict[BoardName, TfsatError]) -> None:
+        first = next(iter(lost.values()))
+        super().__init__(
+            what=" ".join(f"{board.capitalize()}: {error.what}" for board, error in lost.items()),
+            meaning="Both boards were lost; what they do now is not known.",
+            next_step=first.next_step,
+        )
+        self.code = getattr(first, "code", None)
+        self.details = {"lost": {board: error_as_dict(error) for board, error in lost.items()}}
+
+
 @dataclass
 class Watched:
     """The boards that are watched, and those that were lost.
@@ -248,3 +269,32 @@ class Watched:
             if watch is not None:
                 with suppress(TfsatError):
                     watch.close()
+
+
+def watch(
+    watched: Watched,
+    for_s: float | None,
+    stopped: Callable[[], bool],
+    show: Callable[[float, Watched], None],
+) -> None:
+    """Watches until it is stopped, the time is over, or no board is left.
+
+    Args:
+        watched: The boards.
+        for_s: How long on their clock; None: for ever.
+        stopped: Whether to stop.
+        show: Given the time since the beginning, s, and the boards, each time that they are up to date.
+    """
+
+    started_s, real_s = watched.clock(), time.monotonic()
+    end_s = None if for_s is None else started_s + for_s
+    while watched.any_left and not stopped():
+        now_s = watched.clock()
+        if end_s is not None and now_s >= end_s:
+            return
+        watched.update(now_s + REFRESH_S if end_s is None else min(now_s + REFRESH_S, end_s))
+        passed_s = watched.clock() - started_s
+        show(passed_s, watched)
+        ahead_s = passed_s - (time.monotonic() - real_s)
+        if ahead_s > 0:  # an emulated robot's time runs faster than a person reads
+            time.sleep(ahead_s)
