@@ -158,7 +158,7 @@ def test_it_says_what_will_move_and_demands_the_word(
         "first pulse takes it to 0 deg at the servo's full speed",
         "bring it to 0 deg by hand first",
         "Type JOG to move it: ",
-        "The emulated robot begins anew with each command: all its joints are at 0 deg now.",
+        "The emulated robot starts with each command: all its joints are at 0 deg now.",
         "Nothing was moved.",
     ):
         assert words in said.err

@@ -1,4 +1,4 @@
-"""From `--port` or `--emulated` to a board that has said who it is."""
+"""From `--port` or `--emulated` to a board that has identified itself."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
     path = find_port(board, explicit)
     _refuse_a_dead_link(path)
     deadline_s = time.monotonic() + APPEARANCE_S
-    told = False
+    noted = False
     while True:
         try:
             return SerialTransport(path)
@@ -114,9 +114,9 @@ def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTran
                 time.monotonic() > deadline_s and not _is_being_started(path)
             ):
                 raise
-        if not told:
+        if not noted:
             out.note(f"waiting for {path} to appear …")
-            told = True
+            noted = True
         time.sleep(0.1)
 
 

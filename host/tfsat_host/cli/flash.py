@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.subcommands import add_subcommands
-from tfsat_host.errors import Interrupted, RefusedError, TfsatError
+from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.present.output import Output
 
 _BOARDS = {
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         if question := flasher.question(target):
             out.confirm(question, meaning=_NOT_FLASHED)
             flasher.make_safe(target)
-        with Narration(out, "avrdude", MARKS) as narrator, _not_cut_off(args.board):
+        with Narration(out, "avrdude", MARKS) as narrator:
             flashed = flasher.write(loader, image, target, narrator)
     identity = flashed.identity
     device = {"port": flashed.port, **identity.as_dict()}
@@ -112,15 +112,3 @@ def _typed_as_given(args: argparse.Namespace) -> Iterator[None]:
     except TfsatError as error:
         error.next_step = _TYPED.sub(typed, error.next_step)
         raise
-
-
-@contextmanager
-def _not_cut_off(board: str) -> Iterator[None]:
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(
-            what="Interrupted.",
-            meaning="The board's image may be incomplete. Its bootloader is intact.",
-            next_step=f"tfsat-host flash {board} --force; no drop with this board before that has succeeded.",
-        ) from None

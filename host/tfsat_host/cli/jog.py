@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
@@ -28,17 +29,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--joint", type=int, required=True, choices=range(1, JOINT_COUNT + 1), help="joint to move"
     )
-    parser.add_argument(
-        "--from",
-        metavar="DEG",
-        type=joint_angle_cdeg,
-        required=True,
-        dest="from_cdeg",
-        help="where the joint is now: its servo's first pulse takes it there at full speed",
-    )
-    parser.add_argument(
-        "--to", metavar="DEG", type=joint_angle_cdeg, required=True, dest="to_cdeg", help="where it shall go"
-    )
+    add_angle = partial(parser.add_argument, metavar="DEG", type=joint_angle_cdeg, required=True)
+    here = "where the joint is now: its servo's first pulse takes it there at full speed"
+    add_angle("--from", dest="from_cdeg", help=here)
+    add_angle("--to", dest="to_cdeg", help="where it shall go")
     parser.add_argument(
         "--hold",
         metavar="SECONDS",
@@ -63,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             raise
         out.note(jog.explanation(args.hold_s))
         if args.emulated:
-            out.note("The emulated robot begins anew with each command: all its joints are at 0 deg now.")
+            out.note("The emulated robot starts with each command: all its joints are at 0 deg now.")
         if not out.yes:
             out.ask("Type JOG to move it: ", meaning="Nothing was moved.", accept=("jog",))
         with stop_wish(before_suspension=True) as stopped, _progress(jog, out) as shown:

@@ -21,7 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
-    """Asks every board that can be reached; one that is missing is said, not a failure, if another answers."""
+    """Asks every board that can be reached; one that is missing is a note, not a failure, if another answers."""
     answers: dict[BoardName, tuple[dict[str, Any], Rows]] = {}
     errors: list[tuple[BoardName | None, TfsatError]] = []
     with ExitStack() as stack:
@@ -53,20 +53,20 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _warn(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) -> None:
-    from tfsat_host.cli.log import ram_warning
-
     if logger is None:
         return
     for text in logger.get("attention", ()):
         out.warn(text)
     if logger.get("ram_holds_drop"):
+        from tfsat_host.cli.log import ram_warning
+
         out.warn(ram_warning(device_option(args)))
 
 
 def _stand_against_arming(
     shown: dict[str, Any], answers: dict[BoardName, tuple[dict[str, Any], Rows]]
 ) -> None:
-    """The sequencer does not know of the logger: what would make `arm` refuse is said in its place."""
+    """The sequencer does not know of the logger: what would make `arm` refuse is shown in its place."""
     from tfsat_host.present.sequencer_state import NOTHING_AGAINST_IT
 
     refusal = (shown["logger"] or {}).get("arm_refusal")

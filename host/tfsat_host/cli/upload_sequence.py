@@ -6,21 +6,9 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli import maneuver_argument, stroke_errors
 from tfsat_host.cli.advice import device_option, offering_emulated
-from tfsat_host.cli.maneuver_argument import (
-    WHAT_A_B_MEANS,
-    add_maneuver_arguments,
-    maneuver_from,
-    schedule_from,
-)
 from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
-from tfsat_host.cli.stroke_errors import (
-    COLUMNS,
-    Expectation,
-    add_calibration_option,
-    expect,
-    find_servo_maps,
-)
 from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import Output
 from tfsat_host.servo_settings import ServoSettings, insist_on_fit
@@ -31,16 +19,15 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Two angles, or a file; what else concerns the maneuver; the device."""
-    parser.description = (
-        f"Put a maneuver on the sequencer: checked whole, sent, read back and compared. {WHAT_A_B_MEANS}"
-    )
-    maneuver = add_maneuver_arguments(parser, nothing_done="Nothing was sent to the robot.")
+    what = "Put a maneuver on the sequencer: checked whole, sent, read back and compared."
+    parser.description = f"{what} {maneuver_argument.WHAT_A_B_MEANS}"
+    maneuver = maneuver_argument.add_maneuver_arguments(parser, nothing_done="Nothing was sent to the robot.")
     maneuver.add_argument("--out", metavar="FILE", type=file_name, help="also write the maneuver to a file")
     maneuver.add_argument("--force", action="store_true", help="let --out overwrite a file")
     maneuver.add_argument(
         "--dry-run", action="store_true", help="check and show the schedule; touch no board"
     )
-    add_calibration_option(maneuver)
+    stroke_errors.add_calibration_option(maneuver)
     add_device_options(parser, "sequencer")
 
 
@@ -49,10 +36,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.maneuver import write_maneuver
     from tfsat_host.maneuver.schedule import servo_speed_notices
 
-    maneuver = maneuver_from(args)
-    schedule = schedule_from(args, maneuver)
+    maneuver = maneuver_argument.maneuver_from(args)
+    schedule = maneuver_argument.schedule_from(args, maneuver)
     too_fast = servo_speed_notices(schedule)
-    servos, unknown = find_servo_maps(args)
+    servos, unknown = stroke_errors.find_servo_maps(args)
     notices = [*schedule.notices, *too_fast, *unknown]
     for notice in notices:
         out.warn(notice)
@@ -61,12 +48,12 @@ def run(args: argparse.Namespace, out: Output) -> int:
         write_maneuver(maneuver, args.out)
         out.note(f"Maneuver written to {args.out}")
     result: dict[str, object] = {"schedule": schedule.as_rows(), "end_s": schedule.end_s}
-    expected = Expectation()
+    expected = stroke_errors.Expectation()
     if args.dry_run:
         result |= {"verified": False, "device": None, "dry_run": True}
     else:
         uploaded, settings = _upload(schedule, args, out)
-        expected = expect(schedule, servos, settings)
+        expected = stroke_errors.expect(schedule, servos, settings)
         for notice in expected.notices:
             out.warn(notice)
         result |= {**uploaded, "expected": expected.rows}
@@ -102,7 +89,12 @@ def _upload(
 
 
 def _show(
-    schedule: Schedule, expected: Expectation, result: Mapping[str, object], out: Output, *, doubtful: bool
+    schedule: Schedule,
+    expected: stroke_errors.Expectation,
+    result: Mapping[str, object],
+    out: Output,
+    *,
+    doubtful: bool,
 ) -> None:
     rows = [(f"{s.t_s:.2f}", s.joint, f"{s.angle_deg:+.2f}") for s in schedule.strokes]
     columns = ("start / s", "joint", "turns by / deg")
@@ -110,7 +102,7 @@ def _show(
         out.table(columns, rows)
     else:
         cells = [(*row, *expected.cells(number)) for number, row in enumerate(rows, 1)]
-        out.table((*columns, *COLUMNS), cells)
+        out.table((*columns, *stroke_errors.COLUMNS), cells)
         out.line(
             "A stroke misses by the angle reached minus the angle commanded; std is that of a single drop."
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from tfsat_host import servo_settings
 from tfsat_host.cli.advice import device_option, offering_emulated
 from tfsat_host.cli.connection import device, open_sequencer
 from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
@@ -12,13 +13,7 @@ from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 from tfsat_host.present.stored import comparison, origin_words, settings_as_dict
-from tfsat_host.servo_settings import (
-    FACTORY,
-    ServoSettings,
-    find_misfit,
-    format_settings,
-    read_settings_file,
-)
+from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.whole_file import write_whole
 
 
@@ -26,20 +21,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """A file, or the factory's; or only a look at what is there; the device."""
     parser.description = (
         "Put servo settings on the sequencer: for each joint the pulse at 0 deg, the change for each degree, "
-        "the direction and the limits. Checked, shown beside the old ones, stored, read back and compared. "
+        "the direction and the limits. Checked, shown with the old ones, stored, read back and compared. "
         "docs/servos.md describes the file and how to find the numbers."
     )
     group = parser.add_argument_group("settings")
     group.add_argument("file", metavar="FILE", nargs="?", type=file_name, help="settings' file (TOML)")
     group.add_argument("--factory", action="store_true", help="the firmware's own values instead of a file")
     group.add_argument("--show", action="store_true", help="only show what is on the board")
-    group.add_argument(
-        "--out", metavar="FILE", type=file_name, help="with --show: also write what is on the board to a file"
-    )
+    kept = "with --show: also write what is on the board to a file"
+    group.add_argument("--out", metavar="FILE", type=file_name, help=kept)
     group.add_argument("--force", action="store_true", help="let --out overwrite a file")
-    group.add_argument(
-        "--dry-run", action="store_true", help="check and show the new settings; touch no board"
-    )
+    check = "check and show the new settings; touch no board"
+    group.add_argument("--dry-run", action="store_true", help=check)
     add_device_options(parser, "sequencer")
 
 
@@ -48,19 +41,22 @@ def run(args: argparse.Namespace, out: Output) -> int:
     _check_usage(args)
     if args.show:
         return _show(args, out)
-    settings, notices = (FACTORY, []) if args.factory else read_settings_file(args.file)
+    factory: tuple[ServoSettings, list[str]] = (servo_settings.FACTORY, [])
+    settings, notices = factory if args.factory else servo_settings.read_settings_file(args.file)
     for notice in notices:
         out.warn(notice)
     if not args.dry_run:
         return _upload(settings, notices, args, out)
 
-    def tell() -> None:
-        out.table(*comparison(settings, None))
-        out.line("Dry run: the board would accept these settings; nothing was sent.")
-
+    line = "Dry run: the board would accept these settings; nothing was sent."
     result = {"verified": False, "device": None, "dry_run": True, "notices": notices}
-    out.result({**settings_as_dict(settings), **result}, tell)
+    out.result({**settings_as_dict(settings), **result}, lambda: _tell(settings, line, out))
     return 0
+
+
+def _tell(settings: ServoSettings, line: str, out: Output) -> None:
+    out.table(*comparison(settings, None))
+    out.line(line)
 
 
 def _check_usage(args: argparse.Namespace) -> None:
@@ -85,20 +81,16 @@ def _show(args: argparse.Namespace, out: Output) -> int:
         stored = sequencer.settings()
         result = {**_as_dict(stored), "device": device(sequencer)}
     if args.out is not None:
-        write_whole(args.out, format_settings(stored.settings).encode())
+        write_whole(args.out, servo_settings.format_settings(stored.settings).encode())
         out.note(f"Settings written to {args.out}")
-
-    def tell() -> None:
-        out.table(*comparison(stored.settings, None))
-        out.line(f"On the board: {origin_words(stored.origin)}.")
-
-    out.result(result, tell)
+    line = f"On the board: {origin_words(stored.origin)}."
+    out.result(result, lambda: _tell(stored.settings, line, out))
     return 0
 
 
 def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespace, out: Output) -> int:
     with offering_emulated(), open_sequencer(args, out) as sequencer:
-        sequencer.insist_on_safe()  # before anybody is asked
+        sequencer.insist_on_safe()  # before the question
         before = sequencer.settings()
         if settings != before.settings:
             out.table(*comparison(settings, before.settings))
@@ -106,7 +98,7 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
             out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
         with out.progress(f"uploading to {sequencer.port}"):
             done = sequencer.write_settings(settings)
-        misfit = find_misfit(sequencer.read_back().moves, settings)
+        misfit = servo_settings.find_misfit(sequencer.read_back().moves, settings)
         if misfit is not None:
             out.warn(
                 f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "

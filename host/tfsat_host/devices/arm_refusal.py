@@ -34,7 +34,7 @@ def arm_refusal(
         maneuver: What would fly.
         settings: The servo settings in force.
         joints_cdeg: Measured angles of joints 1 to 3, 0.01 deg, if somebody measured them. A report that
-            the board has from somebody else is not seen here.
+            the board has from another host is not known here.
     """
     if status.state == SequencerState.FAULT:
         return _fault_latched(status.fault)
@@ -120,6 +120,6 @@ def describe_defects(stores_damaged: int) -> str:
         names = [STORES[store] for store, found in defects.items() if found == code]
         singular, plural, what = _WORDS[code]
         verb = plural if names != [STORES["maneuver"]] else singular
-        said = " and ".join(names)
-        sentences.append(f"{said[:1].upper()}{said[1:]} {verb} {what}.")
+        subject = " and ".join(names)
+        sentences.append(f"{subject[:1].upper()}{subject[1:]} {verb} {what}.")
     return " ".join(sentences)

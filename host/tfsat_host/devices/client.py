@@ -27,7 +27,7 @@ BUSY_TIMEOUT_S = 60.0
 """The largest FAT32 card in its smallest clusters is counted in 4 s, at a sampling rate of 1 kHz in 20 s."""
 BUSY_POLL_S = 0.25
 LONGEST_BACKLOG = 4096
-"""Live samples kept while nobody takes them: 15 s at 280 Hz, 4 s at 1 kHz."""
+"""Live samples kept until they are taken: 15 s at 280 Hz, 4 s at 1 kHz."""
 
 _INTERLOCKS = (
     ErrorCode.WRONG_STATE,

@@ -98,10 +98,10 @@ class TourWatch(Protocol):
         """Lets so much time pass on the sequencer's clock; another board can be read meanwhile."""
 
     def shown(self, stop: int, angle_cdeg: int) -> None:
-        """Told several times a second, on the way to a stop (from 0) and at rest there, what the servo is told."""
+        """Gets the commanded angle several times a second, on the way to a stop (from 0) and at rest there."""
 
     def rested(self, stop: int) -> None:
-        """Told when the joint has rested at a stop for as long as it should; it is still held there.
+        """Called when the joint has rested at a stop for as long as it should; it is still held there.
 
         The board lets go of a joint that it gets no order for: this must not take half a second.
         """
@@ -113,7 +113,7 @@ class JogEnd:
 
     Attributes:
         held: The joint arrived and was held for as long as was asked.
-        angle_cdeg: Where the servo was told to be when it was let go, 0.01 deg.
+        angle_cdeg: Where the servo was commanded to be when it was let go, 0.01 deg.
     """
 
     held: bool
@@ -121,7 +121,7 @@ class JogEnd:
 
 
 class JogError(TfsatError):
-    """A jog did not go as ordered; `details` has the joint, and the angle in deg that its servo was told last."""
+    """A jog did not go as ordered; `details` has the joint, and the last commanded angle in deg."""
 
 
 class JogRefused(RefusedError):
@@ -136,7 +136,7 @@ def jog_details(joint: int, angle_cdeg: int) -> dict[str, float]:
 
 
 def last_commanded(joint: int, angle_cdeg: int) -> str:
-    """Where a limp joint was told to be: it may have sagged since."""
+    """Where a limp joint was commanded to be: it may have sagged since."""
     return f"Joint {joint} was last commanded to {angle_cdeg / 100:g} deg"
 
 
@@ -149,7 +149,7 @@ def from_here(angle_cdeg: int) -> str:
 
 
 def from_the_start(start_cdeg: int) -> Callable[[int], str]:
-    """How to go on with a joint that was let go on a tour, which begins anew."""
+    """How to go on with a joint that was let go on a tour, which starts again."""
     return lambda _angle_cdeg: (
         f"bring it to {start_cdeg / 100:g} deg by hand and type the same command again."
     )
@@ -195,7 +195,7 @@ class JogClient(SequencerClient):
             jog: The way; `check` it first.
             hold_s: How long to hold the joint at the way's end.
             stopped: Asked several times a second whether to let go now. A KeyboardInterrupt ends the jog as well.
-            shown: Told the angle that the servo is commanded to, 0.01 deg.
+            shown: Gets the angle that the servo is commanded to, 0.01 deg.
 
         Raises:
             BoardRefusal: the board was not safe.
@@ -240,7 +240,7 @@ class JogClient(SequencerClient):
         return self._letting_go(motion, moves)
 
     def order(self, jog: Jog, angle_cdeg: int) -> int:
-        """Sends the order once; the angle that the servo is told then, 0.01 deg. Raises NoAnswer, BoardRefusal.
+        """Sends the order once; the angle that the servo is commanded to then, 0.01 deg. Raises NoAnswer, BoardRefusal.
 
         Never repeated unseen: a host that froze in between would move a joint that the board has let go.
         Where the joint is goes with each order: a board that has just restarted does not jerk it back.
@@ -288,13 +288,13 @@ class _Motion:
 
     Attributes:
         jog: The way.
-        angle_cdeg: What the servo was told last, as far as the board has said.
+        angle_cdeg: What the servo was commanded to last, as far as the board has answered.
 
     Args:
         board: Moves it.
         jog: The way.
         pause: Lets time pass between two looks at the board.
-        again: How to go on where the board has let the joint go, from the angle that it was told last.
+        again: How to go on where the board has let the joint go, from the angle that it was commanded to last.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The last run as the sequencer measured it, beside the schedule that it flew."""
+"""The last run as the sequencer measured it, against the schedule that it flew."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Booking(Enum):
 
     BEGUN = "begun"
     BEGUN_UNTIMED = "begun_untimed"
-    """A reset came before the time of it was noted."""
+    """A reset came before its time was stored."""
     NOT_BEGUN = "not_begun"
     """The run has not come to it, or ended before."""
     MISSED = "missed"
@@ -97,9 +97,9 @@ def last_run(
     """
     if not report.released:
         return None
-    told_us = report.start_us[: report.stroke_count]
+    reported_us = report.start_us[: report.stroke_count]
     scheduled_us = [start_us for _, _, start_us in maneuver.strokes]
-    flown = _holds_what_flew(status) or _began_on_schedule(told_us, scheduled_us)
+    flown = _holds_what_flew(status) or _began_on_schedule(reported_us, scheduled_us)
     return LastRun(
         released_us=report.release_ms * _US_PER_MS + report.release_us,
         since_release_s=(status.uptime_ms - report.release_ms) / 1000 if _in_this_start(status) else None,
@@ -109,20 +109,20 @@ def last_run(
         onsets=tuple(
             Onset(
                 booking,
-                told_us[index] if booking == Booking.BEGUN else None,
+                reported_us[index] if booking == Booking.BEGUN else None,
                 scheduled_us[index] if flown and index < len(scheduled_us) else None,
             )
-            for index, booking in enumerate(_bookings(told_us, status))
+            for index, booking in enumerate(_bookings(reported_us, status))
         ),
     )
 
 
-def _bookings(told_us: Sequence[int], status: SequencerStatusReply) -> list[Booking]:
+def _bookings(reported_us: Sequence[int], status: SequencerStatusReply) -> list[Booking]:
     """A stroke was missed if the run came to its end, or a stroke after it began."""
     to_the_end = status.fault == ErrorCode.STROKE_MISSED
     found = []
-    for index, start_us in enumerate(told_us):
-        came_by = to_the_end or any(later_us != STROKE_NOT_BEGUN_US for later_us in told_us[index + 1 :])
+    for index, start_us in enumerate(reported_us):
+        came_by = to_the_end or any(later_us != STROKE_NOT_BEGUN_US for later_us in reported_us[index + 1 :])
         if start_us == STROKE_NOT_BEGUN_US:
             found.append(Booking.MISSED if came_by else Booking.NOT_BEGUN)
         else:
@@ -135,13 +135,13 @@ def _holds_what_flew(status: SequencerStatusReply) -> bool:
     return status.state in _OF_THIS_START or status.fault in _FAULTS_OF_A_RUN
 
 
-def _began_on_schedule(told_us: Sequence[int], scheduled_us: Sequence[int]) -> bool:
+def _began_on_schedule(reported_us: Sequence[int], scheduled_us: Sequence[int]) -> bool:
     timed = [
         abs(start_us - wanted_us) < SCHEDULE_GRID_US / 2
-        for start_us, wanted_us in zip(told_us, scheduled_us, strict=False)
+        for start_us, wanted_us in zip(reported_us, scheduled_us, strict=False)
         if start_us not in (STROKE_NOT_BEGUN_US, STROKE_TIME_UNKNOWN_US)
     ]
-    return len(told_us) == len(scheduled_us) and bool(timed) and all(timed)
+    return len(reported_us) == len(scheduled_us) and bool(timed) and all(timed)
 
 
 def _in_this_start(status: SequencerStatusReply) -> bool:

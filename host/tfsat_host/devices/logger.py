@@ -153,7 +153,7 @@ class LoggerClient:
                 raise CardError(msg.RecordStopRequest.TYPE, self.status())
             if self._client.transport.now_s() > deadline:
                 raise TfsatError(
-                    what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after it was told to stop.",
+                    what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after the request to stop.",
                     meaning="The card stalls or has failed; what reached it can be decoded.",
                     next_step="Keep the power on, run tfsat-host status; copy the card before using it again.",
                 )

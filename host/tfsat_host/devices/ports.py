@@ -120,7 +120,7 @@ def find_port(
 
     Args:
         board: Which board is wanted.
-        explicit: What `--port` said; then nothing is scanned and nothing is checked.
+        explicit: What `--port` names; then nothing is scanned and nothing is checked.
         environ: The environment; the process's own by default.
         list_ports: Gives the ports of this computer.
 
@@ -168,12 +168,12 @@ def _described(port: PortInfo) -> str:
 
 
 def open_serial(path: str, *, read_timeout_s: float = 0.05, write_timeout_s: float = 1.0) -> serial.Serial:
-    """Opens the port for this program alone; a write that nobody takes ends after `write_timeout_s`.
+    """Opens the port for this program alone; a write that is not taken ends after `write_timeout_s`.
 
     Pseudo-terminals work too: they have no modem lines, so DTR and RTS are left as opening sets them.
 
     Raises:
-        PortError: missing, busy, not permitted, or no serial port; told apart by `code`.
+        PortError: missing, busy, not permitted, or no serial port; distinguished by `code`.
     """
     import serial
 

@@ -25,7 +25,7 @@ class Transport(Protocol):
         """Seconds on the transport's clock, from any origin."""
 
     def write(self, data: bytes) -> None:
-        """Sends all of `data`. Raises PortError when the cable is gone or nobody takes it."""
+        """Sends all of `data`. Raises PortError when the cable is gone or it is not taken."""
 
     def read(self, timeout_s: float) -> bytes:
         """What has arrived, at least a byte if one comes within `timeout_s`. Raises PortError."""
@@ -54,7 +54,7 @@ class SerialTransport:
         return time.monotonic()
 
     def write(self, data: bytes) -> None:
-        """Sends all of `data`; raises PortError when nobody takes it within the write timeout."""
+        """Sends all of `data`; raises PortError when it is not taken within the write timeout."""
         try:
             # No flush(): it would wait without limit for a board that hangs, and fail in its own way.
             self._port.write(data)

@@ -23,7 +23,7 @@ from tfsat_host.devices.ports import (
     identify,
 )
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.errors import RefusedError
+from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.flashing.computer import Computer
 from tfsat_host.flashing.image import Image, default_hex, load_image, load_teensy_image
 from tfsat_host.flashing.loader import (
@@ -130,14 +130,25 @@ class Flasher:
         """Raises RefusedError while the board does what must not be cut off."""
         raise NotImplementedError
 
+    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+        raise NotImplementedError
+
     def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
         """Wakes the bootloader, has the loader write, and asks the board what it runs.
 
         Raises:
             FlashError: a step failed; says which and what to do.
             PortError: the port could not be opened.
+            Interrupted: Ctrl-C.
         """
-        raise NotImplementedError
+        try:
+            return self._write(loader, image, target, narrator)
+        except KeyboardInterrupt:
+            raise Interrupted(
+                what="Interrupted.",
+                meaning="The board's image may be incomplete. Its bootloader is intact.",
+                next_step=f"{AGAIN[self.name]}; no drop with this board before that has succeeded.",
+            ) from None
 
     def find_loader(self) -> str:
         """The path of the program that writes. Raises FlashError."""
@@ -316,7 +327,7 @@ class SequencerFlasher(Flasher):
             state = SequencerClient.connect_any_protocol(transport).disarm()
         _insist_on_safe(target.port, state)
 
-    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
         at = str(target.port)
         if not target.waits:
             narrator.step(f"waking the bootloader of the board at {at}")
@@ -364,7 +375,7 @@ class LoggerFlasher(Flasher):
                 "tfsat-host record stop, then the same command again.",
             )
 
-    def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
+    def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
         others = self.sketches() - {target.port}
         if target.port is not None:
             narrator.step(f"waking the bootloader of the Teensy at {target.port}")

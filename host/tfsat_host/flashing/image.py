@@ -22,7 +22,7 @@ _BUILD = "Build it again: make firmware"
 
 _TEENSY_FLASH_BASE = 0x6000_0000
 _TEENSY_FLASH_BYTES = 7936 << 10
-"""Of a Teensy 4.1, beside the bootloader's restore image (imxrt1062_t41.ld)."""
+"""Of a Teensy 4.1, without the bootloader's restore image (imxrt1062_t41.ld)."""
 _TEENSY_FLASH_CONFIG = b"FCFB"
 """Every image for the i.MX RT begins with it (Reference Manual, FlexSPI NOR configuration block)."""
 _TEENSY_EXPORT = (
@@ -67,7 +67,7 @@ def load_image(path: Path) -> Image:
         raise ImageError(what=f"{path} holds no data.", meaning=_UNTOUCHED, next_step=_BUILD)
     if len(data) > FLASH_BYTES:
         raise ImageError(
-            what=f"{path} takes {len(data)} bytes; the sequencer has {FLASH_BYTES} beside its bootloader.",
+            what=f"{path} takes {len(data)} bytes; the sequencer has {FLASH_BYTES} without its bootloader.",
             meaning=f"It holds a bootloader too, or is of another board. {_UNTOUCHED}",
             next_step="The Arduino IDE exports two files: take the one without with_bootloader in its name.",
         )

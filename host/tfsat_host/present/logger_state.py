@@ -112,7 +112,7 @@ def _recording_words(status: LoggerStatusReply) -> str:
 
 
 def clock_words(unix_us: int) -> str:
-    """A time of day by this computer's time zone; a dash where nobody has set it."""
+    """A time of day by this computer's time zone; a dash where it was never set."""
     if not unix_us:
         return "–"
     return f"{datetime.fromtimestamp(unix_us // US_PER_S).astimezone():%Y-%m-%d %H:%M:%S}"

@@ -293,7 +293,7 @@ def _stroke(onset: Onset, state: SequencerState) -> str:
     if onset.booking == Booking.NOT_BEGUN:
         return "not yet" if state == SequencerState.RUNNING else "did not begin: the run ended before"
     if onset.start_us is None:
-        return "began; a reset came before its time was noted"
+        return "began; a reset came before its time was stored"
     error = (
         "no stroke of the maneuver on the board is known to be this one"
         if onset.error_us is None
