@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.rehearsal.as_filed import dropped
+from tests.rehearsal.days import dropped
 from tests.sdlog.encoder import renumbered
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import BlockKind

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.rehearsal.as_filed import dropped
+from tests.rehearsal.days import dropped
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.rehearsal.as_filed import dropped
+from tests.rehearsal.days import dropped
 from tests.sdlog.motion import FALL_S, RATE_COUNTS, REST_S, moving_log
 from tfsat_host.evaluation.body_frames import body_frames
 from tfsat_host.evaluation.motion.attitude import integrate_rates, reorientation_deg

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import whole_calibration
 from tests.evaluation.clock_log import log_with
-from tests.rehearsal.as_filed import WholeDrop, dropped
+from tests.rehearsal.days import WholeDrop, dropped
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration

@@ -14,7 +14,7 @@ import pytest
 from tests.cli.process import RunCli
 from tfsat_host.cli.completion import SHELLS, completion_script
 from tfsat_host.cli.main import HELPS
-from tfsat_host.rehearsal.faults.known import FAULTS
+from tfsat_host.rehearsal.faults import FAULTS
 
 Complete = Callable[..., set[str]]
 

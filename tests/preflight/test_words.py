@@ -47,7 +47,7 @@ def arguments(**given: object) -> argparse.Namespace:
 def test_commands_name_this_runs_files_and_devices(step: str, typed: str) -> None:
     run = Path("a run")
     (told,) = typed_here(
-        [no_go("any", "Wrong.", step)],
+        [no_go("Wrong.", step)],
         arguments(port="/dev/s", logger_port="/dev/l"),
         run / "maneuver.toml",
         str(run / "calibration.toml"),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from tests.rehearsal.faults_seen import no_go, seen
-from tfsat_host.rehearsal.faults.fault import Fault
-from tfsat_host.rehearsal.faults.known import FAULTS
-from tfsat_host.rehearsal.moment import words_of
+from tests.rehearsal import days
+from tests.rehearsal.days import Day, Days
+from tfsat_host.rehearsal.fault import Fault, words_of
+from tfsat_host.rehearsal.faults import FAULTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 _HEAD = """# What may go wrong, and what happens then
@@ -39,23 +40,30 @@ preflight says.
 """
 
 
-def page() -> str:
-    """The text of the page."""
-    return _HEAD + "".join(_row(fault) for fault in FAULTS)
+Checks = Callable[[Fault], tuple[str, ...]]
 
 
-def _row(fault: Fault) -> str:
-    found = seen(fault)
-    where = ", ".join(
-        place for place, words in found.said.items() if fault.noticed and fault.noticed in words
-    )
+def page(seen: Days, no_go: Checks) -> str:
+    """The text of the page.
+
+    Args:
+        seen: What became of a fault's day.
+        no_go: Which checks stand against the drop when it is there before the preflight.
+    """
+    return _HEAD + "".join(_row(fault, seen(fault), no_go) for fault in FAULTS)
+
+
+def _row(fault: Fault, found: Day, no_go: Checks) -> str:
+    where = ", ".join(who for who, words in found.said.items() if fault.noticed and fault.noticed in words)
     kept = "none" if found.log is None else "whole" if fault.complete else "to where it was cut off"
     cells = (
         f"`{fault.name}`",
         fault.what,
         fault.moment.value,
         words_of(fault.outcomes),
-        _preflight(fault),
+        "comes later"
+        if fault.morning is None
+        else ", ".join(f"`{name}`" for name in no_go(fault)) or "cannot see it",
         _robot(fault),
         kept,
         where or "nothing to notice",
@@ -64,24 +72,14 @@ def _row(fault: Fault) -> str:
 
 
 def _robot(fault: Fault) -> str:
-    others = dict.fromkeys(fault.outcomes.values())
-    moments = {
-        outcome: words_of([when for when, what in fault.outcomes.items() if what is outcome])
-        for outcome in others
-    }
-    return "; ".join(
-        [
-            fault.outcome.value,
-            *(f"{one.value} if @{moments[one]}" for one in others if one is not fault.outcome),
-        ]
-    )
+    others = [one for one in dict.fromkeys(fault.outcomes.values()) if one is not fault.outcome]
+    when = {one: words_of([at for at, what in fault.outcomes.items() if what is one]) for one in others}
+    return "; ".join([fault.outcome.value, *(f"{one.value} if @{when[one]}" for one in others)])
 
 
-def _preflight(fault: Fault) -> str:
-    if fault.morning is None:
-        return "comes later"
-    return ", ".join(f"`{name}`" for name in no_go(fault)) or "cannot see it"
+def _no_go(fault: Fault) -> tuple[str, ...]:
+    return days.seen(fault).no_go if fault.moment in days.BEFORE_PREFLIGHT else days.no_go(fault)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(page(days.seen, _no_go), encoding="utf-8")

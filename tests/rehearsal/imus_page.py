@@ -6,18 +6,16 @@ python -m tests.rehearsal.imus_page [--runs N]
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from tests.rehearsal.imus_in_orbit import orbit_rows
-from tfsat_host.emulated.imu_part import ImuPart, load_imu
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
-from tfsat_host.plan.facility import load_tower
-from tfsat_host.rehearsal.compared import Compared
-from tfsat_host.rehearsal.many import Flown, Series, fly_many
-from tfsat_host.rehearsal.preflight import Preflight
+from tests.rehearsal.days import SCHEDULE, preflight
+from tfsat_host.emulated.imperfections import GYRO_WANDER_S
+from tfsat_host.emulated.imu_part import ImuPart, load_imu, wander_std_deg_s
+from tfsat_host.rehearsal.comparison import Compared
+from tfsat_host.rehearsal.series import Flown, Series, fly_many
 from tfsat_host.robot import load_robot
 
 PAGE = Path(__file__).parents[2] / "docs" / "imus.md"
@@ -26,6 +24,7 @@ RUNS = 12
 SHOWN = 5
 """Robots that are told one by one."""
 _SEED = 1
+ORBIT_S = 600.0
 _QUANTITIES = (
     ("reorientation", "deg", "reorientation"),
     ("initial rates", "deg/s", "initial rate"),
@@ -107,12 +106,17 @@ def page(runs: int) -> str:
     )
 
 
-def fly(runs: int) -> dict[str, tuple[Flown, ...]]:
+Fly = Callable[[Series, int], tuple[Flown, ...]]
+
+
+def fly(runs: int, fly_series: Fly = fly_many) -> dict[str, tuple[Flown, ...]]:
     """The first robots, with each IMU; on the day that the command makes of their seeds, preflight and all."""
-    schedule, filed = schedule_maneuver(four_stroke(59.0, 70.0)), load_robot()
-    preflight = Preflight.of(schedule, filed, load_tower(None), None, despite=False)
-    series = {imu: Series(schedule, filed, _SEED, part=load_imu(imu), preflight=preflight) for imu in IMUS}
-    return {imu: fly_many(one, runs) for imu, one in series.items()}
+    filed = load_robot()
+    series = {
+        imu: Series(SCHEDULE, filed, _SEED, part=load_imu(imu), preflight=preflight(despite=False))
+        for imu in IMUS
+    }
+    return {imu: fly_series(one, runs) for imu, one in series.items()}
 
 
 def robots_table(flown: dict[str, tuple[Flown, ...]]) -> list[str]:
@@ -160,6 +164,35 @@ def _figures(ones: list[Compared], unit: str) -> tuple[str, str, str]:
 
 def _name(part: ImuPart) -> str:
     return part.name.split()[-1]
+
+
+def noise_deg(part: ImuPart, t_s: float) -> float:
+    """Angle random walk: of white noise of one-sided density d, d sqrt(t / 2)."""
+    return float(part.gyro_noise_deg_s_rthz * np.sqrt(t_s / 2.0))
+
+
+def wander_deg(part: ImuPart, t_s: float) -> float:
+    """Integral of a first-order Gauss-Markov process."""
+    ratio = t_s / GYRO_WANDER_S
+    return float(wander_std_deg_s(part) * GYRO_WANDER_S * np.sqrt(2.0 * (ratio - 1.0 + np.exp(-ratio))))
+
+
+def orbit_rows(parts: Sequence[ImuPart]) -> list[str]:
+    """Lines of Markdown."""
+    rows = {
+        "angle random walk": [noise_deg(part, ORBIT_S) for part in parts],
+        "bias instability": [wander_deg(part, ORBIT_S) for part in parts],
+        "bias taken at 1 g, never again": [part.gyro_g_sensitivity_std_deg_s_g * ORBIT_S for part in parts],
+        "bias taken 1 °C colder, never again": [part.gyro_bias_slope_std_deg_s_c * ORBIT_S for part in parts],
+    }
+    return [
+        "| after 10 min | " + " | ".join(part.name.split()[-1] for part in parts) + " |\n",
+        "| --- |" + " --- |" * len(parts) + "\n",
+        *(
+            f"| {what} | " + " | ".join(f"{one:.2g}" for one in figures) + " |\n"
+            for what, figures in rows.items()
+        ),
+    ]
 
 
 if __name__ == "__main__":

@@ -1,66 +1,86 @@
-"""Every fault: the preflight sees it, the robot does what is said of it and keeps its record, and it is noticed."""
+"""Every fault: the preflight sees it, the robot does what is designed and keeps its record, and it is noticed."""
 
 from __future__ import annotations
 
-import json
+import random
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.bundle.commands import command, result
 from tests.cli.process import RunCli
+from tests.rehearsal.days import SCHEDULE, SEED, Days, flown, turned_deg
 from tests.rehearsal.faults_page import PAGE, page
-from tests.rehearsal.faults_seen import SCHEDULE, SEED, flown, no_go, seen
 from tfsat_host.emulated.robot import US_PER_S
 from tfsat_host.emulated.sequencer_image import sequencer_hex
-from tfsat_host.rehearsal.faults.boards import BOARD_FAULTS
-from tfsat_host.rehearsal.faults.card import POWER_CUTS, power_cut
-from tfsat_host.rehearsal.faults.fault import Fault, Outcome, at_any_moment
-from tfsat_host.rehearsal.faults.known import FAULTS
-from tfsat_host.rehearsal.faults.release import RELEASE_FAULTS
-from tfsat_host.rehearsal.moment import GUARD_US, Moment
-from tfsat_host.rehearsal.outcome import came_of, moved_deg
-from tfsat_host.rehearsal.rehearse import rehearse
+from tfsat_host.errors import UsageError
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.rehearsal import faults, series
+from tfsat_host.rehearsal.drop import rehearse
+from tfsat_host.rehearsal.fault import (
+    AT,
+    GUARD_US,
+    Fault,
+    Moment,
+    Outcome,
+    at_any_moment,
+    between,
+    words_of,
+)
+from tfsat_host.rehearsal.faults import (
+    BOARD_FAULTS,
+    FAULTS,
+    POWER_CUTS,
+    RELEASE_FAULTS,
+    fault_named,
+    power_cut,
+)
+from tfsat_host.rehearsal.judgement import came_of
+from tfsat_host.rehearsal.series import decoded
 from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
-from tfsat_host.sdlog import load
 
 SOUND = Fault(
     "none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, at_any_moment(Outcome.FLIES), morning=()
 )
-EACH = pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
-IN_THE_MORNING = pytest.mark.parametrize(
-    "fault", [fault for fault in FAULTS if fault.morning is not None], ids=lambda fault: fault.name
-)
-ON_THE_IMAGE = pytest.mark.parametrize(
-    "fault", [*RELEASE_FAULTS, *BOARD_FAULTS, *POWER_CUTS], ids=lambda fault: fault.name
-)
-STEPS_US = range(-100_000, 101_000, 20_000)
+named: Any = {"ids": lambda one: one.name if isinstance(one, Fault) else one.typed}
+EACH = pytest.mark.parametrize("fault", FAULTS, **named)
+PAIRS = [(fault, moment) for fault in FAULTS for moment in Moment]
+POSSIBLE = [
+    (fault, moment) for fault, moment in PAIRS if moment in fault.outcomes and moment is not fault.moment
+]
+"""Each fault's own moment is rehearsed in any case."""
+OTHER_MOMENTS = 8
+STEPS_US = range(-100_000, 101_000, 40_000)
 BACKLASH_DEG = 1.0
 """Within it a joint comes to rest on either side, as the last microsecond of a pulse has it."""
 LATE_S = 0.2
 """Of the samples before a power cut so much may still be on its way to the card."""
+NoGoOf = Callable[[Fault], tuple[str, ...]]
 
 
-@IN_THE_MORNING
-def test_what_the_preflight_says(fault: Fault) -> None:
+@pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault.morning is not None], **named)
+def test_what_the_preflight_finds(no_go: NoGoOf, fault: Fault) -> None:
     assert no_go(fault) == fault.morning
 
 
 @EACH
-def test_what_the_robot_then_does(fault: Fault) -> None:
+def test_what_the_robot_then_does(seen: Days, fault: Fault) -> None:
     found = seen(fault)
-    assert (found.drop.refused is not None) == (fault.outcome is Outcome.NOT_DROPPED)
-    assert came_of(fault.outcome, found.drop) is True
-    assert (moved_deg(found.drop).max() > 15.0) == (fault.outcome in (Outcome.FLIES, Outcome.STOPS))
-    others = {other for other in Outcome if came_of(other, found.drop)} - {fault.outcome}
+    assert found.refused == (fault.outcome is Outcome.NOT_DROPPED)
+    assert (found.moved_deg > 15.0) == (fault.outcome in (Outcome.FLIES, Outcome.STOPS))
+    others = set(found.came) - {fault.outcome}
+    assert fault.outcome in found.came
     assert others <= {Outcome.FLIES} and (not others or fault.outcome is Outcome.STOPS)
 
 
 @EACH
-def test_what_it_keeps_and_who_notices(fault: Fault) -> None:
+def test_what_it_keeps_and_who_notices(seen: Days, fault: Fault) -> None:
     found = seen(fault)
     if found.log is not None:
         assert found.log.samples_lost == 0
@@ -72,26 +92,42 @@ def test_what_it_keeps_and_who_notices(fault: Fault) -> None:
         assert not found.no_go
 
 
-def test_words_of_a_fault_are_not_said_without_it() -> None:
-    said = " ".join(seen(SOUND).said.values())
-    assert "Nothing speaks against it" in said
-    assert [fault.name for fault in FAULTS if fault.noticed and fault.noticed in said] == []
-    assert no_go(SOUND) == ()
+def test_words_of_a_fault_are_not_given_without_it(seen: Days) -> None:
+    words = " ".join(seen(SOUND).said.values())
+    assert "Nothing speaks against it" in words
+    assert [fault.name for fault in FAULTS if fault.noticed and fault.noticed in words] == []
+    assert seen(SOUND).no_go == ()
+
+
+@pytest.mark.parametrize(
+    "name", ["sequencer-clock-fast", "watchdog-while-falling", "servo-dead", "servo-slow"]
+)
+def test_what_servos_and_clocks_do_is_no_other_maneuver(seen: Days, name: str) -> None:
+    checks = seen(fault_named(name)).checks
+    assert [checks[one]["verdict"] for one in ("maneuver as filed", "start pose")] == ["passed", "passed"]
+
+
+def test_a_start_pose_that_is_wrong_is_named(seen: Days) -> None:
+    """A reversed servo holds its joint on the other side of the pulse's middle before the first stroke."""
+    found = seen(fault_named("servo-reversed"))
+    (reason,) = [one for one in found.reasons if "Wrong start pose" in one]
+    assert "joint 1 stood at +" in reason and "instead of 0 ± 10 deg" in reason
+    pose = found.checks["start pose"]
+    assert pose["verdict"] == "failed" and pose["value"] > pose["threshold"] == 10.0
+    assert pose["cause"].startswith("servo of joint 1: it turns the other way")
+    assert found.checks["maneuver as filed"]["verdict"] == "passed"
 
 
 @pytest.mark.parametrize("offset_us", STEPS_US)
-def test_power_cuts_around_the_landing(offset_us: int, tmp_path: Path) -> None:
+def test_power_cuts_around_the_landing(seen: Days, offset_us: int) -> None:
     """What had reached the card is read back, sample by sample as the same drop without a cut has it."""
     whole = seen(SOUND).log
-    cut = replace(POWER_CUTS[0], strike_now=partial(power_cut, after_us=GUARD_US + offset_us))
-    drop = flown(cut, despite=False)
-    (tmp_path / "SD.bin").write_bytes(drop.card)
-    log = load(tmp_path / "SD.bin")
-    assert whole is not None
-    assert whole.release_us is not None
-    assert log.release_us is not None
-    assert drop.landed_s is not None
-    assert drop.released_s is not None
+    drop = flown(
+        replace(POWER_CUTS[0], strike=partial(power_cut, after_us=GUARD_US + offset_us)), despite=False
+    )
+    log = decoded(drop)
+    assert whole is not None and whole.release_us is not None and log.release_us is not None
+    assert drop.landed_s is not None and drop.released_s is not None
     assert log.samples_lost == 0
     assert np.array_equal(log.t_us - log.release_us, (whole.t_us - whole.release_us)[: len(log)])
     assert np.array_equal(log.imu_counts, whole.imu_counts[: len(log)])
@@ -99,77 +135,126 @@ def test_power_cuts_around_the_landing(offset_us: int, tmp_path: Path) -> None:
     assert cut_s - LATE_S < log.seconds(int(log.t_us[-1])) <= cut_s
 
 
-@ON_THE_IMAGE
-def test_the_flashed_image_does_the_same(fault: Fault) -> None:
+@pytest.mark.parametrize("fault", [*RELEASE_FAULTS, *BOARD_FAULTS, *POWER_CUTS], **named)
+def test_the_flashed_image_does_the_same(seen: Days, fault: Fault) -> None:
     """The AVR's own code, watchdog, brown-out and EEPROM, in an emulated ATmega32U4."""
-    found = seen(fault)
-    hex_path = sequencer_hex(print)
-    filed = load_robot()
-    drop = rehearse(SCHEDULE, filed, drawn_truth(filed, SEED), hex_path=hex_path, faults=(fault,))
+    found, filed = seen(fault), load_robot()
+    drop = rehearse(SCHEDULE, filed, drawn_truth(filed, SEED), hex_path=sequencer_hex(), faults=(fault,))
     assert (drop.refused is not None) == (fault.outcome is Outcome.NOT_DROPPED)
     if drop.refused is None:
-        ended = [None if one.sequencer is None else one.sequencer.state for one in (found.drop, drop)]
-        assert ended[0] is ended[1]
-        angles = [np.rad2deg(one.truth[-1, 1:4] - one.truth[0, 1:4]) for one in (found.drop, drop)]
-        assert angles[0] == pytest.approx(angles[1], abs=BACKLASH_DEG)
+        assert (None if drop.sequencer is None else drop.sequencer.state) is found.state
+        assert turned_deg(drop) == pytest.approx(found.turned_deg, abs=BACKLASH_DEG)
 
 
-def test_the_page_is_of_these_faults() -> None:
-    assert page() == PAGE.read_text(), "python -m tests.rehearsal.faults_page"
+def test_the_page_is_of_these_faults(seen: Days, no_go: NoGoOf) -> None:
+    assert page(seen, no_go) == PAGE.read_text(), "python -m tests.rehearsal.faults_page"
 
 
-def test_they_are_listed(tfsat_host: RunCli) -> None:
-    listed = tfsat_host.json("rehearse", "--list-faults")["faults"]
-    assert [one["name"] for one in listed] == [fault.name for fault in FAULTS]
+def test_what_cannot_be_is_a_usage_error_that_names_what_can() -> None:
+    for fault, moment in PAIRS:
+        typed = f"{fault.name}{AT}{moment.typed}"
+        if moment in fault.outcomes:
+            assert fault_named(typed).moment is moment
+            continue
+        with pytest.raises(UsageError) as refused:
+            fault_named(typed)
+        assert fault.what in str(refused.value)
+        words = refused.value.next_step.replace(fault.name, "").replace(",", " ").replace(".", " ").split()
+        assert {one.typed for one in Moment} & set(words) == {one.typed for one in fault.outcomes}
+
+
+@pytest.mark.parametrize(("fault", "moment"), random.Random(7).sample(POSSIBLE, OTHER_MOMENTS), **named)
+def test_a_day_with_a_fault_at_another_moment(fault: Fault, moment: Moment) -> None:
+    drop = flown(fault.at(moment), despite=True)
+    outcome = fault.outcomes[moment]
+    assert (drop.refused is not None) == (outcome is Outcome.NOT_DROPPED)
+    if outcome is Outcome.FLIES:
+        assert drop.sequencer is not None and drop.sequencer.state is SequencerState.DONE
+    if outcome is not Outcome.NOT_DROPPED:
+        assert came_of(outcome, drop) is True
+
+
+def test_the_list(tfsat_host: RunCli) -> None:
+    listed = {one["name"]: one for one in tfsat_host.json("rehearse", "--list-faults")["faults"]}
+    assert list(listed) == [fault.name for fault in FAULTS]
     shown = tfsat_host("rehearse", "--list-faults").stdout
     assert all(fault.name in shown for fault in FAULTS)
+    assert listed["gyro-dead"]["moments"] == {moment.typed: "flies the maneuver" for moment in Moment}
+    assert listed["host-crash-in-upload"]["moments"] == {"powered": "flies the maneuver"}
+    for name in ("sequencer-clock-fast", "logger-clock-fast", "servo-dead"):  # of no matter after the landing
+        assert not {"landing", "landed"} & set(listed[name]["moments"])
+    assert listed["switch-stuck-open"]["moments"]["recording"] == "is not dropped"
+    assert listed["switch-stuck-open"]["moments"]["armed"] == "flies the maneuver"
 
 
-def test_a_fault_that_does_not_exist(tfsat_host: RunCli) -> None:
-    refused = tfsat_host("rehearse", "59", "70", "--fault", "gremlins", expect=2)
-    assert "There is no fault 'gremlins'" in refused.stderr
-    assert "--list-faults" in refused.stderr
+def test_moments_in_words() -> None:
+    assert words_of(tuple(Moment)) == "any moment"
+    assert words_of(between(Moment.POWERED, Moment.RECORDING)) == "powered to recording"
+    assert words_of((Moment.LANDED, Moment.ARMED)) == "armed, landed"
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["gremlins"], ["There is no fault 'gremlins'", "--list-faults"]),
+        (["gyro-dead@dawn"], ["There is no moment 'dawn'", "gyro-dead@ and one of powered, uploaded"]),
+        (
+            ["host-crash-in-upload@falling"],
+            ["cannot strike at falling (halfway through the fall)", "it strikes at powered"],
+        ),
+        (["servo-dead", "servo-reversed"], ["both are of the same part, servo of joint 1."]),
+        (["card-full@checked", "card-missing@checked"], ["card-missing@checked cannot both", "part, card."]),
+        (["gyro-dead", "gyro-dead@falling"], ["both are of the same part, IMU of body 4."]),
+        (["power-cut-at-landing", "power-cut-after-landing"], ["same part, power of both boards."]),
+        (["switch-bounce", "switch-bounce@armed"], ["the same fault at two moments"]),
+        (["gyro-dead", "gyro-dead"], ["named twice"]),
+    ],
+)
+@pytest.mark.parametrize("more", [(), ("--runs", "2")])
+def test_faults_that_cannot_be_are_refused_before_anything_is_flown(
+    tfsat_host: RunCli, typed: list[str], words: list[str], more: tuple[str, ...]
+) -> None:
+    options = [word for name in typed for word in ("--fault", name)]
+    refused = tfsat_host("rehearse", "59", "70", *options, *more, expect=2).stderr
+    assert all(one in refused for one in words)
     assert not (tfsat_host.folder / "run").exists()
 
 
-def test_a_moment_that_does_not_exist(tfsat_host: RunCli) -> None:
-    refused = tfsat_host("rehearse", "59", "70", "--fault", "gyro-dead@dawn", expect=2)
-    assert "There is no moment 'dawn'" in refused.stderr
-    assert "gyro-dead@ and one of powered, uploaded" in refused.stderr
+@pytest.fixture
+def misjudged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A jolt must not keep the robot from flying; here it is said to."""
+    demands = at_any_moment(Outcome.STANDS_STILL)
+    wrong = [replace(one, outcomes=demands) if one.name == "crane-jolt" else one for one in FAULTS]
+    monkeypatch.setattr(faults, "FAULTS", tuple(wrong))
+    monkeypatch.chdir(tmp_path)
 
 
-def test_a_fault_in_the_command(tfsat_host: RunCli) -> None:
-    flown = tfsat_host.json("rehearse", "59", "70", "--fault", "servo-dead", expect=3)
-    assert [fault["name"] for fault in flown["faults"]] == ["servo-dead"]
-    assert flown["preflight"] == "go"
-    assert any("did not move" in reason for reason in flown["evaluation"]["reasons"])
+@pytest.mark.usefixtures("misjudged")
+def test_a_robot_that_does_not_do_what_it_must_is_called_so() -> None:
+    shown = command("rehearse", "59", "70", "--fault", "crane-jolt", "--out", "run", expect=3).out
+    assert "By design the robot then moves no joint. It did NOT: in truth joints 1, 2, 3 moved by" in shown
+    assert "The evaluation:       GOOD" in shown
 
 
-def test_a_robot_that_is_still_armed_is_called_so(tfsat_host: RunCli) -> None:
-    shown = tfsat_host("rehearse", "59", "70", "--fault", "switch-stuck-closed", expect=3).stdout
-    assert "The sequencer:        armed" in shown
-    assert "STILL ARMED" in shown
-    assert "tfsat-host disarm" in shown
+@pytest.mark.usefixtures("misjudged")
+def test_and_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    def here(many: series.Series, runs: int, **_: Any) -> tuple[series.Flown, ...]:
+        """Not in other processes, which know of no misjudged fault."""
+        return tuple(series.fly(many, number) for number in range(1, runs + 1))
+
+    monkeypatch.setattr(series, "fly_many", here)
+    shown = command("rehearse", "59", "70", "--fault", "crane-jolt", "--runs", "2", "--out", "many", expect=3)
+    assert "2 good" in shown.out
+    assert "did NOT do what it must with these faults, by the truth, in drop 1, 2." in shown.out
 
 
-def test_a_preflight_that_says_no(tfsat_host: RunCli) -> None:
-    """Nobody drops then; what an older rehearsal left in the folder goes; and it can be dropped all the same."""
-    tfsat_host("rehearse", "59", "70", "--out", "run")
-    refused = tfsat_host("rehearse", "59", "70", "--fault", "gyro-dead@powered", "--out", "run", expect=4)
-    assert "Preflight:            NO-GO: gyros-present." in refused.stdout
-    assert "Nothing was dropped:" in refused.stdout
-    assert "--despite-preflight" in refused.stdout
-    folder = tfsat_host.folder / "run"
-    assert not {path.name for path in folder.iterdir()} & {"SD.bin", "SD.csv", "truth.csv", "report.html"}
-    written = json.loads((folder / "preflight.json").read_text())
-    assert written["reasons"] == ["gyros-present"]
-    # A card that somebody copied there afterwards is no rehearsal's.
-    (folder / "SD.bin").write_bytes(b"of a real drop")
-    again = tfsat_host("rehearse", "59", "70", "--out", "run", expect=2)
-    assert "SD.bin is not as the rehearsal made it" in again.stderr
-    assert (folder / "SD.bin").read_bytes() == b"of a real drop"
-    (folder / "SD.bin").unlink()
-    all_the_same = ("--fault", "gyro-dead@powered", "--despite-preflight", "--out", "run")
-    dropped = tfsat_host.json("rehearse", "59", "70", *all_the_same, expect=3)
+def test_a_preflight_that_gives_no_go(run: Path) -> None:
+    """Nothing is dropped then; what an older rehearsal left in the folder goes; and it can be dropped all the same."""
+    typed = ("rehearse", "59", "70", "--fault", "gyro-dead@powered", "--out", "run")
+    refused = command(*typed, expect=4).out
+    assert "Preflight:            NO-GO: gyros-present." in refused
+    assert "Nothing was dropped:" in refused and "--despite-preflight" in refused
+    assert not {path.name for path in run.iterdir()} & {"SD.bin", "SD.csv", "truth.csv", "report.html"}
+    dropped = result(*typed, "--despite-preflight", expect=3)
     assert dropped["no_go"] == ["gyros-present"]
-    assert (folder / "SD.bin").exists()
+    assert (run / "SD.bin").exists()

@@ -1,31 +1,39 @@
-"""The whole chain: a typed command, the firmware, the fall, the card, the decoder."""
+"""The whole chain: a typed command, the firmware, the fall, the card, the decoder, and what a person reads of it."""
 
 from __future__ import annotations
 
 import csv
 import json
 import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.bundle.commands import result
 from tests.cli.process import RunCli
-from tests.rehearsal.as_filed import dropped
+from tests.rehearsal.days import Rehearsed, Rehearsing, dropped
 from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.quick_look import disagreements, quick_look
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.rehearsal.rehearsal import Rehearsal
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 
 SCHEDULE_S = [0.70, 1.05, 1.47, 1.82]
 
 
+def faulty(rehearsed: Rehearsing, *names: str, expect: int = 3) -> Rehearsed:
+    return rehearsed("59", "70", *(word for name in names for word in ("--fault", name)), expect=expect)
+
+
 @pytest.mark.parametrize("sequencer", ["native", "avr"])
-def test_59_70_comes_back_from_the_card(tfsat_host: RunCli, sequencer: str) -> None:
-    flown = tfsat_host.json("rehearse", "59", "70", "--sequencer", sequencer, "--as-filed", "--out", "run")
+def test_59_70_comes_back_from_the_card(rehearsed: Rehearsing, tfsat_host: RunCli, sequencer: str) -> None:
+    done = rehearsed("59", "70", "--sequencer", sequencer, "--as-filed")
+    flown = done.result
     assert flown["verified"] is True
     assert flown["refused"] is None
     assert flown["sequencer_state"] == "done"
@@ -42,7 +50,8 @@ def test_59_70_comes_back_from_the_card(tfsat_host: RunCli, sequencer: str) -> N
     assert flown["quick_look"] is None
     assert evaluation["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.1)
 
-    decoded = tfsat_host.json("decode", "run/SD.bin")
+    shutil.copy(done.folder / "SD.bin", tfsat_host.folder)
+    decoded = tfsat_host.json("decode", "SD.bin")
     assert decoded["verdict"] == "complete"
     assert decoded["samples"] == flown["samples"]
     strokes = [event for event in decoded["events"] if event["name"] == "stroke"]
@@ -51,57 +60,59 @@ def test_59_70_comes_back_from_the_card(tfsat_host: RunCli, sequencer: str) -> N
         assert sum(1 for _ in csv.reader(file)) == decoded["samples"] + 1
 
 
-@pytest.mark.parametrize(
-    ("angles", "agree_deg"), [(("54", "72"), 0.003), (("18", "90"), 0.003), (("59", "70"), 0.01)]
-)
-def test_simulate_computes_the_same_drop(
-    tfsat_host: RunCli, angles: tuple[str, str], agree_deg: float
-) -> None:
+@pytest.mark.parametrize("angles", [(54.0, 72.0), (18.0, 90.0)])
+def test_simulate_computes_the_same_drop(tfsat_host: RunCli, angles: tuple[float, float]) -> None:
     """The emulator's robot in C++ and the dynamics in Python, both released as the paper's robot was.
 
-    The servos' pulses are whole microseconds: 9 deg are 100 of them, but 59 deg are rounded by 0.04 deg.
+    The servos' pulses are whole microseconds: 9 deg are 100 of them.
     """
-    flown = tfsat_host.json("rehearse", *angles, "--as-filed", "--out", "a run")
-    assert flown["initial_rate_deg_s"] == [-0.73, -0.48, -0.77]
-    program, *command = shlex.split(flown["simulate_command"])
-    assert program == "tfsat-host"
-    computed = tfsat_host.json(*command)
-    assert computed["initial_rate_deg_s"] == flown["initial_rate_deg_s"]
-    assert computed["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=agree_deg)
+    flight = dropped(schedule_maneuver(four_stroke(*angles)), seed=1)
+    until_s = flight.landed_s - flight.released_s - 0.05
+    rows = [int(np.abs(flight.truth[:, 0] - flight.released_s - t_s).argmin()) for t_s in (0.0, until_s)]
+    turned_deg = 2 * np.rad2deg(np.arccos(np.abs(flight.truth[rows[0], 4:8] @ flight.truth[rows[1], 4:8])))
+    rates = ("--initial-rate", -0.73, -0.48, -0.77)
+    computed = tfsat_host.json("simulate", *angles, *rates, "--until", f"{until_s:.3f}")
+    assert computed["reorientation_deg"] == pytest.approx(turned_deg, abs=0.003)
     at_rest = tfsat_host.json("simulate", *angles)
     assert abs(at_rest["reorientation_deg"] - computed["reorientation_deg"]) > 1.0
 
 
-def test_folder_of_results(tfsat_host: RunCli) -> None:
-    shown = tfsat_host("rehearse", "59", "70", "--out", "drop")
-    folder = tfsat_host.folder / "drop"
-    for name in (
-        "SD.bin",
-        "SD.csv",
-        "maneuver.toml",
-        "truth.csv",
-        "truth.json",
-        "summary.json",
-        "report.html",
-    ):
-        assert (folder / name).stat().st_size > 0
-    assert "The robot:            seed 1 of " in shown.stdout
-    assert "drop_tower.toml, IMUs InvenSense MPU-6050." in shown.stdout
-    assert "tfsat-host simulate --file drop/maneuver.toml --initial-rate " in shown.stdout
-    assert " deg/s, body 3 about its own axes x, y, z" in shown.stdout
-    assert "The evaluation:       GOOD." in shown.stdout
-    assert "it ignored 1 knock (during the lift a blow is simulated" in shown.stdout
-    summary = json.loads((folder / "summary.json").read_text())
-    left = {path.name for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")}
-    assert {Path(path).name for path in summary["files"]} == left
-    assert f"Body 1 turned by:     {summary['evaluation']['reorientation_deg']:.3f} ± 0.0" in shown.stdout
-    assert summary["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
-    # The same seed gives the same card, byte for byte; its own folder may be made again.
-    card = (folder / "SD.bin").read_bytes()
-    tfsat_host("rehearse", "--file", "drop/maneuver.toml", "--out", "drop")
-    assert (folder / "SD.bin").read_bytes() == card
-    tfsat_host("rehearse", "59", "70", "--seed", "2", "--out", "drop")
-    assert (folder / "SD.bin").read_bytes() != card
+def test_it_names_the_command_that_computes_the_same_drop(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
+    """59 deg are rounded by 0.04 deg in whole microseconds."""
+    done = rehearsed("59", "70", "--sequencer", "native", "--as-filed")
+    shutil.copytree(done.folder, tfsat_host.folder / "run")
+    program, *command = shlex.split(done.result["simulate_command"])
+    assert program == "tfsat-host"
+    computed = tfsat_host.json(*command)
+    assert computed["initial_rate_deg_s"] == done.result["initial_rate_deg_s"] == [-0.73, -0.48, -0.77]
+    assert computed["reorientation_deg"] == pytest.approx(done.result["reorientation_true_deg"], abs=0.01)
+
+
+def test_folder_of_results(rehearsed: Rehearsing) -> None:
+    done = rehearsed("59", "70")
+    files = "SD.bin SD.csv maneuver.toml truth.csv truth.json summary.json report.html"
+    assert all((done.folder / name).stat().st_size > 0 for name in files.split())
+    assert "The robot:            seed 1 of " in done.out
+    assert "drop_tower.toml, IMUs InvenSense MPU-6050." in done.out
+    assert "tfsat-host simulate --file run/maneuver.toml --initial-rate " in done.out
+    assert " deg/s, body 3 about its own axes x, y, z" in done.out
+    assert "The evaluation:       GOOD." in done.out
+    assert "it ignored 1 knock (during the lift a blow is simulated" in done.out
+    left = {path.name for path in done.folder.rglob("*") if path.is_file() and path.name[0] != "."}
+    assert {Path(path).name for path in done.result["files"]} == left
+    turned = done.result["evaluation"]["reorientation_deg"]
+    assert f"Body 1 turned by:     {turned:.3f} ± 0.0" in done.out
+    assert done.result["schedule"][0] == {"t_s": 0.7, "joint": 1, "angle_deg": 59.0}
+    other = rehearsed("59", "70", "--seed", "2")
+    assert (other.folder / "SD.bin").read_bytes() != (done.folder / "SD.bin").read_bytes()
+
+
+def test_it_can_be_called_from_python(rehearsed: Rehearsing, tmp_path: Path) -> None:
+    done = Rehearsal.of(four_stroke(59.0, 70.0)).run(tmp_path / "run")
+    command = rehearsed("59", "70")
+    assert done.exit_code == 0 and done.evaluated is not None and done.judged.good
+    assert (done.folder / "SD.bin").read_bytes() == (command.folder / "SD.bin").read_bytes()
+    assert done.result["compared"] == command.result["compared"]
 
 
 def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -> None:
@@ -117,7 +128,7 @@ def test_joints_that_do_not_reach_their_angles_are_a_doubt(tfsat_host: RunCli) -
     assert summary["notices"]
 
 
-def test_strokes_that_are_not_as_planned_are_said() -> None:
+def test_strokes_that_are_not_as_planned_are_named() -> None:
     scheduled, commanded = [0.70, 1.05], [59.0, -59.0]
     assert disagreements(scheduled, [0.70005, 1.04995], commanded, [58.1, -59.9]) == []
     late, short = disagreements(scheduled, [0.7, 1.051], commanded, [59.0, -56.9])
@@ -129,32 +140,22 @@ def test_strokes_that_are_not_as_planned_are_said() -> None:
     assert "lacks the joint's angles" in disagreements(scheduled, scheduled, commanded, [59.0, np.nan])[0]
 
 
-@pytest.mark.parametrize("seed", ["-1", "1.5", str(2**63), "x"])
-def test_a_seed_that_is_none(tfsat_host: RunCli, seed: str) -> None:
-    assert "is no seed" in tfsat_host("rehearse", "59", "70", "--seed", seed, expect=2).stderr
-
-
-def test_somebody_elses_folder_is_left_alone(tfsat_host: RunCli) -> None:
-    (tfsat_host.folder / "precious").mkdir()
-    note = tfsat_host.folder / "precious" / "note.txt"
-    note.write_text("keep")
-    result = tfsat_host("rehearse", "59", "70", "--out", "precious", expect=2)
-    assert "holds files that no rehearsal made" in result.stderr
-    assert [path.name for path in (tfsat_host.folder / "precious").iterdir()] == ["note.txt"]
-
-
-def test_a_file_in_place_of_the_folder_is_not_cured_by_force(tfsat_host: RunCli) -> None:
-    (tfsat_host.folder / "ok.toml").write_text("mine")
-    result = tfsat_host("rehearse", "59", "70", "--out", "ok.toml", "--force", expect=2)
-    assert "Give the name of a folder" in result.stderr
-    assert "--force" not in result.stderr
-
-
-def test_bad_maneuvers_are_not_flown(tfsat_host: RunCli) -> None:
-    assert "100" in tfsat_host("rehearse", "100", "70", expect=1).stderr
-    tfsat_host("rehearse", "59", expect=2)
-    tfsat_host("rehearse", expect=2)
-    tfsat_host("rehearse", "--file", "missing.toml", expect=1)
+@pytest.mark.parametrize(
+    ("typed", "code", "words"),
+    [
+        (["59", "70", "--seed", "-1"], 2, "is no seed"),
+        (["59", "70", "--seed", "1.5"], 2, "is no seed"),
+        (["59", "70", "--seed", str(2**63)], 2, "is no seed"),
+        (["59", "70", "--seed", "x"], 2, "is no seed"),
+        (["59", "70", "--runs", "0"], 2, "is no number of runs"),
+        (["100", "70"], 1, "100"),
+        (["59"], 2, ""),
+        ([], 2, ""),
+        (["--file", "missing.toml"], 1, "missing.toml"),
+    ],
+)
+def test_what_cannot_be_flown(tfsat_host: RunCli, typed: list[str], code: int, words: str) -> None:
+    assert words in tfsat_host("rehearse", *typed, expect=code).stderr
     assert not (tfsat_host.folder / "run").exists()
 
 
@@ -167,10 +168,9 @@ def test_reorientation_of_the_papers_maneuver() -> None:
     assert flight.sequencer.state == SequencerState.DONE
 
 
-def test_a_recording_without_a_release_is_not_evaluated(tmp_path: Path) -> None:
-    flight = dropped(schedule_maneuver(four_stroke(59, 70)), seed=1)
+def test_a_recording_without_a_release_is_not_evaluated(rehearsed: Rehearsing, tmp_path: Path) -> None:
     card = tmp_path / "SD.bin"
-    card.write_bytes(flight.card[: 60 * 512])  # ends before the release
+    card.write_bytes((rehearsed("59", "70").folder / "SD.bin").read_bytes()[: 60 * 512])
     log = load(card)
     assert log.verdict == "truncated"
     with pytest.raises(EvaluationError, match="no release"):
@@ -179,3 +179,118 @@ def test_a_recording_without_a_release_is_not_evaluated(tmp_path: Path) -> None:
 
 def test_the_image_is_found() -> None:
     assert sequencer_hex().read_text().startswith(":")
+
+
+def test_faults_are_named_with_who_noticed(rehearsed: Rehearsing) -> None:
+    done = faulty(rehearsed, "servo-dead", "cable-pulled-while-armed")
+    assert "servo-dead (cables pulled, on the crane's hook): The servo of joint 1" in done.out
+    assert "By design the robot then flies the maneuver" in done.out
+    assert "Noticed by the evaluation: Stroke 1 (joint 1): Joint 1 did not move" in done.out
+    assert "Not noticed. It changes nothing that is to be noticed." in done.out
+    assert (done.result["seed"], done.result["imu"]) == (1, "InvenSense MPU-6050")
+    assert done.result["preflight"] == "go"
+    assert any("did not move" in reason for reason in done.result["evaluation"]["reasons"])
+    servo, cable = done.result["faults"]
+    assert (servo["name"], servo["moment"], servo["outcome"]) == (
+        "servo-dead",
+        "lifted",
+        "flies the maneuver",
+    )
+    assert [one["who"] for one in servo["noticed_by"]] == ["report"]
+    assert cable["noticed_by"] == []
+    assert servo["struck_s"] > cable["struck_s"] > 0.0
+
+
+def test_no_go_names_each_check_with_what_was_found_and_what_to_do(rehearsed: Rehearsing) -> None:
+    """A fault that would have struck after that did not."""
+    done = faulty(rehearsed, "card-full", "servo-dead@falling", expect=4)
+    assert "Preflight:            NO-GO: card-room, card-writing." in done.out
+    written = json.loads((done.folder / "preflight.json").read_text())
+    red = [check for check in written["checks"] if check["blocks"]]
+    assert [check["name"] for check in red] == ["card-room", "card-writing"] == written["reasons"]
+    for check in red:
+        for words in (check["name"], check["sentence"], f"On the day: {check['next_step']}"):
+            assert words in done.out
+    assert "run/preflight.json" in done.out
+    assert "Noticed by the preflight's checks: card-room, card-writing" in done.out
+    assert "It did not strike: the day ended before." in done.out
+    assert (
+        [check["name"] for check in done.result["no_go_checks"]] == done.result["no_go"] == written["reasons"]
+    )
+    assert [fault["struck_s"] is None for fault in done.result["faults"]] == [False, True]
+
+
+def test_without_a_release_it_tells_what_the_switches_did(rehearsed: Rehearsing) -> None:
+    done = faulty(rehearsed, "switch-stuck-closed")
+    shown = done.out
+    assert "minutes on the hook, was let go and fell 2.50 s; it started 0 strokes" in shown
+    assert "in truth no joint moved by more than 0.0 deg" in shown
+    assert "switch 1 never changed, and was closed at the end." in shown
+    assert "switch 2 changed " in shown
+    assert "tfsat-host decode run/SD.bin" in shown
+    assert "The sequencer:        armed" in shown and "STILL ARMED" in shown and "tfsat-host disarm" in shown
+    assert "REFUSED. The recording holds no release." in shown
+    (fault,) = done.result["faults"]
+    assert [one["who"] for one in fault["noticed_by"]] == ["report refuses"]
+    first, second = done.result["no_release"]["switches"]
+    assert (first["edges_s"], first["open_at_the_end"], second["open_at_the_end"]) == ([], False, True)
+    assert "tfsat-host" in done.result["evaluation_refused"]["next_step"]
+
+
+def test_a_recording_that_breaks_off_before_the_release_is_no_fault_of_the_switches(
+    rehearsed: Rehearsing,
+) -> None:
+    """What the joints did is in the truth; the sequencer lost its power since, and knows no run."""
+    done = faulty(rehearsed, "power-cut-after-landing", "card-gone-on-the-hook")
+    assert "how many strokes it started no board knows" in done.out and "0 strokes" not in done.out
+    assert "in truth its joints moved: joint 1 by up to 59." in done.out
+    assert "nothing of the drop: the recording breaks off 26." in done.out
+    assert "both switches must be open" not in done.out
+    assert "The logger recorded no longer: it had lost its power or its card" in done.out
+    assert done.result["no_release"]["strokes_started"] is None
+    assert 26.0 < done.result["no_release"]["recording_ended_before_release_s"] < 27.0
+    cut, gone = done.result["faults"]
+    assert cut["came_of_it"] is gone["came_of_it"] is True
+    assert "By design the robot then flies the maneuver. It did." in done.out
+    assert "Not noticed by its own name. What power-cut-after-landing did may hide it" in done.out
+
+
+def test_a_robot_that_another_fault_keeps_from_flying_is_called_so(rehearsed: Rehearsing) -> None:
+    done = faulty(rehearsed, "servo-slow", "brown-out-at-release")
+    assert "It did not, for another fault: with that it moves no joint, and it did." in done.out
+    assert "By design the robot then moves no joint. It did." in done.out
+
+
+def test_a_recording_out_of_ram_is_not_called_the_cards(rehearsed: Rehearsing) -> None:
+    shown = faulty(rehearsed, "card-pulled", expect=0).out
+    assert "The logger recorded no longer" not in shown  # its own words are what happened to its card
+    assert "RAM of the logger:    complete" in shown and "The card:" not in shown
+
+
+def test_another_maneuver_than_the_files_is_named(rehearsed: Rehearsing, tfsat_host: RunCli) -> None:
+    done = rehearsed("59", "70", "--fault", "wrong-maneuver", "--despite-preflight", expect=3)
+    reason = done.result["evaluation"]["reasons"][0]
+    assert reason.startswith(
+        "Another maneuver was flown than the file says. The file: 0.700 s joint 1 by +59.00 deg;"
+    )
+    assert "0.810 s joint 2 by +89." in reason
+    tfsat_host("upload-sequence", "18", "90", "--dry-run", "--out", "flown.toml")
+    shutil.copytree(done.folder, tfsat_host.folder / "run")
+    right = tfsat_host.json("evaluate", "run", "--maneuver", "flown.toml")
+    assert right["verdict"]["level"] == "good"
+
+
+@pytest.mark.parametrize("differs", ["times", "joints"])
+def test_a_file_that_differs_in_times_or_joints_alone_is_another_maneuver(run: Path, differs: str) -> None:
+    """54/72 strokes 30 ms apart from 59/70; and the same strokes, but of another joint."""
+    file = run.parent / "other.toml"
+    flown = (run / "maneuver.toml").read_text()
+    assert "joint = 2" in flown
+    if differs == "joints":
+        file.write_text(flown.replace("joint = 2", "joint = 3"))
+    else:
+        result("upload-sequence", "54", "72", "--dry-run", "--out", file)
+    evaluated = result("evaluate", "run", "--maneuver", file, expect=3)
+    (check,) = [one for one in evaluated["checks"] if one["name"] == "maneuver as filed"]
+    assert check["verdict"] == "failed" and check["value"] >= 2
+    assert "1.050 s joint 2 by +6" in check["sentence"]

@@ -11,6 +11,7 @@ from shutil import copyfile, copytree
 import pytest
 
 from tests.cli.process import RunCli
+from tests.rehearsal.days import Rehearsing
 from tfsat_host.robot import default_robot_path
 
 SHIFTED = ("com_mm = [46.58, 50.93, 84.18]", "com_mm = [46.58, 50.93, 104.18]")
@@ -37,10 +38,9 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
     assert computed["reorientation_deg"] == pytest.approx(flown["reorientation_true_deg"], abs=0.003)
     # Nothing else is known of it later than the folder; the file may have gone.
     other.unlink()
-    for name in ("evaluate", "report"):
-        again = tfsat_host(name, "run")
-        assert "Robot: run/robot.toml, as the run has it." in again.stderr
-    told = tfsat_host.json("evaluate", "run")
+    again = tfsat_host("evaluate", "run", "--json")
+    assert "Robot: run/robot.toml, as the run has it." in again.stderr
+    told = json.loads(again.stdout)
     assert told["reorientation_deg"] == pytest.approx(flown["evaluation"]["reorientation_deg"], abs=1e-9)
     named = tfsat_host("evaluate", "run", "--robot", "drop_tower", expect=None)
     assert "as named, and not the run's own run/robot.toml" in named.stderr
@@ -56,16 +56,16 @@ def test_it_is_evaluated_with_the_robot_that_flew(tfsat_host: RunCli, other: Pat
     assert drop["evaluation"]["com_offset_mm"] == told["com_offset_mm"]
 
 
-def test_drops_of_different_robots_are_not_compared(tfsat_host: RunCli, other: Path) -> None:
-    del other
-    tfsat_host("rehearse", "59", "70", "--robot", "other.toml", "--out", "one")
-    tfsat_host("rehearse", "59", "70", "--seed", "2", "--out", "two")
+def test_drops_of_different_robots_are_not_compared(
+    rehearsed: Rehearsing, tfsat_host: RunCli, other: Path
+) -> None:
+    for name, typed in (("one", ()), ("two", ("--seed", "2")), ("three", ())):
+        copytree(rehearsed("59", "70", *typed).folder, tfsat_host.folder / name)
     for named in ((), ("--robot", "drop_tower")):
         refused = tfsat_host("evaluate", "one", "two", *named, expect=2)
         assert "These drops are not of one robot. one: emulated robot with logger" in refused.stderr
     # The same logger beside another robot file.
-    copytree(tfsat_host.folder / "one", tfsat_host.folder / "three")
-    copyfile(default_robot_path(), tfsat_host.folder / "three" / "robot.toml")
+    copyfile(other, tfsat_host.folder / "three" / "robot.toml")
     refused = tfsat_host("evaluate", "one", "three", expect=2)
     assert "one and three were not dropped with the same robot" in refused.stderr
     assert "--robot FILE" in refused.stderr

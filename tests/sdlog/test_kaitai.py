@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from compile_kaitai import compiled_hash, grammar_hash
-from tests.rehearsal.as_filed import dropped
+from tests.rehearsal.days import dropped
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, event
 from tests.sdlog.kaitai.tfsat_log import TfsatLog
 from tests.sdlog.test_values import write

@@ -85,7 +85,7 @@ def completion_script(shell: str) -> str:
 
 
 def _faults() -> list[str]:
-    from tfsat_host.rehearsal.faults.known import FAULTS
+    from tfsat_host.rehearsal.faults import FAULTS
 
     return [fault.name for fault in FAULTS]
 

@@ -99,8 +99,8 @@ def evidence_of(
         NotNow: the sequencer is armed or moves.
         KeyboardInterrupt: `trace` says what is left.
     """
-    from tfsat_host.preflight.asking import WATCH_S
     from tfsat_host.preflight.boards import Expected, ask_boards
+    from tfsat_host.preflight.logger import WATCH_S
 
     opened = transports(args, files, stack, out)
     images = files.images()

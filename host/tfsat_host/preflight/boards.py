@@ -8,38 +8,53 @@ from datetime import datetime
 from typing import TypeVar
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.devices.client import BoardIdentity, Client
+from tfsat_host.devices.client import BoardIdentity, Client, VerifyError
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.ports import BoardName
-from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
 from tfsat_host.devices.transport import Transport
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
-from tfsat_host.preflight.asking import (
-    Advance,
+from tfsat_host.preflight.evidence import (
+    BoardEvidence,
     Clock,
-    NotNow,
-    ask_logger,
-    begin_sequencer,
-    end_sequencer,
-    unanswered,
+    Evidence,
+    Missing,
+    Moment,
+    Reference,
+    SequencerAnswers,
+    origin_of_logger,
+    pace_between,
+    status_at,
 )
-from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, Reference, SequencerAnswers
-from tfsat_host.preflight.origin import origin_of_logger
+from tfsat_host.preflight.logger import Advance, ask_logger
 from tfsat_host.preflight.trial import Trace
-from tfsat_host.protocol.enums import Board
+from tfsat_host.protocol.enums import Board, SequencerState
+from tfsat_host.protocol.messages import SequencerStatusReply
 from tfsat_host.robot import RobotModel
+
+_MOVING = {
+    SequencerState.ARMED: "armed",
+    SequencerState.RUNNING: "flying its maneuver",
+    SequencerState.JOGGING: "moving a joint",
+}
+
+
+class NotNow(RefusedError):
+    """The sequencer is armed or moves a joint: nothing is asked of either board (exit code 4)."""
+
+    code = "not-safe"
 
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What the boards are checked against, beside each other.
+    """What the boards are checked against.
 
     Attributes:
         robot: By design.
         schedule: What is to be flown.
-        facility: What the facility says of it.
+        facility: The facility's checks of it.
         sequencer_image, logger_image: What they should run.
         certificate: The run's and its name, for a robot that is emulated or not.
         recordings: For how many the card must have room.
@@ -60,7 +75,7 @@ class Expected:
 
 @dataclass(frozen=True, slots=True)
 class _Link:
-    """A board that said who it is, whatever protocol it speaks."""
+    """A board that identified itself, whatever protocol it speaks."""
 
     client: Client
     identity: BoardIdentity
@@ -70,13 +85,44 @@ class _Link:
         """The transport's clock."""
         return self.client.transport.now_s
 
-    def sequencer(self) -> SequencerClient:
-        """Its own requests."""
-        return SequencerClient(self.client, self.identity)
 
-    def logger(self) -> LoggerClient:
-        """Its own requests."""
-        return LoggerClient(self.client, self.identity)
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    """The sequencer's first answers."""
+
+    client: SequencerClient
+    moment: Moment[SequencerStatusReply]
+    maneuver: StoredManeuver | Missing
+    settings: StoredSettings
+
+    def ended(self, now_s: Clock) -> SequencerAnswers:
+        """All of them, with the status of now. Raises what its requests raise."""
+        last = status_at(self.client.status, now_s)
+        pace = pace_between(self.moment, last)
+        return SequencerAnswers(self.moment.status, last.status, self.maneuver, self.settings, pace)
+
+
+def _begin(sequencer: SequencerClient, now_s: Clock) -> _Begun:
+    """Asks for everything but the end.
+
+    Raises:
+        NotNow: it is armed, runs, or moves a joint.
+        BoardError, NoAnswer, PortError: of the requests.
+    """
+    moment = status_at(sequencer.status, now_s)
+    state = moment.status.state
+    if state in _MOVING:
+        raise NotNow(
+            what=f"The sequencer is {_MOVING[state]}.",
+            meaning="A preflight comes before the arming. Neither board was asked for anything more.",
+            next_step="tfsat-host disarm, then run this preflight again.",
+        )
+    maneuver: StoredManeuver | Missing
+    try:
+        maneuver = sequencer.read_back()
+    except VerifyError as error:
+        maneuver = Missing(f"{error.what} {error.meaning}", error.next_step)
+    return _Begun(sequencer, moment, maneuver, sequencer.settings())
 
 
 def ask_boards(
@@ -86,20 +132,24 @@ def ask_boards(
     unix_s: Clock,
     advance: Advance = lambda _seconds: None,
 ) -> Evidence:
-    """All that both boards say.
+    """All that both boards answer.
 
     Args:
         opened: Both links, or why there is none.
         expected: What they are checked against.
-        trace: Told what is left on the logger.
+        trace: Gets what is left on the logger.
         unix_s: The computer's time of day.
-        advance: Told how many seconds of `asking.WATCH_S` went by.
+        advance: Called with how many seconds of `logger.WATCH_S` went by.
 
     Raises:
         NotNow: the sequencer is armed or moves.
     """
     at_sequencer = _link("sequencer", opened["sequencer"])
-    begun = _asked("sequencer", at_sequencer, lambda link: begin_sequencer(link.sequencer(), link.now_s))
+    begun = _asked(
+        "sequencer",
+        at_sequencer,
+        lambda link: _begin(SequencerClient(link.client, link.identity), link.now_s),
+    )
     at_logger = _link("logger", opened["logger"])
     emulated = any(
         isinstance(link, _Link) and link.identity.runs_natively for link in (at_logger, at_sequencer)
@@ -108,16 +158,15 @@ def ask_boards(
     logger = _asked(
         "logger",
         at_logger,
-        lambda link: ask_logger(link.logger(), link.now_s, unix_s, calibration, trace, advance),
+        lambda link: ask_logger(
+            LoggerClient(link.client, link.identity), link.now_s, unix_s, calibration, trace, advance
+        ),
     )
-    sequencer: SequencerAnswers | Missing
-    if isinstance(begun, Missing):
-        sequencer = begun
-    else:
-        first = begun
-        sequencer = _asked(
-            "sequencer", at_sequencer, lambda link: end_sequencer(first, link.sequencer(), link.now_s)
-        )
+    sequencer = (
+        begun
+        if isinstance(begun, Missing)
+        else _asked("sequencer", at_sequencer, lambda link: begun.ended(link.now_s))
+    )
     origin, logger_image = None, expected.logger_image
     if not isinstance(at_logger, Missing):
         logger_image = _logger_image(expected.logger_image, at_logger.identity, calibration, name)
@@ -142,12 +191,12 @@ def ask_boards(
 
 def _link(board: BoardName, transport: Transport | TfsatError) -> _Link | Missing:
     if isinstance(transport, TfsatError):
-        return unanswered(transport)
+        return _unanswered(transport)
     client = Client(transport)
     try:
         return _Link(client, client.identify(Board[board.upper()]))
     except TfsatError as error:
-        return unanswered(error)
+        return _unanswered(error)
 
 
 def _logger_image(
@@ -181,4 +230,9 @@ def _asked(board: BoardName, link: _Link | Missing, ask: Callable[[_Link], Answe
     except NotNow:
         raise
     except TfsatError as error:
-        return unanswered(error)
+        return _unanswered(error)
+
+
+def _unanswered(error: TfsatError) -> Missing:
+    """A board that could not be asked, or not to the end."""
+    return Missing(error.what, error.next_step)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -12,7 +12,7 @@ SEE = "See "
 
 
 class Verdict(StrEnum):
-    """What a check says."""
+    """What a check comes to."""
 
     GO = "go"
     NO_GO = "no-go"
@@ -26,7 +26,7 @@ class Check:
     """One check.
 
     Attributes:
-        name: Stable; scripts rely on it.
+        name: Stable; scripts rely on it. `judge` sets it.
         verdict: See `Verdict`.
         sentence: What was found, for a person.
         evidence: The numbers behind it, with units in their names; what JSON can hold.
@@ -48,7 +48,7 @@ class Check:
 
     @property
     def follows(self) -> bool:
-        """It could not be made for what another check says; its next step names that one."""
+        """It could not be made because of another check, which its next step names."""
         return self.verdict == Verdict.NOT_MADE and self.next_step.startswith(SEE)
 
     def as_dict(self) -> dict[str, Any]:
@@ -64,16 +64,21 @@ class Check:
         }
 
 
-def go(name: str, sentence: str, /, **evidence: Any) -> Check:
+def go(sentence: str, /, **evidence: Any) -> Check:
     """Nothing against a drop."""
-    return Check(name, Verdict.GO, sentence, evidence)
+    return Check("", Verdict.GO, sentence, evidence)
 
 
-def no_go(name: str, sentence: str, next_step: str, /, **evidence: Any) -> Check:
+def no_go(sentence: str, next_step: str, /, **evidence: Any) -> Check:
     """Something is wrong."""
-    return Check(name, Verdict.NO_GO, sentence, evidence, next_step)
+    return Check("", Verdict.NO_GO, sentence, evidence, next_step)
 
 
-def not_made(name: str, reason: str, next_step: str, /, **evidence: Any) -> Check:
+def not_made(reason: str, next_step: str, /, **evidence: Any) -> Check:
     """It could not be looked at; `reason` is a sentence."""
-    return Check(name, Verdict.NOT_MADE, reason, evidence, next_step)
+    return Check("", Verdict.NOT_MADE, reason, evidence, next_step)
+
+
+def judged(wrong: Sequence[str], no: str, next_step: str, yes: str, /, **evidence: Any) -> Check:
+    """NO-GO if something is wrong, named in the sentence `no` where it has {}; GO with the sentence `yes` else."""
+    return no_go(no.replace("{}", "; ".join(wrong)), next_step, **evidence) if wrong else go(yes, **evidence)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,14 @@ from tfsat_host.devices.client import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
-from tfsat_host.preflight.check import Check, not_made
 from tfsat_host.protocol.messages import LoggerSettings, LoggerStatusReply, SequencerStatusReply
 from tfsat_host.robot import RobotModel
+
+Known = TypeVar("Known")
+Status = TypeVar("Status", SequencerStatusReply, LoggerStatusReply)
+Clock = Callable[[], float]
+_TICK_S = 1e-3
+"""Uptimes are whole milliseconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +45,19 @@ class Failed(Missing):
     """Something that was tried and went wrong: a finding, not a want of evidence."""
 
 
-def unreached(name: str, missing: Missing) -> Check:
-    """A check that could not be made for want of that."""
-    return not_made(name, missing.reason, missing.next_step)
+class Unreached(Exception):
+    """A check cannot be made for want of evidence."""
+
+    def __init__(self, missing: Missing) -> None:
+        super().__init__(missing.reason)
+        self.missing = missing
+
+
+def needed(evidence: Known | Missing) -> Known:
+    """The evidence that a check needs. Raises Unreached: it is missing."""
+    if isinstance(evidence, Missing):
+        raise Unreached(evidence)
+    return evidence
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +76,34 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
+class Moment(Generic[Status]):
+    """A status, and when it was asked for and had, on the transport's clock."""
+
+    status: Status
+    asked_s: float
+    had_s: float
+
+
+def status_at(ask: Callable[[], Status], now_s: Clock) -> Moment[Status]:
+    """Asks for a status. Raises what `ask` raises."""
+    asked_s = now_s()
+    status = ask()
+    return Moment(status, asked_s, now_s())
+
+
+def pace_between(first: Moment[Status], last: Moment[Status]) -> Pace | None:
+    """How fast the board's clock runs; None: it restarted in between."""
+    board_s = (last.status.uptime_ms - first.status.uptime_ms) / 1000
+    if board_s < 0.0:
+        return None
+    middle = (last.asked_s + last.had_s - first.asked_s - first.had_s) / 2
+    doubt_s = (last.had_s - last.asked_s + first.had_s - first.asked_s) / 2 + _TICK_S
+    return Pace(board_s, middle, doubt_s)
+
+
+@dataclass(frozen=True, slots=True)
 class SequencerAnswers:
-    """What the sequencer said.
+    """What the sequencer answered.
 
     Attributes:
         status, later: At the beginning and at the end.
@@ -103,7 +145,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A recording of somebody else's that goes on, watched.
+    """A recording that was begun before, watched.
 
     Attributes:
         session: Its id.
@@ -138,7 +180,7 @@ class LiveSamples:
 
 @dataclass(frozen=True, slots=True)
 class LoggerAnswers:
-    """What the logger said.
+    """What the logger answered.
 
     Attributes:
         status, later: At the beginning, before any recording of the preflight's own, and at the end.
@@ -146,7 +188,7 @@ class LoggerAnswers:
         settings: In force.
         live: None came: Missing.
         card: What the card did with a short recording, or with one that runs already; Failed: it did not take one.
-        recording_since: When the last recording began; None: nobody had told the logger the time.
+        recording_since: When the last recording began; None: the logger's clock was not set.
         pace: Of its clock; None: it restarted meanwhile.
         left: What the preflight could not put back as it was; empty: nothing.
     """
@@ -168,8 +210,8 @@ class Reference:
 
     Attributes:
         crc: CRC-32/ISO-HDLC, 8 hexadecimal digits.
-        source: Who says so, such as a file.
-        calibrated: It is what the board ran when its sensors were calibrated, which nobody called the right one.
+        source: Where it is from, such as a file.
+        calibrated: It is what the board ran when its sensors were calibrated, which need not be the right one.
     """
 
     crc: str
@@ -183,7 +225,7 @@ class BoardEvidence:
 
     Attributes:
         name: For people and in names of checks.
-        identity: By HELLO; Missing: nobody answered.
+        identity: By HELLO; Missing: it did not answer.
         image: What it should run.
     """
 
@@ -198,7 +240,7 @@ class Evidence:
 
     Attributes:
         sequencer_board, logger_board: Who they are.
-        sequencer, logger: What they said; Missing: not reached, or of another protocol.
+        sequencer, logger: What they answered; Missing: not reached, or of another protocol.
         origin: Whose sensors hang on the logger; None: not reached.
         robot: By design.
         schedule: What the run is to fly.
@@ -225,3 +267,15 @@ class Evidence:
     now: datetime
     newest_file: tuple[datetime, str] | None
     servos_too: bool = True
+
+
+def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
+    """Whose sensors hang on a logger that is connected.
+
+    Args:
+        identity: Of the logger, by HELLO.
+        who_am_i: Of the IMUs, by its status.
+    """
+    return Origin(
+        identity.serial, who_am_i.hex(), identity.runs_natively, identity.firmware, identity.image_crc
+    )

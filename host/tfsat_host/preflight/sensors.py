@@ -12,7 +12,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
-from tfsat_host.preflight.evidence import Evidence, LiveSamples, Missing
+from tfsat_host.preflight.evidence import Evidence, LiveSamples, Missing, Unreached, needed
 
 FloatArray = NDArray[np.float64]
 
@@ -29,27 +29,31 @@ class Sensors:
     live: LiveSamples
     si: Recording
 
+    def answering(self) -> NDArray[np.intp]:
+        """Bodies from 0 whose IMU gave anything, one at least. Raises Unreached: there is none."""
+        bodies = np.flatnonzero(self.live.counts.imu_valid.any(axis=0))
+        if not len(bodies):
+            raise Unreached(Missing("No IMU answered.", "See gyros-present."))
+        return bodies
 
-def sensors_of(evidence: Evidence) -> Sensors | Missing:
-    """What came live; Missing: nothing did."""
-    if isinstance(evidence.logger, Missing):
-        return evidence.logger
-    live = evidence.logger.live
-    if isinstance(live, Missing):
-        return live
+
+def sensors_of(evidence: Evidence) -> Sensors:
+    """What came live. Raises Unreached: nothing did."""
+    live = needed(needed(evidence.logger).live)
     return Sensors(live, Recording.from_counts(live.counts))
 
 
-def certificate_of_these(evidence: Evidence) -> Calibration | Missing:
-    """The calibration, if its numbers are of these sensors; whether it is fresh is another check's."""
+def certificate_of_these(evidence: Evidence) -> Calibration:
+    """The calibration, if its numbers are of these sensors, fresh or not. Raises Unreached: there is none."""
     calibration, origin = evidence.calibration, evidence.origin
     if isinstance(calibration, Missing):
-        return Missing("It takes a calibration of these sensors.", "See calibration.")
+        raise Unreached(Missing("It takes a calibration of these sensors.", "See calibration."))
     if origin is None:
-        return Missing("The logger did not say whose sensors these are.", "tfsat-host status")
+        raise Unreached(Missing("Whose sensors these are the logger did not answer.", "tfsat-host status"))
     subject = calibration.subject
     if (subject.logger_serial, subject.emulated) != (origin.logger_serial, origin.emulated):
-        return Missing("It takes a calibration of these sensors; this one is of others.", "See calibration.")
+        what = "It takes a calibration of these sensors; this one is of others."
+        raise Unreached(Missing(what, "See calibration."))
     return calibration
 
 
@@ -57,33 +61,29 @@ def believed(angles_rad: FloatArray) -> FloatArray:
     """(3,) angle of each joint from those by each sensor, (3, 2); NaN where neither answered.
 
     Their mean. Of two that contradict each other the one that is nearer to the start pose counts, for nothing here
-    tells which is right; the contradiction itself is a check's.
+    shows which is right; the contradiction itself is found by a check.
     """
     apart = np.abs(wrapped(angles_rad[:, 0] - angles_rad[:, 1]))
     known = np.isfinite(angles_rad)
     mean = np.where(known, angles_rad, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-    nearer = angles_rad[
-        np.arange(len(angles_rad)), np.argmin(np.where(known, np.abs(angles_rad), np.inf), axis=1)
-    ]
+    nearest = np.argmin(np.where(known, np.abs(angles_rad), np.inf), axis=1)
+    nearer = np.take_along_axis(angles_rad, nearest[:, None], axis=1)[:, 0]
     chosen = np.where(apart > MOST_DISAGREEMENT_RAD, nearer, mean)
     return np.where(known.any(axis=1), chosen, np.nan)
 
 
-def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray | Missing:
+def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray:
     """(3, 2) mean angle of each joint by each of its two sensors, rad; NaN where one did not answer.
 
-    Missing: there is no calibration of these sensors, or a zero point was never measured.
+    Raises:
+        Unreached: there is no calibration of these sensors, or a zero point was never measured.
     """
     calibration = certificate_of_these(evidence)
-    if isinstance(calibration, Missing):
-        return calibration
     angles = np.full((len(calibration.joints), 2), np.nan)
     for row, joint in enumerate(calibration.joints):
         if joint.zero_taken is None:
-            return Missing(
-                f"The zero point of joint {joint.joint} was never measured.",
-                f"tfsat-host calibrate zero --joint {joint.joint}",
-            )
+            what = f"The zero point of joint {joint.joint} was never measured."
+            raise Unreached(Missing(what, f"tfsat-host calibrate zero --joint {joint.joint}"))
         columns = sensor_columns(evidence.robot, joint.joint)
         valid = sensors.live.counts.angle_valid[:, columns]
         each = joint.each(sensors.si.sensor_angle_rad[:, columns])

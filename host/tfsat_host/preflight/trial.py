@@ -41,7 +41,7 @@ def trial_recording(
     Args:
         logger: Neither recording nor in use.
         before: Its status.
-        trace: Told what is left.
+        trace: Gets what is left.
         meanwhile: What takes the recording's time.
 
     Raises:

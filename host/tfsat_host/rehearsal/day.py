@@ -1,40 +1,106 @@
-"""The day of a rehearsed drop while it goes on: the boards, what the team holds, and what faults act on."""
+"""A rehearsed day until the drop: the bench in the morning, the team with its boards, and its preflight.
+
+On the bench the gyros' biases are taken as `tfsat-host calibrate bias` takes them: the logger is asked for its samples,
+the same solver makes biases of them, and the raw samples are kept. The dies are cold and gravity is in the biases. All
+else in the certificate is drawn (`careful_certificate`), and it says so.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
-from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.certificate.campaign import with_measured
+from tfsat_host.calibration.certificate.certificate import Calibration, Paper
+from tfsat_host.calibration.steps.evidence import Evidence as Rest
+from tfsat_host.calibration.steps.evidence import LiveSource, file_name, read_step, sha256, to_bytes, until_s
+from tfsat_host.calibration.steps.step import DURATION_S, StepKind, rest
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, Upload
-from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.bench import EmulatedOperator
+from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.errors import RefusedError
+from tfsat_host.flashing.image import load_image
 from tfsat_host.maneuver import Schedule
-from tfsat_host.rehearsal.checked import Checked
+from tfsat_host.plan.envelope import envelope_of
+from tfsat_host.plan.facility import DropTower
+from tfsat_host.plan.tower_checks import Check as FacilityCheck
+from tfsat_host.plan.tower_checks import check_maneuver
+from tfsat_host.preflight import Check, judge, may_drop
+from tfsat_host.preflight.boards import Expected, ask_boards
+from tfsat_host.preflight.evidence import Evidence, Missing, Reference, origin_of_logger
+from tfsat_host.preflight.trial import Trace
+from tfsat_host.protocol.messages import LiveSampleStream
+from tfsat_host.rehearsal.truth import Truth
+from tfsat_host.robot import RobotModel
 
 CALIBRATED = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
-"""When the emulated robot's morning on the bench begins; it is dropped an hour later."""
+"""When the emulated robot is laid on the bench; it is dropped an hour later."""
 DROPPED = CALIBRATED + timedelta(hours=1)
+RECORDINGS = 10
+"""The card must have room for so many, as for `tfsat-host preflight`."""
+_PIECE_US = 50_000
+"""Of the rest, at once: the cable holds more than twice as many samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """What a preflight came to.
+
+    Attributes:
+        evidence: What the boards and the day's files gave.
+        checks: Made of that.
+    """
+
+    evidence: Evidence
+    checks: tuple[Check, ...]
+
+    @property
+    def go(self) -> bool:
+        """Nothing stands against a drop."""
+        return may_drop(self.checks)
+
+    @property
+    def wrong(self) -> tuple[Check, ...]:
+        """What stands against it."""
+        return tuple(check for check in self.checks if check.blocks)
+
+
+class NoGo(RefusedError):
+    """The preflight says NO-GO: no robot is dropped then (exit code 4)."""
+
+    code = "no-go"
+
+    def __init__(self, wrong: Sequence[Check]) -> None:
+        super().__init__(
+            what=f"Preflight says NO-GO: {', '.join(check.name for check in wrong)}. "
+            + " ".join(check.sentence for check in wrong),
+            meaning="No robot is dropped then.",
+            next_step="To see what would have come of it: the same command with --despite-preflight.",
+        )
 
 
 @dataclass(eq=False)
 class Day:
-    """See the module.
+    """While it goes on: the boards, what the team holds, and what faults act on.
 
     Attributes:
         robot: With its boards.
         schedule: Of the maneuver.
         calibration: That the drop will be evaluated with.
-        recordings: Of the morning, by their files' names; those that the calibration names are its raw data.
+        recordings: Of the bench, by their files' names; those that the calibration names are its raw data.
         sequencer: Its connection.
         logger: Its connection.
-        arming: Somebody will arm the robot.
+        arming: The robot will be armed.
         upload: Of the maneuver; None: it did not come through, or has not yet.
         checked: The preflight's result; None: there was none.
         landed_us: Virtual time of the landing.
         setbacks: What went wrong on the way; a sentence each.
+        struck_s: Virtual time at which each fault struck, by its name.
     """
 
     robot: EmulatedRobot
@@ -48,15 +114,121 @@ class Day:
     checked: Checked | None = None
     landed_us: int = 0
     setbacks: list[str] = field(default_factory=list)
+    struck_s: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.reconnect()
 
     def reconnect(self) -> None:
-        """As a program that is started anew does."""
+        """As a program that is started again does."""
         self.sequencer = SequencerClient.connect(EmulatedTransport(self.robot, BoardIndex.SEQUENCER))
         self.logger = LoggerClient.connect(EmulatedTransport(self.robot, BoardIndex.LOGGER))
 
     def unix_s(self) -> float:
         """The team's clock. Compressed minutes do not count."""
         return DROPPED.timestamp() + self.robot.now_us / US_PER_S
+
+
+def begun(robot: EmulatedRobot, schedule: Schedule, filed: RobotModel, truth: Truth) -> Day:
+    """From the logger's power-up on the bench until the robot hangs in the releaser with both boards started.
+
+    Args:
+        robot: Just made.
+        schedule: To be flown.
+        filed: As its file has it: the calibration is in its terms.
+        truth: What cannot be measured in minutes is drawn from it.
+
+    Raises:
+        CalibrationError: the robot did not rest.
+    """
+    robot.set_power(BoardIndex.SEQUENCER, False)
+    robot.advance(SETTLE_US)
+    rested = _rested(robot)
+    data, file = to_bytes(rested), file_name(rested)
+    drawn = careful_certificate(filed, truth.imperfections, truth.seed, CALIBRATED)
+    calibration = replace(
+        with_measured(drawn, [rested], filed),
+        papers=(Paper(rested.step.key, rested.taken, file, sha256(data)),),
+        written=_clock(robot),
+        drawn=tuple(name for name in drawn.drawn if name != "bias"),
+    )
+    robot.seat()
+    robot.set_power(BoardIndex.SEQUENCER, True)
+    robot.advance(SETTLE_US)
+    return Day(robot, schedule, calibration, {file: data})
+
+
+def _rested(robot: EmulatedRobot) -> Rest:
+    logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
+    step = rest()
+    EmulatedOperator(robot).begin(step)
+    origin = origin_of_logger(logger.identity, logger.status().who_am_i)
+
+    def fresh() -> Sequence[LiveSampleStream]:
+        robot.advance(_PIECE_US)
+        return logger.live_samples()
+
+    with logger.live() as scales:
+        live = LiveSource(fresh, scales, origin, lambda: _clock(robot))
+        return read_step(step, live, until_s(DURATION_S[StepKind.REST]))
+
+
+def _clock(robot: EmulatedRobot) -> datetime:
+    return CALIBRATED + timedelta(microseconds=robot.now_us)
+
+
+@dataclass(frozen=True, eq=False)
+class Preflight:
+    """The checks of `tfsat-host preflight`, made of the emulated boards.
+
+    Attributes:
+        schedule: What is to be flown.
+        filed: The robot as its file has it.
+        facility: What the facility says of that maneuver.
+        image: The sequencer's; None: its core runs natively, without one.
+        despite: The robot is dropped even if it says NO-GO.
+    """
+
+    schedule: Schedule
+    filed: RobotModel
+    facility: tuple[FacilityCheck, ...]
+    image: Path | None = None
+    despite: bool = False
+
+    @classmethod
+    def of(
+        cls, schedule: Schedule, filed: RobotModel, tower: DropTower, image: Path | None, *, despite: bool
+    ) -> Preflight:
+        """For a maneuver in a drop tower. Raises EnvelopeError: its envelope cannot be computed."""
+        envelope = envelope_of(filed, schedule, until_s=tower.fall_s)
+        return cls(schedule, filed, check_maneuver(schedule, filed, tower, envelope), image, despite)
+
+    def made(self, day: Day) -> Checked:
+        """Asks both boards; the logger records some seconds onto its card, and removes that again.
+
+        Raises:
+            TfsatError: the sequencer is armed or moves.
+        """
+        none_named = Missing("no image was named.", "Name it with --logger-image.")
+        image = none_named if self.image is None else Reference(load_image(self.image).crc, str(self.image))
+        expected = Expected(
+            robot=self.filed,
+            schedule=self.schedule,
+            facility=self.facility,
+            sequencer_image=image,
+            logger_image=none_named,
+            certificate=lambda _: (day.calibration, "the rehearsal's calibration"),
+            recordings=RECORDINGS,
+            newest_file=None,
+            now=datetime.fromtimestamp(day.unix_s(), UTC),
+        )
+        evidence = ask_boards(
+            {
+                "sequencer": EmulatedTransport(day.robot, BoardIndex.SEQUENCER),
+                "logger": EmulatedTransport(day.robot, BoardIndex.LOGGER),
+            },
+            expected,
+            Trace(),
+            day.unix_s,
+        )
+        return Checked(evidence, judge(evidence))

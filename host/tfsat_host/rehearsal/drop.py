@@ -1,26 +1,62 @@
-"""What a rehearsed day leaves behind."""
+"""One drop on the emulated robot: bias, upload, preflight, record, arm, lift, wait, release, fall, land, fetch.
+
+It goes as a careful team would go: what a preflight or a board refuses ends the day before anything is let go. Faults
+change what happens at the moments between.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.sequencer import StoredManeuver, Upload
+from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.errors import TfsatError
+from tfsat_host.maneuver import Schedule
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
-from tfsat_host.rehearsal.checked import Checked
+from tfsat_host.rehearsal import day as days
+from tfsat_host.rehearsal.day import Checked, Day, NoGo, Preflight
+from tfsat_host.rehearsal.fault import GUARD_US, Fault, Moment
+from tfsat_host.rehearsal.truth import Truth
+from tfsat_host.robot import RobotModel
 
+Progress = Callable[[str], None]
 FloatArray = NDArray[np.float64]
+
+PREPARING_S = 300.0
+"""Between power-up and the first question to a board, compressed: see `EmulatedRobot.wait`."""
+HANG_US = 3 * US_PER_S
+"""In the releaser before the lift: the biases are checked against this."""
+KNOCK_US = 20_000
+HOOK_S = 300.0
+"""On the crane's hook, compressed."""
+HOOK_US = 2 * US_PER_S
+"""Spent there after the blow and, from its half on, after the compressed minutes."""
+AFTER_LANDING_US = 900_000
+RAM_TIMEOUT_S = 60.0
+"""A logger whose card failed takes a drop to its end in RAM before it lists anything."""
+TRUTH_PERIOD_US = 1000
+STEPS = 7
+"""Of the progress of one day."""
+_LOST = (
+    "The logger recorded no longer: it had lost its power or its card, or had closed the recording by itself."
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Drop:
-    """See the module.
+    """What a rehearsed day leaves behind.
 
     Attributes:
         card: The newest recording on the card, byte by byte; empty if there is none.
@@ -29,14 +65,16 @@ class Drop:
         checked: The preflight's result; None: there was none.
         sequencer: Its status after the landing; None: it does not answer.
         recording: The logger's account of the recording; None: it does not answer, or has none.
-        calibration: What the bench told of this robot; what was only drawn of it, it says.
-        recordings: Of the morning, by their files' names.
+        calibration: Measured on the bench of this robot; what was only drawn of it, it says.
+        recordings: Of the bench, by their files' names.
         collected: When the card was taken out, by the team's clock.
         truth: See `EmulatedRobot.truth`; from the start of the recording.
-        released_s: Virtual time at which both switches first were open; None: nobody let go.
-        landed_s: Virtual time of the landing; None: nobody let go.
+        released_s: Virtual time at which both switches first were open; None: it was not let go.
+        landed_s: Virtual time of the landing; None: it was not let go.
         refused: What ended the day before the drop; None: nothing did.
         setbacks: What else went wrong on the way; a sentence each.
+        faults: Of the day.
+        struck_s: Virtual time at which each of them struck, by its name; the day may end before.
     """
 
     card: bytes
@@ -53,3 +91,183 @@ class Drop:
     landed_s: float | None
     refused: TfsatError | None
     setbacks: tuple[str, ...]
+    faults: tuple[Fault, ...]
+    struck_s: Mapping[str, float]
+
+
+def rehearse(
+    schedule: Schedule,
+    filed: RobotModel,
+    truth: Truth,
+    *,
+    hex_path: Path | None = None,
+    preflight: Preflight | None = None,
+    faults: Sequence[Fault] = (),
+    progress: Progress = lambda _: None,
+) -> Drop:
+    """Rehearses one day, from power-up to the card on the desk.
+
+    Args:
+        schedule: What to fly.
+        filed: The robot as its file has it: the calibration is in its terms.
+        truth: The robot that flies.
+        hex_path: The sequencer's image; None runs its core natively.
+        preflight: What is checked before the recording; None: nothing is.
+        faults: What goes wrong.
+        progress: Called with what is going on.
+
+    Raises:
+        TfsatError: without a fault and a preflight, whatever a board refuses.
+    """
+    with EmulatedRobot(
+        truth.model,
+        imperfections=truth.imperfections,
+        seed=truth.seed,
+        session_seed=_session_seed(schedule, truth, hex_path, faults),
+        hex_path=hex_path,
+    ) as robot:
+        progress("on the bench; the gyros' biases are taken")
+        day = days.begun(robot, schedule, filed, truth)
+
+        def at(moment: Moment) -> None:
+            for fault in faults:
+                if fault.moment is moment:
+                    day.struck_s[fault.name] = robot.now_us / US_PER_S
+                    fault.strike(day)
+
+        refused = None
+        try:
+            _made_ready(day, preflight, at, progress)
+        except TfsatError as error:
+            if not faults and not isinstance(error, NoGo):
+                raise
+            refused = error
+        if refused is None:
+            _fallen(day, truth, at, progress)
+        progress("cables plugged; the recording is closed")
+        return _collected(day, refused, faults)
+
+
+def _made_ready(
+    day: Day, preflight: Preflight | None, at: Callable[[Moment], None], progress: Progress
+) -> None:
+    """Until it is armed. Raises what the preflight or a board refuses."""
+    robot = day.robot
+    at(Moment.POWERED)
+    robot.wait(PREPARING_S)
+    progress("uploading, reading back")
+    day.upload = day.sequencer.upload(day.schedule)
+    at(Moment.UPLOADED)
+    if preflight is not None:
+        progress("preflight")
+        day.logger.set_clock(round(day.unix_s() * US_PER_S))
+        day.checked = preflight.made(day)
+        if not day.checked.go and not preflight.despite:
+            raise NoGo(day.checked.wrong)
+    at(Moment.CHECKED)
+    progress("recording in the releaser")
+    robot.record_truth(TRUTH_PERIOD_US)
+    day.logger.start_recording(unix_us=round(day.unix_s() * US_PER_S))
+    day.logger.wait_for_card()
+    at(Moment.RECORDING)
+    robot.advance(HANG_US)
+    if day.arming:
+        day.sequencer.arm()
+    at(Moment.ARMED)
+
+
+def _fallen(day: Day, truth: Truth, at: Callable[[Moment], None], progress: Progress) -> None:
+    robot = day.robot
+    progress("armed; cables pulled; the crane lifts, one switch is knocked")
+    for board in BoardIndex:
+        robot.set_cable(board, False)
+    robot.knock(1, KNOCK_US)
+    robot.advance(HOOK_US // 2)
+    at(Moment.LIFTED)
+    robot.wait(HOOK_S)
+    robot.advance(HOOK_US - HOOK_US // 2)
+    at(Moment.RELEASE)
+    progress("release, fall, landing")
+    fall_us = round(FALL_S * US_PER_S)
+    day.landed_us = landed_us = robot.now_us + fall_us
+    robot.drop(truth.rate_rad_s.tolist())
+    for moment, t_us in (
+        (Moment.FALLING, landed_us - fall_us + fall_us // 2),
+        (Moment.BEFORE_LANDING, landed_us - GUARD_US),
+        (Moment.LANDING, landed_us),
+        (Moment.LANDED, landed_us + GUARD_US),
+    ):
+        _until(robot, t_us)
+        at(moment)
+    _until(robot, landed_us + GUARD_US + AFTER_LANDING_US)
+
+
+def _until(robot: EmulatedRobot, t_us: int) -> None:
+    """A fault may have let some of this time pass already."""
+    robot.advance(max(0, t_us - robot.now_us))
+
+
+def _collected(day: Day, refused: TfsatError | None, faults: Sequence[Fault]) -> Drop:
+    """Cables plugged, power on, the recording closed, the card taken out."""
+    robot, fell = day.robot, refused is None
+    for board in BoardIndex:
+        robot.set_power(board, True)
+        robot.set_cable(board, True)
+    robot.advance(SETTLE_US)
+    status: SequencerStatusReply | None = None
+    recording: RecordStopReply | None = None
+    ram = b""
+    try:
+        day.reconnect()
+        status = day.sequencer.status()
+        recording = day.logger.stop_recording()
+    except TfsatError as error:
+        # A board that lost its power has no recording to close: its card shows what there is.
+        if fell:
+            closed = isinstance(error, BoardError) and error.code is ErrorCode.NOT_RECORDING
+            meaning = f"{error.meaning} {_LOST}" if closed else error.meaning
+            day.setbacks.append(f"{error.what} {meaning}")
+            ram = _fetched_ram(day)
+    return Drop(
+        card=ram or robot.card(),
+        from_ram=bool(ram),
+        upload=day.upload,
+        checked=day.checked,
+        sequencer=status,
+        recording=recording,
+        calibration=day.calibration,
+        recordings=day.recordings,
+        collected=datetime.fromtimestamp(day.unix_s(), UTC),
+        truth=robot.truth(),
+        released_s=robot.released_us / US_PER_S if fell else None,
+        landed_s=day.landed_us / US_PER_S if fell else None,
+        refused=refused,
+        setbacks=tuple(day.setbacks),
+        faults=tuple(faults),
+        struck_s=day.struck_s,
+    )
+
+
+def _fetched_ram(day: Day) -> bytes:
+    """As by `tfsat-host log fetch ram`: a drop that the card did not take; empty if there is none."""
+    if not day.logger.status().ram_holds_drop:
+        return b""
+    entries = day.logger.wait_for_listing(RAM_TIMEOUT_S).entries
+    entry = next(one for one in entries if one.number == RAM)
+    image = bytearray(entry.blocks * BLOCK_BYTES)
+
+    def put(index: int, block: bytes) -> None:
+        image[index * BLOCK_BYTES : (index + 1) * BLOCK_BYTES] = block
+
+    day.logger.fetch_blocks(entry, [(0, entry.blocks)], put)
+    day.setbacks.append("The drop was fetched from the logger's RAM: tfsat-host log fetch ram.")
+    return bytes(image)
+
+
+def _session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
+    """Another one for everything that makes another drop, the same for the same drop."""
+    image = b"" if hex_path is None else hex_path.read_bytes()
+    names = tuple(fault.name for fault in faults)
+    rate = tuple(map(float, truth.rate_rad_s))
+    drop = repr((truth.seed, schedule.strokes, schedule.speed_cdeg_s, rate, truth.imu, names))
+    return int.from_bytes(hashlib.sha256(drop.encode() + b"\0" + image).digest()[:8], "little")

@@ -10,12 +10,12 @@ from typing import Any
 
 from tfsat_host.calibration.certificate.archive import kept_copy, recordings_folder, write_certificate
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.emulated.truth import format_truth
 from tfsat_host.maneuver import Maneuver, format_maneuver
 from tfsat_host.output_files import was_made_with
 from tfsat_host.plan.facility import load_tower
+from tfsat_host.rehearsal.comparison import truth_table
 from tfsat_host.rehearsal.drop import Drop
-from tfsat_host.rehearsal.result_folder import ResultFolder
+from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.report.figures import FORMATS
 from tfsat_host.report.figures import MARKER as FIGURE
 from tfsat_host.report.recording import MARKER as MCAP
@@ -88,7 +88,7 @@ class RunFolder(ResultFolder):
         certificate = self._write_certificate(drop)
         self.file("truth.json").write_text(truth_text, encoding="utf-8")
         if drop.released_s is not None:
-            self.file("truth.csv").write_text(format_truth(drop.truth, drop.released_s), encoding="utf-8")
+            self.file("truth.csv").write_text(truth_table(drop), encoding="utf-8")
         if drop.checked is not None:
             self._write_preflight(drop, certificate, self.path / ROBOT)
         self.file(SUMMARY)

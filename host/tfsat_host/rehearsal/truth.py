@@ -1,4 +1,4 @@
-"""The hidden truth of a rehearsed drop: what no instrument of the day tells, and everything is judged by afterwards."""
+"""The hidden truth of a rehearsed drop: drawn before, seen by no instrument, and what an evaluation is judged by."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _drawn_overshoot_rad(seed: int, joints: int) -> FloatArray:
 
 
 def truth_as_filed(filed: RobotModel, seed: int) -> Truth:
-    """A robot that is what its file says, with biases, mountings and noise that a seed draws, and exact servos."""
+    """A robot that is what its file says, with biases, mountings and noise drawn from a seed, and exact servos."""
     return Truth(seed, filed, draw(seed), np.deg2rad(RESIDUAL_RATE_DEG_S))
 
 

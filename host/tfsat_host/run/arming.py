@@ -150,7 +150,7 @@ def _logger(
     """
     from tfsat_host.devices.logger import LoggerClient, stalled_recording
     from tfsat_host.devices.transport import SerialTransport
-    from tfsat_host.preflight.origin import origin_of_logger
+    from tfsat_host.preflight.evidence import origin_of_logger
 
     if sequencer_named and not os.environ.get(port_variable("logger")):
         operator.warn(

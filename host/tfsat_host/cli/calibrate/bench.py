@@ -158,6 +158,6 @@ def open_bench(
 
 def origin_of(logger: LoggerClient) -> Origin:
     """Whose sensors hang on the logger; a core that runs natively is an emulated robot's."""
-    from tfsat_host.preflight.origin import origin_of_logger
+    from tfsat_host.preflight.evidence import origin_of_logger
 
     return origin_of_logger(logger.identity, logger.status().who_am_i)

@@ -1,34 +1,34 @@
-"""Whether host and boards are of one release: protocol and images."""
+"""Both boards: of one release, the sequencer safe and not restarted, the release switches closed for both."""
 
 from __future__ import annotations
 
-from tfsat_host.preflight.check import Check, go, no_go, not_made
-from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing
-from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH
+from tfsat_host.devices.arm_refusal import describe_defects, first_defect
+from tfsat_host.preflight.check import Check, Verdict, go, no_go, not_made
+from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, needed
+from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
+from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
+from tfsat_host.protocol.remedies import REMEDIES
 
 _FLASH = {
     "sequencer": "make firmware, then: tfsat-host flash sequencer",
     "logger": "flash firmware/teensy_logger of this release onto the Teensy (docs/logger.md)",
 }
-_IMAGE = "{name}-image"
 
 
 def check_protocol(evidence: Evidence) -> Check:
     """Both boards' firmware was built with this program's specification, of the same version."""
-    name = "protocol"
     boards = (evidence.sequencer_board, evidence.logger_board)
     unreached = [(board.name, board.identity) for board in boards if isinstance(board.identity, Missing)]
     if unreached:
-        said = " ".join(f"The {who} did not say who it is: {missing.reason}" for who, missing in unreached)
-        return not_made(name, said, " ".join(dict.fromkeys(missing.next_step for _, missing in unreached)))
+        reasons = " ".join(f"The {who} was not identified: {missing.reason}" for who, missing in unreached)
+        return not_made(reasons, " ".join(dict.fromkeys(missing.next_step for _, missing in unreached)))
     ours = ".".join(map(str, FIRMWARE_VERSION))
     for board in boards:
-        identity = board.identity
-        if isinstance(identity, Missing) or (identity.speaks_this_protocol and identity.firmware == ours):
+        identity = needed(board.identity)
+        if identity.speaks_this_protocol and identity.firmware == ours:
             continue
         other = "another protocol than" if not identity.speaks_this_protocol else "another version than"
         return no_go(
-            name,
             f"The {board.name}'s firmware {identity.firmware} is of {other} this program's {ours}.",
             f"{_FLASH[board.name]}; or install the host package of the boards' release.",
             board=board.name,
@@ -37,55 +37,149 @@ def check_protocol(evidence: Evidence) -> Check:
             expected_protocol_hash=PROTOCOL_HASH.hex(),
         )
     return go(
-        name,
-        f"Both boards speak this program's protocol, firmware {ours}.",
-        protocol_hash=PROTOCOL_HASH.hex(),
+        f"Both boards speak this program's protocol, firmware {ours}.", protocol_hash=PROTOCOL_HASH.hex()
     )
 
 
 def check_image(board: BoardEvidence) -> Check:
     """The board runs the image that it should, byte for byte, by the CRC that it computes over its own flash."""
-    name = _IMAGE.format(name=board.name)
-    identity = board.identity
+    name, identity, wanted = board.name, board.identity, board.image
     if isinstance(identity, Missing):
-        return not_made(name, f"The {board.name} did not say what it runs.", "See protocol.")
+        return not_made(f"What the {name} runs is not known.", "See protocol.")
     if identity.runs_natively:
         return go(
-            name,
-            f"No board: the emulated robot runs the {board.name}'s sources natively, without an image.",
+            f"No board: the emulated robot runs the {name}'s sources natively, without an image.",
             natively=True,
         )
-    if isinstance(board.image, Missing):
+    runs = f"The {name} runs image {identity.image_crc}"
+    if isinstance(wanted, Missing):
         return not_made(
-            name,
-            f"The {board.name} runs image {identity.image_crc}; which it should run is not known: "
-            f"{board.image.reason}",
-            board.image.next_step,
+            f"{runs}; which it should run is not known: {wanted.reason}",
+            wanted.next_step,
             image_crc=identity.image_crc,
         )
-    wanted = board.image
     numbers = {
         "image_crc": identity.image_crc,
         "expected_image_crc": wanted.crc,
         "source": wanted.source,
         "calibrated": wanted.calibrated,
     }
-    runs = f"The {board.name} runs image {identity.image_crc}"
     if identity.image_crc == wanted.crc:
         whose = "as when it was calibrated" if wanted.calibrated else f"that of {wanted.source}"
-        return go(name, f"{runs}, {whose}.", **numbers)
+        return go(f"{runs}, {whose}.", **numbers)
     if wanted.calibrated:
         return no_go(
-            name,
             f"{runs}; when it was calibrated it ran {wanted.crc} ({wanted.source}).",
             f"If it was flashed since, name what it runs now: --logger-image {identity.image_crc}. If not, "
-            f"{_FLASH[board.name]}.",
+            f"{_FLASH[name]}.",
             **numbers,
         )
     return no_go(
-        name,
         f"{runs}, not {wanted.crc} of {wanted.source}.",
-        f"To run that one: {_FLASH[board.name]}. If what it runs is right, as the Arduino IDE made it, name that: "
-        f"--{name} {identity.image_crc}",
+        f"To run that one: {_FLASH[name]}. If what it runs is right, as the Arduino IDE made it, name that: "
+        f"--{name}-image {identity.image_crc}",
+        **numbers,
+    )
+
+
+def check_state(evidence: Evidence) -> Check:
+    """The sequencer is safe, with no fault latched and nothing damaged in its EEPROM, from beginning to end."""
+    answers = needed(evidence.sequencer)
+    for status in (answers.status, answers.later):
+        state = status.state.name.lower()
+        if status.fault != ErrorCode.NONE:
+            what, _, cure = REMEDIES[status.fault]
+            return no_go(
+                f"A fault is latched: {what[:1].lower()}{what[1:]}",
+                f"{cure} Only tfsat-host disarm clears the fault.",
+                state=state,
+                fault=status.fault.name.lower(),
+            )
+        if status.state != SequencerState.SAFE:
+            return no_go(f"It is {state}, not safe.", "tfsat-host disarm", state=state)
+        if status.stores_damaged:
+            return no_go(
+                describe_defects(status.stores_damaged),
+                REMEDIES[first_defect(status.stores_damaged)][2],
+                state=state,
+                stores_damaged=status.stores_damaged,
+            )
+    return go("Safe: no fault, EEPROM whole, servos limp.", state="safe")
+
+
+_RESTARTS = {
+    ResetCause.BROWN_OUT: (
+        "its supply dipped",
+        "Charge the battery and check its plugs; then switch the power off and on",
+    ),
+    ResetCause.WATCHDOG: (
+        "its main loop hung",
+        "Save tfsat-host status --json and report it; flash the board again, then switch the power off and on",
+    ),
+}
+
+
+def check_restarts(evidence: Evidence) -> Check:
+    """Neither a weak supply nor a hang made it start, and neither board restarted during the preflight."""
+    sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
+    status = sequencer.later
+    cause, since_s = status.reset_cause.name.lower(), status.uptime_ms / 1000
+    numbers = {
+        "sequencer_reset_cause": cause,
+        "sequencer_uptime_s": since_s,
+        "logger_uptime_s": logger.later.uptime_ms / 1000,
+    }
+    boards = {"sequencer": sequencer.pace, "logger": logger.pace}
+    if restarted := [board for board, pace in boards.items() if pace is None]:
+        return no_go(
+            f"The {' and the '.join(restarted)} restarted during this preflight.",
+            "Check supply, plugs and the emergency switch; then run this preflight again.",
+            **numbers,
+        )
+    last = f"The sequencer's last start, {since_s:.0f} s ago"
+    if status.reset_cause in _RESTARTS:
+        why, cure = _RESTARTS[status.reset_cause]
+        return no_go(
+            f"{last}, was no switching on: {why}.", f"{cure}, and run this preflight again.", **numbers
+        )
+    return go(f"{last}: {cause.replace('_', ' ')}; none since.", **numbers)
+
+
+def check_battery(_evidence: Evidence) -> Check:
+    """No board has a wire to the battery, and no message carries a voltage: this never gives GO."""
+    return Check(
+        "",
+        Verdict.NOT_MADE,
+        "Not wired: neither board measures the battery's voltage.",
+        {"wired": False},
+        "Measure it with a voltmeter under load, and note it.",
+        optional=True,
+    )
+
+
+def check_switches(evidence: Evidence) -> Check:
+    """Both release switches are closed, for both boards, from beginning to end."""
+    sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
+    opened = {
+        "sequencer": sequencer.status.switches_open | sequencer.later.switches_open,
+        "logger": logger.status.switches_open | logger.later.switches_open,
+    }
+    closed = {board: [not bits >> bit & 1 for bit in range(SWITCH_COUNT)] for board, bits in opened.items()}
+    numbers = {f"{board}_closed": states for board, states in closed.items()}
+    wrong = [index + 1 for index, both in enumerate(zip(*closed.values(), strict=True)) if not all(both)]
+    if not wrong:
+        return go("Both release switches are closed, for both boards.", **numbers)
+    several = len(wrong) > 1
+    which = f"Release switch{'es' if several else ''} {' and '.join(map(str, wrong))} {'are' if several else 'is'}"
+    by = [board for board, states in closed.items() if not all(states)]
+    if len(by) == 1:
+        return no_go(
+            f"{which} open for the {by[0]} and closed for the other board.",
+            f"Check the {by[0]}'s wire to the switch (docs/wiring.md), then run this preflight again.",
+            **numbers,
+        )
+    return no_go(
+        f"{which} open.",
+        "Seat the robot in the releaser until both switches click; tfsat-host monitor shows them.",
         **numbers,
     )

@@ -6,14 +6,14 @@ from datetime import UTC, datetime
 
 from tfsat_host.calibration.certificate.certificate import (
     Calibration,
-    Shortcoming,
     commands_of,
     of_another_robot,
     quantities,
     summarized,
 )
+from tfsat_host.calibration.steps.evidence import Origin
 from tfsat_host.preflight.check import Check, go, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, unreached
+from tfsat_host.preflight.evidence import Evidence, Missing, needed
 from tfsat_host.protocol.enums import DropPhase
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LoggerStatusReply
@@ -23,84 +23,66 @@ _NAMED = 3
 
 def check_calibration(evidence: Evidence) -> Check:
     """Complete, newer than the last landing, and of the sensors that hang on this logger."""
-    name = "calibration"
     calibration = evidence.calibration
     if isinstance(calibration, Missing):
-        return no_go(name, calibration.reason, calibration.next_step)
-    if isinstance(evidence.logger, Missing):
-        return unreached(name, evidence.logger)
+        return no_go(calibration.reason, calibration.next_step)
+    logger = needed(evidence.logger)
     if evidence.origin is None:
-        return not_made(name, "The logger did not say whose sensors these are.", "tfsat-host status")
-    numbers = _numbers(evidence, calibration)
-    if other := _of_others(evidence, calibration):
+        return not_made("Whose sensors these are the logger did not answer.", "tfsat-host status")
+    subject, last = calibration.subject, calibration.last_landing
+    shortcomings = [
+        one for one in calibration.shortcomings() if evidence.servos_too or not one.name.startswith("servo ")
+    ]
+    numbers = {
+        "file": evidence.calibration_file,
+        "robot": subject.robot,
+        "logger_serial": subject.logger_serial,
+        "written": calibration.written.isoformat(),
+        "last_landing": None if last is None else last.isoformat(),
+        "shortcomings": [{"quantity": one.name, "reason": one.reason} for one in shortcomings],
+    }
+    if other := _of_others(evidence, calibration, evidence.origin):
         return no_go(
-            name,
             other,
             "Name the certificate of this robot with --calibration, or calibrate: tfsat-host calibrate show",
             **numbers,
         )
-    shortcomings = _shortcomings(evidence, calibration)
     if shortcomings:
         commands = commands_of(shortcomings)
         return no_go(
-            name,
             f"It does not hold for the next drop: {summarized(shortcomings)}.",
             ", ".join(commands)
             if len(commands) <= _NAMED
             else f"tfsat-host calibrate show names all {len(commands)} commands; the first is: {commands[0]}",
             **numbers,
         )
-    logger = evidence.logger
     if landed_unnoted(logger.status, logger.recording_since, logger.computer_unix_s, calibration):
         return no_go(
-            name,
-            "The logger saw a landing that the certificate does not know of: what it says is from before that.",
+            "The logger saw a landing that is not in the certificate, which is from before that.",
             "tfsat-host log fetch all, and tfsat-host decode of that recording beside the certificate; then calibrate.",
             **numbers,
         )
     newest = max((one.taken for one in quantities(calibration) if one.taken), default=calibration.written)
     return go(
-        name,
-        f"Complete, of these sensors, and newer than any known landing; last measured {_utc(newest)}.",
+        "Complete, of these sensors, and newer than any known landing; last measured "
+        f"{newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
         **numbers,
     )
 
 
-def _numbers(evidence: Evidence, calibration: Calibration) -> dict[str, object]:
-    subject, last = calibration.subject, calibration.last_landing
-    return {
-        "file": evidence.calibration_file,
-        "robot": subject.robot,
-        "logger_serial": subject.logger_serial,
-        "written": calibration.written.isoformat(),
-        "last_landing": None if last is None else last.isoformat(),
-        "shortcomings": [
-            {"quantity": one.name, "reason": one.reason} for one in _shortcomings(evidence, calibration)
-        ],
-    }
-
-
-def _of_others(evidence: Evidence, calibration: Calibration) -> str:
+def _of_others(evidence: Evidence, calibration: Calibration, origin: Origin) -> str:
     """Empty if it is of these sensors."""
-    subject, origin = calibration.subject, evidence.origin
-    if origin is None:
-        return ""
+    subject = calibration.subject
     if other := of_another_robot(subject, origin):
         return other
     if subject.robot != evidence.robot.name:
         return f"It is of the robot {subject.robot}; the robot file is of {evidence.robot.name}."
     calibrated, found = bytes.fromhex(subject.who_am_i), bytes.fromhex(origin.who_am_i)
-    # One that does not answer at all is the check of the gyros.
+    # One that does not answer at all is found by the check of the gyros.
     changed = [str(body + 1) for body in range(IMU_COUNT) if found[body] not in (0, calibrated[body])]
     if changed:
         return f"The IMU of body {' and '.join(changed)} is of another kind than the one that was calibrated."
     return ""
-
-
-def _shortcomings(evidence: Evidence, calibration: Calibration) -> list[Shortcoming]:
-    return [
-        one for one in calibration.shortcomings() if evidence.servos_too or not one.name.startswith("servo ")
-    ]
 
 
 def landed_unnoted(
@@ -109,11 +91,11 @@ def landed_unnoted(
     computer_unix_s: float,
     calibration: Calibration | Missing,
 ) -> bool:
-    """The last recording since power-up ended in a landing, and the certificate knows of none since its beginning.
+    """The last recording since power-up ended in a landing, and the certificate has none since its beginning.
 
     Args:
         status: The logger's.
-        recording_since: When that recording began; None: nobody had told the logger the time.
+        recording_since: When that recording began; None: the logger's clock was not set.
         computer_unix_s: The computer's time of day when the status came.
         calibration: The certificate.
     """
@@ -123,7 +105,3 @@ def landed_unnoted(
     # Without a time of day the landing was at some time since the power came on.
     since = recording_since or datetime.fromtimestamp(computer_unix_s - status.uptime_ms / 1000, UTC)
     return last is None or last < since
-
-
-def _utc(at: datetime) -> str:
-    return f"{at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"

@@ -1,6 +1,6 @@
-"""The IMUs while the robot hangs still: there, measuring, plausible, and of one mind.
+"""The IMUs while the robot hangs still: there, measuring, plausible, and in agreement.
 
-The limits of stillness are those of `calibrate bias` (calibration/gyros/bias.py).
+The limits of stillness are those of `calibrate bias` (calibration/bias.py).
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.dynamics import Multibody, poses
-from tfsat_host.preflight.check import Check, go, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, unreached
+from tfsat_host.preflight.check import Check, judged, not_made
+from tfsat_host.preflight.evidence import Evidence, needed
 from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import IMU_COUNT
@@ -28,58 +28,40 @@ MOST_APART_DEG_S_C = 20.0 / 62.5
 """And moves with the die's temperature: by 20 deg/s from 25 to -40 or +85 deg C (the same table)."""
 MOST_GRAVITY_APART_DEG = 12.0
 """Zero-g outputs within 50 mg, 80 mg for z (section 6.2), tilt what two accelerometers call down by up to so much."""
-_AGAIN = "Let the robot hang without touching it, then run this preflight again."
 
 
 def check_imus(evidence: Evidence) -> Check:
     """Each IMU is a part that the logger knows, answered at every sample, measured, and was at no end of its range."""
-    name = "gyros-present"
-    if isinstance(evidence.logger, Missing):
-        return unreached(name, evidence.logger)
-    sensors = sensors_of(evidence)
-    if isinstance(sensors, Missing):
-        return unreached(name, sensors)
-    counts = sensors.live.counts
-    who = evidence.logger.later.who_am_i
-    numbers = {
-        "who_am_i": [f"{one:02x}" for one in who],
-        "samples": len(counts.t_us),
-        "valid_samples": counts.imu_valid.sum(axis=0).tolist(),
-        "clipped_samples": counts.clipped.sum(axis=0).tolist(),
-    }
-    said = []
+    who = needed(evidence.logger).later.who_am_i
+    counts = sensors_of(evidence).live.counts
+    wrong = []
     for body in range(IMU_COUNT):
+        that, valid = f"that of body {body + 1}", counts.imu_valid[:, body]
         if who[body] and who[body] not in IMU_PARTS:
-            said.append(
-                f"that of body {body + 1} is no part that the logger knows (WHO_AM_I 0x{who[body]:02x})"
-            )
-        elif not counts.imu_valid[:, body].any():
-            said.append(f"that of body {body + 1} does not answer, or repeats one reading")
-        elif not counts.imu_valid[:, body].all():
-            share = 100 * (1 - counts.imu_valid[:, body].mean())
-            said.append(f"that of body {body + 1} gave nothing in {share:.2g} % of the samples")
+            wrong.append(f"{that} is no part that the logger knows (WHO_AM_I 0x{who[body]:02x})")
+        elif not valid.any():
+            wrong.append(f"{that} does not answer, or repeats one reading")
+        elif not valid.all():
+            wrong.append(f"{that} gave nothing in {100 * (1 - valid.mean()):.2g} % of the samples")
         elif counts.clipped[:, body].any():
-            said.append(f"that of body {body + 1} is at the end of its range")
-    if said:
-        return no_go(
-            name,
-            f"Of the IMUs {'; '.join(said)}.",
-            "tfsat-host status and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
-            "switch the power off and on.",
-            **numbers,
-        )
-    return go(name, f"All {IMU_COUNT} IMUs answered in all {len(counts.t_us)} samples.", **numbers)
+            wrong.append(f"{that} is at the end of its range")
+    return judged(
+        wrong,
+        "Of the IMUs {}.",
+        "tfsat-host status and monitor show which; check its plug, wires and address jumper (docs/wiring.md), "
+        "switch the power off and on.",
+        f"All {IMU_COUNT} IMUs answered in all {len(counts.t_us)} samples.",
+        who_am_i=[f"{one:02x}" for one in who],
+        samples=len(counts.t_us),
+        valid_samples=counts.imu_valid.sum(axis=0).tolist(),
+        clipped_samples=counts.clipped.sum(axis=0).tolist(),
+    )
 
 
 def check_stillness(evidence: Evidence) -> Check:
     """No gyro scatters or drifts, no accelerometer shakes, each reads 1 g: the robot hangs still, on sound sensors."""
-    name = "gyros-still"
     sensors = sensors_of(evidence)
-    if isinstance(sensors, Missing):
-        return unreached(name, sensors)
-    bodies = _answering(sensors)
-    if not len(bodies):
-        return not_made(name, "No IMU answered.", "See gyros-present.")
+    bodies = sensors.answering()
     rates = sensors.si.rate_rad_s[:, bodies]
     forces_g = sensors.si.accel_m_s2[:, bodies] / STANDARD_GRAVITY_M_S2
     first, second = (half.mean(axis=0) for half in np.array_split(rates, 2))
@@ -88,67 +70,50 @@ def check_stillness(evidence: Evidence) -> Check:
     shake = forces_g.std(axis=0).max(axis=1)
     weight = np.linalg.norm(forces_g.mean(axis=0), axis=1)
     constant = ~np.ptp(rates, axis=0).any(axis=1)
-    numbers = {
-        "bodies": (bodies + 1).tolist(),
-        "scatter_deg_s": np.rad2deg(scatter).tolist(),
-        "drift_deg_s": np.rad2deg(drift).tolist(),
-        "shake_g": shake.tolist(),
-        "gravity_g": weight.tolist(),
-    }
-    said = []
+    wrong = []
     for k, body in enumerate(bodies + 1):
         if constant[k]:
-            said.append(f"the gyro of body {body} gave one value only")
+            wrong.append(f"the gyro of body {body} gave one value only")
         if scatter[k] > STILL_RATE_RAD_S:
-            said.append(f"body {body} turns to and fro by {np.rad2deg(scatter[k]):.1f} deg/s")
+            wrong.append(f"body {body} turns to and fro by {np.rad2deg(scatter[k]):.1f} deg/s")
         elif drift[k] > DRIFT_RAD_S:
-            said.append(f"the rate of body {body} changed by {np.rad2deg(drift[k]):.2f} deg/s")
+            wrong.append(f"the rate of body {body} changed by {np.rad2deg(drift[k]):.2f} deg/s")
         if shake[k] > SHAKE_G:
-            said.append(f"body {body} is shaken by {shake[k]:.2f} g")
+            wrong.append(f"body {body} is shaken by {shake[k]:.2f} g")
         elif not GRAVITY_G[0] <= weight[k] <= GRAVITY_G[1]:
-            said.append(f"the accelerometer of body {body} reads {weight[k]:.2f} g, not 1 g")
-    if said:
-        return no_go(
-            name,
-            f"Not still, or not sound: {'; '.join(said)}.",
-            f"{_AGAIN} If one body alone stays so, replace its IMU.",
-            **numbers,
-        )
-    return go(
-        name,
+            wrong.append(f"the accelerometer of body {body} reads {weight[k]:.2f} g, not 1 g")
+    return judged(
+        wrong,
+        "Not still, or not sound: {}.",
+        "Let the robot hang without touching it, then run this preflight again. If one body alone stays so, replace "
+        "its IMU.",
         f"Still: gyros scatter by at most {np.rad2deg(scatter.max()):.2f} deg/s, all accelerometers read 1 g.",
-        **numbers,
+        bodies=(bodies + 1).tolist(),
+        scatter_deg_s=np.rad2deg(scatter).tolist(),
+        drift_deg_s=np.rad2deg(drift).tolist(),
+        shake_g=shake.tolist(),
+        gravity_g=weight.tolist(),
     )
 
 
 def check_biases(evidence: Evidence) -> Check:
     """What each gyro reads at rest lies within its data sheet."""
-    name = "gyro-biases"
     sensors = sensors_of(evidence)
-    if isinstance(sensors, Missing):
-        return unreached(name, sensors)
-    bodies = _answering(sensors)
-    if not len(bodies):
-        return not_made(name, "No IMU answered.", "See gyros-present.")
+    bodies = sensors.answering()
     biases_deg_s = np.rad2deg(sensors.si.rate_rad_s[:, bodies].mean(axis=0))
-    numbers = {"bodies": (bodies + 1).tolist(), "reading_deg_s": biases_deg_s.tolist()}
     worst = np.abs(biases_deg_s).max(axis=1)
     beyond = [
-        f"body {body}: {worst[k]:.1f} deg/s"
-        for k, body in enumerate(bodies + 1)
-        if worst[k] > MOST_BIAS_DEG_S
+        f"body {body}: {one:.1f} deg/s"
+        for body, one in zip(bodies + 1, worst, strict=True)
+        if one > MOST_BIAS_DEG_S
     ]
-    if beyond:
-        return no_go(
-            name,
-            f"At rest a gyro reads more than {MOST_BIAS_DEG_S:g} deg/s: {', '.join(beyond)}.",
-            "Wait until the robot hangs still; if it stays so, replace that IMU and calibrate it.",
-            **numbers,
-        )
-    return go(
-        name,
+    return judged(
+        beyond,
+        f"At rest a gyro reads more than {MOST_BIAS_DEG_S:g} deg/s: {{}}.",
+        "Wait until the robot hangs still; if it stays so, replace that IMU and calibrate it.",
         f"At rest no gyro reads more than {worst.max():.1f} deg/s ({MOST_BIAS_DEG_S:g} are allowed).",
-        **numbers,
+        bodies=(bodies + 1).tolist(),
+        reading_deg_s=biases_deg_s.tolist(),
     )
 
 
@@ -157,66 +122,40 @@ def check_agreement(evidence: Evidence) -> Check:
 
     A body of which the calibration does not hold stands out: other IMU, plugs exchanged, mounting moved, gain lost.
     """
-    name = "gyros-agree"
-    sensors = sensors_of(evidence)
-    if isinstance(sensors, Missing):
-        return unreached(name, sensors)
-    calibration = certificate_of_these(evidence)
-    if isinstance(calibration, Missing):
-        return unreached(name, calibration)
-    bodies = _answering(sensors)
+    sensors, calibration = sensors_of(evidence), certificate_of_these(evidence)
+    bodies = np.flatnonzero(sensors.live.counts.imu_valid.any(axis=0))
     if len(bodies) < 2:
-        return not_made(name, "Fewer than two IMUs answered.", "See gyros-present.")
-    angles = joint_angles(sensors, evidence)
-    if isinstance(angles, Missing):
-        return unreached(name, angles)
-    to_base = _to_base(evidence, angles)
+        return not_made("Fewer than two IMUs answered.", "See gyros-present.")
+    angles = believed(joint_angles(sensors, evidence))
+    # A joint whose sensors are silent counts as closed.
+    to_base = poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
     rates, warmer_c, down = _calibrated(sensors, calibration, bodies, to_base)
     allowed = MOST_APART_DEG_S + MOST_APART_DEG_S_C * warmer_c
     apart = np.abs(rates - np.median(rates, axis=0)).max(axis=1)
     middle = np.median(down, axis=0)
     tilt = np.rad2deg(np.arccos(np.clip(down @ middle / np.linalg.norm(middle), -1.0, 1.0)))
-    numbers = {
-        "bodies": (bodies + 1).tolist(),
-        "rate_deg_s": rates.tolist(),
-        "apart_deg_s": apart.tolist(),
-        "allowed_deg_s": allowed.tolist(),
-        "down_apart_deg": tilt.tolist(),
-        "allowed_down_deg": MOST_GRAVITY_APART_DEG,
-    }
-    said = []
+    wrong = []
     for k, body in enumerate(bodies + 1):
         if apart[k] > allowed[k]:
-            said.append(f"the gyro of body {body} is {apart[k]:.1f} deg/s away from the others")
+            wrong.append(f"the gyro of body {body} is {apart[k]:.1f} deg/s away from the others")
         if tilt[k] > MOST_GRAVITY_APART_DEG:
-            said.append(
+            wrong.append(
                 f"the IMU of body {body} sees gravity {tilt[k]:.0f} deg away from where the others do"
             )
-    if said:
-        return no_go(
-            name,
-            f"Calibrated, {'; '.join(said)}.",
-            "Are two IMUs' plugs exchanged, was one replaced or moved? If not: tfsat-host calibrate bias, "
-            "and misalignment of what was moved.",
-            **numbers,
-        )
-    return go(
-        name,
+    return judged(
+        wrong,
+        "Calibrated, {}.",
+        "Are two IMUs' plugs exchanged, was one replaced or moved? If not: tfsat-host calibrate bias, "
+        "and misalignment of what was moved.",
         f"Calibrated, all gyros agree within {2 * apart.max():.2f} deg/s and on where down is "
         f"within {2 * tilt.max():.1f} deg.",
-        **numbers,
+        bodies=(bodies + 1).tolist(),
+        rate_deg_s=rates.tolist(),
+        apart_deg_s=apart.tolist(),
+        allowed_deg_s=allowed.tolist(),
+        down_apart_deg=tilt.tolist(),
+        allowed_down_deg=MOST_GRAVITY_APART_DEG,
     )
-
-
-def _answering(sensors: Sensors) -> NDArray[np.intp]:
-    """Bodies from 0 whose IMU gave anything."""
-    return np.flatnonzero(sensors.live.counts.imu_valid.any(axis=0))
-
-
-def _to_base(evidence: Evidence, angles_rad: FloatArray) -> FloatArray:
-    """(n, 3, 3) from each body's axes to the base's; a joint whose sensors are silent counts as closed."""
-    angles = believed(angles_rad)
-    return poses(Multibody.of(evidence.robot), np.where(np.isfinite(angles), angles, 0.0))[0]
 
 
 def _calibrated(

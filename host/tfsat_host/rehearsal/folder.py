@@ -1,20 +1,94 @@
-"""The folder that a rehearsal leaves, its own and nobody else's."""
+"""The folder that a rehearsal leaves: its own files and no others, replaced whole or not at all.
+
+While files are replaced, those of before wait in a hidden subfolder. An interruption puts them back; so does the next
+rehearsal, if the program was killed or the power failed.
+"""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tfsat_host.errors import UsageError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.output_files import check_may_write
-from tfsat_host.rehearsal.replaced import Before
 from tfsat_host.run.campaign.campaign import DROP, INDEX
 from tfsat_host.run.files import RECORDING, REHEARSED, rehearsed_files
 from tfsat_host.whole_file import write_whole
 
+WAITING = ".tfsat-rehearsal-before"
+_REPLACED = ".tfsat-rehearsal-replaced"
+_HALF = ".half-copied"
 _FIRST_LINE = "made by tfsat-host rehearse"
+
+
+class Before:
+    """Files of one folder that are being replaced.
+
+    Attributes:
+        waiting: The hidden subfolder. While it is there, the folder holds nothing that is whole.
+    """
+
+    def __init__(self, folder: Path, mark: str) -> None:
+        self._folder = folder
+        self._mark = folder / mark
+        self.waiting = folder / WAITING
+
+    def begin(self) -> None:
+        """From here on `put_back` restores what `set_aside` and `copy_aside` are told, and the mark; raises OSError."""
+        shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self.waiting.mkdir()
+        self.set_aside(self._mark)
+
+    def set_aside(self, path: Path) -> None:
+        """The file is gone until `put_back`; a subfolder that this leaves empty goes, too."""
+        place = self._place(path)
+        if path.is_file() or path.is_symlink():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(place)
+        self._without_empty(path.parent)
+
+    def copy_aside(self, path: Path) -> None:
+        """The file stays, and is about to be written; what it was is kept."""
+        place = self._place(path)
+        if path.is_file() and not place.exists() and self.waiting.is_dir():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            half = place.with_name(f"{place.name}{_HALF}")
+            shutil.copy2(path, half)
+            half.replace(place)
+
+    def put_back(self, written: Iterable[Path]) -> None:
+        """The folder is as it was; `written` are the new files, whether they are there yet or not."""
+        for path in (*written, self._mark):
+            path.unlink(missing_ok=True)
+            self._without_empty(path.parent)
+        # The mark comes last: with its hashes there, a program that is killed here has put everything back.
+        places = sorted(self.waiting.rglob("*"), key=lambda place: (place.name == self._mark.name, place))
+        for place in places:
+            if place.is_file() and place.suffix != _HALF:
+                path = self._folder / place.relative_to(self.waiting)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                place.replace(path)
+        shutil.rmtree(self.waiting)
+        with suppress(OSError):  # something is in it: it was there before
+            self._folder.rmdir()
+
+    def forget(self) -> None:
+        """The new files are whole, or nothing was moved yet: nothing is put back from here on."""
+        if self.waiting.is_dir():
+            self.waiting.replace(self._folder / _REPLACED)
+        shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
+
+    def _place(self, path: Path) -> Path:
+        return self.waiting / path.relative_to(self._folder)
+
+    def _without_empty(self, folder: Path) -> None:
+        if folder != self._folder:
+            with suppress(OSError):  # not there, or something of somebody else's is in it
+                folder.rmdir()
 
 
 class ResultFolder:

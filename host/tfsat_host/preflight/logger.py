@@ -1,94 +1,38 @@
-"""What a preflight asks of the boards. Nothing moves, and what is switched on is switched off again."""
+"""What a preflight asks of the logger. What is switched on is switched off again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.devices.client import BoardError, VerifyError
+from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.logger import LoggerClient
-from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
-from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.preflight.checks.calibration import landed_unnoted
 from tfsat_host.preflight.evidence import (
+    Clock,
     LiveSamples,
     LoggerAnswers,
     Missing,
     Running,
-    SequencerAnswers,
     Trial,
+    pace_between,
+    status_at,
 )
-from tfsat_host.preflight.moments import Moment, pace_between, status_at
 from tfsat_host.preflight.trial import Trace, trial_recording
-from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState, SequencerState
+from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState
 from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
-from tfsat_host.protocol.messages import (
-    LiveSampleStream,
-    LoggerSettings,
-    LoggerStatusReply,
-    SequencerStatusReply,
-)
+from tfsat_host.protocol.messages import LiveSampleStream, LoggerSettings, LoggerStatusReply
 from tfsat_host.units import US_PER_S
 
 WATCH_S = 6.0
 """Of live samples, and of the recording: a pace to 0.1 %, twenty syncs of the card, a mean of 1700 samples."""
 STEP_S = 0.25
-_MOVING = (SequencerState.ARMED, SequencerState.RUNNING, SequencerState.JOGGING)
 
-Clock = Callable[[], float]
 Advance = Callable[[float], None]
-
-
-class NotNow(RefusedError):
-    """The sequencer is armed or moves a joint: nothing is asked of either board (exit code 4)."""
-
-    code = "not-safe"
-
-
-@dataclass(frozen=True, slots=True)
-class SequencerBegun:
-    """The sequencer's first answers."""
-
-    moment: Moment[SequencerStatusReply]
-    maneuver: StoredManeuver | Missing
-    settings: StoredSettings
-
-
-def begin_sequencer(sequencer: SequencerClient, now_s: Clock) -> SequencerBegun:
-    """Asks for everything but the end.
-
-    Raises:
-        NotNow: it is armed, runs, or moves a joint.
-        BoardError, NoAnswer, PortError: of the requests.
-    """
-    moment = status_at(sequencer.status, now_s)
-    state = moment.status.state
-    if state in _MOVING:
-        words = {SequencerState.ARMED: "armed", SequencerState.RUNNING: "flying its maneuver"}
-        raise NotNow(
-            what=f"The sequencer is {words.get(state, 'moving a joint')}.",
-            meaning="A preflight comes before the arming. Neither board was asked for anything more.",
-            next_step="tfsat-host disarm, then run this preflight again.",
-        )
-    maneuver: StoredManeuver | Missing
-    try:
-        maneuver = sequencer.read_back()
-    except VerifyError as error:
-        maneuver = Missing(f"{error.what} {error.meaning}", error.next_step)
-    return SequencerBegun(moment, maneuver, sequencer.settings())
-
-
-def end_sequencer(begun: SequencerBegun, sequencer: SequencerClient, now_s: Clock) -> SequencerAnswers:
-    """All of it, with the status of now. Raises what its requests raise."""
-    last = status_at(sequencer.status, now_s)
-    return SequencerAnswers(
-        begun.moment.status, last.status, begun.maneuver, begun.settings, pace_between(begun.moment, last)
-    )
 
 
 def ask_logger(
@@ -105,9 +49,9 @@ def ask_logger(
         logger: Connected.
         now_s: The transport's clock.
         unix_s: The computer's time of day.
-        calibration: The certificate, for what it knows of landings.
-        trace: Told what of the recording could not be removed again, even when this is interrupted.
-        advance: Told how many seconds of `WATCH_S` went by.
+        calibration: The certificate, with its landings.
+        trace: Gets what of the recording could not be removed again, even when this is interrupted.
+        advance: Called with how many seconds of `WATCH_S` went by.
 
     Raises:
         BoardError, NoAnswer, PortError: of the requests; the recording was removed, or `trace` says that not.
@@ -152,8 +96,8 @@ def _no_trial(status: LoggerStatusReply, unnoted_landing: bool) -> Missing | Non
         return Missing("The logger still closes its last recording.", "Wait, then run this preflight again.")
     if unnoted_landing:
         return Missing(
-            "No recording was made: the logger would forget the landing of its last one, of which the certificate "
-            "does not know yet.",
+            "No recording was made: the logger would forget the landing of its last one, which is not in the "
+            "certificate yet.",
             "tfsat-host log fetch all, then tfsat-host decode of it beside the certificate.",
         )
     if status.card != CardState.READY:
@@ -162,7 +106,7 @@ def _no_trial(status: LoggerStatusReply, unnoted_landing: bool) -> Missing | Non
 
 
 def _recording_since(logger: LoggerClient, status: LoggerStatusReply) -> datetime | None:
-    """When the last recording began, by the card's list; None: it runs, or nobody had told the logger the time."""
+    """When the last recording began, by the card's list; None: it runs, or the logger's clock was not set."""
     if not status.session or status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
         return None
     try:
@@ -212,8 +156,3 @@ def _watched(
         RING_BLOCKS,
         min(SAMPLES_PER_BLOCK / settings.rate_hz, PARTIAL_BLOCK_MS / 1000),
     )
-
-
-def unanswered(error: TfsatError) -> Missing:
-    """A board that could not be asked, or not to the end."""
-    return Missing(error.what, error.next_step)

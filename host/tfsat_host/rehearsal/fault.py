@@ -1,17 +1,59 @@
-"""One fault: when it strikes, what it does, and what must come of it."""
+"""One fault of a rehearsed day: when it strikes, what it does, and what must come of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from tfsat_host.emulated.robot import US_PER_S
+from tfsat_host.quantity import Columns, fields
 from tfsat_host.rehearsal.day import Day
-from tfsat_host.rehearsal.moment import Moment, between
 
 AT = "@"
 """Between a fault's name and another moment than its own, as in gyro-dead@powered."""
+GUARD_US = 100_000
+"""Before and after the landing."""
+
+
+class Moment(Enum):
+    """The moments of the day, in their order, each named after what has just been done or is just about to be."""
+
+    POWERED = "boards have started"
+    UPLOADED = "maneuver uploaded and read back"
+    CHECKED = "preflight made"
+    RECORDING = "recording, hanging in the releaser"
+    ARMED = "armed"
+    LIFTED = "cables pulled, on the crane's hook"
+    RELEASE = "about to be let go"
+    FALLING = "halfway through the fall"
+    BEFORE_LANDING = "100 ms before the landing"
+    LANDING = "landing"
+    LANDED = "100 ms after the landing"
+
+    @property
+    def typed(self) -> str:
+        """As people type it."""
+        return self.name.lower().replace("_", "-")
+
+
+BEFORE_PREFLIGHT = (Moment.POWERED, Moment.UPLOADED)
+"""What strikes then is there when the preflight looks."""
+
+
+def between(first: Moment, last: Moment) -> tuple[Moment, ...]:
+    """All from one to another, both included."""
+    moments = tuple(Moment)
+    return moments[moments.index(first) : moments.index(last) + 1]
+
+
+def words_of(moments: Collection[Moment]) -> str:
+    """As people type them: `any moment`, `powered to armed`, or each by its name."""
+    chosen = tuple(one for one in Moment if one in moments)
+    if chosen == tuple(Moment):
+        return "any moment"
+    if len(chosen) > 2 and chosen == between(chosen[0], chosen[-1]):
+        return f"{chosen[0].typed} to {chosen[-1].typed}"
+    return ", ".join(one.typed for one in chosen)
 
 
 class Outcome(Enum):
@@ -45,11 +87,11 @@ class Fault:
         name: To type.
         what: What happens, a sentence that is true at every moment in `outcomes`.
         moment: When.
-        strike_now: Does it.
+        strike: Does it.
         outcomes: What the robot must then do, if a preflight does not keep it from being dropped.
         complete: The recording holds the whole drop; else it holds all that had reached the card.
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
-        morning: Checks of the preflight that say so if it is there in the morning already; empty: none can;
+        morning: Checks of the preflight that find it if it is there before the preflight; empty: none can;
             None: it cannot be there then.
         part: What it is a fault of, which can have one at a time; empty: of nothing that another fault is of, too.
     """
@@ -57,7 +99,7 @@ class Fault:
     name: str
     what: str
     moment: Moment
-    strike_now: Callable[[Day], None]
+    strike: Callable[[Day], object]
     outcomes: Outcomes
     complete: bool = True
     noticed: str = ""
@@ -69,20 +111,10 @@ class Fault:
         """What the robot must do, struck at this moment."""
         return self.outcomes[self.moment]
 
-    def strike(self, day: Day, moment: Moment) -> None:
-        """Does it, if its moment has come."""
-        if moment is self.moment:
-            self.strike_now(day)
-
     def at(self, moment: Moment) -> Fault:
         """The same at another moment, one in `outcomes`."""
         return replace(self, moment=moment, name=f"{self.name}{AT}{moment.typed}")
 
-    def telling(self, tell: Callable[[float], None]) -> Fault:
-        """The same, which tells virtual time, in s, when it strikes: a day may end before."""
 
-        def strike_and_tell(day: Day) -> None:
-            tell(day.robot.now_us / US_PER_S)
-            self.strike_now(day)
-
-        return replace(self, strike_now=strike_and_tell)
+FAULT: Columns = fields("name what moment=moment.typed when=moment.value outcome=outcome.value")
+"""Of a fault, for JSON."""

@@ -1,0 +1,128 @@
+"""`tfsat-host rehearse`: one drop of the emulated robot, or many."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
+from tfsat_host.cli.options import add_output_options, file_name, seed
+from tfsat_host.cli.stopping import stop_wish
+from tfsat_host.errors import Interrupted
+from tfsat_host.present.output import Output
+
+if TYPE_CHECKING:
+    from tfsat_host.rehearsal.rehearsal import Rehearsal
+
+MOST_RUNS = 100_000
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """What to fly, on which robot, and where the results go."""
+    parser.description = (
+        "Rehearse a drop on a desk: upload, preflight, recording, arming, crane lift with a knock, release with "
+        "contact bounce, strokes, fall, landing; then decode the card, evaluate, report, and compare with the hidden "
+        "truth. The firmware is the one that is flashed. Each seed is another robot: sensors, servos, clocks and "
+        "centers of mass are off as real ones are."
+    )
+    add_maneuver_arguments(parser, nothing_done="Nothing was flown.")
+    drop = parser.add_argument_group("drop")
+    drop.add_argument(
+        "--sequencer",
+        choices=("native", "avr"),
+        default="native",
+        help="the firmware's core on this computer, or the HEX that is flashed in an emulated ATmega32U4",
+    )
+    # fmt: off
+    for name, metavar, text in (
+        ("--robot", "FILE", "robot file, or the name of a shipped one (drop_tower)"),
+        ("--imu", "NAME", "another IMU than the robot's mpu6050 on every body: adis16465_2, or a file like theirs"),
+    ):
+        drop.add_argument(name, metavar=metavar, help=text)
+    for name, text in (
+        ("--as-filed", "a robot that is exactly what its file says, with exact servos; `simulate` computes the same "
+         "drop"),
+        ("--despite-preflight", "drop the robot even if the preflight says NO-GO, to see what comes of it"),
+        ("--list-faults", "what may go wrong, and what must then happen"),
+    ):
+        drop.add_argument(name, action="store_true", help=text)
+    # fmt: on
+    drop.add_argument(
+        "--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)"
+    )
+    drop.add_argument(
+        "--fault",
+        metavar="NAME[@MOMENT]",
+        action="append",
+        default=[],
+        help="let something go wrong, at its own moment or at another one that it can be at (NAME@MOMENT, see "
+        "--list-faults); may be given more than once",
+    )
+    drop.add_argument(
+        "--runs",
+        metavar="N",
+        type=_runs,
+        default=1,
+        help="as many drops, each of another robot; prints how their results are distributed",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", type=file_name, default=Path("run"), help="folder of results (run)"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite files that are something else")
+    add_output_options(parser)
+
+
+def run(args: argparse.Namespace, out: Output) -> int:
+    """One drop, many, or the list of what may go wrong."""
+    from tfsat_host.present.rehearsal import show
+    from tfsat_host.rehearsal.faults import listed
+    from tfsat_host.rehearsal.judgement import STILL_DEG
+    from tfsat_host.rehearsal.rehearsal import Rehearsal, RehearsalOptions
+    from tfsat_host.rehearsal.result import schedule_notices
+
+    if args.list_faults:
+        rows, table = listed()
+        out.result({"faults": rows}, lambda: out.table(*table))
+        return 0
+    maneuver = maneuver_from(args)
+    schedule = schedule_from(args, maneuver)
+    for notice in schedule_notices(schedule):
+        out.warn(notice)
+    options = RehearsalOptions(args.sequencer, args.robot, args.as_filed, args.imu, args.despite_preflight)
+    rehearsal = Rehearsal.of(maneuver, options, args.fault, schedule)
+    if args.runs > 1:
+        return _series(rehearsal, args, out)
+    done = rehearsal.run(args.out, args.seed, force=args.force, notices=out)
+    out.result(done.result, lambda: show(done.result, args.out, STILL_DEG, out))
+    for warning in done.result["warnings"]:
+        out.warn(warning)
+    return done.exit_code
+
+
+def _series(rehearsal: Rehearsal, args: argparse.Namespace, out: Output) -> int:
+    """Raises Interrupted on Ctrl-C; what was flown until then is written and shown."""
+    from tfsat_host.present.rehearsal import show_series
+
+    with stop_wish() as stop:
+        done = rehearsal.run_many(args.out, args.runs, args.seed, force=args.force, notices=out, stop=stop)
+    if done is None:
+        raise Interrupted(
+            what=f"Interrupted after 0 of {args.runs} drops.",
+            meaning="Nothing is known, and nothing was written.",
+            next_step="Run the same command again.",
+        )
+    out.result(done.result, lambda: show_series(done.result, done.spread, done.table, done.again, out))
+    if done.result["runs"] < args.runs:
+        raise Interrupted(
+            what=f"Interrupted after {done.result['runs']} of {args.runs} drops.",
+            meaning=f"These are whole, and in {done.table}; nothing is known of the others.",
+            next_step=f"For all of them run the same command again; {args.out} is then replaced.",
+        )
+    return done.exit_code
+
+
+def _runs(text: str) -> int:
+    if not text.isdigit() or not 1 <= int(text) <= MOST_RUNS:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of runs from 1 to {MOST_RUNS}")
+    return int(text)

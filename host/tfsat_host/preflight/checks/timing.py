@@ -1,0 +1,156 @@
+"""Clocks and sampling: what a recording's date, a stroke's moment and a sample's time rest on."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+
+from tfsat_host.preflight.check import Check, go, judged, no_go, not_made
+from tfsat_host.preflight.evidence import Evidence, Missing, Pace, needed
+from tfsat_host.preflight.sensors import sensors_of
+from tfsat_host.units import US_PER_S
+
+EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
+"""This program is not older."""
+BEHIND = timedelta(minutes=1)
+"""By so much two computers of one team may differ."""
+MOST_APART_S = 2.0
+"""Between logger and computer: landings and calibrations are ordered by it, and minutes lie between them."""
+_SHOWN_S = 0.1
+MOST_PACE = 5e-3
+"""Relative. Crystals are within 1e-4; by 5e-3 the last stroke would come 11 ms off, one sample period and the next."""
+MOST_JITTER_US = 100.0
+"""Root mean square. At 200 deg/s a sample that comes 100 us late is 0.02 deg off, less than an angle sensor's step."""
+RATE_TOLERANCE = 1e-3
+"""Relative, on the logger's own clock: the timer and the clock are one crystal's."""
+LEAST_RATE_HZ = 100
+"""The shortest stroke speeds up within 0.05 s, of which five samples show the shape."""
+RANGE_OVER_RATE = 1.5
+"""A body turns with its joint, against it, and with what the release left: a gyro needs more than the fastest joint."""
+_SET = "tfsat-host logger-settings set --clock"
+
+
+def check_clock(evidence: Evidence) -> Check:
+    """The computer's time of day can be right, and the logger has it."""
+    now = f"{evidence.now.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+    numbers: dict[str, object] = {"computer": evidence.now.astimezone(UTC).isoformat()}
+    if behind := _behind(evidence):
+        newest, whose = behind
+        return no_go(
+            f"This computer's clock shows {now}; {whose} is of {newest.astimezone(UTC):%Y-%m-%d %H:%M} UTC.",
+            "Set this computer's clock, then the logger's: " + _SET,
+            **numbers,
+        )
+    logger = needed(evidence.logger)
+    if not logger.status.unix_us:
+        return no_go("The logger's clock was not set since its power came on.", _SET, **numbers, logger=None)
+    apart_s = logger.status.unix_us / US_PER_S - logger.computer_unix_s
+    numbers["logger_apart_s"] = apart_s
+    if abs(apart_s) > MOST_APART_S:
+        return no_go(f"The logger's clock is {apart_s:+.1f} s off this computer's.", _SET, **numbers)
+    off = f"within {_SHOWN_S} s of" if abs(apart_s) < _SHOWN_S else f"{apart_s:+.1f} s off"
+    return go(f"{now}; the logger's is {off} it.", **numbers)
+
+
+def _behind(evidence: Evidence) -> tuple[datetime, str] | None:
+    """What is younger than the computer's clock can be; None: nothing is known against it."""
+    known = [(EARLIEST, "this program")]
+    if not isinstance(evidence.calibration, Missing):
+        known.append((evidence.calibration.written, f"the certificate {evidence.calibration_file}"))
+    if evidence.newest_file is not None:
+        known.append(evidence.newest_file)
+    newest, whose = max(known)
+    if evidence.now >= newest - BEHIND:
+        return None
+    return newest, whose
+
+
+def check_paces(evidence: Evidence) -> Check:
+    """Neither board's clock runs fast or slow by more than half a percent, over this preflight."""
+    paces = {"sequencer": needed(evidence.sequencer).pace, "logger": needed(evidence.logger).pace}
+    wrong, numbers = [], {}
+    for board, pace in paces.items():
+        if pace is None:
+            return not_made(f"The {board} restarted meanwhile.", "See restarts.")
+        off, doubt = _off(pace)
+        numbers[f"{board}_off_ppm"] = 1e6 * off
+        numbers[f"{board}_doubt_ppm"] = 1e6 * doubt
+        if doubt >= MOST_PACE:
+            return not_made(
+                f"The {board} answered too slowly to compare its clock: it is known to {100 * doubt:.1f} % only.",
+                "Plug it in without a hub, and run this preflight again.",
+                **numbers,
+            )
+        if abs(off) - doubt > MOST_PACE:
+            wrong.append(f"the {board}'s runs {100 * abs(off):.1f} % {'fast' if off > 0 else 'slow'}")
+    return judged(
+        wrong,
+        f"Of the boards' clocks {{}} ({100 * MOST_PACE:g} % is allowed).",
+        "Replace that board: strokes and samples would come at other times than they are noted.",
+        f"Both boards' clocks run within {100 * MOST_PACE:g} % of this computer's.",
+        **numbers,
+    )
+
+
+def _off(pace: Pace) -> tuple[float, float]:
+    """How much faster the board's clock runs, and how far that is unsure; relative."""
+    if pace.computer_s <= 0.0:
+        return 0.0, 1.0
+    return pace.board_s / pace.computer_s - 1.0, pace.doubt_s / pace.computer_s
+
+
+def check_sampling(evidence: Evidence) -> Check:
+    """Rate as set, times even, no tick left out; by live samples on the logger's clock."""
+    logger, live = needed(evidence.logger), sensors_of(evidence).live
+    wanted_hz, t_us = logger.settings.rate_hz, live.counts.t_us
+    steps_us = np.diff(t_us)[np.diff(live.index) == 1]
+    if len(steps_us) < 2 or t_us[-1] <= t_us[0]:
+        return not_made("Too few live samples came one after the other.", "Plug the logger in without a hub.")
+    rate_hz = float(live.index[-1] - live.index[0]) * 1e6 / float(t_us[-1] - t_us[0])
+    jitter_us = float(np.sqrt(np.mean((steps_us - 1e6 / wanted_hz) ** 2)))
+    late = logger.later.late_ticks - logger.status.late_ticks
+    wrong = []
+    if abs(rate_hz / wanted_hz - 1.0) > RATE_TOLERANCE:
+        wrong.append(f"it samples at {rate_hz:.2f} Hz, not {wanted_hz}")
+    if late > 0:
+        wrong.append(f"{late} ticks of its timer passed without a sample")
+    if jitter_us > MOST_JITTER_US:
+        wrong.append(f"samples come {jitter_us:.0f} us early or late ({MOST_JITTER_US:g} are allowed)")
+    return judged(
+        wrong,
+        "The logger does not keep its time: {}.",
+        "An IMU that answers slowly holds it up: tfsat-host status, and check wires and pull-ups of the buses; "
+        "or lower the rate: tfsat-host logger-settings set --rate 280",
+        f"{rate_hz:.2f} Hz, jitter {jitter_us:.1f} us, no tick left out.",
+        rate_hz=rate_hz,
+        set_hz=wanted_hz,
+        jitter_rms_us=jitter_us,
+        longest_us=int(steps_us.max()),
+        late_ticks=late,
+        not_arrived=live.counts.samples_lost,
+    )
+
+
+def check_ranges(evidence: Evidence) -> Check:
+    """Rate and ranges of the settings in force hold the fastest stroke."""
+    settings = needed(evidence.logger).settings
+    fastest = max((math.degrees(servo.max_rate_rad_s) for servo in evidence.robot.servos), default=0.0)
+    needed_deg_s = RANGE_OVER_RATE * fastest
+    wrong = []
+    if settings.gyro_range_deg_s < needed_deg_s:
+        wrong.append(f"gyros up to {settings.gyro_range_deg_s} deg/s; joints reach {fastest:.0f}")
+    if settings.rate_hz < LEAST_RATE_HZ:
+        wrong.append(f"{settings.rate_hz} Hz; a stroke needs {LEAST_RATE_HZ}")
+    return judged(
+        wrong,
+        "The logger's settings do not hold the maneuver: {}.",
+        "tfsat-host logger-settings set --factory, or name better ones",
+        f"{settings.rate_hz} Hz, gyros to {settings.gyro_range_deg_s} deg/s for joints of {fastest:.0f} deg/s.",
+        rate_hz=settings.rate_hz,
+        gyro_range_deg_s=settings.gyro_range_deg_s,
+        needed_gyro_range_deg_s=needed_deg_s,
+        accel_range_g=settings.accel_range_g,
+        dlpf_cfg=settings.dlpf_cfg,
+    )

@@ -1,0 +1,351 @@
+"""A rehearsal on a terminal: the result of one drop, or the distribution of many."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import printable, show_rows
+from tfsat_host.quantity import Column, Columns, plus_minus
+
+Json = dict[str, Any]
+Line = tuple[str, str]
+"""What a line begins with, empty for one that goes on, and its text."""
+
+_WIDTH = 22
+_NOT_DROPPED = "is not dropped"
+_LEAST_FOR_SHARE = 20
+"""Below, the intervals that hold are counted: a share of few drops says less than their number."""
+WHO = {
+    "preflight": "the preflight's checks",
+    "refusal": "a board, which refused to go on",
+    "board": "a board after the landing",
+    "log": "the log",
+    "report": "the evaluation",
+    "report refuses": "the evaluation, which refused",
+}
+
+
+def _logged(stroke: Json) -> str:
+    return "MISSING" if stroke["logged_s"] is None else f"{stroke['logged_s']:.4f}"
+
+
+_FLOWN: Columns = (
+    Column("scheduled_s", "scheduled", form=".2f"),
+    Column("logged_s", "in the log", words=_logged),
+    Column("joint", "joint"),
+    Column("commanded_deg", "commanded", form="+.2f"),
+    Column("size_deg", "flown", std="size_std_deg", form="+.2f"),
+)
+_COMPARED: Columns = (
+    Column("name", "number"),
+    Column("found", "evaluated"),
+    Column("std", "±"),
+    Column("true", "true"),
+    Column("unit", "unit"),
+    Column("deviations", "off / ±", form="+.1f"),
+)
+
+
+def show(result: Json, folder: Path, still_deg: float, out: Output) -> None:
+    """The day in a few lines: robot, faults, preflight, strokes, attitude, card, verdict, and found beside true.
+
+    Args:
+        result: Of `Rehearsal.run`.
+        folder: The run's.
+        still_deg: A joint that moved by less stood still.
+        out: The terminal.
+    """
+    imu = f"IMUs {result['imu']}" if result["imu"] else "exactly as its file says"
+    robot = f"seed {result['seed']} of {printable(result['robot']['file'])}, {imu}."
+    _lines([("The robot:", robot), *_faults(result["faults"]), *_preflight(result)], out)
+    if result["refused"]:
+        _lines(_refused(result), out)
+    elif result["no_release"]:
+        _lines(_no_release(result["no_release"], folder, still_deg), out)
+    else:
+        _show_flight(result, out)
+    _lines([*_after(result), *_evaluation(result)], out)
+    if result["compared"]:
+        show_rows(_COMPARED, result["compared"], out, title="Evaluated, and the truth")
+    if verdict := result["evaluation"]:
+        of_drop = ("The evaluation:", f"{verdict['level'].upper()}. {verdict['sentence']}")
+        _lines([of_drop, *(("", reason) for reason in verdict["reasons"])], out)
+    _lines([("Results:", str(folder))], out)
+
+
+def _lines(lines: Iterable[Line], out: Output) -> None:
+    for label, text in lines:
+        out.line(f"{label:<{_WIDTH}}{text}")
+
+
+def _faults(faults: Sequence[Json]) -> Iterator[Line]:
+    """A few lines each."""
+    for fault in faults:
+        yield "Fault:", f"{fault['name']} ({fault['when']}): {fault['what']}"
+        if fault["struck_s"] is None:
+            yield "", "It did not strike: the day ended before."
+            continue
+        yield "", f"By design the robot then {fault['outcome']}{_if_dropped(fault)}.{_came_of(fault)}"
+        for one in fault["noticed_by"]:
+            unnamed = "" if one["by_name"] else ", not by the fault's name"
+            yield "", f"Noticed by {WHO[one['who']]}{unnamed}: {one['what']}"
+        if not fault["noticed_by"]:
+            yield "", _unnoticed(fault, faults)
+
+
+def _if_dropped(fault: Json) -> str:
+    judged = fault["came_of_it"] is not None
+    return "" if judged or fault["outcome"] == _NOT_DROPPED else ", if it is dropped"
+
+
+def _came_of(fault: Json) -> str:
+    """Whether it did; nothing where nothing was dropped that could have."""
+    did = fault["came_of_it"]
+    if did is None:
+        return ""
+    if fault["outcome"] == _NOT_DROPPED:
+        return " It was not." if did else " It WAS."
+    if did:
+        return " It did."
+    if fault["outcome"] != fault["outcome_of_all"] and fault["all_came_of_it"]:
+        return f" It did not, for another fault: with that it {fault['outcome_of_all']}, and it did."
+    moved = ", ".join(f"{moved:.1f}" for moved in fault["joints_moved_true_deg"])
+    return f" It did NOT: in truth joints 1, 2, 3 moved by up to {moved} deg."
+
+
+def _unnoticed(fault: Json, faults: Sequence[Json]) -> str:
+    if not fault["to_be_noticed"]:
+        return "Not noticed. It changes nothing that is to be noticed."
+    others = [one["name"] for one in faults if one is not fault and one["noticed_by"]]
+    if not others:
+        return "Not noticed."
+    return f"Not noticed by its own name. What {' and '.join(others)} did may hide it: rehearse it alone."
+
+
+def _preflight(result: Json) -> Iterator[Line]:
+    if result["preflight"] == "go":
+        yield "Preflight:", "GO."
+    if result["preflight"] != "no-go":
+        return
+    yield "Preflight:", f"NO-GO: {', '.join(result['no_go'])}."
+    for check in result["no_go_checks"]:
+        yield f"  {check['name']}", check["sentence"]
+        if check["next_step"]:
+            yield "", f"On the day: {check['next_step']}"
+    yield "", f"All checks, with the numbers behind them: {result['preflight_file']}"
+    if not result["refused"]:
+        yield "", "It was dropped all the same: --despite-preflight."
+
+
+def _refused(result: Json) -> Iterator[Line]:
+    if result["refused_by"] != "preflight":
+        yield "Nothing was dropped:", result["refused"]
+        return
+    yield "Nothing was dropped:", "the preflight says NO-GO."
+    yield "", "To see what would have come of it: the same command with --despite-preflight."
+
+
+def _no_release(found: Json, folder: Path, still_deg: float) -> Iterator[Line]:
+    """What the robot did, what the logger saw of its switches, and where to look."""
+    yield "No release:", "the recording holds none: there is nothing to evaluate, and no report."
+    strokes = found["strokes_started"]
+    started = (
+        "how many strokes it started no board knows"
+        if strokes is None
+        else f"it started {strokes} stroke{'' if strokes == 1 else 's'}"
+    )
+    yield (
+        "What the robot did:",
+        f"it hung {found['hook_min']:g} minutes on the hook, was let go and fell {found['fall_s']:.2f} s; {started}; "
+        f"in truth {_moved(found['joints_moved_true_deg'], still_deg)}.",
+    )
+    ended_s = found["recording_ended_before_release_s"]
+    if ended_s is not None or not found["switches"]:
+        # The switches are not to blame: nothing recorded what they did.
+        broken = f"of the drop: the recording breaks off {ended_s or 0.0:.1f} s before the release."
+        yield (
+            "What the logger saw:",
+            f"nothing{': no recording is left.' if ended_s is None else f' {broken}'}",
+        )
+        yield (
+            "Next:",
+            "find out why nothing more was kept: card and supply of the logger, robot disarmed:",
+        )
+        yield "", "tfsat-host status, tfsat-host log list"
+        return
+    for switch in found["switches"]:
+        edges = switch["edges_s"]
+        times = f"changed {len(edges)} times, first at {edges[0]:.3f} s" if edges else "never changed"
+        end = "open" if switch["open_at_the_end"] else "closed"
+        yield "What the logger saw:", f"switch {switch['switch']} {times}, and was {end} at the end."
+    yield "Next:", "both switches must be open for 5 ms. Press and let go of each, robot disarmed,"
+    yield "", "and watch them: tfsat-host monitor. Their edges in this recording:"
+    yield "", f"tfsat-host decode {shlex.quote(str(folder / 'SD.bin'))}"
+
+
+def _moved(moved_deg: Sequence[float], still_deg: float) -> str:
+    if max(moved_deg) < still_deg:
+        return f"no joint moved by more than {max(moved_deg):.1f} deg"
+    each = ", ".join(f"joint {joint} by up to {moved:.1f} deg" for joint, moved in enumerate(moved_deg, 1))
+    return f"its joints moved: {each}"
+
+
+def _show_flight(result: Json, out: Output) -> None:
+    if result["evaluation"] is not None:
+        _show_motion(result["evaluation"], out)
+    elif result["quick_look"] is not None:
+        _show_quick_look(result, out)
+    rates = ", ".join(f"{rate:g}" for rate in result["initial_rate_deg_s"])
+    lines = [
+        (
+            "In truth let go at:",
+            f"({rates}) deg/s, body {result['initial_rate_body']} about its own axes x, y, z, about as the paper's "
+            "robot was; `design` assumes rest.",
+        )
+    ]
+    if result["simulate_command"]:
+        lines.append(("As filed, computed:", result["simulate_command"]))
+    _lines(lines, out)
+
+
+def _show_motion(found: Json, out: Output) -> None:
+    show_rows(_FLOWN, found["strokes"], out, title="Strokes after the release, as evaluated")
+    lines = []
+    for name, when in (("initial", "at the release"), ("final", f"at {found['until_s']:.2f} s")):
+        angles = ", ".join(
+            f"joint {one['joint']} {_signed(one[f'{name}_deg'], one[f'{name}_deg_std'])}"
+            for one in found["joints"]
+        )
+        lines.append(("Joints stood at:", f"{angles} deg {when}."))
+    turned = plus_minus(found["reorientation_deg"], found["reorientation_deg_std"])
+    lines.append(("Body 1 turned by:", f"{turned} deg from the release to {found['until_s']:.2f} s."))
+    _lines(lines, out)
+
+
+def _signed(value: float | None, std: float | None) -> str:
+    """A number with its standard deviation; null is unknown."""
+    if value is None:
+        return "unknown"
+    return plus_minus(value, float("nan") if std is None else std, sign=True)
+
+
+def _show_quick_look(result: Json, out: Output) -> None:
+    """Without an evaluation: what the log shows at first sight, of unknown accuracy."""
+    look, seen = result["quick_look"], result["strokes_s"]
+    rows = [
+        {
+            "scheduled_s": stroke["t_s"],
+            "logged_s": seen[i] if i < len(seen) else None,
+            "joint": stroke["joint"],
+            "commanded_deg": stroke["angle_deg"],
+            "size_deg": look["strokes_deg"][i],
+        }
+        for i, stroke in enumerate(result["schedule"])
+    ]
+    show_rows(_FLOWN, rows, out, title="Strokes after the release, a quick look: no calibration")
+    changes = ", ".join(f"joint {i} {change:+.1f}" for i, change in enumerate(look["joint_change_deg"], 1))
+    turned = (
+        f"{look['reorientation_deg']:.2f} deg from the release to {look['until_s']:.2f} s by its gyro less its rest, "
+        f"± unknown; the truth is {result['reorientation_true_deg']:.2f} deg."
+    )
+    change = f"{changes} deg from before the release, by one angle sensor each, ± unknown."
+    _lines([("Greatest change of:", change), ("Body 1 turned by:", turned)], out)
+
+
+def _after(result: Json) -> Iterator[Line]:
+    """The card, and the sequencer after the landing."""
+    for setback in result["setbacks"]:
+        yield "On the way:", setback
+    if result["verdict"]:
+        yield (
+            "The card:" if result["recording_from"] == "card" else "RAM of the logger:",
+            f"{result['verdict']}, {result['samples']} samples at {result['rate_hz']:.1f} Hz, "
+            f"{result['samples_lost']} lost.",
+        )
+    state, knocks = result["sequencer_state"], result["knocks"]
+    if state is None:
+        yield "The sequencer:", "does not answer."
+        return
+    blow = "(during the lift a blow is simulated that opens one switch)"
+    ignored = f"; it ignored {knocks} knock{'' if knocks == 1 else 's'} {blow}" if knocks else ""
+    yield "The sequencer:", f"{state}{ignored}."
+    if false_releases := result["false_releases"]:
+        times = "once" if false_releases == 1 else f"{false_releases} times"
+        yield (
+            "",
+            f"Both switches opened and closed again for good {times}: no release, and nothing moved for it.",
+        )
+    if state == "armed":
+        yield "", "STILL ARMED: its servos would move when both switches open. First of all:"
+        yield "", "tfsat-host disarm"
+
+
+def _evaluation(result: Json) -> Iterator[Line]:
+    if (refused := result["evaluation_refused"]) is not None:
+        yield "The evaluation:", f"REFUSED. {refused['what']} {refused['meaning']}"
+        yield "", refused["next_step"]
+
+
+def _held(one: Any) -> str:
+    if one.count < _LEAST_FOR_SHARE:
+        return f"{round(one.held * one.count)} of {one.count}"
+    return f"{100.0 * one.held:.0f} %"
+
+
+_DISTRIBUTIONS: Columns = (
+    Column("name", "number"),
+    Column("unit", "unit"),
+    Column("mean_true", "true, mean"),
+    Column("spread_true", "spread"),
+    Column("rms_error", "error, rms", form=".4f"),
+    Column("largest_error", "largest", form=".4f"),
+    Column("stated_std", "stated ±", form=".4f"),
+    Column("held", "95 % hold", words=_held),
+)
+
+
+def show_series(result: Json, spread: Sequence[Any], table: Path, again: str, out: Output) -> None:
+    """How the numbers of many drops are distributed.
+
+    Args:
+        result: Of `Rehearsal.run_many`.
+        spread: Distributions of the numbers that were compared with the truth.
+        table: The file with a row for each drop.
+        again: What to type to fly one of them again.
+        out: The terminal.
+    """
+    imu = f"IMUs {result['imu']}" if result["imu"] else "exactly as its file says"
+    out.line(f"Drawn from seed {result['seed']}, robots of {result['robot']['file']}, {imu}.")
+    for fault in result["faults_noticed"]:
+        by = "; ".join(f"{WHO[who]}: {times}" for who, times in fault["noticed_by"].items())
+        out.line(
+            f"Fault of each: {fault['name']}. It struck in {fault['struck']} and was noticed in {fault['noticed']} of "
+            f"them{f' ({by})' if by else ''}."
+        )
+    if result["broke_design"]:
+        drops = ", ".join(map(str, result["broke_design"]))
+        out.line(f"The robot did NOT do what it must with these faults, by the truth, in drop {drops}.")
+    if spread:
+        show_rows(
+            _DISTRIBUTIONS, spread, out, title=f"What {result['runs']} evaluations found, and the truth"
+        )
+    out.line(
+        f"Dropped {result['dropped']} of {result['runs']}: {result['good']} good, {result['doubtful']} doubtful, "
+        f"{result['failed'] + result['none']} without an evaluation. Samples lost: {result['samples_lost']}."
+    )
+    timing = result["stroke_timing_us"]
+    if timing["rms"] is not None:
+        out.line(
+            f"Strokes came {timing['rms']:.0f} us rms from their schedule, {timing['largest']:.0f} us at most, by the "
+            "logger's clock."
+        )
+    for name, times in result["no_go"].items():
+        out.line(f"Preflight said NO-GO by {name} {times} times.")
+    for one in result["refused"][:3]:
+        out.line(f"Drop {one['number']} was not let go: {one['why']}")
+    out.line(f"Each drop: {table}; one of them again, with its seed from there:")
+    out.line(again)

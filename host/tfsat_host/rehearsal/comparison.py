@@ -1,0 +1,153 @@
+"""An evaluation's numbers against the truth, and the truth as files."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.quantity import Columns, fields
+from tfsat_host.rehearsal.drop import Drop
+from tfsat_host.rehearsal.truth import Truth
+from tfsat_host.robot import RobotModel
+
+FloatArray = NDArray[np.float64]
+
+_AT_REST_S = 0.03
+"""A stroke's size is the change between means over so long before it and before the next one."""
+_AFTER_RELEASE_S = 0.05
+_BEFORE_STROKE_S = 0.1
+"""The rate at which the robot was let go is taken between these: nothing has moved yet."""
+_T, _JOINTS, _RATES, _BODY_1_RATE = 0, slice(1, 4), slice(20, 32), slice(20, 23)
+"""Columns of a row of truth; see `EmulatedRobot.truth`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """One number.
+
+    Attributes:
+        name: For people.
+        unit: Of all three.
+        found: By the evaluation.
+        std: Its standard deviation, as the evaluation states it.
+        true: What it was.
+    """
+
+    name: str
+    unit: str
+    found: float
+    std: float
+    true: float
+
+    @property
+    def deviations(self) -> float:
+        """How far it is off, in standard deviations."""
+        return (self.found - self.true) / self.std
+
+
+COMPARED: Columns = fields("name found std true unit deviations")
+
+
+def compared(found: Evaluation, drop: Drop, truth: Truth, filed: RobotModel) -> tuple[Compared, ...]:
+    """Reorientation, initial rates, strokes, centers of mass; in that order. Nothing of a robot that did not fall."""
+    if drop.released_s is None:
+        return ()
+    flown = drop.truth.copy()
+    flown[:, _T] -= drop.released_s
+    return (
+        _reorientation(found, flown),
+        *_rates(found, flown),
+        *_strokes(found, flown),
+        *_offsets(found, truth, filed),
+    )
+
+
+def turned_rad(flown: FloatArray, first_s: float, last_s: float) -> float:
+    """Angle by which body 1 turned between two times of rows of truth."""
+    rows = [int(np.abs(flown[:, _T] - t_s).argmin()) for t_s in (first_s, last_s)]
+    start, end = Rotation.from_quat(flown[rows, 4:8])
+    return float((start.inv() * end).magnitude())
+
+
+def _reorientation(found: Evaluation, flown: FloatArray) -> Compared:
+    turn, true = found.reorientation, turned_rad(flown, 0.0, float(found.motion.bodies[0].t_s[-1]))
+    return Compared("reorientation", "deg", *np.rad2deg([turn.angle_rad, turn.std_rad, true]).tolist())
+
+
+def _rates(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
+    first_s = min((stroke.scheduled_s for stroke in found.strokes), default=float(flown[-1, _T]))
+    quiet = (flown[:, _T] > _AFTER_RELEASE_S) & (flown[:, _T] < first_s - _BEFORE_STROKE_S)
+    initial = found.initial_rates[0]
+    numbers = np.rad2deg([initial.rate_rad_s, initial.std_rad_s, flown[quiet, _BODY_1_RATE].mean(axis=0)])
+    for axis, values in zip("xyz", numbers.T.tolist(), strict=True):
+        yield Compared(f"initial rate {axis}, body 1", "deg/s", *values)
+
+
+def _strokes(found: Evaluation, flown: FloatArray) -> Iterator[Compared]:
+    begins = [
+        (stroke, stroke.logged_s if np.isfinite(stroke.logged_s) else stroke.scheduled_s)
+        for stroke in found.strokes
+    ]
+    for stroke, begin_s in begins:
+        later = [other_s for other, other_s in begins if other.joint == stroke.joint and other_s > begin_s]
+        until_s = min([*later, float(found.motion.t_s[-1])])
+        if not stroke.moved or stroke.unfinished or not np.isfinite(stroke.size_std_rad):
+            continue
+        angle = flown[:, _JOINTS][:, stroke.joint - 1]
+        before, after = (
+            angle[(flown[:, _T] > t_s - _AT_REST_S) & (flown[:, _T] <= t_s)].mean()
+            for t_s in (begin_s, until_s)
+        )
+        numbers = np.rad2deg([stroke.size_rad, stroke.size_std_rad, after - before]).tolist()
+        yield Compared(f"stroke {stroke.number}", "deg", *numbers)
+
+
+def _offsets(found: Evaluation, truth: Truth, filed: RobotModel) -> Iterator[Compared]:
+    fit = found.explained.fit
+    true = 1e3 * (truth.model.com_m - filed.com_m)
+    for name, kind, value, std in zip(fit.offsets.names, fit.offsets.kinds, fit.values, fit.std, strict=True):
+        if kind == "com":
+            body, axis = int(name.split()[1]) - 1, "xyz".index(name[-1])
+            yield Compared(name, "mm", float(value), float(std), float(true[body, axis]))
+
+
+def truth_text(truth: Truth, drop: Drop, filed: RobotModel) -> str:
+    """`truth.json`: angles in rad, lengths in m, times in s of the rehearsal's clock."""
+    errors = truth.imperfections
+    values = {
+        "format": 1,
+        "seed": truth.seed,
+        "faults": [fault.name for fault in drop.faults],
+        "imu": truth.imu,
+        "released_s": drop.released_s,
+        "landed_s": drop.landed_s,
+        "rate_rad_s": truth.rate_rad_s,
+        "com_offset_m": truth.model.com_m - filed.com_m,
+        "imperfections": {one.name: getattr(errors, one.name) for one in dataclasses.fields(errors)},
+    }
+    plain = json.dumps(
+        values, indent=1, default=lambda one: one.hex() if isinstance(one, bytes) else one.tolist()
+    )
+    return plain + "\n"
+
+
+def truth_table(drop: Drop) -> str:
+    """`truth.csv`: time after release, joint angles in deg, attitudes as quaternions, body rates in deg/s."""
+    names = ["t_s", *(f"joint_{i}_deg" for i in range(1, 4))]
+    names += [f"body_{i}_q{axis}" for i in range(1, 5) for axis in "xyzw"]
+    names += [f"body_{i}_rate_{axis}_deg_s" for i in range(1, 5) for axis in "xyz"]
+    rows = drop.truth.copy()
+    rows[:, _T] -= drop.released_s or 0.0
+    for angles in (_JOINTS, _RATES):
+        rows[:, angles] = np.rad2deg(rows[:, angles])
+    text = io.StringIO()
+    np.savetxt(text, rows, fmt="%.9g", delimiter=",", header=",".join(names), comments="")
+    return text.getvalue()

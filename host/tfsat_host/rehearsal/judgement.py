@@ -1,0 +1,182 @@
+"""A rehearsed day afterwards: whether the robot did what it must, by the truth alone, and who noticed its faults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.evaluation import Evaluation
+from tfsat_host.evaluation.verdict import Verdict
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.quantity import fields, record, records
+from tfsat_host.rehearsal.day import NoGo
+from tfsat_host.rehearsal.drop import Drop
+from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT, FAULT, Fault, Outcome
+from tfsat_host.sdlog import DropLog
+from tfsat_host.sdlog.summary import warnings
+
+FLOWN_DEG = 15.0
+"""A joint that went further has made a stroke."""
+STILL_DEG = 1.0
+"""Backlash and the flow of the servos let a joint that holds move by less."""
+AT_REST_DEG = 0.1
+LAST_S = 0.5
+"""Of the fall, by which a robot that stopped at once is at rest."""
+_STRONGEST_FIRST = (Outcome.NOT_DROPPED, Outcome.STANDS_STILL, Outcome.STOPS, Outcome.FLIES)
+PREFLIGHT, REFUSAL, BOARD, LOG = "preflight", "refusal", "board", "log"
+REPORT, REPORT_REFUSES = "report", "report refuses"
+
+
+def moved_deg(drop: Drop) -> NDArray[np.float64]:
+    """(3,) how far each joint went from where it began; 0 if nothing was recorded."""
+    angles = drop.truth[:, 1:4]
+    if not len(angles):
+        return np.zeros(3)
+    return np.asarray(np.rad2deg(np.abs(angles - angles[0]).max(axis=0)), dtype=np.float64)
+
+
+def moves_at_the_end(drop: Drop) -> bool:
+    """Some joint still moved in the last half second of the fall; not where nothing fell."""
+    if drop.landed_s is None:
+        return False
+    t = drop.truth[:, 0]
+    angles = drop.truth[(t > drop.landed_s - LAST_S) & (t < drop.landed_s), 1:4]
+    return bool(len(angles)) and bool(np.rad2deg(np.ptp(angles, axis=0).max()) > AT_REST_DEG)
+
+
+def came_of(outcome: Outcome, drop: Drop) -> bool | None:
+    """Whether the robot did it; None: it was not dropped, so nothing it did could be judged."""
+    if outcome is Outcome.NOT_DROPPED:
+        return drop.refused is not None
+    if drop.refused is not None:
+        return None
+    moved = float(moved_deg(drop).max())
+    if outcome is Outcome.STANDS_STILL:
+        return moved < STILL_DEG
+    if outcome is Outcome.FLIES:
+        return moved > FLOWN_DEG
+    stopped = drop.sequencer is not None and drop.sequencer.state is SequencerState.FAULT
+    return stopped and moved > FLOWN_DEG and not moves_at_the_end(drop)
+
+
+def designed_for(drop: Drop) -> Outcome:
+    """What must come of all the faults that struck; of none: it flies."""
+    outcomes = [fault.outcome for fault in drop.faults if fault.name in drop.struck_s]
+    return next((one for one in _STRONGEST_FIRST if one in outcomes), Outcome.FLIES)
+
+
+def broke_design(drop: Drop) -> bool:
+    """By the truth the robot did not do what it must with the faults that struck."""
+    return bool(drop.struck_s) and came_of(designed_for(drop), drop) is False
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """One that noticed a fault.
+
+    Attributes:
+        who: `PREFLIGHT`, or a key of `Judged.sentences`.
+        what: Names of the checks that give NO-GO, or the sentence.
+        certain: The fault's own words were found; else it is taken for noticed because it was the only fault.
+    """
+
+    who: str
+    what: str
+    certain: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A day with what was made of its recording.
+
+    Attributes:
+        drop: The day.
+        log: Its recording, decoded; None: there is none.
+        found: The evaluation; None: there is none.
+        verdict: Of that.
+        refusal: Why it could not be evaluated; None: it could, or it was not tried.
+    """
+
+    drop: Drop
+    log: DropLog | None = None
+    found: Evaluation | None = None
+    verdict: Verdict | None = None
+    refusal: TfsatError | None = None
+
+    @property
+    def good(self) -> bool:
+        """The evaluation has no doubt."""
+        return self.verdict is not None and self.verdict.level == "good"
+
+    @cached_property
+    def sentences(self) -> dict[str, Sequence[str]]:
+        """By who gave them.
+
+        `REFUSAL`: a board before the drop; `BOARD`: after the landing; `LOG`: `decode`; `REPORT`: `evaluate` and
+        `report`; `REPORT_REFUSES`: these, when they give no numbers.
+        """
+        drop, given = self.drop, dict[str, Sequence[str]]()
+        if drop.refused is not None and not isinstance(drop.refused, NoGo):
+            given[REFUSAL] = (str(drop.refused.what),)
+        given[BOARD] = (*drop.setbacks, *_false_releases(drop))
+        given[LOG] = () if self.log is None else tuple(warnings(self.log))
+        if self.found is not None and self.verdict is not None:
+            causes = (check.cause or "" for check in self.found.failed_checks)
+            given[REPORT] = (self.verdict.sentence, *self.verdict.reasons, *self.found.notes, *causes)
+        if self.refusal is not None:
+            given[REPORT_REFUSES] = (f"{self.refusal.what} {self.refusal.meaning}",)
+        return given
+
+    def notices(self, fault: Fault) -> tuple[Notice, ...]:
+        """Who noticed a fault that struck; of the day's only fault whatever was found wrong."""
+        if fault.name not in self.drop.struck_s:
+            return ()
+        alone = len(self.drop.faults) == 1
+        noticed = [*self._by_preflight(fault, alone)]
+        for who, sentences in self.sentences.items():
+            # A verdict in short says the same as its reasons, in fewer words: the longest is the most telling.
+            own = [one for one in sentences if fault.noticed and fault.noticed in one]
+            if own:
+                noticed.append(Notice(who, max(own, key=len), True))
+        if not noticed and alone and not self.good:
+            noticed = [Notice(who, given[0], False) for who, given in self.sentences.items() if given]
+        return tuple(noticed)
+
+    def _by_preflight(self, fault: Fault, alone: bool) -> Iterator[Notice]:
+        if self.drop.checked is None or fault.moment not in BEFORE_PREFLIGHT:
+            return
+        wrong = [check.name for check in self.drop.checked.wrong]
+        own = [name for name in wrong if name in (fault.morning or ())]
+        if own or (wrong and alone):
+            yield Notice(PREFLIGHT, ", ".join(own or wrong), bool(own))
+
+    def faults(self) -> list[dict[str, Any]]:
+        """For JSON: each fault with when it struck, what came of it and who noticed; times as in truth.json."""
+        drop = self.drop
+        designed = designed_for(drop)
+        return [
+            {
+                **record(FAULT, fault),
+                "struck_s": drop.struck_s.get(fault.name),
+                "came_of_it": came_of(fault.outcome, drop) if fault.name in drop.struck_s else None,
+                "outcome_of_all": designed.value,
+                "all_came_of_it": came_of(designed, drop),
+                "joints_moved_true_deg": moved_deg(drop).tolist(),
+                "to_be_noticed": bool(fault.noticed or fault.morning),
+                "noticed_by": records(fields("who what by_name=certain"), self.notices(fault)),
+            }
+            for fault in drop.faults
+        ]
+
+
+def _false_releases(drop: Drop) -> list[str]:
+    count = 0 if drop.sequencer is None else drop.sequencer.false_releases
+    if not count:
+        return []
+    return [f"The sequencer counted {count} false release{'s' if count > 1 else ''}: tfsat-host status"]

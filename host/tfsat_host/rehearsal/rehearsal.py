@@ -1,0 +1,328 @@
+"""A rehearsal of one drop: flown, decoded, evaluated, reported, compared with the truth, and kept in a folder."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from tfsat_host.emulated.build import Variant, ensure_built
+from tfsat_host.emulated.imu_part import ImuPart, load_imu
+from tfsat_host.emulated.sequencer_image import sequencer_hex
+from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
+from tfsat_host.json_values import jsonable
+from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.plan.facility import load_tower
+from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.rehearsal import drop as drops
+from tfsat_host.rehearsal import series as many
+from tfsat_host.rehearsal.comparison import truth_text
+from tfsat_host.rehearsal.day import Preflight
+from tfsat_host.rehearsal.drop import Drop
+from tfsat_host.rehearsal.fault import Fault
+from tfsat_host.rehearsal.faults import faults_named
+from tfsat_host.rehearsal.folder import ResultFolder
+from tfsat_host.rehearsal.judgement import Judged, broke_design
+from tfsat_host.rehearsal.result import result_of
+from tfsat_host.rehearsal.run_folder import RunFolder
+from tfsat_host.rehearsal.truth import Truth, drawn_truth, truth_as_filed
+from tfsat_host.robot import RobotModel, load_robot
+from tfsat_host.run import reporting
+from tfsat_host.run.evaluated import EvaluatedRun
+from tfsat_host.run.files import MANEUVER, ROBOT
+from tfsat_host.sdlog import DropLog
+
+
+@dataclass(frozen=True, slots=True)
+class RehearsalOptions:
+    """On which robot a drop is rehearsed.
+
+    Attributes:
+        sequencer: Its firmware's core on this computer, or the image that is flashed in an emulated ATmega32U4.
+        robot: A robot file, or the name of a shipped one; None: the drop tower's.
+        as_filed: The robot is exactly what its file says.
+        imu: Another IMU on every body, by name or file; None: the robot's own.
+        despite_preflight: It is dropped even if the preflight says NO-GO.
+    """
+
+    sequencer: Literal["native", "avr"] = "native"
+    robot: str | None = None
+    as_filed: bool = False
+    imu: str | None = None
+    despite_preflight: bool = False
+
+    def filed(self) -> RobotModel:
+        """The robot by its file.
+
+        Raises:
+            TfsatError: it cannot be read, or there are no boards for such a robot.
+        """
+        robot = load_robot(self.robot)
+        if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
+            raise TfsatError(
+                what=f"{robot.name} cannot be rehearsed: its file has {robot.n_bodies} bodies, {robot.n_joints} joints "
+                f"and {len(robot.imus)} IMUs, and the boards drop a robot of {IMU_COUNT} bodies with an IMU each and "
+                f"{JOINT_COUNT} joints.",
+                meaning="Nothing was flown.",
+                next_step="Name a file like robots/drop_tower.toml with --robot, or leave it out. What such a robot "
+                f"would do is computed by tfsat-host simulate --robot {self.robot}",
+            )
+        return robot
+
+    def part(self) -> ImuPart | None:
+        """The IMU that is wanted; None: the robot's own. Raises UsageError, TfsatError."""
+        if self.imu is None:
+            return None
+        if self.as_filed:
+            raise UsageError(
+                what="--imu and --as-filed contradict each other: a robot as its file has it has no part's errors.",
+                meaning="Nothing was flown.",
+                next_step="Leave one of them out.",
+            )
+        return load_imu(self.imu)
+
+    def image(self, note: Callable[[str], None]) -> Path | None:
+        """The sequencer's image; None for its core. Builds what is missing, with a note."""
+        hex_path = sequencer_hex(note) if self.sequencer == "avr" else None
+        ensure_built(Variant(avr=hex_path is not None), note)
+        return hex_path
+
+
+@dataclass(frozen=True, eq=False)
+class Rehearsal:
+    """A drop that is to be rehearsed.
+
+    Attributes:
+        maneuver: What flies.
+        schedule: Of it.
+        filed: The robot as its file has it.
+        faults: What goes wrong.
+        options: On which robot.
+        part: Its IMUs; None: its own.
+    """
+
+    maneuver: Maneuver
+    schedule: Schedule
+    filed: RobotModel
+    faults: tuple[Fault, ...]
+    options: RehearsalOptions
+    part: ImuPart | None
+
+    @classmethod
+    def of(
+        cls,
+        maneuver: Maneuver,
+        options: RehearsalOptions = RehearsalOptions(),
+        faults: Sequence[str] = (),
+        schedule: Schedule | None = None,
+    ) -> Rehearsal:
+        """Of a maneuver, with faults by their names (`gyro-dead`, or at another moment `gyro-dead@powered`).
+
+        Args:
+            maneuver: What flies.
+            options: On which robot.
+            faults: What goes wrong.
+            schedule: Of the maneuver, if it was made already.
+
+        Raises:
+            TfsatError: robot, IMU, maneuver or faults are refused.
+        """
+        return cls(
+            maneuver,
+            schedule or schedule_maneuver(maneuver),
+            options.filed(),
+            faults_named(faults),
+            options,
+            options.part(),
+        )
+
+    def truth(self, seed: int) -> Truth:
+        """The robot of a seed."""
+        if self.options.as_filed:
+            return truth_as_filed(self.filed, seed)
+        return drawn_truth(self.filed, seed, self.part)
+
+    def preflight(self, image: Path | None) -> Preflight:
+        """What every drop is checked against. Raises EnvelopeError."""
+        despite = self.options.despite_preflight
+        return Preflight.of(self.schedule, self.filed, load_tower(None), image, despite=despite)
+
+    def run(
+        self, folder: Path, seed: int = 1, *, force: bool = False, notices: Notices = SILENT
+    ) -> Rehearsed:
+        """Rehearses the drop and leaves its run, report and result in a folder, all or nothing.
+
+        Args:
+            folder: Of another rehearsal, or one that is empty or not there.
+            seed: Of the robot, of noise and contact bounce.
+            force: Whether files may be overwritten that no rehearsal made.
+            notices: For progress and warnings.
+
+        Raises:
+            UsageError: the folder holds something else.
+            TfsatError: the robot cannot be emulated, or the folder cannot be written.
+        """
+        kept = RunFolder(folder, force=force)
+        truth = self.truth(seed)
+        image = self.options.image(notices.note)
+        with notices.progress("rehearsing", total=drops.STEPS) as advance:
+            drop = drops.rehearse(
+                self.schedule,
+                self.filed,
+                truth,
+                hex_path=image,
+                preflight=self.preflight(image),
+                faults=self.faults,
+                progress=lambda _: advance(1),
+            )
+        robot = self.filed.path.read_bytes()  # which may lie in this very folder
+        with kept.replaced():
+            log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
+            evaluated, refusal = _evaluated(kept, drop, log)
+            judged = (
+                Judged(drop, log, refusal=refusal)
+                if evaluated is None
+                else Judged(drop, log, evaluated.found, evaluated.verdict)
+            )
+            result = {
+                "sequencer": self.options.sequencer,
+                "as_filed": self.options.as_filed,
+                **result_of(judged, evaluated, truth, self.schedule, self.filed, folder, notices),
+                "files": [str(path) for path in kept.files],
+            }
+            result = jsonable(result)
+            kept.write_summary(result)
+        for stale in kept.removed:
+            notices.note(f"Removed {stale}: it was made of the recording that this one replaces.")
+        return Rehearsed(judged, evaluated, result, kept.path)
+
+    def run_many(
+        self,
+        folder: Path,
+        runs: int,
+        seed: int = 1,
+        *,
+        force: bool = False,
+        notices: Notices = SILENT,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> RehearsedMany | None:
+        """Rehearses as many drops, each of another robot, and leaves a table of them.
+
+        Args:
+            folder: As of `run`.
+            runs: How many.
+            seed: Of all robots.
+            force: As of `run`.
+            notices: For progress and notes.
+            stop: Asked often: whether to begin no more drops.
+
+        Returns:
+            What was flown; None, and nothing written, if that is nothing.
+
+        Raises:
+            UsageError: the folder holds something else.
+            TfsatError: the robot cannot be emulated, or the folder cannot be written.
+        """
+        image = self.options.image(notices.note)
+        series = many.Series(
+            self.schedule,
+            self.filed,
+            seed,
+            as_filed=self.options.as_filed,
+            hex_path=image,
+            faults=tuple(fault.name for fault in self.faults),
+            part=self.part,
+            preflight=self.preflight(image),
+        )
+        kept = ResultFolder(folder, force=force)
+        with notices.progress("rehearsing", total=runs) as advance:
+            outcomes = many.fly_many(series, runs, progress=lambda: advance(1), stop=stop)
+        if not outcomes:
+            return None
+        spread = many.distributions(outcomes)
+        result = many.series_result(series, runs, outcomes, spread)
+        many.write_series(kept, self.maneuver, self.filed, outcomes, result)
+        return RehearsedMany(result, spread, folder / many.TABLE, self._again(folder))
+
+    def _again(self, folder: Path) -> str:
+        """What flies one drop of a series alone; its seed and folder are to be filled in."""
+        options = self.options
+        typed = ["tfsat-host rehearse", f"--file {shlex.quote(str(folder / MANEUVER))}"]
+        typed += [f"--robot {shlex.quote(str(folder / ROBOT))}"]
+        typed += [f"--fault {fault.name}" for fault in self.faults]
+        typed += [f"--imu {shlex.quote(options.imu)}"] if options.imu else []
+        typed += ["--as-filed"] if options.as_filed else []
+        typed += ["--despite-preflight"] if options.despite_preflight else []
+        typed += [f"--sequencer {options.sequencer}"] if options.sequencer != "native" else []
+        return " ".join((*typed, "--seed SEED --out DIR"))
+
+
+@dataclass(frozen=True, eq=False)
+class RehearsedMany:
+    """What came of a series.
+
+    Attributes:
+        result: As `rehearse --runs --json` prints it.
+        spread: Of each number that was compared with the truth.
+        table: The file with a row for each drop.
+        again: What to type to fly one of them again.
+    """
+
+    result: dict[str, Any]
+    spread: tuple[many.Distribution, ...]
+    table: Path
+    again: str
+
+    @property
+    def exit_code(self) -> int:
+        """0 if every drop was flown, recorded whole and evaluated; 4: the preflight let none go; else 3."""
+        result = self.result
+        if result["no_go"] and not result["dropped"]:
+            return RefusedError.exit_code
+        as_planned = result["good"] == result["runs"] and not result["broke_design"]
+        return 0 if as_planned else DataLossError.exit_code
+
+
+@dataclass(frozen=True, eq=False)
+class Rehearsed:
+    """What came of a rehearsal.
+
+    Attributes:
+        judged: The day, its recording, what was evaluated, who noticed its faults.
+        evaluated: The drop as `Run.evaluate` gives it; None: there was nothing to evaluate, or it was refused.
+        result: As `rehearse --json` prints it and `summary.json` keeps it.
+        folder: The run's.
+    """
+
+    judged: Judged
+    evaluated: EvaluatedRun | None
+    result: dict[str, Any]
+    folder: Path
+
+    @property
+    def exit_code(self) -> int:
+        """0 if all went as planned; 4: the preflight kept the robot from being dropped; else 3."""
+        drop, log = self.judged.drop, self.judged.log
+        if drop.checked is not None and drop.refused is not None and not drop.checked.go:
+            return RefusedError.exit_code
+        by_design = not self.result["warnings"] and not broke_design(drop)
+        as_planned = self.judged.good and log is not None and log.verdict == "complete" and by_design
+        return 0 if as_planned else DataLossError.exit_code
+
+
+def _evaluated(
+    folder: RunFolder, drop: Drop, log: DropLog | None
+) -> tuple[EvaluatedRun | None, TfsatError | None]:
+    """As `report` would; or why the recording cannot be evaluated. Neither: nothing fell."""
+    if log is None or drop.refused is not None:
+        return None, None
+    folder.announced(reporting.PAGE)
+    try:
+        made = reporting.report([folder.path], made_at=folder.collected)
+    except TfsatError as error:
+        return None, error
+    folder.files += made.files
+    return made.runs[0], None

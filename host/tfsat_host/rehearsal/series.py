@@ -1,0 +1,357 @@
+"""Many drops, each of another robot: flown on all cores, told as a distribution, kept as a table and a result."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import signal
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from tfsat_host.emulated.imu_part import ImuPart
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
+from tfsat_host.quantity import fields, record, records
+from tfsat_host.rehearsal.comparison import Compared, compared
+from tfsat_host.rehearsal.day import DROPPED, Preflight
+from tfsat_host.rehearsal.drop import Drop, rehearse
+from tfsat_host.rehearsal.faults import fault_named
+from tfsat_host.rehearsal.folder import ResultFolder
+from tfsat_host.rehearsal.judgement import Judged, broke_design
+from tfsat_host.rehearsal.truth import Truth, drawn_truth, hash_of, truth_as_filed
+from tfsat_host.robot import RobotModel
+from tfsat_host.run.files import MANEUVER, ROBOT
+from tfsat_host.sdlog import DropLog, load
+
+TABLE, SUMMARY = "runs.csv", "runs.json"
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_ASKED_EVERY_S = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """What is the same for all of them.
+
+    Attributes:
+        schedule: What flies.
+        filed: The robot as its file has it.
+        seed: All robots are drawn from this one.
+        as_filed: None of them is: each is what the file says.
+        hex_path: The sequencer's image; None: its core natively.
+        faults: By name.
+        part: IMU on every body; None: the robot's own.
+        preflight: What is checked before each drop; None: nothing is.
+    """
+
+    schedule: Schedule
+    filed: RobotModel
+    seed: int
+    as_filed: bool = False
+    hex_path: Path | None = None
+    faults: tuple[str, ...] = ()
+    part: ImuPart | None = None
+    preflight: Preflight | None = None
+
+    def seed_of(self, number: int) -> int:
+        """Of drop `number`, from 1, whichever process flies it; the first is that of `rehearse` alone."""
+        return self.seed if number == 1 else hash_of(self.seed, number)
+
+    def truth(self, number: int) -> Truth:
+        """The robot of a drop."""
+        seed = self.seed_of(number)
+        return truth_as_filed(self.filed, seed) if self.as_filed else drawn_truth(self.filed, seed, self.part)
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """One drop.
+
+    Attributes:
+        number: From 1.
+        seed: That flies it again.
+        imu: Part on every body; empty: the robot is as filed.
+        refused: Why nothing was dropped; empty: something was.
+        no_go: Checks of the preflight that stand against a drop.
+        verdict: Of the evaluation; `none` without one.
+        samples_lost: In the recording; -1 without one.
+        strokes_off_us: When each stroke came, less when it was scheduled.
+        compared: Found and true.
+        noticed: Of each fault that struck, by its name, who noticed it (see `judgement.Notice`); may be empty.
+        broke_design: By the truth the robot did not do what it must with the faults that struck.
+    """
+
+    number: int
+    seed: int
+    imu: str
+    refused: str
+    no_go: tuple[str, ...]
+    verdict: str = "none"
+    samples_lost: int = -1
+    strokes_off_us: tuple[float, ...] = ()
+    compared: tuple[Compared, ...] = ()
+    noticed: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    broke_design: bool = False
+
+
+def fly_many(
+    series: Series,
+    runs: int,
+    workers: int | None = None,
+    progress: Callable[[], None] = lambda: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> tuple[Flown, ...]:
+    """Every drop, in order; the same to the bit whatever the number of workers.
+
+    Args:
+        series: What to fly.
+        runs: How often.
+        workers: Processes; None: one for each core.
+        progress: Called after each drop.
+        stop: Asked often: whether to begin no more drops. Those that are in the air are flown to their end; fewer
+            than `runs` come back.
+    """
+    found: list[Flown] = []
+    workers = workers or os.cpu_count() or 1
+    # A process on each core leaves none for a second thread of its linear algebra; and sums of threads differ.
+    with (
+        _environment(dict.fromkeys(_THREADS, "1")),
+        ProcessPoolExecutor(workers, get_context("spawn"), initializer=_ignore_interrupts) as pool,
+    ):
+        numbers = iter(range(1, runs + 1))
+        flying: set[Future[Flown]] = set()
+        while True:
+            while len(flying) < workers and not stop() and (number := next(numbers, None)) is not None:
+                with _interrupts_blocked():
+                    flying.add(pool.submit(fly, series, number))
+            if stop():
+                flying = {one for one in flying if not one.cancel()}
+            if not flying:
+                break
+            landed, flying = wait(flying, timeout=_ASKED_EVERY_S, return_when=FIRST_COMPLETED)
+            for one in landed:
+                found.append(one.result())
+                progress()
+    return tuple(sorted(found, key=lambda outcome: outcome.number))
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """A process that begins meanwhile never gets Ctrl-C, which reaches all of a terminal: its drop is finished."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _ignore_interrupts() -> None:
+    """The same for one that has begun."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _environment(names: dict[str, str]) -> Iterator[None]:
+    """For processes that are started meanwhile."""
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(names)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def fly(series: Series, number: int) -> Flown:
+    """One of them, evaluated and compared with the truth."""
+    truth = series.truth(number)
+    drop = rehearse(
+        series.schedule,
+        series.filed,
+        truth,
+        hex_path=series.hex_path,
+        preflight=series.preflight,
+        faults=tuple(map(fault_named, series.faults)),
+    )
+    judged = _judged(drop, series)
+    numbers: dict[str, Any] = {}
+    if judged.log is not None:
+        numbers["samples_lost"] = judged.log.samples_lost
+    if judged.found is not None and judged.verdict is not None:
+        numbers |= {
+            "verdict": judged.verdict.level,
+            "strokes_off_us": tuple(1e6 * (one.logged_s - one.scheduled_s) for one in judged.found.strokes),
+            "compared": compared(judged.found, drop, truth, series.filed),
+        }
+    struck = [fault for fault in drop.faults if fault.name in drop.struck_s]
+    return Flown(
+        number,
+        truth.seed,
+        truth.imu,
+        drop.refused.what if drop.refused is not None else "" if drop.card else "no recording",
+        () if drop.checked is None else tuple(check.name for check in drop.checked.wrong),
+        **numbers,
+        noticed={one.name: tuple(dict.fromkeys(by.who for by in judged.notices(one))) for one in struck},
+        broke_design=broke_design(drop),
+    )
+
+
+def _judged(drop: Drop, series: Series) -> Judged:
+    if drop.refused is not None or not drop.card:
+        return Judged(drop)
+    log = decoded(drop)
+    try:
+        found = evaluate(log, series.filed, drop.calibration, series.schedule, recorded=DROPPED)
+    except TfsatError as error:
+        return Judged(drop, log, refusal=error)
+    return Judged(drop, log, found, verdict_of(found))
+
+
+def decoded(drop: Drop) -> DropLog:
+    """The recording of a drop that has one."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "SD.bin"
+        path.write_bytes(drop.card)
+        return load(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """Of one number over all drops.
+
+    Attributes:
+        name: Of it.
+        unit: Of all but `held`.
+        mean_true: What it truly was, on average.
+        spread_true: Its standard deviation over the robots.
+        rms_error: Of what was found.
+        largest_error: In magnitude.
+        stated_std: Median.
+        held: Share of the 95 % intervals that hold the truth.
+        count: Drops in which it was found.
+    """
+
+    name: str
+    unit: str
+    mean_true: float
+    spread_true: float
+    rms_error: float
+    largest_error: float
+    stated_std: float
+    held: float
+    count: int
+
+
+def distributions(outcomes: Sequence[Flown]) -> tuple[Distribution, ...]:
+    """Of every number that was compared, in the order of the first drop that has it."""
+    by_name: dict[str, list[Compared]] = {}
+    for outcome in outcomes:
+        for one in outcome.compared:
+            by_name.setdefault(one.name, []).append(one)
+    return tuple(_distribution(name, ones) for name, ones in by_name.items())
+
+
+def _distribution(name: str, ones: Sequence[Compared]) -> Distribution:
+    found, std, true = np.array([(one.found, one.std, one.true) for one in ones]).T
+    error = found - true
+    return Distribution(
+        name,
+        ones[0].unit,
+        float(true.mean()),
+        float(true.std()),
+        float(np.sqrt((error**2).mean())),
+        float(np.abs(error).max()),
+        float(np.median(std)),
+        float((np.abs(error) <= 1.96 * std).mean()),
+        len(ones),
+    )
+
+
+def series_result(
+    series: Series, asked: int, outcomes: Sequence[Flown], spread: Sequence[Distribution]
+) -> dict[str, Any]:
+    """For `--json`, and for the folder."""
+    verdicts = [one.verdict for one in outcomes]
+    timing = [abs(off) for one in outcomes for off in one.strokes_off_us if off == off]
+    return {
+        "runs": len(outcomes),
+        "asked": asked,
+        "seed": series.seed,
+        "robot": {"name": series.filed.name, "file": str(series.filed.path)},
+        "as_filed": series.as_filed,
+        "imu": outcomes[0].imu or None,
+        "faults": list(series.faults),
+        "faults_noticed": [_noticed(name, outcomes) for name in series.faults],
+        "broke_design": [one.number for one in outcomes if one.broke_design],
+        "dropped": sum(not one.refused for one in outcomes),
+        "no_go": dict(Counter(name for one in outcomes for name in one.no_go)),
+        **{level: verdicts.count(level) for level in ("good", "doubtful", "failed", "none")},
+        "samples_lost": sum(max(0, one.samples_lost) for one in outcomes),
+        "stroke_timing_us": {
+            "rms": (sum(off**2 for off in timing) / len(timing)) ** 0.5 if timing else None,
+            "largest": max(timing, default=None),
+        },
+        "distributions": [asdict(one) for one in spread],
+        "refused": records(fields("number seed why=refused"), (one for one in outcomes if one.refused)),
+    }
+
+
+def _noticed(name: str, outcomes: Sequence[Flown]) -> dict[str, Any]:
+    """In how many drops a fault struck and was noticed, and by whom."""
+    by = [one.noticed[name] for one in outcomes if name in one.noticed]
+    return {
+        "name": name,
+        "struck": len(by),
+        "noticed": sum(bool(who) for who in by),
+        "noticed_by": dict(Counter(who for each in by for who in each)),
+    }
+
+
+def write_series(
+    folder: ResultFolder,
+    maneuver: Maneuver,
+    filed: RobotModel,
+    outcomes: Sequence[Flown],
+    result: Mapping[str, Any],
+) -> None:
+    """Maneuver, robot, a table with a row for each drop, and the result; all or none. Raises UsageError, OSError."""
+    robot = filed.path.read_bytes()  # which may lie in this very folder
+    with folder.replaced():
+        folder.file(MANEUVER).write_text(format_maneuver(maneuver), encoding="utf-8")
+        folder.file(ROBOT).write_bytes(robot)
+        folder.file(TABLE).write_text(_table(outcomes), encoding="utf-8")
+        folder.file(SUMMARY).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        folder.sealed()
+
+
+def _table(outcomes: Sequence[Flown]) -> str:
+    """CSV: a row for each drop, with the seed that flies it again alone."""
+    names = list(dict.fromkeys(one.name for outcome in outcomes for one in outcome.compared))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = [f"{name} {what}" for name in names for what in ("found", "std", "true")]
+    writer.writerow(["number", "seed", "no_go", "refused", "verdict", "samples_lost", *columns])
+    for outcome in outcomes:
+        by_name = {one.name: (one.found, one.std, one.true) for one in outcome.compared}
+        values = [f"{value:.9g}" for name in names for value in by_name.get(name, (float("nan"),) * 3)]
+        first = record(fields("number seed no_go refused verdict samples_lost"), outcome)
+        writer.writerow([*(first | {"no_go": " ".join(outcome.no_go)}).values(), *values])
+    return text.getvalue()

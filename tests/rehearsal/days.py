@@ -1,0 +1,162 @@
+"""Rehearsed days for tests and pages: with one fault, or of the robot exactly as its file says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.evaluation import evaluate
+from tfsat_host.evaluation.result.tables import CHECKS
+from tfsat_host.evaluation.verdict import verdict_of
+from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
+from tfsat_host.plan.facility import load_tower
+from tfsat_host.protocol.enums import SequencerState
+from tfsat_host.protocol.messages import RecordStopReply, SequencerStatusReply
+from tfsat_host.quantity import records
+from tfsat_host.rehearsal.day import DROPPED, NoGo, Preflight
+from tfsat_host.rehearsal.drop import Drop, rehearse
+from tfsat_host.rehearsal.fault import BEFORE_PREFLIGHT as BEFORE_PREFLIGHT
+from tfsat_host.rehearsal.fault import Fault, Moment, Outcome
+from tfsat_host.rehearsal.judgement import Judged, came_of, moved_deg
+from tfsat_host.rehearsal.series import decoded
+from tfsat_host.rehearsal.truth import drawn_truth, truth_as_filed
+from tfsat_host.robot import load_robot
+from tfsat_host.sdlog import DropLog
+
+SEED = 1
+SCHEDULE = schedule_maneuver(four_stroke(59.0, 70.0))
+
+
+@dataclass(frozen=True)
+class Rehearsed:
+    """What the command left, and what it printed."""
+
+    folder: Path
+    out: str
+    err: str
+
+    @property
+    def result(self) -> Any:
+        """As with --json."""
+        return json.loads((self.folder / "summary.json").read_text())
+
+
+class Rehearsing(Protocol):
+    def __call__(self, *typed: str, expect: int = 0) -> Rehearsed: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Day:
+    """What became of a day with one fault, on which the robot is dropped whatever the preflight says.
+
+    Attributes:
+        no_go: Checks of the preflight that stood against the drop.
+        refused: A board kept the robot from being dropped.
+        came: What the robot did, by the truth.
+        moved_deg: How far the joint went that went farthest.
+        turned_deg: (3,) joint angles at the end less those at the beginning.
+        state: Of the sequencer after the landing.
+        log: Of its recording; None: there is none.
+        said: Who gave sentences, and which.
+        checks: Of the evaluation, by name, as in JSON.
+        reasons: Of its verdict.
+    """
+
+    no_go: tuple[str, ...]
+    refused: bool
+    came: tuple[Outcome, ...]
+    moved_deg: float
+    turned_deg: NDArray[np.float64] | None
+    state: SequencerState | None
+    log: DropLog | None
+    said: dict[str, str]
+    checks: dict[str, Any]
+    reasons: tuple[str, ...]
+
+
+Days = Callable[[Fault], Day]
+
+
+@cache
+def preflight(*, despite: bool) -> Preflight:
+    """Of the day's maneuver."""
+    return Preflight.of(SCHEDULE, load_robot(), load_tower(None), None, despite=despite)
+
+
+def flown(fault: Fault, *, despite: bool) -> Drop:
+    """A day with that fault, preflight and all."""
+    filed = load_robot()
+    truth = drawn_truth(filed, SEED)
+    return rehearse(SCHEDULE, filed, truth, preflight=preflight(despite=despite), faults=(fault,))
+
+
+def no_go(fault: Fault) -> tuple[str, ...]:
+    """Checks that stand against the drop when the fault is there before the preflight."""
+    drop = flown(fault.at(Moment.POWERED), despite=False)
+    assert drop.checked is not None
+    assert isinstance(drop.refused, NoGo) == (not drop.checked.go)
+    return tuple(check.name for check in drop.checked.wrong)
+
+
+def turned_deg(drop: Drop) -> NDArray[np.float64] | None:
+    """(3,) of each joint; None: nothing was recorded."""
+    return np.rad2deg(drop.truth[-1, 1:4] - drop.truth[0, 1:4]) if len(drop.truth) else None
+
+
+def seen(fault: Fault) -> Day:
+    """Flown, decoded, evaluated."""
+    drop = flown(fault, despite=True)
+    assert drop.checked is not None
+    judged, checks = Judged(drop), {}
+    if drop.refused is None:
+        log = decoded(drop)
+        try:
+            found = evaluate(log, load_robot(), drop.calibration, SCHEDULE, recorded=DROPPED)
+            judged = Judged(drop, log, found, verdict_of(found))
+            checks = {one["name"]: one for one in records(CHECKS, found.checks)}
+        except TfsatError as error:
+            judged = Judged(drop, log, refusal=error)
+    return Day(
+        tuple(check.name for check in drop.checked.wrong),
+        drop.refused is not None,
+        tuple(outcome for outcome in Outcome if came_of(outcome, drop)),
+        float(moved_deg(drop).max()),
+        turned_deg(drop),
+        None if drop.sequencer is None else drop.sequencer.state,
+        judged.log,
+        {who: " ".join(sentences) for who, sentences in judged.sentences.items()},
+        checks,
+        () if judged.verdict is None else judged.verdict.reasons,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class WholeDrop:
+    """A `Drop` from which nothing is missing; see there."""
+
+    card: bytes
+    truth: NDArray[np.float64]
+    released_s: float
+    landed_s: float
+    recording: RecordStopReply
+    sequencer: SequencerStatusReply
+
+
+def dropped(schedule: Schedule, *, seed: int, rate_rad_s: Sequence[float] | None = None) -> WholeDrop:
+    """The robot exactly as its file says, rehearsed whole; let go as the paper's was, or at a rate of body 3."""
+    filed = load_robot()
+    truth = truth_as_filed(filed, seed)
+    if rate_rad_s is not None:
+        truth = replace(truth, rate_rad_s=np.array(rate_rad_s))
+    drop = rehearse(schedule, filed, truth)
+    assert drop.released_s is not None and drop.landed_s is not None
+    assert drop.recording is not None and drop.sequencer is not None
+    return WholeDrop(drop.card, drop.truth, drop.released_s, drop.landed_s, drop.recording, drop.sequencer)
