@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
@@ -165,7 +166,7 @@ class Consistency:
             return
         lead = rates_rad_s.shape[:-2]
         out[..., self.off_axis(joint)] = self.mean(np.swapaxes(across, -1, -2)).reshape(*lead, -1)
-        turned = self.mean(_turned(self.t_s, along))
+        turned = self.mean(cumulative_trapezoid(along, self.t_s, axis=-1, initial=0))
         for sensor in range(2):
             out[..., self.along(joint, sensor)] = -turned
 
@@ -213,7 +214,7 @@ class Consistency:
         outer, inner = self.pair(joint)
         # What turns about the axis looks the same from both bodies.
         rate = (self.own_rates[outer] - self.own_rates[inner]) @ self.model.joint_axis[joint]
-        return self.model.servos[joint].start_rad + _turned(self.t_s, rate)
+        return self.model.servos[joint].start_rad + cumulative_trapezoid(rate, self.t_s, initial=0)
 
     def with_sensed(self, sensed_rad: Sequence[FloatArray]) -> FloatArray:
         """(size,) the vector, were these the joints' angles: (2, n) for each, the own array where it is as it was."""
@@ -277,14 +278,6 @@ def _across_and_along(axis: FloatArray) -> FloatArray:
     first = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
     first = first / np.linalg.norm(first)
     return np.array([first, np.cross(axis, first), axis])
-
-
-def _turned(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
-    """(..., n) integral from the first sample on."""
-    steps = 0.5 * (rate_rad_s[..., 1:] + rate_rad_s[..., :-1]) * np.diff(t_s)
-    out = np.zeros_like(rate_rad_s)
-    np.cumsum(steps, axis=-1, out=out[..., 1:])
-    return out
 
 
 def consistency_of(

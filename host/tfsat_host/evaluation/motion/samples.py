@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.apply import apply_calibration, weightless
@@ -209,12 +210,11 @@ def turned_from(t_s: FloatArray, rate_rad_s: FloatArray) -> FloatArray:
 
     Servos hold the joints until then: no gyro, of another bias while it hangs, is asked whether they stand.
     """
-    steps = 0.5 * (rate_rad_s[1:] + rate_rad_s[:-1]) * np.diff(t_s).reshape(-1, *[1] * (rate_rad_s.ndim - 1))
-    total = np.concatenate([np.zeros((1, *rate_rad_s.shape[1:])), np.cumsum(steps, axis=0)])
+    total: FloatArray = cumulative_trapezoid(rate_rad_s, t_s, axis=0, initial=0)
     released = int(np.searchsorted(t_s, 0.0))
     total = total - total[released]
     total[:released] = 0.0
-    return np.asarray(total)
+    return total
 
 
 _NEIGHBOURS = 2
