@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.calibration.scripted_person import Doing, Run, Scripted, Terminal
-from tfsat_host.calibration.steps.step import Step
+from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind
 from tfsat_host.cli.calibrate.bench import Bench, origin_of
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
@@ -18,7 +18,14 @@ from tfsat_host.emulated.transport import EmulatedTransport
 
 
 @pytest.fixture
-def calibrate(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Run]:
+def short_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rests and swings last a quarter to a half: where their numbers are not what is proved."""
+    for kind, duration_s in ((StepKind.REST, 5.0), (StepKind.ZERO, 2.0), (StepKind.SWING, 6.0)):
+        monkeypatch.setitem(DURATION_S, kind, duration_s)
+
+
+@pytest.fixture
+def calibrate(short_steps: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Run]:
     """Runs a command with a scripted person; gives its exit code and the steps that were asked for."""
     monkeypatch.chdir(tmp_path)
     with EmulatedRobot(seed=5) as robot:

@@ -109,6 +109,7 @@ def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) ->
     assert "reading over truth" in again.stdout, "what is kept is the result"
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_other_files_are_not_overwritten(tfsat_host: RunCli) -> None:
     notes = tfsat_host.folder / "notes.toml"
     notes.write_text("mine = true\n")
@@ -120,6 +121,7 @@ def test_other_files_are_not_overwritten(tfsat_host: RunCli) -> None:
     assert read_calibration(notes).subject.emulated
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None:
     tfsat_host("calibrate", "bias", "--emulated")
     certificate = tfsat_host.folder / FILE

@@ -118,6 +118,7 @@ def test_ctrl_c_at_a_prompt_ends_its_line(calibrate: Run, capsys: pytest.Capture
     assert "q ends: ^C\nError: Interrupted." in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_a_servo_sweeps_a_joint_whose_bodies_take_two_sweeps(tfsat_host: RunCli) -> None:
     result = tfsat_host.json("calibrate", "scale", "--joint", 2, "--jog", "--emulated", "--yes")
     assert [one["body"] for one in result["scales"]] == [1, 2, 3, 4]
@@ -128,6 +129,7 @@ def test_a_servo_sweeps_a_joint_whose_bodies_take_two_sweeps(tfsat_host: RunCli)
     ]
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_a_jog_that_is_not_confirmed_is_refused_by_an_interlock(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -181,6 +183,7 @@ def test_commands_in_errors_have_the_options_that_they_take() -> None:
     assert resuming(args) == goes_on
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_an_emulated_robots_certificate_is_of_the_robot_that_was_calibrated(tfsat_host: RunCli) -> None:
     tfsat_host("calibrate", "bias", "--emulated")
     subject = read_calibration(tfsat_host.folder / FILE).subject

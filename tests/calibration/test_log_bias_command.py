@@ -29,6 +29,7 @@ def biases(result: dict[str, list[dict[str, list[float]]]]) -> list[list[float]]
     return [one["bias_deg_s"] for one in result["bodies"]]
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_a_log_older_than_the_bench_changes_nothing(tfsat_host: RunCli) -> None:
     tfsat_host("calibrate", "bias", "--emulated")
     certificate = tfsat_host.folder / FILE

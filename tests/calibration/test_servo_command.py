@@ -62,9 +62,9 @@ def test_the_map_is_the_servos_own_and_the_new_settings_make_its_angles_true(joi
 
 
 def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does() -> None:
-    """Four robots as they are built: errors over their standard deviations."""
+    """Six robots as they are built: errors over their standard deviations."""
     ratios = []
-    for seed in range(4):
+    for seed in range(6):
         built = replace(draw_as_built(seed), angle_nonlinearity_rad=np.zeros((6, 4)))
         with rig(built, Hands.human(seed), seed) as here:
             found = servo_map_of(here.measured(1), here.solution().joints, MODEL)
@@ -233,6 +233,7 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_the_whole_command(tfsat_host: RunCli) -> None:
     servo_1 = ("calibrate", "servo", "--joint", "1", "--emulated")
     without = tfsat_host.json(*servo_1, "--yes", expect=1)["error"]
@@ -254,6 +255,7 @@ def test_the_whole_command(tfsat_host: RunCli) -> None:
     assert (tfsat_host.folder / done["file"]).name == "calibration-emulated.toml"
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_it_says_what_will_move_and_demands_the_word(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -13,12 +13,13 @@ from tfsat_host.angles import FloatArray
 from tfsat_host.calibration.acceptance import LEAST_RMS_RAD_S, MOST_HELD_FRACTION
 from tfsat_host.calibration.bias import STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.response import main_line
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import joint_angles
 from tfsat_host.calibration.solution import Solution
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.motion import Motion
-from tfsat_host.calibration.steps.recording import SHORTEST_S, TURN_SHARE, Recording, find_rests
+from tfsat_host.calibration.steps.recording import SHORTEST_S, SWEEP_SHARE, TURN_SHARE, Recording, find_rests
 from tfsat_host.calibration.steps.step import (
     DURATION_S,
     SWEEP_ROUNDS,
@@ -183,30 +184,22 @@ def _levels(step: Step, recording: Recording, gyros: Sequence[GyroCalibration]) 
 
 def _rests(step: Step, recording: Recording, known: Solution | Calibration, model: RobotModel) -> int:
     """Of the moved body that has the fewest."""
-    t_s = recording.t_s
+    t_s, place, share, apart_rad = recording.t_s, None, SWEEP_SHARE, _NEW_PLACE_RAD
     if step.kind == StepKind.TURN:
-        biases = [known.gyros[body - 1].bias_rad_s for body in step.moved]
-        rates = [
-            _along(recording.rate_rad_s[:, body - 1] - bias)
-            for body, bias in zip(step.moved, biases, strict=True)
-        ]
-        apart_rad = abs(np.deg2rad(step.angle_deg)) / 2
-        return min(
-            _places(
-                find_rests(t_s, along, TURN_SHARE), cumulative_trapezoid(along, t_s, initial=0), apart_rad
-            )
-            for along in rates
-        )
-    motion = Motion(step, recording, known.gyros, known.joints, model)
-    place = motion.angle_rad[:, step.moving_joint - 1]
-    return min(
-        _places(find_rests(t_s, _along(motion.readings(body))), place, _NEW_PLACE_RAD) for body in step.moved
-    )
-
-
-def _along(readings: FloatArray) -> FloatArray:
-    """(n,) of readings (n, 3): their component in the direction in which there is most of them."""
-    return np.asarray(readings @ np.linalg.eigh(readings.T @ readings)[1][:, -1])
+        biases = np.array([gyro.bias_rad_s for gyro in known.gyros])
+        readings = list((recording.rate_rad_s - biases).swapaxes(0, 1))
+        share, apart_rad = TURN_SHARE, abs(np.deg2rad(step.angle_deg)) / 2
+    else:
+        motion = Motion(step, recording, known.gyros, known.joints, model)
+        readings = [motion.readings(body) for body in step.moved]
+        place = motion.angle_rad[:, step.moving_joint - 1]
+    counts = []
+    for reading in readings:
+        along = reading @ main_line(reading)
+        rests = find_rests(t_s, along, share)
+        turned = cumulative_trapezoid(along, t_s, initial=0) if place is None else place
+        counts.append(_places(rests, turned, apart_rad))
+    return min(counts)
 
 
 def _places(rests: Sequence[slice], angle_rad: FloatArray, apart_rad: float) -> int:

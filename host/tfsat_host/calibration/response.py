@@ -74,19 +74,19 @@ def direction(rate_rad_s: FloatArray, axis_body: FloatArray, along_rad_s: FloatA
         axis_body: (3,) unit vector, body axes.
         along_rad_s: (n,) the rate about it by another sensor, rough: its sign is used alone.
     """
-    axis = _line(rate_rad_s)
+    axis = main_line(rate_rad_s)
     axis *= np.sign((rate_rad_s @ axis) @ along_rad_s) or 1.0
     done = np.cumsum((rate_rad_s**2).sum(axis=1))
     ends = np.searchsorted(done, done[-1] * np.arange(1, _BATCHES) / _BATCHES)
-    lines = np.array([_line(part) for part in np.split(rate_rad_s, ends) if len(part)])
+    lines = np.array([main_line(part) for part in np.split(rate_rad_s, ends) if len(part)])
     lines *= np.sign(lines @ axis)[:, None]
     covariance = few(_BATCHES - 1) * np.cov(lines, rowvar=False) / _BATCHES
     return Response(axis_body, axis, across(axis) @ covariance @ across(axis), False)
 
 
-def _line(rate_rad_s: FloatArray) -> FloatArray:
-    _, _, rows = np.linalg.svd(rate_rad_s, full_matrices=False)
-    return np.asarray(rows[0])
+def main_line(rates_rad_s: FloatArray) -> FloatArray:
+    """(3,) the direction in which there is most of some rates (n, 3): their first right singular vector."""
+    return np.asarray(np.linalg.eigh(rates_rad_s.T @ rates_rad_s)[1][:, -1])
 
 
 def across(axis: FloatArray) -> FloatArray:

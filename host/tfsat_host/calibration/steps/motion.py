@@ -52,7 +52,7 @@ class Motion:
         """(n, n_joints) joint angles."""
         return joint_angles(self.recording.sensor_angle_rad, self.joints, self.model)
 
-    @property
+    @cached_property
     def joint_rate_rad_s(self) -> FloatArray:
         """(n,) of the joint that is moved, by its angle sensors."""
         return np.gradient(self.angle_rad[:, self.step.moving_joint - 1], self.recording.t_s)
@@ -96,7 +96,8 @@ class Motion:
         """(3,) a joint's axis in the body's axes, as they are while it moves: so does a fitted line weigh it."""
         inner = int(self.model.joint_inner[joint - 1])
         axes = self._to_held[:, inner] @ self.model.joint_axis[joint - 1]
-        mean = np.einsum("n,nji,nj->i", self.joint_rate_rad_s**2, self._to_held[:, body - 1], axes)
+        weighed = self.joint_rate_rad_s[:, None] ** 2 * axes
+        mean = np.einsum("nji,nj->i", self._to_held[:, body - 1], weighed)
         return np.asarray(mean / np.linalg.norm(mean))
 
     def _between(self, body: int) -> list[int]:
