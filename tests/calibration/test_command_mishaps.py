@@ -17,7 +17,7 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.progress import LONGEST_S
 from tfsat_host.calibration.steps.instructions import task
 from tfsat_host.calibration.steps.step import Step, rest, swings, turn
-from tfsat_host.cli.calibrate.bench import HANDS_SEED
+from tfsat_host.cli.calibrate.bench import PERSON_SEED
 from tfsat_host.cli.calibrate.command import MOST_TURN_DEG
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
 from tfsat_host.cli.main import main
@@ -156,7 +156,7 @@ def test_a_longer_turn_is_given_more_time(angle_deg: float, words: str) -> None:
 
 def test_the_longest_turn_that_is_taken_ends_in_time() -> None:
     with EmulatedRobot() as robot:
-        person = EmulatedOperator(robot, Hands.human(HANDS_SEED))
+        person = EmulatedOperator(robot, Hands.human(PERSON_SEED))
         assert person.duration_s(turn("z", MOST_TURN_DEG)) < LONGEST_S
 
 

@@ -142,7 +142,7 @@ def _check_joint_moved(step: Step, travel_rad: FloatArray, rms: FloatArray) -> N
     if silent and turning and rms.min() > _MOVES_FRACTION * rms.max():
         raise CalibrationError(
             what=f"All bodies turned as one, and joint {joint} did not move.",
-            meaning="The axis of the joint cannot be told from a rotation of the whole robot.",
+            meaning="The axis of the joint cannot be separated from a rotation of the whole robot.",
             next_step=f"Hold one side on the bench, move joint {joint} alone, {_AGAIN}",
         )
     if silent and turning:
@@ -154,7 +154,7 @@ def _check_joint_moved(step: Step, travel_rad: FloatArray, rms: FloatArray) -> N
     raise CalibrationError(
         what=f"Joint {joint} moved by {np.rad2deg(own.min()):.0f} deg; at least {np.rad2deg(least_rad):.0f} "
         f"are needed.",
-        meaning="The axis could not be told from noise.",
+        meaning="The axis could not be separated from noise.",
         next_step=f"Move joint {joint} farther, through its whole range if you can, {_AGAIN}",
     )
 
@@ -219,7 +219,7 @@ def _check_bodies(step: Step, rms: FloatArray) -> None:
         raise CalibrationError(
             what=f"Body {slowest} turned at {np.rad2deg(rms[slowest - 1]):.1f} deg/s rms; "
             f"at least {np.rad2deg(LEAST_RMS_RAD_S[step.kind]):.0f} are needed.",
-            meaning="The axis could not be told from noise.",
+            meaning="The axis could not be separated from noise.",
             next_step=f"Move {bodies(step.moved)} about joint {joint} wider and faster, {_AGAIN}",
         )
     if moving == moved:

@@ -28,7 +28,7 @@ IN_RUN_STD_RAD_S = np.deg2rad(0.005)
 TEMPERATURE_SAMPLES = 256
 """The die's temperature is the mean over so many."""
 ACCEL_SCALE_STD = 0.03 / 3.0**0.5
-"""Of an accelerometer that nobody calibrates: within 3 % (PS-MPU-6000A rev. 3.4, section 6.2)."""
+"""Of an accelerometer, which is not calibrated: within 3 % (PS-MPU-6000A rev. 3.4, section 6.2)."""
 ACCEL_OFFSET_STD_M_S2 = np.array([0.05, 0.05, 0.08]) / 3.0**0.5 * STANDARD_GRAVITY_M_S2
 """Its zero-g output: within 50 mg, 80 mg for z (the same table)."""
 

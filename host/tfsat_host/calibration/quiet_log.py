@@ -147,13 +147,13 @@ def rest_of(log: DropLog, file: Path, origin: Origin) -> Evidence:
     if counts is None:
         raise CalibrationError(
             what=f"The robot in {file} never rested for {LEAST_S:g} s before its release.",
-            meaning="The biases cannot be told from its motion; nothing was kept.",
+            meaning="The biases cannot be separated from its motion; nothing was kept.",
             next_step="Take them on the bench: tfsat-host calibrate bias",
         )
     if log.unix_offset_us is None:
         raise CalibrationError(
             what=f"{file} does not say at what time of day it was recorded.",
-            meaning="Whether its biases are older than a landing could never be told; nothing was kept.",
+            meaning="Whether its biases are older than a landing could never be known; nothing was kept.",
             next_step="Take them on the bench: tfsat-host calibrate bias",
         )
     taken = datetime.fromtimestamp(0, UTC) + timedelta(microseconds=log.unix_offset_us + int(counts.t_us[0]))

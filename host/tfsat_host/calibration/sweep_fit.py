@@ -5,7 +5,7 @@ Between rests the integral of a gyro, T, and the angles s by the joint's two sen
     s1 = g T + b t + c1 + h(shown1) a1,    s2 = g T + b t + c2 + h(shown2) a2
 
 with g the inverse of the gyro's response, b t what is left of its bias, and a the amplitudes of the first two
-harmonics h of a sensor's error. A sensor's bend over the joint's range cannot be told wholly from a scale factor, so
+harmonics h of a sensor's error. A sensor's bend over the joint's range cannot be separated wholly from a scale factor, so
 the amplitudes have the robot file's `nonlinearity_deg` as their prior; what remains doubtful is in the covariance.
 The mean and the half difference of both sensors are fitted instead of each: what sways is common to both.
 """
@@ -29,7 +29,7 @@ from tfsat_host.calibration.steps.recording import find_rests
 
 LEAST_RESTS = 6
 MOST_ONE_WAY = 0.95
-"""Correlation of angle with time: beyond it what is left of the bias cannot be told from the scale factor."""
+"""Correlation of angle with time: beyond it what is left of the bias cannot be separated from the scale factor."""
 MOST_BEND_SIGMAS = 4.5
 """Of a sensor's four amplitudes together: beyond it lie 0.05 % of the sensors that are as the robot file says."""
 _ROUNDS = 4
@@ -99,7 +99,7 @@ def fit_sweeps(
         joint: 1 to 3.
         sweeps: Of one or several gyros; a body may come in one sweep only.
         nonlinearity_rad: (2,) standard deviation of each amplitude of each sensor.
-        known: For each of `sweeps` the length that a turn by hand has told with its deviation, or None.
+        known: For each of `sweeps` the length that a turn by hand gave, with its deviation, or None.
 
     Returns:
         Body to length of its response (reading per rate) and standard deviation; (2, 4) amplitudes, rad; and their
@@ -112,7 +112,7 @@ def fit_sweeps(
     prior, prior_target = _priors(nonlinearity_rad, known, design.shape[1])
     solution, covariance = _fitted(design, target, of_mean, weights, prior, prior_target)
     bend = solution[-8:].reshape(2, 4)
-    # All four of a sensor together: over a joint's range they are seldom told from each other.
+    # All four of a sensor together: over a joint's range they can seldom be separated.
     sizes = np.linalg.norm(bend, axis=1)
     sigmas = sizes / nonlinearity_rad
     if sigmas.max() > MOST_BEND_SIGMAS:

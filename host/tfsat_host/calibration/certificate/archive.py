@@ -1,4 +1,4 @@
-"""The folder beside a certificate: its recordings, every certificate that was ever written, and which a drop needs."""
+"""The folder of a certificate: its recordings, every certificate that was ever written, and which a drop needs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def recordings_folder(certificate: Path) -> Path:
 
 
 def kept_copy(certificate: Path, calibration: Calibration) -> Path:
-    """The copy that stays of what a certificate said."""
+    """The copy of a certificate that stays."""
     return recordings_folder(certificate) / calibration.written.astimezone(UTC).strftime(_KEPT)
 
 

@@ -100,7 +100,7 @@ class Campaign:
             self.calibration = with_landing(self.calibration, self._moved)
 
     def not_older_than(self, step: Evidence) -> Evidence | None:
-        """The newest recording of the same step that is not older: beside it this one would not count."""
+        """The newest recording of the same step that is not older: this one would not count."""
         newer = (one for one in self.evidence if one.step.key == step.step.key and one.taken >= step.taken)
         return max(newer, key=lambda one: one.taken, default=None)
 
@@ -144,7 +144,7 @@ class Campaign:
         return None if self.calibration is None else self.calibration.last_landing
 
     def _check_time(self, step: Evidence) -> None:
-        """What is the newest of a step is told by its time."""
+        """The newest recording of a step is the latest by its time."""
         one = self.not_older_than(step)
         if one is not None:
             raise CalibrationError(

@@ -55,7 +55,7 @@ class Paper:
     Attributes:
         step: Key of the step.
         taken: When it was begun.
-        file: Its name in the folder beside the certificate.
+        file: Its name in the recordings' folder.
         sha256: Of its bytes, hexadecimal.
     """
 
@@ -94,7 +94,7 @@ class Calibration:
         tool_version, protocol_hash: Of the program that computed it.
         logger_image: CRC of the image that the logger ran in the newest recording, 8 hexadecimal digits; None: it
             ran natively, or nothing was recorded.
-        drawn: Of `DRAWABLE`, what nobody measured: a rehearsal drew it from an emulated robot's hidden truth.
+        drawn: Of `DRAWABLE`, what was never measured: a rehearsal drew it from an emulated robot's hidden truth.
     """
 
     subject: Subject

@@ -14,7 +14,7 @@ from tfsat_host.angles import FloatArray
 SCALE_STD = 0.03 / 3.0**0.5
 """Standard deviation of a scale factor that lies anywhere within 3 % (PS-MPU-6000A rev. 3.4, section 6.1)."""
 BIAS_STD_RAD_S = np.deg2rad(20.0) / 3.0**0.5
-"""Of a gyro whose bias nobody has measured: anywhere within 20 deg/s (PS-MPU-6000A rev. 3.4, section 6.1)."""
+"""Of a gyro whose bias was never measured: anywhere within 20 deg/s (PS-MPU-6000A rev. 3.4, section 6.1)."""
 MOUNTING_STD_RAD = np.deg2rad(5.0)
 """About each axis, of a sensor that was mounted with care and never measured."""
 

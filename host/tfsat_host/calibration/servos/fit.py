@@ -135,7 +135,7 @@ def check_number(joint: int, places: int, repeats: int, direction: FloatArray) -
     raise CalibrationError(
         what=f"Joint {joint} was measured at {places} angles with {repeats} repeated visits; at least "
         f"{LEAST_PLACES} and {LEAST_REPEATS} are needed, opening and closing.",
-        meaning=f"Slope, backlash and scatter could not be told apart. {_NOTHING_KEPT}",
+        meaning=f"Slope, backlash and scatter could not be separated. {_NOTHING_KEPT}",
         next_step=f"Let the measurement run to its end: {_again(joint)}",
     )
 
@@ -178,7 +178,7 @@ def check_following(joint: int, pulse_us: FloatArray, reached_rad: FloatArray, s
             meaning=f"Every stroke of it would be driven against the robot itself. {_NOTHING_KEPT}",
             next_step="Write the settings to a file: tfsat-host upload-servos --show --out servos.toml\n"
             f"There, for joint {joint}, set {turned} (if that is not within {SERVO_PULSE_MIN_US} to "
-            f"{SERVO_PULSE_MAX_US}, mount the horn anew), then: tfsat-host upload-servos servos.toml\n"
+            f"{SERVO_PULSE_MAX_US}, mount the horn again), then: tfsat-host upload-servos servos.toml\n"
             f"Try a small angle, tfsat-host jog --joint {joint} --from 0 --to 10, then: {_again(joint)}",
         )
 
@@ -193,7 +193,7 @@ def check_fit(joint: int, repeatability_rad: float, nonlinearity_rad: float, *, 
         certain: Scatter alone does not explain the places' deviations.
 
     Raises:
-        CalibrationError: as said.
+        CalibrationError: they are.
     """
     if repeatability_rad > MOST_SCATTER_RAD:
         raise CalibrationError(

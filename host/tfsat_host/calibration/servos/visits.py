@@ -53,8 +53,10 @@ def servo_map_of(evidence: Evidence, joints: Sequence[JointSensors], model: Robo
         ValueError: it is no servo step.
     """
     sensors = joints[joint_of(evidence) - 1]
-    seen = servo_points(evidence, joints, model)
-    points = [point for point, met in zip(seen, at_stops(seen, sensors.joint, model), strict=True) if not met]
+    every = servo_points(evidence, joints, model)
+    points = [
+        point for point, met in zip(every, at_stops(every, sensors.joint, model), strict=True) if not met
+    ]
     servo_map = fit_servo_map(points, sensors.joint, setting_of(evidence))
     pulse_us = np.array([point.pulse_us for point in points])
     direction = np.array([point.direction for point in points])
@@ -96,7 +98,7 @@ def points_of(
 def at_stops(points: Sequence[ServoPoint], joint: int, model: RobotModel) -> tuple[bool, ...]:
     """Whether at each visit the joint may have rested against the end of its range instead of where its servo wanted.
 
-    A servo that is told 0 deg and would go below it is stopped there, and a map through that is too flat. All visits
+    A servo that is commanded to 0 deg and would go below it is stopped there, and a map through that is too flat. All visits
     to that place from that side count as stopped: those that got less far would not scatter about the servo's mean.
     """
     ends_rad = model.joint_limits_rad[joint - 1]
@@ -233,7 +235,7 @@ class Visits:
 
     @property
     def known(self) -> tuple[Visit, ...]:
-        """All but those that nobody knows from which side the joint came to."""
+        """All but those to which it is unknown from which side the joint came."""
         return tuple(visit for visit in self._visits if visit.direction)
 
     def check_start(self, limp: Counts) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ class Scales:
         gyro_lsb_per_deg_s: Of all gyros.
         accel_lsb_per_g: Of all accelerometers.
         angle_counts_per_turn: Of all angle sensors.
-        imu_offset_us, angle_offset_us: From a sample's time to the reading of each sensor; 0 where nobody said it.
+        imu_offset_us, angle_offset_us: From a sample's time to the reading of each sensor; 0 where it is unknown.
         dlpf_cfg: Setting of the IMUs' low-pass.
         who_am_i: Register 0x75 of each IMU: which part it is; 0 where none answered.
     """
@@ -45,18 +45,10 @@ class Scales:
     who_am_i: tuple[int, ...] = (MPU_6050,) * IMU_COUNT
 
     @classmethod
-    def of(cls, told: LogHeader | LiveReply) -> Scales:
-        """As the logger tells them."""
-        return cls(
-            told.rate_hz,
-            told.gyro_lsb_per_deg_s,
-            told.accel_lsb_per_g,
-            told.angle_counts_per_turn,
-            told.imu_offset_us,
-            told.angle_offset_us,
-            told.dlpf_cfg,
-            tuple(told.who_am_i),
-        )
+    def of(cls, stated: LogHeader | LiveReply) -> Scales:
+        """As the logger states them."""
+        values = {field.name: getattr(stated, field.name) for field in fields(cls)}
+        return cls(**values | {"who_am_i": tuple(stated.who_am_i)})
 
     @property
     def low_pass(self) -> LowPass:

@@ -49,7 +49,7 @@ class Visit:
     """A servo held at a commanded angle, on the logger's clock.
 
     Attributes:
-        pulse_us: What it was told.
+        pulse_us: As commanded.
         direction: +1 or -1: the way by which the joint came there.
         from_us, to_us: In between it stood still.
     """
@@ -136,20 +136,13 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
 
 
 def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
-    step = papers["step"]
-    scales: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in papers["scales"].items()
-    }
+    step, scales = (
+        {name: tuple(value) if isinstance(value, list) else value for name, value in papers[part].items()}
+        for part in ("step", "scales")
+    )
     setting = papers["servo_setting"]
     return Evidence(
-        step=Step(
-            StepKind(step["kind"]),
-            step["joint"],
-            tuple(step["moved"]),
-            tuple(step["held"]),
-            step["axis"],
-            step["angle_deg"],
-        ),
+        step=Step(**{**step, "kind": StepKind(step["kind"])}),
         counts=Counts(**columns, samples_lost=papers["samples_lost"], scales=Scales(**scales)),
         taken=datetime.fromisoformat(papers["taken"]),
         origin=Origin(**papers["origin"]),

@@ -20,7 +20,7 @@ _OUTPUT_PERIOD_S = (125e-6, *[1e-3] * 6)
 class LowPass:
     """A setting, and the parts that have it; delays are the data sheets' (`protocol.imus` names them).
 
-    Delays are those of the part that most IMUs are. Readings of the others are told for the time at which that part
+    Delays are those of the part that most IMUs are. Readings of the others are given for the time at which that part
     would have shown them (`Recording.from_counts`), so that one lag holds for all.
 
     Attributes:
@@ -32,9 +32,9 @@ class LowPass:
     who_am_i: tuple[int, ...] = (MPU_6050,) * IMU_COUNT
 
     @classmethod
-    def of(cls, told: LogHeader | LiveReply) -> LowPass:
-        """As the logger tells it."""
-        return cls(told.dlpf_cfg, tuple(told.who_am_i))
+    def of(cls, stated: LogHeader | LiveReply) -> LowPass:
+        """As the logger states it."""
+        return cls(stated.dlpf_cfg, tuple(stated.who_am_i))
 
     @property
     def parts(self) -> tuple[ImuPart, ...]:

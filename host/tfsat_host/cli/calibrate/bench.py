@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from tfsat_host.robot import RobotModel
 
 LEAD_S = 3.0
-"""With `--yes` nobody says that the robot is held and moves: so long after the task the sensors are read."""
-HANDS_SEED = 1
+"""With `--yes` the sensors are read so long after the task: time to hold the robot and to move it."""
+PERSON_SEED = 1
 """The emulated bench's person is always the same one."""
 
 
@@ -124,7 +124,7 @@ def open_bench(
     """The logger and, to `jog`, the sequencer, and who moves the robot.
 
     Raises:
-        PortError, NoAnswer, WrongBoard, BuildError: as said.
+        PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.
     """
     from tfsat_host.cli.advice import explained, offering_emulated
     from tfsat_host.cli.connection import emulated_robot, open_jog_client, open_logger
@@ -147,7 +147,7 @@ def open_bench(
 
     with emulated_robot(out, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        person = EmulatedPerson(EmulatedOperator(robot, Hands.human(HANDS_SEED)), out, jogging=jog)
+        person = EmulatedPerson(EmulatedOperator(robot, Hands.human(PERSON_SEED)), out, jogging=jog)
         if not jog:
             yield Bench(logger, person, origin_of(logger))
             return

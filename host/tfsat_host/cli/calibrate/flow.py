@@ -164,7 +164,7 @@ class Terminal:
         self._out = out
 
     def refused(self, error: CalibrationError) -> None:
-        """Asks whether to repeat it; raises the error where nobody can be asked."""
+        """Asks whether to repeat it; raises the error where there is no terminal."""
         if not self._out.can_ask:
             raise error
         error.next_step = as_typed_here(error.next_step, self._args)
@@ -172,7 +172,7 @@ class Terminal:
         self._out.ask("Enter repeats the step, q ends: ", meaning="This step was not accepted.", accept=("",))
 
     def accepted(self, step: Evidence, calibration: Calibration) -> None:
-        """Says what it has told."""
+        """Says what was found."""
         from tfsat_host.calibration.findings import found_lines
 
         for line in () if self._out.json_mode else found_lines(step, calibration, self._model):

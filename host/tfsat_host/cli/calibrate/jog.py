@@ -42,7 +42,7 @@ class TourInterrupted(Interrupted):
     """Ctrl-C or Ctrl-Z while the joint moved or was held; it was let go.
 
     Attributes:
-        details: For `--json`: the joint, and the angle in deg that its servo was told last.
+        details: For `--json`: the joint, and the angle in deg that was commanded last.
     """
 
     def __init__(self, tour: JogTour, end: JogEnd, how: str) -> None:
@@ -258,19 +258,19 @@ def _explanation(step: Step, tour: JogTour) -> str:
 @contextmanager
 def _progress(tour: JogTour, out: Output) -> Iterator[Callable[[int, int], None]]:
     """Gives what shows stop and commanded angle (0.01 deg): in place on a terminal, else a line a stop."""
-    told = -1
+    last = -1
     with out.live(diagnostic=True) as draw:
 
         def show(stop: int, angle_cdeg: int) -> None:
-            nonlocal told
+            nonlocal last
             text = (
                 f"joint {tour.joint}: {angle_cdeg / CDEG_PER_DEG:6.2f} deg, to "
                 f"{tour.stops_cdeg[stop] / CDEG_PER_DEG:g} deg, stop {stop + 1} of {len(tour.stops_cdeg)}"
             )
             if draw is not None:
                 draw(text)
-            elif not out.json_mode and stop > told:
+            elif not out.json_mode and stop > last:
                 out.note(f"  {text}")
-                told = stop
+                last = stop
 
         yield show

@@ -14,7 +14,7 @@ from tfsat_host.devices.ports import BoardName
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
-_TOLD_AGAIN = ("joint", "turn", "all", "anew", "jog", "no_upload", "out", "robot")
+_REPEATED = ("joint", "turn", "all", "anew", "jog", "no_upload", "out", "robot")
 _COMMAND = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+| [0-9xyz]+)*")
 _OF_BOTH_BOARDS = ("scale", "servo")
 
@@ -44,7 +44,7 @@ def add_campaign_options(parser: argparse.ArgumentParser, board: BoardName = "lo
 
 
 def add_sequencer_port(parser: argparse.ArgumentParser) -> None:
-    """`--sequencer-port`, beside the logger's `--port`."""
+    """`--sequencer-port`, besides the logger's `--port`."""
     parser.add_argument(
         "--sequencer-port",
         metavar="PORT",
@@ -70,9 +70,9 @@ def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
 
 def resuming(args: argparse.Namespace) -> str:
     """The command that goes on behind the steps that are kept."""
-    # That sensors were moved is in the certificate with the first step: said again, it would end what followed.
-    told = [name for name in _TOLD_AGAIN if name != "anew" or args.quantity == "zero"]
-    words = ["tfsat-host calibrate", args.quantity, *_options(args, told), "--resume"]
+    # That sensors were moved is in the certificate with the first step: once more, it would end what followed.
+    repeated = [name for name in _REPEATED if name != "anew" or args.quantity == "zero"]
+    words = ["tfsat-host calibrate", args.quantity, *_options(args, repeated), "--resume"]
     return " ".join(words) + _devices(args, args.quantity)
 
 

@@ -32,7 +32,7 @@ _AROUND_BAR = 46
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """For a terminal, drawn anew in its place; no line is wider than it."""
+    """For a terminal, drawn again in its place; no line is wider than it."""
 
     step: Step
     progress: StepProgress

@@ -76,7 +76,7 @@ def _upload(
     args: argparse.Namespace,
     out: Output,
 ) -> dict[str, Any]:
-    """Puts the new settings on the board unless told otherwise; says what error is left."""
+    """Puts the new settings on the board unless `--no-upload`; says what error is left."""
     joint = servo_map.joint
     out.table(*comparison(after, before), title="Servo settings")
     left = left_by(servo_map, after.of(joint))
