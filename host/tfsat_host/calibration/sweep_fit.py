@@ -5,7 +5,7 @@ Between rests the integral of a gyro, T, and the angles s by the joint's two sen
     s1 = g T + b t + c1 + h(shown1) a1,    s2 = g T + b t + c2 + h(shown2) a2
 
 with g the inverse of the gyro's response, b t what is left of its bias, and a the amplitudes of the first two
-harmonics h of a sensor's error. A sensor's bend over the joint's range cannot be separated wholly from a scale factor, so
+harmonics h of a sensor's error. A sensor's bend over the joint's range cannot wholly be separated from a scale, so
 the amplitudes have the robot file's `nonlinearity_deg` as their prior; what remains doubtful is in the covariance.
 The mean and the half difference of both sensors are fitted instead of each: what sways is common to both.
 """
