@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.calibration.simulated_servo import FACTORY_SERVO, SimulatedServo
-from tests.sequencer.servo_model import width_ns
+from tests.sequencer.servo_model import TICK_NS, pulse_centi_ns
 from tests.servo_settings.values import valid_settings
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.fit import fit_servo_map
@@ -321,7 +321,9 @@ def test_a_setting_that_misses_is_told_from_one_that_is_only_rounded() -> None:
 def test_pulses_are_those_that_the_board_sends(settings: ServoSettings, share: float) -> None:
     for servo in settings.servos:
         angle_cdeg = round(share * servo.max_cdeg)
-        assert board_pulse_us(servo, angle_cdeg) * 1000 == width_ns(servo, angle_cdeg)
+        sent_ns, exact_ns = board_pulse_us(servo, angle_cdeg) * 1000, pulse_centi_ns(servo, angle_cdeg) / 100
+        # The board cuts the fraction of a nanosecond off before it rounds to a tick.
+        assert sent_ns % TICK_NS == 0 and abs(sent_ns - exact_ns) < TICK_NS / 2 + 1
 
 
 def test_a_matching_setting_is_found_where_the_board_would_refuse_it() -> None:

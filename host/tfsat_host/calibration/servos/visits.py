@@ -98,7 +98,8 @@ def points_of(
 def at_stops(points: Sequence[ServoPoint], joint: int, model: RobotModel) -> tuple[bool, ...]:
     """Whether at each visit the joint may have rested against the end of its range instead of where its servo wanted.
 
-    A servo that would go below 0 deg is stopped there, and a map through that is too flat. All visits to that place from that side count as stopped: those that got less far would not scatter about the servo's mean.
+    A servo that would go below 0 deg is stopped there, and a map through that is too flat. All visits
+    to that place from that side count as stopped: those that got less far would not scatter about the servo's mean.
     """
     ends_rad = model.joint_limits_rad[joint - 1]
     met = {
