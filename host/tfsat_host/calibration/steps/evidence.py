@@ -135,11 +135,12 @@ def from_bytes(data: bytes, *, source: str) -> Evidence:
         ) from error
 
 
+def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+
+
 def _evidence(papers: dict[str, Any], columns: dict[str, Any]) -> Evidence:
-    step, scales = (
-        {name: tuple(value) if isinstance(value, list) else value for name, value in papers[part].items()}
-        for part in ("step", "scales")
-    )
+    step, scales = (_with_tuples(papers[part]) for part in ("step", "scales"))
     setting = papers["servo_setting"]
     return Evidence(
         step=Step(**{**step, "kind": StepKind(step["kind"])}),
