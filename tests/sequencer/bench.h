@@ -212,9 +212,6 @@ bool put(FakeMemory& memory, uint16_t address, const Record& wanted) {
   return !store.writing() && !store.failed() && same_record(store.current(), wanted);
 }
 
-// An EEPROM that was never written.
-inline std::vector<uint8_t> erased_eeprom() { return FakeMemory().bytes; }
-
 // One into which a maneuver has been uploaded, so that the board arms.
 inline std::vector<uint8_t> uploaded_eeprom(const Maneuver& maneuver = Maneuver::factory()) {
   FakeMemory memory;

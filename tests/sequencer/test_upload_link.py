@@ -12,7 +12,6 @@ from tests.sequencer.store_model import without_markers
 from tfsat_host.devices.client import BoardError, BoardRefusal, NoAnswer, VerifyError
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
-from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import Frame, FrameReceiver, encode_frame
 from tfsat_host.protocol.messages import (
@@ -23,7 +22,6 @@ from tfsat_host.protocol.messages import (
 from tfsat_host.protocol.record import ProtocolError
 
 NewBoard = Callable[..., Board]
-OLDER = schedule_maneuver(four_stroke(12, 80))
 
 
 def why_not_armed(board: Board) -> ErrorCode:

@@ -43,10 +43,6 @@ class Instruction:
         return self.address + (4 if self.operation in _TWO_WORDS else 2)
 
     @property
-    def turns_interrupts_on(self) -> bool:
-        return self.operation == "sei" or self.restores_status
-
-    @property
     def restores_status(self) -> bool:
         return self.operation == "out" and self.operands[0] == STATUS_REGISTER
 
