@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
-from tfsat_host.plan.design import candidate, climb, design, find_optimum, search, value_and_gradient
-from tfsat_host.plan.loops import best_sequence, classes
+from tfsat_host.plan.design import Summit, candidate, climb, design, find_optimum, search, value_and_gradient
+from tfsat_host.plan.loops import Sequence, best_sequence, classes
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
+from tfsat_host.robot.model import FloatArray
 
 # The paper's displacements take 1.518 s at 170 deg/s, not its 1.50 s.
 PAPERS_TIME_S = 2 * (58.75 + 70.29) / 170.0
@@ -102,6 +103,19 @@ def test_another_grid_finds_the_same_optimum(drop_tower: RobotModel) -> None:
     coarse, _ = find_optimum(problem, grid_points=700)
     fine, _ = find_optimum(problem, grid_points=5000)
     assert coarse.reorientation_rad == pytest.approx(fine.reorientation_rad, abs=1e-9)
+
+
+def test_every_climb_starts_within_the_time(drop_tower: RobotModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    starts_rad: list[float] = []
+
+    def watched(problem: Problem, sequence: Sequence, start_rad: FloatArray) -> Summit:
+        starts_rad.append(float(start_rad.sum()))
+        return climb(problem, sequence, start_rad)
+
+    monkeypatch.setattr("tfsat_host.plan.design.climb", watched)
+    problem = Problem.of(drop_tower, DesignSettings())
+    find_optimum(problem, grid_points=700)  # some points of this grid are less than 1 % too far
+    assert max(starts_rad) <= problem.travel_limit_rad * (1.0 + 1e-9)
 
 
 def test_the_highest_summit_is_not_the_one_below_the_best_grid_point(drop_tower: RobotModel) -> None:
