@@ -26,6 +26,8 @@ from tfsat_host.calibration.sensors.joint_sensors import sensors_by_design
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks import checks_of
+from tfsat_host.evaluation.checks.rest import across_std
+from tfsat_host.evaluation.fall.micro_gravity import AtRest
 from tfsat_host.sdlog import DropLog
 
 SEED = 1
@@ -81,6 +83,11 @@ def test_accelerometers_are_tried_on_gravity(healthy: Flown) -> None:
     assert set(turned) == {"down at rest"}
     cause = "accelerometer of body 2 feels up along +x where it is +z: its axes are exchanged or reversed"
     assert turned["down at rest"].cause == cause
+
+
+def test_a_direction_is_as_uncertain_as_the_errors_square_to_it() -> None:
+    force = AtRest(np.array([0.6, 0.0, 0.8]), np.array([1.0, 2.0, 3.0]), 0.0)
+    assert across_std(force) == pytest.approx(np.sqrt(0.64 * 1.0 + 4.0 + 0.36 * 9.0))
 
 
 def test_a_robot_that_sways_has_no_rest_to_check(healthy: Flown) -> None:

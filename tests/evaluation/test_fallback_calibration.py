@@ -145,3 +145,13 @@ def test_without_a_rest_the_noise_is_the_data_sheets() -> None:
     assert np.rad2deg(rest.densities_rad_s_rthz) == pytest.approx([0.005] * 4)
     by_rest = np.rad2deg(rest_before_release(one.log).densities_rad_s_rthz)
     assert (by_rest > 0.0025).all() and (by_rest < 0.01).all(), "from some twenty means of each gyro"
+
+
+def test_a_joint_without_a_zero_point_hung_where_its_servo_starts() -> None:
+    one = flown(1)
+    servos = tuple(replace(servo, start_rad=0.1) for servo in one.model.servos)
+    started = with_fallbacks(
+        None, one.log, replace(one.model, servos=servos), rest_before_release(one.log), DROPPED
+    )
+    for was, now in zip(filled(one, None).calibration.joints, started.calibration.joints, strict=True):
+        assert was.zero_rad - now.zero_rad == pytest.approx(0.1 * was.direction)

@@ -94,13 +94,13 @@ def _directions(rest: Hanging, model: RobotModel) -> dict[int, tuple[FloatArray,
     angles = np.where(np.isfinite(rest.angles_rad), rest.angles_rad, starts)
     rotation, _ = poses(Multibody.of(model), angles)
     return {
-        b: (rotation[b] @ one.mean_g / np.linalg.norm(one.mean_g), _across_std(one), rotation[b])
+        b: (rotation[b] @ one.mean_g / np.linalg.norm(one.mean_g), across_std(one), rotation[b])
         for b, one in enumerate(rest.force)
         if one is not None and np.linalg.norm(one.mean_g) > 0.0
     }
 
 
-def _across_std(one: AtRest) -> float:
+def across_std(one: AtRest) -> float:
     """Of a direction, by the errors square to it, rad."""
     norm = float(np.linalg.norm(one.mean_g))
     along = (one.mean_g / norm) ** 2
