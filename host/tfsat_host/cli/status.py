@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack, closing
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.advice import device_option, interruptible
 from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
@@ -12,7 +12,9 @@ from tfsat_host.devices.ports import BoardName
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
-from tfsat_host.present.sequencer_state import Rows
+
+if TYPE_CHECKING:
+    from tfsat_host.present.sequencer_state import Rows
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
