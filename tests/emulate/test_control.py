@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.emulated.control_lines import LONGEST_LINE, ControlLines, LineTooLong
+from tfsat_host.emulated.control import LONGEST_LINE, ControlLines, LineTooLong
 from tfsat_host.emulated.serve import RobotServer
 
 

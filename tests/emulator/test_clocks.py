@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.imperfections import draw, draw_as_built, ideal
+from tfsat_host.emulated.library import EmulationError
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.emulated.transport import EmulatedTransport

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.emulator.fault_bench import bench, nothing, read_card, record
-from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built, ideal
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu, shipped_imus
+from tfsat_host.emulated.library import EmulationError
 from tfsat_host.emulated.robot import BoardIndex
 from tfsat_host.sdlog import DropLog
 

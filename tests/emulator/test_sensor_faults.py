@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.emulator.fault_bench import bench, nothing, read_card, record
-from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.faults import Faults
+from tfsat_host.emulated.library import EmulationError
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.robot import load_robot

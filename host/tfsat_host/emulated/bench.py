@@ -13,8 +13,8 @@ from tfsat_host.calibration.steps.step import (
     Step,
     StepKind,
 )
-from tfsat_host.emulated.hands import LEAD_S, Hands
-from tfsat_host.emulated.motions import (
+from tfsat_host.emulated.hands import (
+    LEAD_S,
     SWEEP_LEG_S,
     SWEEP_REST_S,
     SWING_CYCLES,
@@ -22,6 +22,7 @@ from tfsat_host.emulated.motions import (
     SWING_PERIOD_S,
     TAIL_S,
     TURN_REST_S,
+    Hands,
     servo_motion,
     sweep_motion,
     swing_motion,

@@ -8,8 +8,7 @@ import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from tfsat_host.emulated.control import Bench
-from tfsat_host.emulated.control_lines import ControlLines, LineTooLong
+from tfsat_host.emulated.control import Bench, ControlLines, LineTooLong
 from tfsat_host.errors import TfsatError
 
 _CHUNK_BYTES = 4096

@@ -6,7 +6,7 @@ import ctypes
 import math
 from typing import Literal, get_args
 
-from tfsat_host.emulated.errors import EmulationError
+from tfsat_host.emulated.library import EmulationError
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, IMUS_PER_BUS, JOINT_COUNT, SWITCH_COUNT
 
 ImuFault = Literal["dead", "frozen", "saturated", "swapped"]

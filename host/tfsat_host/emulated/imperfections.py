@@ -6,11 +6,9 @@ from dataclasses import dataclass, field, replace
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
 
 _GYRO_NOISE_DEG_S_RTHZ = 0.005  # PS-MPU-6000A rev. 3.4, section 6.1
 _ACCEL_NOISE_G_RTHZ = 400e-6  # PS-MPU-6000A rev. 3.4, section 6.2

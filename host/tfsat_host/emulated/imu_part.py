@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.config import ConfigKind, read_config
-from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.imperfections import Imperfections, draw
+from tfsat_host.emulated.library import EmulationError
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
 _SHIPPED = {file.stem: file for file in sorted(Path(__file__).with_name("imus").glob("*.toml"))}

@@ -17,11 +17,33 @@ from ctypes import (
     c_uint64,
     c_void_p,
 )
+from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar
 
+from tfsat_host.errors import TfsatError
+
 TRUTH_COLUMNS = 32
 """Doubles in a row of truth: t_s, joint angles (3), attitudes (4 x xyzw), rates (4 x 3)."""
+
+
+class EmulationError(TfsatError):
+    """The emulated robot cannot do this, or its processor crashed."""
+
+
+class BoardIndex(IntEnum):
+    """Boards as api.h numbers them."""
+
+    SEQUENCER = 0
+    LOGGER = 1
+
+
+class Reset(IntEnum):
+    """Restarts of the sequencer with its supply on, as api.h numbers them."""
+
+    WATCHDOG = 0
+    BROWN_OUT = 1
+    BUTTON = 2
 
 
 class RobotConfig(ctypes.Structure):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfsat_host.emulated.errors import EmulationError
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S, Imperfections
-from tfsat_host.emulated.library import RobotConfig
+from tfsat_host.emulated.library import EmulationError, RobotConfig
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.recording import Recording
 from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
 from tfsat_host.preflight.evidence import Evidence, LiveSamples, Missing, Unreached, needed
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

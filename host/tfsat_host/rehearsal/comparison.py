@@ -9,16 +9,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.quantity import Columns, fields
 from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 _AT_REST_S = 0.03
 """A stroke's size is the change between means over so long before it and before the next one."""

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.devices.client import BoardError
 from tfsat_host.devices.log_transfer import RAM
@@ -32,7 +30,6 @@ from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
 
 Progress = Callable[[str], None]
-FloatArray = NDArray[np.float64]
 
 PREPARING_S = 300.0
 """Between power-up and the first question to a board, compressed: see `EmulatedRobot.wait`."""

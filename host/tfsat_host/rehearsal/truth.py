@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.imperfections import Imperfections, draw, draw_as_built
 from tfsat_host.emulated.imu_part import ImuPart, imperfections_with, load_imu
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 ROBOTS_IMU = "mpu6050"
 """On every body of the drop tower robot (paper, tab. mpu)."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.dynamics import Multibody, poses
@@ -17,8 +18,6 @@ from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
-
-FloatArray = NDArray[np.float64]
 
 MOST_BIAS_DEG_S = 20.0
 """Zero-rate output of an MPU-6050 at 25 deg C (PS-MPU-6000A rev. 3.4, section 6.1)."""
