@@ -12,8 +12,8 @@ from tests.cli.process import RunCli
 from tests.emulate.served import TIMEOUT_S, Served
 from tfsat_host.devices.client import Client
 from tfsat_host.devices.transport import SerialTransport
+from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot, EmulationError
-from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.emulated.serve import STEP_US, RobotServer
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.enums import SequencerState

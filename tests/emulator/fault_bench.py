@@ -11,9 +11,9 @@ import numpy as np
 
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.sequencer import SequencerClient
+from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.sdlog import DropLog, load

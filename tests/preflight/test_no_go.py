@@ -16,7 +16,7 @@ import pytest
 from tests.preflight.morning import MANEUVER, Morning, check, found_wrong, not_made
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.devices.logger_settings import FACTORY
-from tfsat_host.emulated.card import CardDefect
+from tfsat_host.emulated.faults import CardDefect
 from tfsat_host.emulated.hands import Hands, Leg, Motion
 from tfsat_host.emulated.robot import BoardIndex, Reset
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

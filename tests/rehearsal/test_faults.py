@@ -16,8 +16,8 @@ from tests.bundle.commands import command, result
 from tests.cli.process import RunCli
 from tests.rehearsal.days import SCHEDULE, SEED, Days, flown, turned_deg
 from tests.rehearsal.faults_page import PAGE, page
+from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.robot import US_PER_S
-from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.errors import UsageError
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.rehearsal import faults, series

@@ -14,7 +14,7 @@ import pytest
 from tests.bundle.commands import result
 from tests.cli.process import RunCli
 from tests.rehearsal.days import Rehearsed, Rehearsing, dropped
-from tfsat_host.emulated.sequencer_image import sequencer_hex
+from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.quick_look import disagreements, quick_look
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

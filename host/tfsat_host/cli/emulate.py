@@ -111,10 +111,9 @@ def require_pseudo_terminals(platform: str) -> None:
 
 
 def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Output) -> EmulatedRobot:
-    from tfsat_host.emulated.build import Variant, ensure_built
+    from tfsat_host.emulated.build import Variant, ensure_built, sequencer_hex
     from tfsat_host.emulated.imperfections import draw, draw_as_built
     from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
-    from tfsat_host.emulated.sequencer_image import sequencer_hex
 
     avr = args.sequencer == "avr"
     hex_path = sequencer_hex(out.note) if avr else None

@@ -13,8 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from tfsat_host.calibration.steps.step import AXES, TURN_ROUNDS, Axis
-from tfsat_host.emulated.card import CardDefect
-from tfsat_host.emulated.faults import Faults
+from tfsat_host.emulated.faults import CardDefect, Faults
 from tfsat_host.emulated.hands import Hands, sweep_motion, turn_axis, turn_motion
 from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
 from tfsat_host.errors import TfsatError

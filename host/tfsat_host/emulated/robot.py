@@ -13,15 +13,13 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.emulated.build import Progress, Variant, ensure_built
-from tfsat_host.emulated.card import CardSlot
-from tfsat_host.emulated.faults import Faults
+from tfsat_host.emulated.faults import CardSlot, Faults
 from tfsat_host.emulated.hands import HandsOn
 from tfsat_host.emulated.imperfections import Imperfections, draw
-from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library
+from tfsat_host.emulated.library import TRUTH_COLUMNS, load_library, require_the_boards_numbers, robot_config
 from tfsat_host.emulated.library import BoardIndex as BoardIndex
 from tfsat_host.emulated.library import EmulationError as EmulationError
 from tfsat_host.emulated.library import Reset as Reset
-from tfsat_host.emulated.robot_config import require_the_boards_numbers, robot_config
 from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT, SWITCH_COUNT
 from tfsat_host.robot import RobotModel, load_robot
 

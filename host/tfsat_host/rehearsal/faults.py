@@ -8,8 +8,8 @@ from typing import Any
 
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.devices.sequencer import SequencerClient
-from tfsat_host.emulated.card import CardDefect
 from tfsat_host.emulated.certificate import careful_certificate
+from tfsat_host.emulated.faults import CardDefect
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex, Reset
 from tfsat_host.emulated.transport import EmulatedTransport

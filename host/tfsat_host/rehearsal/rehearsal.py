@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from tfsat_host.emulated.build import Variant, ensure_built
+from tfsat_host.emulated.build import Variant, ensure_built, sequencer_hex
 from tfsat_host.emulated.imu_part import ImuPart, load_imu
-from tfsat_host.emulated.sequencer_image import sequencer_hex
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import Maneuver, Schedule, schedule_maneuver
