@@ -1,0 +1,96 @@
+"""What a proof is of: a hash over the code that its campaign runs; comments and docstrings do not count."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+REPOSITORY = Path(__file__).parents[1]
+_PYTHON_ROOTS = ("", "host", "tools")
+_NATIVE = ("firmware", "tools/emulator/src")
+_C_COMMENT_OR_TEXT = re.compile(r'"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
+
+
+def code_sha256(module: str, root: Path = REPOSITORY) -> str:
+    """Of a module, of all that it imports here, lazily too, and of the emulated robot's sources and data.
+
+    Args:
+        module: Dotted name of the campaign that computes the numbers, not of the page that renders them.
+        root: The repository.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(_imported(module, root)):
+        digest.update(f"{path.relative_to(root).as_posix()}\0{_bare_python(path)}\0".encode())
+    for path in _native(root):
+        digest.update(f"{path.relative_to(root).as_posix()}\0{_bare(path)}\0".encode())
+    return digest.hexdigest()
+
+
+def _imported(module: str, root: Path) -> set[Path]:
+    found: set[Path] = set()
+    names = [module]
+    while names:
+        for path in set(_files(names.pop(), root)) - found:
+            found.add(path)
+            names += _imports(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+def _files(name: str, root: Path) -> Iterator[Path]:
+    """The file of a dotted name, or of the module that has it, and its packages' own."""
+    parts = name.split(".")
+    for end in range(1, len(parts) + 1):
+        place = Path(*parts[:end])
+        for folder in _PYTHON_ROOTS:
+            for path in (root / folder / place.with_suffix(".py"), root / folder / place / "__init__.py"):
+                if path.is_file():
+                    yield path
+
+
+def _imports(tree: ast.AST) -> list[str]:
+    names: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names += (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            names += (alias.name for alias in node.names)
+    return names
+
+
+def _bare_python(path: Path) -> str:
+    """The syntax tree, without docstrings of modules, classes, functions and attributes."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            body[:] = [one for one in body if not _is_text(one)]
+    return ast.dump(tree)
+
+
+def _is_text(node: ast.AST) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
+
+def _native(root: Path) -> Iterable[Path]:
+    sources = (
+        path
+        for folder in _NATIVE
+        for path in (root / folder).rglob("*")
+        if path.suffix in (".cpp", ".h", ".ino")
+    )
+    return sorted([*sources, *(root / "robots").glob("*.toml")])
+
+
+def _bare(path: Path) -> str:
+    """C++ without comments and layout; other files as they stand."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".toml":
+        return text
+    return " ".join(_C_COMMENT_OR_TEXT.sub(lambda one: one[0] if one[0][0] == '"' else " ", text).split())
