@@ -220,6 +220,7 @@ def test_a_refusal_is_an_error_with_its_remedy(code: ErrorCode) -> None:
         (msg.SettingsWriteRequest, ErrorCode.SETTING_OUT_OF_RANGE, 1, "(joint 2)."),
         (msg.SettingsWriteRequest, ErrorCode.SETTING_OUT_OF_RANGE, 3, "(the frame)."),
         (msg.JogRequest, ErrorCode.ANGLE_OUT_OF_RANGE, 3, "(joint 3)."),
+        (msg.LoggerSettingsWriteRequest, ErrorCode.RATE_TOO_HIGH, 500, "(at most 500 Hz)."),
     ],
 )
 def test_a_refusal_names_what_its_detail_refers_to(
