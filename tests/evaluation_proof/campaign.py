@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from tests.calibration_proof.robots import Errors
@@ -21,29 +19,11 @@ from tests.evaluation_proof.flights import (
 )
 from tests.evaluation_proof.paper_setting import Replay, replays_of
 from tests.evaluation_proof.robots import robot_of
+from tests.proof_sources import REPOSITORY, code_sha256
 
-REPOSITORY = Path(__file__).parents[2]
 KEPT = REPOSITORY / "build" / "evaluation-proof"
 DEAF_ROBOTS = 20
 """So many robots fly once more with each of their gyros dead."""
-_CODE = ("*.py", "*.cpp", "*.h", "*.ino", "*.toml")
-_ROBOT_SOURCES = (
-    *(
-        f"host/tfsat_host/{name}"
-        for name in ("calibration", "devices", "dynamics", "emulated", "protocol", "robot")
-    ),
-    "firmware",
-    "robots",
-    "tools/emulator/src",
-    "tests/calibration_proof/robots.py",
-    "tests/evaluation_proof/robots.py",
-)
-_ALL_SOURCES = (
-    *_ROBOT_SOURCES,
-    *(f"host/tfsat_host/{name}" for name in ("design", "evaluation", "maneuver", "sdlog")),
-    "tests/evaluation/drops.py",
-    *(f"tests/evaluation_proof/{name}.py" for name in ("errors", "flights", "objective", "paper_setting")),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +45,12 @@ class Proof:
 
 def prove(seed: int) -> Proof:
     """Calibrates a robot, drops it, and evaluates; half a minute, or none if that was done before."""
-    found: Proof = _kept(f"proof-{seed}", _ALL_SOURCES, lambda: _proven(seed))
+    found: Proof = _kept(f"proof-{seed}", "tests.evaluation_proof.campaign", lambda: _proven(seed))
     return found
 
 
 def _proven(seed: int) -> Proof:
-    robot = _kept(f"robot-{seed}", _ROBOT_SOURCES, lambda: robot_of(seed))
+    robot = _kept(f"robot-{seed}", "tests.evaluation_proof.robots", lambda: robot_of(seed))
     drops = drops_of(robot)
     bodies = BODIES if seed <= DEAF_ROBOTS else ()
     return Proof(
@@ -81,9 +61,9 @@ def _proven(seed: int) -> Proof:
     )
 
 
-def _kept(name: str, sources: tuple[str, ...], made: Callable[[], Any]) -> Any:
-    """What was made of the same sources before, or else is made now."""
-    file = KEPT / _hash_of(sources) / f"{name}.pickle"
+def _kept(name: str, module: str, made: Callable[[], Any]) -> Any:
+    """What the same code made before, or else is made now."""
+    file = KEPT / _code_of(module) / f"{name}.pickle"
     if file.exists():
         return pickle.loads(file.read_bytes())
     found = made()
@@ -95,12 +75,6 @@ def _kept(name: str, sources: tuple[str, ...], made: Callable[[], Any]) -> Any:
 
 
 @cache
-def _hash_of(sources: tuple[str, ...]) -> str:
-    """Of the sources as this process found them first."""
-    found = hashlib.sha256()
-    for source in sources:
-        place = REPOSITORY / source
-        files = [place] if place.is_file() else sorted(f for kind in _CODE for f in place.rglob(kind))
-        for file in files:
-            found.update(str(file.relative_to(REPOSITORY)).encode() + file.read_bytes())
-    return found.hexdigest()[:16]
+def _code_of(module: str) -> str:
+    """As this process found it first."""
+    return code_sha256(module)[:16]
