@@ -35,7 +35,10 @@ def test_a_robot_that_trembles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shaken = replace(TRUTH, gyro_noise_rad_s_rthz=np.deg2rad(0.3))
-    assert other_robot(shaken, tmp_path, monkeypatch, capsys) == ({"gyros-still"}, set())
+    with morning_of(tmp_path / "other", monkeypatch, capsys, shaken) as morning:
+        result = morning.preflight(expect=4)
+    assert found_wrong(result) == {"gyros-still"}
+    assert "turns to and fro by" in check(result, "gyros-still")["sentence"]
 
 
 def test_a_gyro_off_by_more_than_its_data_sheet_allows_even_if_it_was_calibrated_so(
