@@ -34,20 +34,25 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="native",
         help="the firmware's core on this computer, or the HEX that is flashed in an emulated ATmega32U4",
     )
-    # fmt: off
     for name, metavar, text in (
         ("--robot", "FILE", "robot file, or the name of a shipped one (drop_tower)"),
-        ("--imu", "NAME", "another IMU than the robot's mpu6050 on every body: adis16465_2, or a file like theirs"),
+        (
+            "--imu",
+            "NAME",
+            "another IMU than the robot's mpu6050 on every body: adis16465_2, or a file like theirs",
+        ),
     ):
         drop.add_argument(name, metavar=metavar, help=text)
     for name, text in (
-        ("--as-filed", "a robot that is exactly what its file says, with exact servos; `simulate` computes the same "
-         "drop"),
+        (
+            "--as-filed",
+            "a robot that is exactly what its file says, with exact servos; `simulate` computes the same "
+            "drop",
+        ),
         ("--despite-preflight", "drop the robot even if the preflight says NO-GO, to see what comes of it"),
         ("--list-faults", "what may go wrong, and what must then happen"),
     ):
         drop.add_argument(name, action="store_true", help=text)
-    # fmt: on
     drop.add_argument(
         "--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)"
     )

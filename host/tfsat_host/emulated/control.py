@@ -278,51 +278,92 @@ def _clock_fault(faults: Faults, words: Words) -> None:
     faults.clock(board, _decimal(words[1], "number of ppm"))
 
 
-# fmt: off
 _FAULTS: dict[str, _Verb[Faults]] = {
     "none": _Verb("fault none", 0, 0, lambda faults, _: faults.heal()),
-    "imu": _Verb("fault imu BODY dead|frozen|saturated|glitch|none, or imu BODY swapped BODY", 2, 3, _imu_fault),
-    "bus": _Verb("fault bus 1|2 stuck|none", 2, 2,
-                 lambda faults, words: faults.bus(_whole(words[0], "bus"), _choice(words[1], "stuck", "none"))),
+    "imu": _Verb(
+        "fault imu BODY dead|frozen|saturated|glitch|none, or imu BODY swapped BODY", 2, 3, _imu_fault
+    ),
+    "bus": _Verb(
+        "fault bus 1|2 stuck|none",
+        2,
+        2,
+        lambda faults, words: faults.bus(_whole(words[0], "bus"), _choice(words[1], "stuck", "none")),
+    ),
     "angle": _Verb("fault angle SENSOR dead|frozen|none, or angle SENSOR turned DEGREES", 2, 3, _angle_fault),
-    "servo": _Verb("fault servo JOINT dead|slow|reversed|none", 2, 2,
-                   lambda faults, words: faults.servo(_whole(words[0], "joint"), _kind(words[1]))),
-    "switch": _Verb("fault switch 1|2 stuck-closed|stuck-open|none", 2, 2,
-                    lambda faults, words: faults.switch(_whole(words[0], "switch"), _kind(words[1]))),
-    "bounce": _Verb("fault bounce DURATION|none", 1, 1,
-                    lambda faults, words: faults.bounce(_kind(words[0]) and _us(words[0], LONGEST_BOUNCE_S))),
+    "servo": _Verb(
+        "fault servo JOINT dead|slow|reversed|none",
+        2,
+        2,
+        lambda faults, words: faults.servo(_whole(words[0], "joint"), _kind(words[1])),
+    ),
+    "switch": _Verb(
+        "fault switch 1|2 stuck-closed|stuck-open|none",
+        2,
+        2,
+        lambda faults, words: faults.switch(_whole(words[0], "switch"), _kind(words[1])),
+    ),
+    "bounce": _Verb(
+        "fault bounce DURATION|none",
+        1,
+        1,
+        lambda faults, words: faults.bounce(_kind(words[0]) and _us(words[0], LONGEST_BOUNCE_S)),
+    ),
     "card": _Verb("fault card STALL|none [EVERY]", 1, 2, _card_fault),
     "clock": _Verb("fault clock sequencer|logger PPM", 2, 2, _clock_fault),
 }
 _VERBS: dict[str, _Verb[Bench]] = {
-    "hold": _Verb("hold BODY...", 1, 4, lambda bench, words: _held(bench).hold([_whole(one, "body") for one in words])),
+    "hold": _Verb(
+        "hold BODY...", 1, 4, lambda bench, words: _held(bench).hold([_whole(one, "body") for one in words])
+    ),
     "swing": _Verb("swing JOINT DEGREES PERIOD CYCLES", 4, 4, _swing),
     "sweep": _Verb("sweep JOINT", 1, 1, _sweep),
     "turn": _Verb("turn x|y|z DEGREES [ROUNDS]", 2, 3, _turn),
     "seat": _Verb("seat", 0, 0, lambda bench, _: _held(bench).seat()),
-    "press": _Verb("press 1|2", 1, 1, lambda bench, words: bench.robot.set_switch(_whole(words[0], "switch"), True)),
-    "release": _Verb("release 1|2", 1, 1,
-                     lambda bench, words: bench.robot.set_switch(_whole(words[0], "switch"), False)),
-    "knock": _Verb("knock 1|2 DURATION", 2, 2,
-                   lambda bench, words: bench.robot.knock(_whole(words[0], "switch"), _us(words[1], LONGEST_KNOCK_S))),
-    "power": _Verb("power sequencer|logger on|off", 2, 2,
-                   lambda bench, words: bench.set_power(_one_of(words[0], _BOARDS, "board"),
-                                                        _choice(words[1], "on", "off"))),
-    "cable": _Verb("cable sequencer|logger plug|pull", 2, 2,
-                   lambda bench, words: bench.set_cable(_one_of(words[0], _BOARDS, "board"),
-                                                        _choice(words[1], "plug", "pull"))),
-    "reset": _Verb("reset watchdog|brown-out|button", 1, 1,
-                   lambda bench, words: bench.reset(_one_of(words[0], _RESETS, "reset"))),
+    "press": _Verb(
+        "press 1|2", 1, 1, lambda bench, words: bench.robot.set_switch(_whole(words[0], "switch"), True)
+    ),
+    "release": _Verb(
+        "release 1|2", 1, 1, lambda bench, words: bench.robot.set_switch(_whole(words[0], "switch"), False)
+    ),
+    "knock": _Verb(
+        "knock 1|2 DURATION",
+        2,
+        2,
+        lambda bench, words: bench.robot.knock(_whole(words[0], "switch"), _us(words[1], LONGEST_KNOCK_S)),
+    ),
+    "power": _Verb(
+        "power sequencer|logger on|off",
+        2,
+        2,
+        lambda bench, words: bench.set_power(
+            _one_of(words[0], _BOARDS, "board"), _choice(words[1], "on", "off")
+        ),
+    ),
+    "cable": _Verb(
+        "cable sequencer|logger plug|pull",
+        2,
+        2,
+        lambda bench, words: bench.set_cable(
+            _one_of(words[0], _BOARDS, "board"), _choice(words[1], "plug", "pull")
+        ),
+    ),
+    "reset": _Verb(
+        "reset watchdog|brown-out|button",
+        1,
+        1,
+        lambda bench, words: bench.reset(_one_of(words[0], _RESETS, "reset")),
+    ),
     "fault": _Verb(f"fault {'|'.join(_FAULTS)} ...", 1, 4, _fault),
     "drop": _Verb("drop [DURATION]", 0, 1, _drop),
-    "angles": _Verb("angles", 0, 0, lambda bench, _: " ".join(f"{one:.2f}" for one in bench.robot.joint_angles_deg())),
+    "angles": _Verb(
+        "angles", 0, 0, lambda bench, _: " ".join(f"{one:.2f}" for one in bench.robot.joint_angles_deg())
+    ),
     "card": _Verb("card [remove|insert|fill|write-protect|unformat|fail|FILE]", 0, 1, _card),
     "time": _Verb("time", 0, 0, _time),
     "wait": _Verb("wait DURATION|still", 1, 1, _wait),
     "help": _Verb("help", 0, 0, lambda _bench, _words: " | ".join(verb.usage for verb in _VERBS.values())),
     "quit": _Verb("quit", 0, 0, lambda bench, _: bench.stop()),
 }
-# fmt: on
 
 
 class LineTooLong(ValueError):
