@@ -9,9 +9,9 @@ import numpy as np
 from tests.calibration_proof.robots import Errors
 from tests.evaluation_proof.errors import BODY_2_Z, LABELS, joined
 from tests.evaluation_proof.flights import BODIES, LOW_PASSES, Flight
-from tests.evaluation_proof.paper_page import paper_page
+from tests.evaluation_proof.paper_page import paper_page, paper_tables
 from tests.evaluation_proof.summary import Proofs, errors, flights, judged, nearer, part
-from tests.evaluation_proof.tables import figures, percent, rms, table
+from tests.evaluation_proof.tables import csv_text, figures, percent, rms, table
 
 _HEAD = """# What the evaluation was measured to do
 
@@ -47,11 +47,8 @@ Of every value by itself: error, the standard deviation stated for it, the rms o
 (z: 1 if the deviations are right), and how often the 95 % interval holds the truth. Reorientation is the angle
 between release and 0.05 s before the landing; joint angles are those at both ends of that time; `measured less
 predicted` are the z-y-x Euler angles of body 1 beside those of the corrected model, at the end. deg, deg/s, and
-mm for CoM.
-
-"""
-_AXES = """
-## Axis by axis
+mm for CoM. Axis by axis: [axes.csv](evaluation-proof/axes.csv); drop by drop, rms over the values of a drop:
+[drops.csv](evaluation-proof/drops.csv), some of which the tests repeat and compare.
 
 """
 _MODEL = """
@@ -67,12 +64,11 @@ leaves over than the sensors' noise, 1 if the model explains all.
 _SWARM = """
 ## Gauss-Newton and the paper's swarm
 
-The same recordings, with the same calibrated sensors: error of the nine offsets, rms over the drops, in mm. The
-swarm minimizes the paper's objective with N = 25 over the same bounds: the best of ten searches of 48 particles
-and 50 iterations. Spread: standard deviation of what the ten found in one drop, rms. Least: where a descent from
-there to the end finds the objective least. With calibrated sensors the objective is right, and the swarm stops
-long before its minimum.
-
+The same recordings, with the same calibrated sensors: error of the nine offsets, rms over the drops, in mm, is in
+[swarm.csv](evaluation-proof/swarm.csv). The swarm minimizes the paper's objective with N = 25 over the same bounds:
+the best of ten searches of 48 particles and 50 iterations. Spread: standard deviation of what the ten found in one
+drop, rms. Least: where a descent from there to the end finds the objective least. With calibrated sensors the
+objective is right, and the swarm stops long before its minimum.
 """
 _BARE = """
 ## No calibration at all
@@ -80,22 +76,15 @@ _BARE = """
 The same drops once more, evaluated as if nobody had ever calibrated a sensor: mountings to 5 deg, scale factors to 3 %,
 biases from the rest before the release, joints taken to hang within 6 deg of where their servos start. Four gyros
 measure twelve numbers of a motion that has six, and the angle sensors three of these twice more; with the model that is
-enough to calibrate them from the drop itself. A joint's angle can then be told but for where it began.
-
+enough to calibrate them from the drop itself. A joint's angle is then known but for where it began. Errors as above:
+[uncalibrated.csv](evaluation-proof/uncalibrated.csv).
 """
 _DEAF = """
 ## A dead gyro
 
 The drops at 42 Hz of {robots} robots once more, had the gyro of one body not answered at all: its body's rate
 is that of its neighbours and of the angle sensors between them. Errors as above; rms, z and how often the
-interval holds the truth.
-
-"""
-_ROWS = """
-## Drop by drop
-
-rms over the values of a drop; the tests repeat some of them and compare.
-
+interval holds the truth: [dead-gyro.csv](evaluation-proof/dead-gyro.csv).
 """
 ROW_COLUMNS = (
     "reorientation",
@@ -112,8 +101,23 @@ ROW_COLUMNS = (
 )
 
 
-def page(proofs: Proofs) -> str:
-    """The text of the page."""
+def files(proofs: Proofs) -> dict[str, str]:
+    """The page and its tables, by their paths in docs/."""
+    tables = {
+        "axes": _axes(proofs),
+        "swarm": _swarm(proofs),
+        "uncalibrated": _bare(proofs),
+        "dead-gyro": _deaf(proofs),
+        "drops": _rows(proofs),
+        **paper_tables(proofs),
+    }
+    return {
+        "evaluation-proof.md": _page(proofs),
+        **{f"evaluation-proof/{name}.csv": text for name, text in tables.items()},
+    }
+
+
+def _page(proofs: Proofs) -> str:
     targets = [(one.what, one.found, one.wanted, "yes" if one.met else "**no**") for one in judged(proofs)]
     return "".join(
         [
@@ -121,17 +125,12 @@ def page(proofs: Proofs) -> str:
             table(("quantity", "found", "wanted", "met"), targets),
             _ERRORS,
             _errors(proofs),
-            _AXES,
-            _axes(proofs),
             _MODEL,
             _model(proofs),
             _SWARM,
-            _swarm(proofs),
-            _bare(proofs),
-            _deaf(proofs),
+            _BARE,
+            _DEAF.format(robots=sum(bool(proof.deaf) for proof in proofs.values())),
             paper_page(proofs),
-            _ROWS,
-            _rows(proofs),
         ]
     )
 
@@ -157,7 +156,7 @@ def _axes(proofs: Proofs) -> str:
                 cells += [one[0], one[2], one[3], one[4]]
             rows.append((quantity, label, *cells))
     columns = [f"{what}, {low_pass}" for low_pass in LOW_PASSES for what in ("rms", "std", "z", "95 % hold")]
-    return table(("quantity", "of", *columns), rows, 2)
+    return csv_text(("quantity", "of", *columns), rows)
 
 
 def _model(proofs: Proofs) -> str:
@@ -202,7 +201,7 @@ def _swarm(proofs: Proofs) -> str:
         for low_pass in LOW_PASSES
         for what in ("Gauss-Newton", "swarm", "spread", "least")
     ]
-    return table(("offset", *columns), rows)
+    return csv_text(("offset", *columns), rows)
 
 
 def _bare(proofs: Proofs) -> str:
@@ -212,7 +211,7 @@ def _bare(proofs: Proofs) -> str:
         for low_pass in LOW_PASSES
     ]
     columns = ("quantity", "low-pass", "rms", "largest", "stated std, median", "z", "95 % hold")
-    return _BARE + table(columns, rows, 2)
+    return csv_text(columns, rows)
 
 
 def _deaf(proofs: Proofs) -> str:
@@ -223,7 +222,7 @@ def _deaf(proofs: Proofs) -> str:
             found = figures(joined(one[body][quantity] for one in deaf))
             rows.append((quantity, f"body {body}", found[0], found[1], found[2], found[3], found[4]))
     columns = ("quantity", "dead gyro", "rms", "largest", "stated std, median", "z", "95 % hold")
-    return _DEAF.format(robots=len(deaf)) + table(columns, rows, 2)
+    return csv_text(columns, rows)
 
 
 def _rows(proofs: Proofs) -> str:
@@ -232,7 +231,7 @@ def _rows(proofs: Proofs) -> str:
         for seed, proof in sorted(proofs.items())
         for low_pass in LOW_PASSES
     ]
-    return table(("robot", "low-pass", *ROW_COLUMNS), rows, 2)
+    return csv_text(("robot", "low-pass", *ROW_COLUMNS), rows)
 
 
 def row_of(flight: Flight) -> list[float]:

@@ -10,7 +10,7 @@ from tests.calibration_proof.robots import Errors
 from tests.evaluation_proof.errors import BODY_2_Z, LABELS
 from tests.evaluation_proof.paper_setting import Replay
 from tests.evaluation_proof.summary import Proofs
-from tests.evaluation_proof.tables import filled, percent, rms, table, z_rms
+from tests.evaluation_proof.tables import csv_text, filled, percent, rms, table, z_rms
 from tfsat_host.arrays import FloatArray
 
 PAPER_BODY_2_Z_MM, PAPER_BEFORE_DEG, PAPER_AFTER_DEG = 7.10, 0.31, 0.24
@@ -27,22 +27,18 @@ with its centers of mass up to 10 mm off ("10 mm off"), and exactly as its model
 
 """
 _OFFSETS = """
-Error of the nine offsets, rms over the robots, in mm: the swarm's; that of where its objective is really least; our
-fit's of the same data, which is told how far the scale factors may be off, with the median of what it states and z;
-and our fit's with everything calibrated.
-
+Error of the nine offsets, rms over the robots, in mm, is in [paper-offsets.csv](evaluation-proof/paper-offsets.csv):
+the swarm's; that of where its objective is really least; our fit's of the same data, which is told how far the scale
+factors may be off, with the median of what it states and z; and our fit's with everything calibrated. Robot by robot,
+body 2 z and the rms of the other eight offsets, in mm, and final differences in deg:
+[paper-drops.csv](evaluation-proof/paper-drops.csv).
 """
 _MODEL = """
 Final difference of body 1 between measurement and model, norm of the Euler angles in deg, median over the
 robots (5 % to 95 %). The last two columns judge the swarm's model by calibrated sensors.
 
 """
-_ROWS = """
-### Robot by robot
-
-Body 2 z and the rms of the other eight offsets, in mm; final differences in deg.
-
-"""
+OFFSET_COLUMNS = ("drops", "offset", "swarm", "least", "our fit", "stated std", "z", "our fit, calibrated")
 PAPER_COLUMNS = (
     "swarm, body 2 z",
     "swarm, others",
@@ -66,23 +62,30 @@ _MODELS = (
 
 
 def paper_page(proofs: Proofs) -> str:
-    """All of it."""
+    """All of it but its tables in files."""
     replays = {name: _replays(proofs, name) for name in next(iter(proofs.values())).replays}
     return "".join(
         [
             _HEAD,
             _conclusions(replays["10 mm off"], replays["exact"]),
             _OFFSETS,
-            *(f"{name}:\n\n{_offsets(ones)}\n" for name, ones in replays.items()),
-            _MODEL.removeprefix("\n"),
+            _MODEL,
             table(
                 ("drops", *(what for what, _ in _MODELS)),
                 [(name, *(_spread(ones, field) for _, field in _MODELS)) for name, ones in replays.items()],
             ),
-            _ROWS,
-            table(("robot", "drop", *PAPER_COLUMNS), _rows(proofs), 2),
         ]
     )
+
+
+def paper_tables(proofs: Proofs) -> dict[str, str]:
+    """What stands in files beside the page, by name."""
+    names = next(iter(proofs.values())).replays
+    offsets = [(name, *row) for name in names for row in _offsets(_replays(proofs, name))]
+    return {
+        "paper-offsets": csv_text(OFFSET_COLUMNS, offsets),
+        "paper-drops": csv_text(("robot", "drop", *PAPER_COLUMNS), _rows(proofs)),
+    }
 
 
 def _conclusions(off: list[Replay], exact: list[Replay]) -> str:
@@ -145,7 +148,7 @@ def _joined(ones: list[Replay], field: str) -> Errors:
     return Errors(np.concatenate([one.error for one in found]), np.concatenate([one.std for one in found]))
 
 
-def _offsets(ones: list[Replay]) -> str:
+def _offsets(ones: list[Replay]) -> list[tuple[str, ...]]:
     swarm, least, fit, calibrated = (
         _values(ones, "swarm_error_mm"),
         _values(ones, "least_error_mm"),
@@ -166,7 +169,7 @@ def _offsets(ones: list[Replay]) -> str:
                 f"{rms(calibrated.error[index::9]):.3f}",
             )
         )
-    return table(("offset", "swarm", "least", "our fit", "stated std", "z", "our fit, calibrated"), rows)
+    return rows
 
 
 def _spread(ones: list[Replay], field: str) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import textwrap
 from collections.abc import Iterable, Sequence
 
@@ -19,6 +21,15 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1)
     """In Markdown; the first `words` columns are text, the others numbers."""
     head = [*["---"] * words, *["--:"] * (len(columns) - words)]
     return "".join(f"| {' | '.join(row)} |\n" for row in (columns, head, *rows))
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """The same for a file beside the page; percentages without their sign."""
+    with io.StringIO(newline="") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([cell.removesuffix(" %") for cell in row] for row in rows)
+        return text.getvalue()
 
 
 def rms(values: FloatArray) -> float:
