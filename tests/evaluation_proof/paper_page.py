@@ -155,7 +155,7 @@ def _offsets(ones: list[Replay]) -> list[tuple[str, ...]]:
         _joined(ones, "fit"),
         _joined(ones, "calibrated_fit"),
     )
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for index, label in enumerate(LABELS["CoM"]):
         one = Errors(fit.error[index::9], fit.std[index::9])
         rows.append(
