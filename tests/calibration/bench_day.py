@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.calibration.synthetic_gyro import RATE_HZ, Gyro, low_passed, sweeps
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 
 GRAVITY_M_S2 = 9.80665
 TURN_RAD = 2.0 * np.pi

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 
 RATE_HZ = 280.0
 _NOISE_RAD_S = np.radians(0.005) * np.sqrt(RATE_HZ / 2.0)

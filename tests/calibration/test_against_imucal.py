@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.calibration.ferraris_bench import GRAVITY_M_S2, ROUNDS, TURN_RAD, Ferraris, Imu
 from tests.calibration.synthetic_gyro import RATE_HZ
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.mounting import solve_mounting, wahba
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.statistics import mean_and_covariance

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tests.calibration.some_calibration import drawn_calibration, whole_calibration
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import Calibrated, apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.findings import axis_rows

@@ -14,7 +14,7 @@ from tests.calibration.synthetic_gyro import (
     sweeps,
     swings,
 )
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.mounting import Mounting, solve_mounting
 from tfsat_host.calibration.mounting_checks import described
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length

@@ -25,7 +25,7 @@ from tests.calibration.bench_day import (
     slip_sensor,
     turn_sensor,
 )
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.solution import solve

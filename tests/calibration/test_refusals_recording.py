@@ -27,7 +27,7 @@ from tests.calibration.bench_day import (
     record,
     refused,
 )
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.counts import COLUMNS, Counts
 from tfsat_host.calibration.steps.step import Step
 

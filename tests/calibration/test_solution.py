@@ -31,7 +31,7 @@ from tests.calibration.bench_day import (
     slip_sensor,
     true_rotation,
 )
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import BIAS_STD_RAD_S, MOUNTING_STD_RAD, GyroCalibration

@@ -22,7 +22,8 @@ from tests.calibration.bench_day import (
     refused,
     silence_angle,
 )
-from tfsat_host.angles import FloatArray, wrapped
+from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.step import zero

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
@@ -17,8 +17,6 @@ from tfsat_host.emulated.calibration_day import CalibrationDay, calibration_day
 from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.robot import RobotModel, load_robot
-
-FloatArray = NDArray[np.float64]
 
 QUANTITIES = ("bias", "misalignment", "scale", "zero")
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
 from tfsat_host.plan.design import Summit, candidate, climb, design, find_optimum, search, value_and_gradient
@@ -18,7 +19,6 @@ from tfsat_host.plan.loops import Sequence, best_sequence, classes
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 # The paper's displacements take 1.518 s at 170 deg/s, not its 1.50 s.
 PAPERS_TIME_S = 2 * (58.75 + 70.29) / 170.0

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.plan.swarm import Coefficient, SwarmSettings, minimize
-from tfsat_host.robot.model import FloatArray
 
 LOW, HIGH = np.array([0.0, -2.0]), np.array([1.0, 3.0])
 

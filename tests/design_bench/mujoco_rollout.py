@@ -20,7 +20,7 @@ import numpy as np
 
 from tests.dynamics.oracles.actuated_rollout import mass_matrix
 from tests.dynamics.oracles.mujoco_robot import MujocoRobot, mujoco_spec
-from tests.dynamics.oracles.simulator import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
 
 _SERVO_RAD_S = 800.0

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.chain_driver import FloatArray, Robot
+from tests.dynamics.chain_driver import Robot
 from tests.dynamics.histories import ClosedForm, PolynomialHistory, SineHistory
 from tests.dynamics.oracles.simulator import State
 from tests.dynamics.random_robots import random_tree, write_robot_file
 from tests.dynamics.reference import rate_without_momentum
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Flight, JointHistory, Multibody, propagate, sampled
 from tfsat_host.robot import RobotModel, load_robot
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import ArrayLike
 
-from tests.dynamics.chain_driver import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import JointHistory
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.chain_driver import FloatArray, Robot
+from tests.dynamics.chain_driver import Robot
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel, load_robot
 
 _SERVO = """

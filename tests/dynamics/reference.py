@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.chain_driver import FloatArray, Robot
+from tests.dynamics.chain_driver import Robot
+from tfsat_host.arrays import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 _STEP = 1e-30

@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.chain_driver import FloatArray
 from tests.dynamics.random_robots import random_robot, random_tree, write_robot_file
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import (
     JointHistory,
     Multibody,

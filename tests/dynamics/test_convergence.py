@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.chain_driver import FloatArray, Robot
+from tests.dynamics.chain_driver import Robot
 from tests.dynamics.histories import PolynomialHistory
 from tests.dynamics.random_robots import random_robot
 from tests.dynamics.reference import free_attitude, rate_without_momentum
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, TimedMove, moved, propagate, stroke_rotation
 from tfsat_host.robot import RobotModel, load_robot
 

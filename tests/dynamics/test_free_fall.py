@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.dynamics.chain_driver import FloatArray, Robot, Script, Shown
+from tests.dynamics.chain_driver import Robot, Script, Shown
 from tests.dynamics.histories import SineHistory
 from tests.dynamics.random_robots import random_tree
 from tests.dynamics.reference import free_attitude
+from tfsat_host.arrays import FloatArray
 
 G = 9.80665
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.dynamics.chain_driver import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import JointHistory, TimedMove, moved, sampled, servo_moves
 from tfsat_host.dynamics.history import overshoots
 from tfsat_host.robot import load_robot

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.dynamics.chain_driver import FloatArray
 from tests.dynamics.random_robots import random_tree, write_robot_file
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import (
     Multibody,
     connection,

@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from tests.dynamics.cases import RANDOM_CASES, Case, make_cases
 from tests.dynamics.oracles.actuated_rollout import actuated_rollout, computed_torque
 from tests.dynamics.oracles.mujoco_robot import MujocoRobot
-from tests.dynamics.oracles.simulator import FloatArray, Simulator, State, fly
+from tests.dynamics.oracles.simulator import Simulator, State, fly
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Flight
 from tfsat_host.robot import RobotModel
 

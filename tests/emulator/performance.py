@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.step import Step
 from tfsat_host.devices.logger import LoggerClient
@@ -16,8 +16,6 @@ from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections, ideal
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-
-FloatArray = NDArray[np.float64]
 
 TRUTH_US = 2_000
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tests.facility.robots import schedule_of, scissors, starting_at
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody
 from tfsat_host.plan.envelope import (
     Envelope,
@@ -21,7 +22,6 @@ from tfsat_host.plan.envelope import (
     permissible_transversal_velocities,
 )
 from tfsat_host.robot import load_robot
-from tfsat_host.robot.model import FloatArray
 
 PAPER = ((1, 59.0), (2, 70.0), (1, -59.0), (2, -70.0))
 ROBOT = load_robot()

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
@@ -71,8 +70,6 @@ def _built(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     return build_program(sources, folder / "glitches")
 
-
-FloatArray = NDArray[np.float64]
 
 BUSES_KHZ = (400, 100)
 FALL_S = (0.3, 2.2)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.dynamics.random_robots import random_robot
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion, rotation_angle_rad
 from tfsat_host.plan.grid import Distribution, OrbitError, distribution
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 
 def of(robot: RobotModel, step_deg: float) -> Distribution:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.planner import Route, TimeToGo, lookup, search, trimmed
 from tfsat_host.plan.primitives import PrimitiveTable
-from tfsat_host.robot.model import FloatArray
 
 GOAL_RAD = float(np.radians(1.0))
 TARGETS_DEG = [(90.0, 0.0, 0.0), (-45.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, -10.0), (150.0, -8.0, 12.0)]

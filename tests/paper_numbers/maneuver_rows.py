@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tests.paper_numbers.page import Row, row
+from tfsat_host.arrays import FloatArray
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.plan.design import candidate, find_optimum, search
 from tfsat_host.plan.loops import sequences
 from tfsat_host.plan.problem import DesignSettings, Problem
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 ALPHA_DEG = (58.75, 70.29, 0.0)
 SPEED_DEG_S = 170.0

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import FloatArray
 
 RATE_RAD_S = np.radians(170.0)
 STROKES = tuple(

@@ -11,11 +11,11 @@ import pytest
 from tests.dynamics.chain_driver import Robot
 from tests.dynamics.reference import free_attitude
 from tests.sensitivity.studies import EXACT, RATE_RAD_S, parameters_of, stated_by
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import TimedMove, moved
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
 from tfsat_host.plan.study import derivatives, linear_spread
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 _SPIN = np.radians([1.0, -2.0, 3.0])
 _UNTIL_S = 0.9

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.sensitivity.studies import RATE_RAD_S, STROKES, parameters_of, stated_by, study_of
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import (
     Multibody,
     TimedMove,
@@ -21,7 +22,6 @@ from tfsat_host.dynamics import (
 from tfsat_host.dynamics.propagate import final_attitudes
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 
 def _apart_deg(one: FloatArray, other: FloatArray) -> float:

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray, wrapped
+from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import estimate_biases
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns

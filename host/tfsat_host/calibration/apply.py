@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns

@@ -7,7 +7,7 @@ from datetime import datetime
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.statistics import mean_and_covariance

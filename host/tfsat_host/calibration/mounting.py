@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.response import Response, across
 from tfsat_host.calibration.sensors.gyro import MOUNTING_STD_RAD, SCALE_STD, GyroCalibration
 from tfsat_host.calibration.steps.step import AXES

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.mounting import spans_two_axes, wahba
 from tfsat_host.calibration.response import Response, direction, turn_axis

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import LEAST_RMS_RAD_S, MOST_HELD_FRACTION
 from tfsat_host.calibration.bias import STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration

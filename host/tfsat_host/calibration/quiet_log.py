@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.step import rest
 from tfsat_host.sdlog import DropLog
-
-BoolArray = NDArray[np.bool_]
 
 LEAST_S = 10.0
 """A shorter rest tells the bias less surely than `calibrate bias` does."""

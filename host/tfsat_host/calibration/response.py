@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.statistics import few

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 
 BATCHES = 20
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.response import Response, rest_means
 from tfsat_host.calibration.sensors.joint_sensors import harmonics

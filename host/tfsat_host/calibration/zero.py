@@ -8,7 +8,8 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from tfsat_host.angles import FloatArray, wrapped
+from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.statistics import mean_and_covariance

@@ -12,9 +12,9 @@ from tfsat_host.cli.options import file_name, number
 from tfsat_host.errors import UsageError
 
 if TYPE_CHECKING:
+    from tfsat_host.arrays import FloatArray
     from tfsat_host.maneuver import Limits, Maneuver, Schedule
     from tfsat_host.robot import RobotModel
-    from tfsat_host.robot.model import FloatArray
 
 WHAT_A_B_MEANS = "A B means the closed loop +A joint 1, +B joint 2, -A joint 1, -B joint 2, in degrees."
 SERVOS_SPEED = "what the robot file says of its servos"

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tfsat_host.robot.model import FloatArray
+from tfsat_host.arrays import FloatArray
 
 
 def batch_last(values: FloatArray, core_ndim: int = 1) -> FloatArray:

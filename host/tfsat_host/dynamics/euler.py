@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfsat_host.robot.model import FloatArray
+from tfsat_host.arrays import FloatArray
 
 # With y this close to 90 deg, z and x turn about the same axis and rounding alone would divide them.
 _LOCKED = 1e-9

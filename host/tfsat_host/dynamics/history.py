@@ -15,8 +15,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray, IntArray
 
 # Instants closer together are one; no clock of the robot tells them apart.
 SAME_INSTANT_S = 1e-9

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.components import (
     batch_first,
     batch_last,
@@ -28,7 +29,6 @@ from tfsat_host.dynamics.components import (
 )
 from tfsat_host.dynamics.multibody import Columns, Multibody, Step
 from tfsat_host.dynamics.poses import Placed, place
-from tfsat_host.robot.model import FloatArray
 
 
 class Composite(NamedTuple):

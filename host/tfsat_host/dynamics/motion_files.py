@@ -22,13 +22,13 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.dynamics.history import JointHistory, sampled
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import Flight
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
-from tfsat_host.robot.model import FloatArray
 
 _OF_TRUTH = re.compile(r"^joint_(\d+)_deg$", re.ASCII)
 _ANGLE = re.compile(r"theta\d+_deg", re.ASCII)

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.components import batch_last, pad
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 
 class Step(NamedTuple):

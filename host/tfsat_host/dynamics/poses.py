@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.components import batch_first, batch_last, matmul, matvec, pad, rotation_about
 from tfsat_host.dynamics.multibody import Columns, Multibody
-from tfsat_host.robot.model import FloatArray
 
 
 class Placed(NamedTuple):

@@ -22,6 +22,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import matvec, solve_symmetric, transpose, upper
@@ -29,7 +30,6 @@ from tfsat_host.dynamics.history import JointHistory
 from tfsat_host.dynamics.multibody import Columns, Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.stroke import GAIN, GAUSS, TOLERANCE_RAD, magnus6
-from tfsat_host.robot.model import FloatArray, IntArray
 
 DEFAULT_STEP_S = 0.01
 # Robots times instants that are evaluated at once: few enough for a processor's cache, many enough for numpy.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.components import batch_first, batch_last, cross, dot
-from tfsat_host.robot.model import FloatArray
 
 # Below this angle the series of sin(x)/x is exact to the last bit with three terms.
 _SMALL_RAD = 1e-2

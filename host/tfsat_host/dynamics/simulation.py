@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.history import JointHistory, ServoMove, TimedMove, moved, overlap, servo_moves
 from tfsat_host.dynamics.multibody import Multibody
@@ -20,7 +21,6 @@ from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Limits, Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import cdeg_from_deg, s_from_us
 
 # Joints within 0.01 deg of where they started have closed the loop.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.dynamics.history import JointHistory, overshoots
@@ -17,7 +18,6 @@ from tfsat_host.maneuver import Maneuver, ManeuverError, Schedule, schedule_mane
 from tfsat_host.maneuver.schedule import servo_speed_notices
 from tfsat_host.quantity import Column, Columns, Table, vector
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import s_from_us
 
 ERROR_DEG = 1e-3

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.components import (
     batch_first,
@@ -31,7 +32,6 @@ from tfsat_host.dynamics.components import (
 )
 from tfsat_host.dynamics.momentum import Composite, gathered
 from tfsat_host.dynamics.multibody import Columns, Multibody, Step
-from tfsat_host.robot.model import FloatArray
 
 _SIDEWAYS = np.eye(3)
 

@@ -18,13 +18,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import path_rotation, rotation_vector_rad
 from tfsat_host.maneuver import Maneuver, Stroke
 from tfsat_host.plan.loops import Loops, Sequence, backwards, best_sequence, classes
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray, IntArray
 
 GRID_POINTS = 2500
 """About how many displacements are looked at before the climb: 7 deg apart for three joints of 90 deg."""

@@ -22,13 +22,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, poses
 from tfsat_host.dynamics.simulation import arrivals_s, fly
 from tfsat_host.errors import TfsatError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.facility import permissible_transversal_velocity_mm_s
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 
 STEP_S = 0.005  # a joint turns by less than 1 deg in it
 _LONGEST_STEPS = 200_000

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, quaternion
 from tfsat_host.errors import UsageError
 from tfsat_host.plan.grid import OrbitError
@@ -23,7 +24,6 @@ from tfsat_host.plan.planner import Chain, Planner, backwards, remainder
 from tfsat_host.plan.primitives import Primitive
 from tfsat_host.plan.study import Study
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import FloatArray
 
 Outcome = Literal["within tolerance", "no progress", "given up", "primitives used up"]
 

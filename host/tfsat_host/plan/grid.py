@@ -19,13 +19,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import Multibody, quaternion, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.dynamics.components import batch_first
 from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.dynamics.stroke import Hinge, turned
 from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray, IntArray
 
 # So long a step of order 6 leaves a tenth of the 1e-6 deg that the whole loop may be wrong by.
 _LONGEST_CELL_DEG = 5.0

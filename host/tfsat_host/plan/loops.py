@@ -15,9 +15,9 @@ from functools import cache
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import Multibody, quaternion
 from tfsat_host.dynamics.stroke import STEPS, Hinge, turned
-from tfsat_host.robot.model import FloatArray, IntArray
 
 Sequence = tuple[int, ...]
 """Signed joint numbers from 1, in the order they move: +1 opens joint 1, -1 closes it."""

@@ -42,13 +42,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.history import JointHistory, ServoMotion, history_of
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.errors import UsageError
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.robot import RobotModel, Uncertainty
-from tfsat_host.robot.model import GREATEST_SHARE, UNCERTAIN, FloatArray
+from tfsat_host.robot.model import GREATEST_SHARE, UNCERTAIN
 from tfsat_host.units import s_from_us
 
 

@@ -16,10 +16,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.plan.loops import Loops
 from tfsat_host.plan.primitives import Primitive, PrimitiveTable
-from tfsat_host.robot.model import FloatArray, IntArray
 
 # Slower than this is taken as this: a robot that cannot turn about an axis at all.
 _SLOWEST_RAD_S = 1e-6

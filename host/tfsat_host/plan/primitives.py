@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.dynamics import Multibody, quaternion
 from tfsat_host.plan.grid import GridAxis, OrbitError, grid_axes
 from tfsat_host.plan.loops import Loops, Sequence, backwards, enough_steps, sequences
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray, IntArray
 
 # Loops of three joints tilt what two joints turn; between them a coarser grid is dense enough.
 _COARSER = 3

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody
 from tfsat_host.errors import UsageError
 from tfsat_host.plan.loops import Loops, Sequence, best_sequence, classes, enough_steps
 from tfsat_host.plan.swarm import Coefficient, SwarmSettings
 from tfsat_host.robot import RobotModel
-from tfsat_host.robot.model import FloatArray
 from tfsat_host.units import CDEG_PER_DEG
 
 DEFAULT_TIME_LIMIT_S = 1.5  # 2.5 s of fall less 1.0 s of margin (paper, section "Design of optimal ...")

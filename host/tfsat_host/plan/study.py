@@ -30,12 +30,12 @@ from typing import Literal
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
 from tfsat_host.dynamics.propagate import final_attitudes
 from tfsat_host.errors import TfsatError
 from tfsat_host.plan.facility import DropTower
 from tfsat_host.plan.parameters import ErrorSources, Parameters
-from tfsat_host.robot.model import FloatArray
 
 CHUNK = 500
 """Samples a chunk: small enough for a processor's cache, large enough for numpy."""

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
 from tfsat_host.plan.study import Derivatives, LinearSpread, Outcomes, Study, Summary, outputs_of
 from tfsat_host.quantity import Column, Columns, Table
-from tfsat_host.robot.model import FloatArray
 
 _SHOWN = 15  # parameters in the table for people; --json has them all
 _BAR = 50

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.robot.model import FloatArray
+from tfsat_host.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

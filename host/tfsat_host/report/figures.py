@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.report import figure_style as style
-from tfsat_host.report.contents.chart import AXES, NORM, Chart, FloatArray, Kind, Line
+from tfsat_host.report.contents.chart import AXES, NORM, Chart, Kind, Line
 from tfsat_host.report.contents.charts import charts_of
 from tfsat_host.report.contents.events import events_of
 from tfsat_host.report.document import Event

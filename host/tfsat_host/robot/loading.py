@@ -13,14 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.config import Table, read_config
 from tfsat_host.robot.model import (
     GREATEST_SHARE,
     UNCERTAIN,
     AngleSensor,
-    FloatArray,
     Imu,
-    IntArray,
     PulseMap,
     RobotModel,
     Servo,

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from tfsat_host.angles import FloatArray as FloatArray
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.errors import UsageError
-
-IntArray = NDArray[np.int64]
 
 
 def frozen(values: ArrayLike, *shape: int) -> FloatArray:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.quantity import Column, Columns, Table, vector
-from tfsat_host.robot.model import FloatArray, PulseMap, RobotModel
+from tfsat_host.robot.model import PulseMap, RobotModel
 
 Json = dict[str, Any]
 

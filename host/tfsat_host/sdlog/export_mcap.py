@@ -23,13 +23,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.protocol.limits import IMU_COUNT, SWITCH_COUNT
 
 from .droplog import SENSORS_PER_JOINT, CountColumn, DropLog, physical_columns
 from .errors import check_extra
 from .summary import metadata, warnings
-
-FloatArray = NDArray[np.float64]
 
 MCAP_MARKER = b"made by tfsat-host decode"
 """The library's name in the file's first record: how the command knows a file of its own."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from tests.dynamics.histories import ClosedForm
 from tests.dynamics.oracles.mujoco_robot import MujocoRobot
-from tests.dynamics.oracles.simulator import FloatArray, State
+from tests.dynamics.oracles.simulator import State
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
 
 

@@ -7,8 +7,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from tests.dynamics.oracles.simulator import FloatArray, State
+from tests.dynamics.oracles.simulator import State
 from tests.dynamics.oracles.tree_order import branches
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from tests.dynamics.oracles.simulator import FloatArray, State
+from tests.dynamics.oracles.simulator import State
 from tests.dynamics.oracles.tree_order import branches
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
 
 _ZERO_ATTITUDE = np.array([0.0, 0.0, 0.0, 1.0])

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from tests.dynamics.histories import ClosedForm
-
-FloatArray = NDArray[np.float64]
+from tfsat_host.arrays import FloatArray
 
 
 @dataclass(frozen=True)

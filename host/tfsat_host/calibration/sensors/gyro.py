@@ -9,7 +9,7 @@ from datetime import datetime
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 
 SCALE_STD = 0.03 / 3.0**0.5
 """Standard deviation of a scale factor that lies anywhere within 3 % (PS-MPU-6000A rev. 3.4, section 6.1)."""

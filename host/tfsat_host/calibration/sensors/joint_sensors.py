@@ -8,7 +8,8 @@ from datetime import datetime
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray, wrapped
+from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.robot import RobotModel
 
 

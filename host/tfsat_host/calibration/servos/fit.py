@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from scipy.special import fdtri
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
 from tfsat_host.calibration.statistics import few

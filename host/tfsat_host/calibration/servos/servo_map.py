@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.protocol.imus import ImuPart
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.protocol.messages import LiveReply, LogHeader

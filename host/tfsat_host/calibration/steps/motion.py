@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tfsat_host.angles import FloatArray
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, joint_angles, sensor_columns
 from tfsat_host.calibration.steps.recording import Recording

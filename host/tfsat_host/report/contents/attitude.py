@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.prediction import BODY_1, AttitudeError, Sides
@@ -17,7 +18,6 @@ from tfsat_host.report.contents.chart import (
     NORM,
     WORDS,
     Chart,
-    FloatArray,
     Kind,
     Line,
     Side,

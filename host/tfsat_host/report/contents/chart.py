@@ -10,10 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.spectra import Compared
 from tfsat_host.report.document import Plot, Series
-
-FloatArray = NDArray[np.float64]
 
 Kind = Literal["measured", "before", "after", "commanded"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.evaluation.evaluation import Evaluation
@@ -11,16 +12,7 @@ from tfsat_host.evaluation.model_fit.momentum import residual_rate
 from tfsat_host.evaluation.model_fit.prediction import BODY_1
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.report.contents.attitude import attitude_error_chart, attitude_spectrum_chart, euler_chart
-from tfsat_host.report.contents.chart import (
-    AXES,
-    Chart,
-    FloatArray,
-    Line,
-    Side,
-    lines_of,
-    padded,
-    spectrum_chart,
-)
+from tfsat_host.report.contents.chart import AXES, Chart, Line, Side, lines_of, padded, spectrum_chart
 from tfsat_host.report.contents.momentum import (
     averaged_momentum_chart,
     momentum_chart,

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.report.contents.attitude import settled
-from tfsat_host.report.contents.chart import FloatArray, numbers, padded
+from tfsat_host.report.contents.chart import numbers, padded
 from tfsat_host.report.document import Replay, ReplayBody
 from tfsat_host.robot import RobotModel
 
