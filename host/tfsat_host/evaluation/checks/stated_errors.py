@@ -68,7 +68,7 @@ class StatedErrors:
 def stated_errors(of: Consistency) -> StatedErrors:
     """Noise, parameters of gyros and angle sensors, lags, and the floors of this module."""
     by_gyros, (by_delay, by_second) = _by_gyros(of), _by_lag(of)
-    # The sheet tells nothing of the second moment: anything from one pole to a pure delay, as in `measured_lag`.
+    # The sheet tells nothing of the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
     second_std_s2 = 0.25 * sheet_lag(of.low_pass).delay_s ** 2
     roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in of.parameter_covariance]
     in_fall = by_gyros.copy()
@@ -103,7 +103,7 @@ def _by_gyros(of: Consistency) -> FloatArray:
 
 
 def _by_lag(of: Consistency) -> tuple[FloatArray, FloatArray]:
-    """(size, 4) by the delay of each gyro's low-pass, s, and by its second moment, s^2; see `motion.lag`."""
+    """(size, 4) by the delay of each gyro's low-pass, s, and by its second moment, s^2; see `motion/gyro_signal.py`."""
     first = [derivative(of.t_s, rates) for rates in of.own_rates]
     second = [derivative(of.t_s, change) for change in first]
     by_delay, by_second = (

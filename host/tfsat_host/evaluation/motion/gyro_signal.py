@@ -94,7 +94,7 @@ class Lag:
     Attributes:
         delay_s: d, from the motion to the time stamp of the reading.
         delay_std_s: Its standard deviation.
-        second_s2: e, see the module.
+        second_s2: Second moment e of the low-pass: with y the integral of its output, the angle is y + d y' + e y''.
         expected_s: d by the data sheet.
         measured: By the strokes; else it is the data sheet's.
         implausible_s: What the strokes gave that no chip can be; the data sheet's is used instead. None: nothing such.
