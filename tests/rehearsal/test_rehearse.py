@@ -16,7 +16,7 @@ from tests.cli.process import RunCli
 from tests.rehearsal.days import Rehearsed, Rehearsing, dropped
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.evaluation.motion.samples import EvaluationError
-from tfsat_host.evaluation.quick_look import disagreements, quick_look
+from tfsat_host.evaluation.quick_look import disagreements, quick_look, reached_deg
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.rehearsal.rehearsal import Rehearsal
@@ -175,6 +175,12 @@ def test_a_recording_without_a_release_is_not_evaluated(rehearsed: Rehearsing, t
     assert log.verdict == "truncated"
     with pytest.raises(EvaluationError, match="no release"):
         quick_look(log, load_robot(), until_s=2.0)
+
+
+def test_a_quick_look_has_the_strokes_sizes_and_signs(rehearsed: Rehearsing) -> None:
+    log = load(rehearsed("59", "70").folder / "SD.bin")
+    found_deg = reached_deg(log, load_robot(), (1, 2, 1, 2), SCHEDULE_S, 2.4)
+    assert found_deg == pytest.approx([59.0, 70.0, -59.0, -70.0], abs=2.0)
 
 
 def test_the_image_is_found() -> None:
