@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tfsat_host.devices.jogging import Jog, JogClient
 
 LONGEST_HOLD_S = 3600.0
+"""Beyond it `--hold` is a slip of the fingers."""
 LINE_CDEG = 1000
 """Where there is no terminal, progress is a line each 10 deg."""
 

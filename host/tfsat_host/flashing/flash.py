@@ -6,6 +6,7 @@ A port goes when a board is sent into its bootloader, another comes, and back.
 from __future__ import annotations
 
 import shlex
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -103,7 +104,7 @@ class Flashed:
     details: dict[str, str] = field(default_factory=dict)
 
 
-class Flasher:
+class Flasher(ABC):
     """One board's way to new firmware, a step after the other: image, loader, `look`, `refuse_needless`, `write`."""
 
     name: BoardName
@@ -118,20 +119,21 @@ class Flasher:
     def __init__(self, computer: Computer) -> None:
         self._computer = computer
 
+    @abstractmethod
     def load_image(self, path: Path | None) -> Image:
         """Reads the HEX; None: the one that this checkout has built. Raises ImageError."""
-        raise NotImplementedError
 
+    @abstractmethod
     def command(self, loader: str, image: Image, port: str) -> list[str]:
         """The loader's command line."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _insist_on_idle(self, client: Client) -> None:
         """Raises RefusedError while the board does what must not be cut off."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
-        raise NotImplementedError
+        """Wakes the bootloader, has the loader write, and asks the board what it runs; see `write`."""
 
     def write(self, loader: str, image: Image, target: Target, narrator: Narrator) -> Flashed:
         """Wakes the bootloader, has the loader write, and asks the board what it runs.
@@ -220,7 +222,7 @@ class Flasher:
         """What a board cannot say, a person must; empty: nothing."""
         return "" if target.identity else f"{self._silence(target)}; {self.unknown}. {self.ask}"
 
-    def make_safe(self, target: Target) -> None:
+    def make_safe(self, target: Target) -> None:  # noqa: B027  the logger has nothing to make safe
         """What a yes to the question allows. Raises RefusedError unless the board is safe then."""
 
     def plan(self, loader: str, image: Image, target: Target) -> list[str]:
