@@ -16,7 +16,7 @@ from tests.evaluation_proof.objective import least_of_objective
 from tests.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.evaluation.model_fit.com_swarm import swarm_fit
+from tfsat_host.evaluation.model_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.model_fit.prediction import Sides
 from tfsat_host.robot import RobotModel
 

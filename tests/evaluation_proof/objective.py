@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.com_swarm import momentum_polynomial
+from tfsat_host.evaluation.model_fit.paper_swarm import momentum_polynomial
 from tfsat_host.evaluation.model_fit.prediction import Driven
 
 _UNIT = 1e-2

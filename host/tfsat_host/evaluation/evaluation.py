@@ -43,9 +43,9 @@ from tfsat_host.evaluation.fall.micro_gravity import (
 )
 from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
 from tfsat_host.evaluation.fallback_calibration import with_fallbacks
-from tfsat_host.evaluation.model_fit.com_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
 from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
+from tfsat_host.evaluation.model_fit.paper_swarm import SwarmFit, swarm_fit
 from tfsat_host.evaluation.model_fit.prediction import ModelComparison, compare_model
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
