@@ -23,10 +23,8 @@ from tfsat_host.protocol.limits import (
 from tfsat_host.protocol.log_layout import (
     BLOCK_HEADER_DTYPE,
     CRC_OFFSET,
-    EVENT_BYTES,
     EVENTS_OFFSET,
     HEADER_BYTES,
-    SAMPLE_BYTES,
 )
 from tfsat_host.protocol.messages import BlockHeader, Event, ImuReading, LogFooter, LogHeader, Sample
 
@@ -108,8 +106,8 @@ class Recorder:
         slots = [
             sample(self.samples + slot, slot * self.interval_us, flags).encode() for slot in range(count)
         ]
-        body = b"".join(slots).ljust(SAMPLES_PER_BLOCK * SAMPLE_BYTES, b"\0")
-        body += b"".join(event.encode() for event in events).ljust(EVENTS_PER_BLOCK * EVENT_BYTES, b"\0")
+        body = b"".join(slots).ljust(SAMPLES_PER_BLOCK * Sample.SIZE, b"\0")
+        body += b"".join(event.encode() for event in events).ljust(EVENTS_PER_BLOCK * Event.SIZE, b"\0")
         self._add(BlockKind.DATA, body, count, len(events))
         self.samples += count
         if len(self.blocks) % self.repeat_blocks == 0:
@@ -228,4 +226,4 @@ def renumbered(block: bytes, **changes: Any) -> bytes:
 
 
 assert BLOCK_BYTES == CRC_OFFSET + 4
-assert EVENTS_OFFSET == BlockHeader.SIZE + SAMPLES_PER_BLOCK * SAMPLE_BYTES
+assert EVENTS_OFFSET == BlockHeader.SIZE + SAMPLES_PER_BLOCK * Sample.SIZE

@@ -17,7 +17,8 @@ from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recordin
 from tests.sdlog.test_values import write
 from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
-from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES, SAMPLE_BYTES
+from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES
+from tfsat_host.protocol.messages import Sample
 from tfsat_host.sdlog import load
 
 
@@ -181,7 +182,7 @@ def clip_sample(image: bytearray, row: int) -> None:
         if kind != BlockKind.DATA:
             continue
         if row < count:
-            image[start + HEADER_BYTES + row * SAMPLE_BYTES + 5] |= 0x10
+            image[start + HEADER_BYTES + row * Sample.SIZE + 5] |= 0x10
             crc = zlib.crc32(image[start : start + CRC_OFFSET])
             image[start + CRC_OFFSET : start + BLOCK_BYTES] = crc.to_bytes(4, "little")
             return

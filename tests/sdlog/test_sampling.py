@@ -14,7 +14,8 @@ from tests.sdlog.test_decode_command import decode, decode_json
 from tests.sdlog.test_values import write
 from tfsat_host.protocol.enums import ErrorCode, EventCode
 from tfsat_host.protocol.limits import FROZEN_US, SAMPLES_PER_BLOCK
-from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES, SAMPLE_BYTES
+from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES
+from tfsat_host.protocol.messages import Sample
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.frozen import FROZEN_READINGS, invalidate_repeated
 from tfsat_host.sdlog.summary import grave_warnings, single_misses, warnings
@@ -165,7 +166,7 @@ def frozen(begin: int, end: int, *, notices: bool = True, reading: bytes | None 
         recorder.data(events=events)
         block = bytearray(recorder.blocks[-1])
         for slot in range(SAMPLES_PER_BLOCK):
-            at = HEADER_BYTES + slot * SAMPLE_BYTES
+            at = HEADER_BYTES + slot * Sample.SIZE
             imu = slice(at + IMU_OFFSET, at + IMU_OFFSET + 14)
             if first + slot == begin and reading is None:
                 reading = bytes(block[imu])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .spec import SCALARS, BlockLayout, Field, Spec, Struct
+from .spec import SCALARS, Field, Spec, Struct
 
 _NOTE = "Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit."
 
@@ -14,7 +14,6 @@ def generate(spec: Spec) -> dict[str, str]:
         "enums": _enums(spec),
         "remedies": _remedies(spec),
         "messages": _messages(spec),
-        "log_layout": _log_layout(spec),
         "imus": _imus(spec),
     }
 
@@ -109,31 +108,16 @@ def _imus(spec: Spec) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _python_type(field: Field) -> str:
-    if field.kind == "f32":
-        single = "float"
-    elif field.kind in SCALARS:
-        single = "int"
-    else:
-        single = field.kind
+def _annotation(field: Field) -> str:
+    kind = field.kind.upper() if field.kind in SCALARS else field.kind
     if field.count is None:
-        return single
-    return "bytes" if field.kind == "u8" else f"tuple[{single}, ...]"
+        return kind
+    return f"Annotated[{'bytes' if field.kind == 'u8' else f'tuple[{kind}, ...]'}, {field.count}]"
 
 
-def _layout(field: Field) -> str:
-    letter = SCALARS[field.kind][1] if field.kind in SCALARS else ""
-    kind = f'"{letter}"' if letter else field.kind
-    return f'("{field.name}", {kind}, {field.count})'
-
-
-def _record(spec: Spec, struct: Struct) -> list[str]:
-    lines = [
-        "",
-        "",
-        f"class {struct.name}({'Record' if struct.type_id is None else 'Payload'}):",
-    ]
+def _record(struct: Struct) -> list[str]:
     doc = " ".join(struct.doc.split())
+    lines = ["", "", f"class {struct.name}({'Record' if struct.type_id is None else 'Payload'}):"]
     if struct.fields:
         lines += [f'    """{doc}', "", "    Attributes:"]
         lines += [f"        {field.name}: {field.doc}" for field in struct.fields]
@@ -141,78 +125,25 @@ def _record(spec: Spec, struct: Struct) -> list[str]:
     else:
         lines += [f'    """{doc}"""', ""]
     if struct.type_id is not None:
-        lines.append(f"    TYPE: ClassVar[int] = 0x{struct.type_id:02X}")
-    lines.append(f"    SIZE: ClassVar[int] = {spec.size_of(struct)}")
-    slots = "".join(f'"{field.name}", ' for field in struct.fields).rstrip()
-    lines.append(f"    __slots__ = ({slots})")
-    if struct.fields:
-        lines.append("    LAYOUT: ClassVar[Layout] = (")
-        lines += [f"        {_layout(field)}," for field in struct.fields]
-        lines += ["    )", ""]
-        lines += [f"    {field.name}: {_python_type(field)}" for field in struct.fields]
-    else:
-        lines.append("    LAYOUT: ClassVar[Layout] = ()")
-    return lines
+        lines += [f"    TYPE = 0x{struct.type_id:02X}"]
+    return lines + [f"    {field.name}: {_annotation(field)}" for field in struct.fields]
 
 
 def _messages(spec: Spec) -> str:
-    used = ", ".join(sorted({f.kind for s in _all_structs(spec) for f in s.fields if f.kind in spec.enums}))
+    payloads = [payload for message in spec.messages for payload in message.payloads]
+    structs = [*spec.structs.values(), *payloads]
+    enums = sorted({field.kind for struct in structs for field in struct.fields if field.kind in spec.enums})
+    numbers = ", ".join(sorted(name.upper() for name in SCALARS))
     lines = [
-        *_head("Payloads of the link's frames and records of the log."),
+        *_head("Payloads of the link's frames and records of the log.")[:-2],
         "",
-        "from typing import ClassVar",
+        "from typing import Annotated",
         "",
-        f"from .enums import {used}",
-        "from .record import Layout, Payload, Record",
+        "from .enums import (",
+        *(f"    {name}," for name in enums),
+        ")",
+        f"from .record import {numbers}, Payload, Record",
     ]
-    for struct in _all_structs(spec):
-        lines += _record(spec, struct)
+    for struct in structs:
+        lines += _record(struct)
     return "\n".join(lines) + "\n"
-
-
-def _all_structs(spec: Spec) -> list[Struct]:
-    return [*spec.structs.values(), *(payload for message in spec.messages for payload in message.payloads)]
-
-
-def _log_layout(spec: Spec) -> str:
-    layout = BlockLayout.of(spec)
-    lines = [
-        *_head("The log's blocks as numpy dtype descriptors (numpy itself is not imported here)."),
-        "",
-        "from typing import Any",
-        "",
-        f"HEADER_BYTES = {layout.header_bytes}",
-        f"SAMPLE_BYTES = {layout.sample_bytes}",
-        f"EVENT_BYTES = {layout.event_bytes}",
-        f"EVENTS_OFFSET = {layout.events_offset}",
-        f"CRC_OFFSET = {layout.crc_offset}",
-    ]
-    for name, struct in spec.structs.items():
-        lines += ["", f"{_constant(name)}: list[tuple[Any, ...]] = ["]
-        lines += [f"    {_dtype(spec, field)}," for field in struct.fields]
-        lines.append("]")
-    reserved = layout.crc_offset - layout.events_offset - spec.limit("events_per_block") * layout.event_bytes
-    lines += ["", "DATA_BLOCK_DTYPE: list[tuple[Any, ...]] = [", "    *BLOCK_HEADER_DTYPE,"]
-    lines.append(f'    ("samples", SAMPLE_DTYPE, ({spec.limit("samples_per_block")},)),')
-    lines.append(f'    ("events", EVENT_DTYPE, ({spec.limit("events_per_block")},)),')
-    if reserved:
-        lines.append(f'    ("reserved", "V{reserved}"),')
-    lines += ['    ("crc", "<u4"),', "]"]
-    return "\n".join(lines) + "\n"
-
-
-def _constant(name: str) -> str:
-    return (
-        "".join(f"_{letter}" if letter.isupper() else letter for letter in name).strip("_").upper() + "_DTYPE"
-    )
-
-
-def _dtype(spec: Spec, field: Field) -> str:
-    if field.kind in SCALARS:
-        kind = f'"{SCALARS[field.kind][2]}"'
-    elif field.kind in spec.enums:
-        kind = '"u1"'
-    else:
-        kind = _constant(field.kind)
-    shape = "" if field.count is None else f", ({field.count},)"
-    return f'("{field.name}", {kind}{shape})'

@@ -16,7 +16,7 @@ from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.protocol.enums import Board, SequencerState
-from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
+from tfsat_host.protocol.log_layout import ANGLE_VALID_BIT, CLIPPED_BIT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
 from tfsat_host.robot import AngleSensor
 from tfsat_host.units import US_PER_S
@@ -28,9 +28,6 @@ BUSY_S = 0.5
 WINDOW_US = US_PER_S
 """The rate is that of the last second, on the logger's clock."""
 _BUSY = (SequencerState.ARMED, SequencerState.RUNNING)
-_ANGLE_BIT = IMU_COUNT
-_CLIPPED_BIT = IMU_COUNT + ANGLE_SENSOR_COUNT + SWITCH_COUNT
-"""First bits of the angle sensors and of the clipped IMUs in a sample's flags."""
 _TURN_DEG = 360.0
 
 
@@ -90,7 +87,7 @@ def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[Angle
         BodyRate(
             tuple(count / scales.gyro_lsb_per_deg_s for count in imu.gyro),
             valid=flag(body),
-            clipped=flag(_CLIPPED_BIT + body),
+            clipped=flag(CLIPPED_BIT + body),
         )
         for body, imu in enumerate(sample.sample.imu)
     ]
@@ -99,7 +96,7 @@ def convert(sample: LiveSampleStream, scales: LiveReply, sensors: Sequence[Angle
         sensor_deg = (count + 0.5) * _TURN_DEG / scales.angle_counts_per_turn
         turned_deg = sensor.direction * (sensor_deg - math.degrees(sensor.zero_offset_rad))
         joint_deg = math.remainder(turned_deg, _TURN_DEG)
-        angles.append(JointReading(sensor.joint + 1, sensor_deg, joint_deg, flag(_ANGLE_BIT + index)))
+        angles.append(JointReading(sensor.joint + 1, sensor_deg, joint_deg, flag(ANGLE_VALID_BIT + index)))
     return Reading(tuple(bodies), tuple(angles))
 
 

@@ -3,12 +3,22 @@
 Generated from protocol/tfsat.toml by tools/generate_protocol.py. Do not edit.
 """
 
-from __future__ import annotations
+from typing import Annotated
 
-from typing import ClassVar
-
-from .enums import BlockKind, Board, CardState, DropPhase, ErrorCode, EventCode, LoggerState, Origin, ResetCause, SequencerState, StopReason
-from .record import Layout, Payload, Record
+from .enums import (
+    BlockKind,
+    Board,
+    CardState,
+    DropPhase,
+    ErrorCode,
+    EventCode,
+    LoggerState,
+    Origin,
+    ResetCause,
+    SequencerState,
+    StopReason,
+)
+from .record import F32, I16, I32, U16, U32, U64, U8, Payload, Record
 
 
 class ImuReading(Record):
@@ -20,17 +30,9 @@ class ImuReading(Record):
         gyro: Angular rate x, y, z.
     """
 
-    SIZE: ClassVar[int] = 14
-    __slots__ = ("accel", "temperature", "gyro",)
-    LAYOUT: ClassVar[Layout] = (
-        ("accel", "h", 3),
-        ("temperature", "h", None),
-        ("gyro", "h", 3),
-    )
-
-    accel: tuple[int, ...]
-    temperature: int
-    gyro: tuple[int, ...]
+    accel: Annotated[tuple[I16, ...], 3]
+    temperature: I16
+    gyro: Annotated[tuple[I16, ...], 3]
 
 
 class Sample(Record):
@@ -43,19 +45,10 @@ class Sample(Record):
         angle: Absolute angle sensors, ADC counts: joint 1 (two sensors), joint 2, joint 3.
     """
 
-    SIZE: ClassVar[int] = 74
-    __slots__ = ("time_offset_us", "flags", "imu", "angle",)
-    LAYOUT: ClassVar[Layout] = (
-        ("time_offset_us", "I", None),
-        ("flags", "H", None),
-        ("imu", ImuReading, 4),
-        ("angle", "H", 6),
-    )
-
-    time_offset_us: int
-    flags: int
-    imu: tuple[ImuReading, ...]
-    angle: tuple[int, ...]
+    time_offset_us: U32
+    flags: U16
+    imu: Annotated[tuple[ImuReading, ...], 4]
+    angle: Annotated[tuple[U16, ...], 6]
 
 
 class Event(Record):
@@ -69,21 +62,11 @@ class Event(Record):
         value: See EventCode.
     """
 
-    SIZE: ClassVar[int] = 16
-    __slots__ = ("time_us", "code", "index", "arg", "value",)
-    LAYOUT: ClassVar[Layout] = (
-        ("time_us", "Q", None),
-        ("code", EventCode, None),
-        ("index", "B", None),
-        ("arg", "H", None),
-        ("value", "i", None),
-    )
-
-    time_us: int
+    time_us: U64
     code: EventCode
-    index: int
-    arg: int
-    value: int
+    index: U8
+    arg: U16
+    value: I32
 
 
 class ServoSetting(Record):
@@ -97,21 +80,11 @@ class ServoSetting(Record):
         max_cdeg: Greatest angle that may be commanded.
     """
 
-    SIZE: ClassVar[int] = 9
-    __slots__ = ("zero_us", "ns_per_deg", "reversed", "min_cdeg", "max_cdeg",)
-    LAYOUT: ClassVar[Layout] = (
-        ("zero_us", "H", None),
-        ("ns_per_deg", "H", None),
-        ("reversed", "B", None),
-        ("min_cdeg", "h", None),
-        ("max_cdeg", "h", None),
-    )
-
-    zero_us: int
-    ns_per_deg: int
-    reversed: int
-    min_cdeg: int
-    max_cdeg: int
+    zero_us: U16
+    ns_per_deg: U16
+    reversed: U8
+    min_cdeg: I16
+    max_cdeg: I16
 
 
 class BlockHeader(Record):
@@ -130,31 +103,16 @@ class BlockHeader(Record):
         time_us: The logger's clock at the block's first sample, since power-up.
     """
 
-    SIZE: ClassVar[int] = 32
-    __slots__ = ("magic", "version", "kind", "sample_count", "event_count", "session", "block_number", "first_sample", "samples_dropped", "time_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("magic", "I", None),
-        ("version", "B", None),
-        ("kind", BlockKind, None),
-        ("sample_count", "B", None),
-        ("event_count", "B", None),
-        ("session", "I", None),
-        ("block_number", "I", None),
-        ("first_sample", "I", None),
-        ("samples_dropped", "I", None),
-        ("time_us", "Q", None),
-    )
-
-    magic: int
-    version: int
+    magic: U32
+    version: U8
     kind: BlockKind
-    sample_count: int
-    event_count: int
-    session: int
-    block_number: int
-    first_sample: int
-    samples_dropped: int
-    time_us: int
+    sample_count: U8
+    event_count: U8
+    session: U32
+    block_number: U32
+    first_sample: U32
+    samples_dropped: U32
+    time_us: U64
 
 
 class LogHeader(Record):
@@ -184,53 +142,27 @@ class LogHeader(Record):
         angle_offset_us: The same of each angle sensor.
     """
 
-    SIZE: ClassVar[int] = 472
-    __slots__ = ("protocol_hash", "firmware_version", "imu_present", "board_serial", "image_crc", "rate_hz", "gyro_lsb_per_deg_s", "accel_lsb_per_g", "temperature_lsb_per_c", "temperature_offset_c", "angle_counts_per_turn", "gyro_range_deg_s", "accel_range_g", "dlpf_cfg", "who_am_i", "bus_khz", "after_landing_s", "schema", "wall_clock_us", "imu_offset_us", "angle_offset_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("protocol_hash", "B", 8),
-        ("firmware_version", "B", 3),
-        ("imu_present", "B", None),
-        ("board_serial", "B", 8),
-        ("image_crc", "I", None),
-        ("rate_hz", "f", None),
-        ("gyro_lsb_per_deg_s", "f", None),
-        ("accel_lsb_per_g", "f", None),
-        ("temperature_lsb_per_c", "f", None),
-        ("temperature_offset_c", "f", None),
-        ("angle_counts_per_turn", "I", None),
-        ("gyro_range_deg_s", "H", None),
-        ("accel_range_g", "B", None),
-        ("dlpf_cfg", "B", None),
-        ("who_am_i", "B", 4),
-        ("bus_khz", "H", None),
-        ("after_landing_s", "H", None),
-        ("schema", "B", 384),
-        ("wall_clock_us", "Q", None),
-        ("imu_offset_us", "H", 4),
-        ("angle_offset_us", "H", 6),
-    )
-
-    protocol_hash: bytes
-    firmware_version: bytes
-    imu_present: int
-    board_serial: bytes
-    image_crc: int
-    rate_hz: float
-    gyro_lsb_per_deg_s: float
-    accel_lsb_per_g: float
-    temperature_lsb_per_c: float
-    temperature_offset_c: float
-    angle_counts_per_turn: int
-    gyro_range_deg_s: int
-    accel_range_g: int
-    dlpf_cfg: int
-    who_am_i: bytes
-    bus_khz: int
-    after_landing_s: int
-    schema: bytes
-    wall_clock_us: int
-    imu_offset_us: tuple[int, ...]
-    angle_offset_us: tuple[int, ...]
+    protocol_hash: Annotated[bytes, 8]
+    firmware_version: Annotated[bytes, 3]
+    imu_present: U8
+    board_serial: Annotated[bytes, 8]
+    image_crc: U32
+    rate_hz: F32
+    gyro_lsb_per_deg_s: F32
+    accel_lsb_per_g: F32
+    temperature_lsb_per_c: F32
+    temperature_offset_c: F32
+    angle_counts_per_turn: U32
+    gyro_range_deg_s: U16
+    accel_range_g: U8
+    dlpf_cfg: U8
+    who_am_i: Annotated[bytes, 4]
+    bus_khz: U16
+    after_landing_s: U16
+    schema: Annotated[bytes, 384]
+    wall_clock_us: U64
+    imu_offset_us: Annotated[tuple[U16, ...], 4]
+    angle_offset_us: Annotated[tuple[U16, ...], 6]
 
 
 class LogFooter(Record):
@@ -251,34 +183,17 @@ class LogFooter(Record):
         stop_reason: Why the recording ended.
     """
 
-    SIZE: ClassVar[int] = 45
-    __slots__ = ("samples", "samples_dropped", "blocks", "ring_peak_blocks", "interval_min_us", "interval_max_us", "jitter_rms_us", "late_ticks", "ring_blocks", "card_stall_max_ms", "blocks_rewritten", "stop_reason",)
-    LAYOUT: ClassVar[Layout] = (
-        ("samples", "I", None),
-        ("samples_dropped", "I", None),
-        ("blocks", "I", None),
-        ("ring_peak_blocks", "I", None),
-        ("interval_min_us", "I", None),
-        ("interval_max_us", "I", None),
-        ("jitter_rms_us", "f", None),
-        ("late_ticks", "I", None),
-        ("ring_blocks", "I", None),
-        ("card_stall_max_ms", "I", None),
-        ("blocks_rewritten", "I", None),
-        ("stop_reason", StopReason, None),
-    )
-
-    samples: int
-    samples_dropped: int
-    blocks: int
-    ring_peak_blocks: int
-    interval_min_us: int
-    interval_max_us: int
-    jitter_rms_us: float
-    late_ticks: int
-    ring_blocks: int
-    card_stall_max_ms: int
-    blocks_rewritten: int
+    samples: U32
+    samples_dropped: U32
+    blocks: U32
+    ring_peak_blocks: U32
+    interval_min_us: U32
+    interval_max_us: U32
+    jitter_rms_us: F32
+    late_ticks: U32
+    ring_blocks: U32
+    card_stall_max_ms: U32
+    blocks_rewritten: U32
     stop_reason: StopReason
 
 
@@ -295,25 +210,13 @@ class LoggerSettings(Record):
         file_mib: Room that a recording takes on the card.
     """
 
-    SIZE: ClassVar[int] = 12
-    __slots__ = ("rate_hz", "gyro_range_deg_s", "accel_range_g", "dlpf_cfg", "bus_khz", "after_landing_s", "file_mib",)
-    LAYOUT: ClassVar[Layout] = (
-        ("rate_hz", "H", None),
-        ("gyro_range_deg_s", "H", None),
-        ("accel_range_g", "B", None),
-        ("dlpf_cfg", "B", None),
-        ("bus_khz", "H", None),
-        ("after_landing_s", "H", None),
-        ("file_mib", "H", None),
-    )
-
-    rate_hz: int
-    gyro_range_deg_s: int
-    accel_range_g: int
-    dlpf_cfg: int
-    bus_khz: int
-    after_landing_s: int
-    file_mib: int
+    rate_hz: U16
+    gyro_range_deg_s: U16
+    accel_range_g: U8
+    dlpf_cfg: U8
+    bus_khz: U16
+    after_landing_s: U16
+    file_mib: U16
 
 
 class LogEntry(Record):
@@ -327,30 +230,17 @@ class LogEntry(Record):
         closed: 1: its last block is its footer.
     """
 
-    SIZE: ClassVar[int] = 19
-    __slots__ = ("number", "session", "blocks", "wall_clock_us", "closed",)
-    LAYOUT: ClassVar[Layout] = (
-        ("number", "H", None),
-        ("session", "I", None),
-        ("blocks", "I", None),
-        ("wall_clock_us", "Q", None),
-        ("closed", "B", None),
-    )
-
-    number: int
-    session: int
-    blocks: int
-    wall_clock_us: int
-    closed: int
+    number: U16
+    session: U32
+    blocks: U32
+    wall_clock_us: U64
+    closed: U8
 
 
 class HelloRequest(Payload):
     """Who are you? Its number and layout never change, so that any two revisions understand it."""
 
-    TYPE: ClassVar[int] = 0x01
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x01
 
 
 class HelloReply(Payload):
@@ -364,31 +254,18 @@ class HelloReply(Payload):
         protocol_hash: Hash of this specification.
     """
 
-    TYPE: ClassVar[int] = 0x81
-    SIZE: ClassVar[int] = 24
-    __slots__ = ("board", "firmware_version", "board_serial", "image_crc", "protocol_hash",)
-    LAYOUT: ClassVar[Layout] = (
-        ("board", Board, None),
-        ("firmware_version", "B", 3),
-        ("board_serial", "B", 8),
-        ("image_crc", "I", None),
-        ("protocol_hash", "B", 8),
-    )
-
+    TYPE = 0x81
     board: Board
-    firmware_version: bytes
-    board_serial: bytes
-    image_crc: int
-    protocol_hash: bytes
+    firmware_version: Annotated[bytes, 3]
+    board_serial: Annotated[bytes, 8]
+    image_crc: U32
+    protocol_hash: Annotated[bytes, 8]
 
 
 class SequencerStatusRequest(Payload):
     """What the sequencer is doing."""
 
-    TYPE: ClassVar[int] = 0x02
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x02
 
 
 class SequencerStatusReply(Payload):
@@ -415,57 +292,31 @@ class SequencerStatusReply(Payload):
         brown_out_level: The fuse BODLEVEL: the supply below which the processor is held in reset (ATmega32U4 datasheet 7766J, table 8-1). 0: 4.3 V; 1: 3.5; 2: 3.4; 3: 2.6; 4: 2.4; 5: 2.2; 6: 2.0; 7: it never is.
     """
 
-    TYPE: ClassVar[int] = 0x82
-    SIZE: ClassVar[int] = 34
-    __slots__ = ("state", "fault", "last_refusal", "switches_open", "arm_token", "reset_cause", "resets_while_armed", "strokes_started", "knocks", "joint_angle_cdeg", "uptime_ms", "image_crc", "ram_never_used_bytes", "frames_rejected", "stores_damaged", "false_releases", "servos_driven", "brown_out_level",)
-    LAYOUT: ClassVar[Layout] = (
-        ("state", SequencerState, None),
-        ("fault", ErrorCode, None),
-        ("last_refusal", ErrorCode, None),
-        ("switches_open", "B", None),
-        ("arm_token", "H", None),
-        ("reset_cause", ResetCause, None),
-        ("resets_while_armed", "B", None),
-        ("strokes_started", "B", None),
-        ("knocks", "H", None),
-        ("joint_angle_cdeg", "h", 3),
-        ("uptime_ms", "I", None),
-        ("image_crc", "I", None),
-        ("ram_never_used_bytes", "H", None),
-        ("frames_rejected", "H", None),
-        ("stores_damaged", "B", None),
-        ("false_releases", "H", None),
-        ("servos_driven", "B", None),
-        ("brown_out_level", "B", None),
-    )
-
+    TYPE = 0x82
     state: SequencerState
     fault: ErrorCode
     last_refusal: ErrorCode
-    switches_open: int
-    arm_token: int
+    switches_open: U8
+    arm_token: U16
     reset_cause: ResetCause
-    resets_while_armed: int
-    strokes_started: int
-    knocks: int
-    joint_angle_cdeg: tuple[int, ...]
-    uptime_ms: int
-    image_crc: int
-    ram_never_used_bytes: int
-    frames_rejected: int
-    stores_damaged: int
-    false_releases: int
-    servos_driven: int
-    brown_out_level: int
+    resets_while_armed: U8
+    strokes_started: U8
+    knocks: U16
+    joint_angle_cdeg: Annotated[tuple[I16, ...], 3]
+    uptime_ms: U32
+    image_crc: U32
+    ram_never_used_bytes: U16
+    frames_rejected: U16
+    stores_damaged: U8
+    false_releases: U16
+    servos_driven: U8
+    brown_out_level: U8
 
 
 class RunReportRequest(Payload):
     """The last run, as measured by the sequencer's own timer."""
 
-    TYPE: ClassVar[int] = 0x04
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x04
 
 
 class RunReportReply(Payload):
@@ -482,37 +333,21 @@ class RunReportReply(Payload):
         later_us: And so long after it.
     """
 
-    TYPE: ClassVar[int] = 0x84
-    SIZE: ClassVar[int] = 82
-    __slots__ = ("released", "bounces", "release_ms", "release_us", "stroke_count", "start_us", "earlier_us", "later_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("released", "B", None),
-        ("bounces", "H", None),
-        ("release_ms", "I", None),
-        ("release_us", "H", None),
-        ("stroke_count", "B", None),
-        ("start_us", "I", 16),
-        ("earlier_us", "I", None),
-        ("later_us", "I", None),
-    )
-
-    released: int
-    bounces: int
-    release_ms: int
-    release_us: int
-    stroke_count: int
-    start_us: tuple[int, ...]
-    earlier_us: int
-    later_us: int
+    TYPE = 0x84
+    released: U8
+    bounces: U16
+    release_ms: U32
+    release_us: U16
+    stroke_count: U8
+    start_us: Annotated[tuple[U32, ...], 16]
+    earlier_us: U32
+    later_us: U32
 
 
 class LoggerStatusRequest(Payload):
     """What the logger is doing."""
 
-    TYPE: ClassVar[int] = 0x03
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x03
 
 
 class LoggerStatusReply(Payload):
@@ -541,52 +376,27 @@ class LoggerStatusReply(Payload):
         unix_us: Time of day, or 0 when no host has set it.
     """
 
-    TYPE: ClassVar[int] = 0x83
-    SIZE: ClassVar[int] = 54
-    __slots__ = ("state", "error", "imu_present", "switches_open", "session", "samples", "samples_dropped", "blocks_written", "ring_blocks", "ring_peak_blocks", "rate_hz", "who_am_i", "uptime_ms", "card", "card_free_mib", "phase", "ram_holds_drop", "late_ticks", "settings_origin", "unix_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("state", LoggerState, None),
-        ("error", ErrorCode, None),
-        ("imu_present", "B", None),
-        ("switches_open", "B", None),
-        ("session", "I", None),
-        ("samples", "I", None),
-        ("samples_dropped", "I", None),
-        ("blocks_written", "I", None),
-        ("ring_blocks", "H", None),
-        ("ring_peak_blocks", "H", None),
-        ("rate_hz", "H", None),
-        ("who_am_i", "B", 4),
-        ("uptime_ms", "I", None),
-        ("card", CardState, None),
-        ("card_free_mib", "I", None),
-        ("phase", DropPhase, None),
-        ("ram_holds_drop", "B", None),
-        ("late_ticks", "I", None),
-        ("settings_origin", Origin, None),
-        ("unix_us", "Q", None),
-    )
-
+    TYPE = 0x83
     state: LoggerState
     error: ErrorCode
-    imu_present: int
-    switches_open: int
-    session: int
-    samples: int
-    samples_dropped: int
-    blocks_written: int
-    ring_blocks: int
-    ring_peak_blocks: int
-    rate_hz: int
-    who_am_i: bytes
-    uptime_ms: int
+    imu_present: U8
+    switches_open: U8
+    session: U32
+    samples: U32
+    samples_dropped: U32
+    blocks_written: U32
+    ring_blocks: U16
+    ring_peak_blocks: U16
+    rate_hz: U16
+    who_am_i: Annotated[bytes, 4]
+    uptime_ms: U32
     card: CardState
-    card_free_mib: int
+    card_free_mib: U32
     phase: DropPhase
-    ram_holds_drop: int
-    late_ticks: int
+    ram_holds_drop: U8
+    late_ticks: U32
     settings_origin: Origin
-    unix_us: int
+    unix_us: U64
 
 
 class ManeuverBeginRequest(Payload):
@@ -597,16 +407,9 @@ class ManeuverBeginRequest(Payload):
         speed_cdeg_s: Average joint speed that the schedule assumes, 0.01 deg/s.
     """
 
-    TYPE: ClassVar[int] = 0x10
-    SIZE: ClassVar[int] = 3
-    __slots__ = ("stroke_count", "speed_cdeg_s",)
-    LAYOUT: ClassVar[Layout] = (
-        ("stroke_count", "B", None),
-        ("speed_cdeg_s", "H", None),
-    )
-
-    stroke_count: int
-    speed_cdeg_s: int
+    TYPE = 0x10
+    stroke_count: U8
+    speed_cdeg_s: U16
 
 
 class ManeuverBeginReply(Payload):
@@ -616,14 +419,8 @@ class ManeuverBeginReply(Payload):
         stroke_count: As understood.
     """
 
-    TYPE: ClassVar[int] = 0x90
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("stroke_count",)
-    LAYOUT: ClassVar[Layout] = (
-        ("stroke_count", "B", None),
-    )
-
-    stroke_count: int
+    TYPE = 0x90
+    stroke_count: U8
 
 
 class ManeuverStrokeRequest(Payload):
@@ -636,20 +433,11 @@ class ManeuverStrokeRequest(Payload):
         start_us: Start after release.
     """
 
-    TYPE: ClassVar[int] = 0x11
-    SIZE: ClassVar[int] = 8
-    __slots__ = ("index", "joint", "angle_cdeg", "start_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("index", "B", None),
-        ("joint", "B", None),
-        ("angle_cdeg", "h", None),
-        ("start_us", "I", None),
-    )
-
-    index: int
-    joint: int
-    angle_cdeg: int
-    start_us: int
+    TYPE = 0x11
+    index: U8
+    joint: U8
+    angle_cdeg: I16
+    start_us: U32
 
 
 class ManeuverStrokeReply(Payload):
@@ -659,14 +447,8 @@ class ManeuverStrokeReply(Payload):
         index: As understood.
     """
 
-    TYPE: ClassVar[int] = 0x91
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("index",)
-    LAYOUT: ClassVar[Layout] = (
-        ("index", "B", None),
-    )
-
-    index: int
+    TYPE = 0x91
+    index: U8
 
 
 class ManeuverCommitRequest(Payload):
@@ -676,14 +458,8 @@ class ManeuverCommitRequest(Payload):
         crc: CRC-16/IBM-3740 over stroke_count, speed_cdeg_s and each stroke's joint, angle_cdeg, start_us.
     """
 
-    TYPE: ClassVar[int] = 0x12
-    SIZE: ClassVar[int] = 2
-    __slots__ = ("crc",)
-    LAYOUT: ClassVar[Layout] = (
-        ("crc", "H", None),
-    )
-
-    crc: int
+    TYPE = 0x12
+    crc: U16
 
 
 class ManeuverCommitReply(Payload):
@@ -694,25 +470,15 @@ class ManeuverCommitReply(Payload):
         written: 1: this upload changed the store. 0: it held the same maneuver already.
     """
 
-    TYPE: ClassVar[int] = 0x92
-    SIZE: ClassVar[int] = 2
-    __slots__ = ("stored", "written",)
-    LAYOUT: ClassVar[Layout] = (
-        ("stored", "B", None),
-        ("written", "B", None),
-    )
-
-    stored: int
-    written: int
+    TYPE = 0x92
+    stored: U8
+    written: U8
 
 
 class ManeuverInfoRequest(Payload):
     """Which maneuver would fly."""
 
-    TYPE: ClassVar[int] = 0x13
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x13
 
 
 class ManeuverInfoReply(Payload):
@@ -727,24 +493,13 @@ class ManeuverInfoReply(Payload):
         generation: Uploads that this board has stored.
     """
 
-    TYPE: ClassVar[int] = 0x93
-    SIZE: ClassVar[int] = 14
-    __slots__ = ("origin", "stroke_count", "speed_cdeg_s", "crc", "end_us", "generation",)
-    LAYOUT: ClassVar[Layout] = (
-        ("origin", Origin, None),
-        ("stroke_count", "B", None),
-        ("speed_cdeg_s", "H", None),
-        ("crc", "H", None),
-        ("end_us", "I", None),
-        ("generation", "I", None),
-    )
-
+    TYPE = 0x93
     origin: Origin
-    stroke_count: int
-    speed_cdeg_s: int
-    crc: int
-    end_us: int
-    generation: int
+    stroke_count: U8
+    speed_cdeg_s: U16
+    crc: U16
+    end_us: U32
+    generation: U32
 
 
 class ManeuverReadRequest(Payload):
@@ -754,14 +509,8 @@ class ManeuverReadRequest(Payload):
         index: From 0.
     """
 
-    TYPE: ClassVar[int] = 0x14
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("index",)
-    LAYOUT: ClassVar[Layout] = (
-        ("index", "B", None),
-    )
-
-    index: int
+    TYPE = 0x14
+    index: U8
 
 
 class ManeuverReadReply(Payload):
@@ -774,20 +523,11 @@ class ManeuverReadReply(Payload):
         start_us: Start after release.
     """
 
-    TYPE: ClassVar[int] = 0x94
-    SIZE: ClassVar[int] = 8
-    __slots__ = ("index", "joint", "angle_cdeg", "start_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("index", "B", None),
-        ("joint", "B", None),
-        ("angle_cdeg", "h", None),
-        ("start_us", "I", None),
-    )
-
-    index: int
-    joint: int
-    angle_cdeg: int
-    start_us: int
+    TYPE = 0x94
+    index: U8
+    joint: U8
+    angle_cdeg: I16
+    start_us: U32
 
 
 class ArmRequest(Payload):
@@ -797,14 +537,8 @@ class ArmRequest(Payload):
         arm_token: From sequencer_status.
     """
 
-    TYPE: ClassVar[int] = 0x20
-    SIZE: ClassVar[int] = 2
-    __slots__ = ("arm_token",)
-    LAYOUT: ClassVar[Layout] = (
-        ("arm_token", "H", None),
-    )
-
-    arm_token: int
+    TYPE = 0x20
+    arm_token: U16
 
 
 class ArmReply(Payload):
@@ -814,23 +548,14 @@ class ArmReply(Payload):
         state: Afterwards.
     """
 
-    TYPE: ClassVar[int] = 0xA0
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("state",)
-    LAYOUT: ClassVar[Layout] = (
-        ("state", SequencerState, None),
-    )
-
+    TYPE = 0xA0
     state: SequencerState
 
 
 class DisarmRequest(Payload):
     """Back to safe, from any state; stops the servo pulses and clears a latched fault."""
 
-    TYPE: ClassVar[int] = 0x21
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x21
 
 
 class DisarmReply(Payload):
@@ -840,13 +565,7 @@ class DisarmReply(Payload):
         state: Afterwards.
     """
 
-    TYPE: ClassVar[int] = 0xA1
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("state",)
-    LAYOUT: ClassVar[Layout] = (
-        ("state", SequencerState, None),
-    )
-
+    TYPE = 0xA1
     state: SequencerState
 
 
@@ -858,16 +577,9 @@ class RecordStartRequest(Payload):
         unix_us: Time of day; 0 leaves the clock as it is.
     """
 
-    TYPE: ClassVar[int] = 0x40
-    SIZE: ClassVar[int] = 12
-    __slots__ = ("number", "unix_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("number", "I", None),
-        ("unix_us", "Q", None),
-    )
-
-    number: int
-    unix_us: int
+    TYPE = 0x40
+    number: U32
+    unix_us: U64
 
 
 class RecordStartReply(Payload):
@@ -878,25 +590,15 @@ class RecordStartReply(Payload):
         session: Random id of the recording.
     """
 
-    TYPE: ClassVar[int] = 0xC0
-    SIZE: ClassVar[int] = 5
-    __slots__ = ("state", "session",)
-    LAYOUT: ClassVar[Layout] = (
-        ("state", LoggerState, None),
-        ("session", "I", None),
-    )
-
+    TYPE = 0xC0
     state: LoggerState
-    session: int
+    session: U32
 
 
 class RecordStopRequest(Payload):
     """Ends the recording with a footer. The host repeats it until the state is stopped."""
 
-    TYPE: ClassVar[int] = 0x41
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x41
 
 
 class RecordStopReply(Payload):
@@ -909,20 +611,11 @@ class RecordStopReply(Payload):
         samples_dropped: Of those, lost.
     """
 
-    TYPE: ClassVar[int] = 0xC1
-    SIZE: ClassVar[int] = 13
-    __slots__ = ("state", "session", "samples", "samples_dropped",)
-    LAYOUT: ClassVar[Layout] = (
-        ("state", LoggerState, None),
-        ("session", "I", None),
-        ("samples", "I", None),
-        ("samples_dropped", "I", None),
-    )
-
+    TYPE = 0xC1
     state: LoggerState
-    session: int
-    samples: int
-    samples_dropped: int
+    session: U32
+    samples: U32
+    samples_dropped: U32
 
 
 class LiveRequest(Payload):
@@ -932,14 +625,8 @@ class LiveRequest(Payload):
         enabled: 1 on, 0 off.
     """
 
-    TYPE: ClassVar[int] = 0x42
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("enabled",)
-    LAYOUT: ClassVar[Layout] = (
-        ("enabled", "B", None),
-    )
-
-    enabled: int
+    TYPE = 0x42
+    enabled: U8
 
 
 class LiveReply(Payload):
@@ -957,30 +644,16 @@ class LiveReply(Payload):
         angle_offset_us: The same of each angle sensor.
     """
 
-    TYPE: ClassVar[int] = 0xC2
-    SIZE: ClassVar[int] = 40
-    __slots__ = ("enabled", "rate_hz", "gyro_lsb_per_deg_s", "accel_lsb_per_g", "angle_counts_per_turn", "dlpf_cfg", "who_am_i", "imu_offset_us", "angle_offset_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("enabled", "B", None),
-        ("rate_hz", "H", None),
-        ("gyro_lsb_per_deg_s", "f", None),
-        ("accel_lsb_per_g", "f", None),
-        ("angle_counts_per_turn", "I", None),
-        ("dlpf_cfg", "B", None),
-        ("who_am_i", "B", 4),
-        ("imu_offset_us", "H", 4),
-        ("angle_offset_us", "H", 6),
-    )
-
-    enabled: int
-    rate_hz: int
-    gyro_lsb_per_deg_s: float
-    accel_lsb_per_g: float
-    angle_counts_per_turn: int
-    dlpf_cfg: int
-    who_am_i: bytes
-    imu_offset_us: tuple[int, ...]
-    angle_offset_us: tuple[int, ...]
+    TYPE = 0xC2
+    enabled: U8
+    rate_hz: U16
+    gyro_lsb_per_deg_s: F32
+    accel_lsb_per_g: F32
+    angle_counts_per_turn: U32
+    dlpf_cfg: U8
+    who_am_i: Annotated[bytes, 4]
+    imu_offset_us: Annotated[tuple[U16, ...], 4]
+    angle_offset_us: Annotated[tuple[U16, ...], 6]
 
 
 class LoggerSettingsWriteRequest(Payload):
@@ -990,13 +663,7 @@ class LoggerSettingsWriteRequest(Payload):
         settings: All of them.
     """
 
-    TYPE: ClassVar[int] = 0x45
-    SIZE: ClassVar[int] = 12
-    __slots__ = ("settings",)
-    LAYOUT: ClassVar[Layout] = (
-        ("settings", LoggerSettings, None),
-    )
-
+    TYPE = 0x45
     settings: LoggerSettings
 
 
@@ -1007,23 +674,14 @@ class LoggerSettingsWriteReply(Payload):
         stored: 1: stored, checked by reading back.
     """
 
-    TYPE: ClassVar[int] = 0xC5
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("stored",)
-    LAYOUT: ClassVar[Layout] = (
-        ("stored", "B", None),
-    )
-
-    stored: int
+    TYPE = 0xC5
+    stored: U8
 
 
 class LoggerSettingsReadRequest(Payload):
     """The settings in force."""
 
-    TYPE: ClassVar[int] = 0x46
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x46
 
 
 class LoggerSettingsReadReply(Payload):
@@ -1035,18 +693,10 @@ class LoggerSettingsReadReply(Payload):
         rate_max_hz: What the buses carry at this clock.
     """
 
-    TYPE: ClassVar[int] = 0xC6
-    SIZE: ClassVar[int] = 15
-    __slots__ = ("origin", "settings", "rate_max_hz",)
-    LAYOUT: ClassVar[Layout] = (
-        ("origin", Origin, None),
-        ("settings", LoggerSettings, None),
-        ("rate_max_hz", "H", None),
-    )
-
+    TYPE = 0xC6
     origin: Origin
     settings: LoggerSettings
-    rate_max_hz: int
+    rate_max_hz: U16
 
 
 class ClockSetRequest(Payload):
@@ -1056,14 +706,8 @@ class ClockSetRequest(Payload):
         unix_us: Unix time now.
     """
 
-    TYPE: ClassVar[int] = 0x47
-    SIZE: ClassVar[int] = 8
-    __slots__ = ("unix_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("unix_us", "Q", None),
-    )
-
-    unix_us: int
+    TYPE = 0x47
+    unix_us: U64
 
 
 class ClockSetReply(Payload):
@@ -1073,14 +717,8 @@ class ClockSetReply(Payload):
         uptime_us: The logger's clock at that moment.
     """
 
-    TYPE: ClassVar[int] = 0xC7
-    SIZE: ClassVar[int] = 8
-    __slots__ = ("uptime_us",)
-    LAYOUT: ClassVar[Layout] = (
-        ("uptime_us", "Q", None),
-    )
-
-    uptime_us: int
+    TYPE = 0xC7
+    uptime_us: U64
 
 
 class LogListRequest(Payload):
@@ -1090,14 +728,8 @@ class LogListRequest(Payload):
         from_number: 0 to begin with what RAM holds.
     """
 
-    TYPE: ClassVar[int] = 0x48
-    SIZE: ClassVar[int] = 2
-    __slots__ = ("from_number",)
-    LAYOUT: ClassVar[Layout] = (
-        ("from_number", "H", None),
-    )
-
-    from_number: int
+    TYPE = 0x48
+    from_number: U16
 
 
 class LogListReply(Payload):
@@ -1108,15 +740,8 @@ class LogListReply(Payload):
         entry: The recording.
     """
 
-    TYPE: ClassVar[int] = 0xC8
-    SIZE: ClassVar[int] = 20
-    __slots__ = ("found", "entry",)
-    LAYOUT: ClassVar[Layout] = (
-        ("found", "B", None),
-        ("entry", LogEntry, None),
-    )
-
-    found: int
+    TYPE = 0xC8
+    found: U8
     entry: LogEntry
 
 
@@ -1130,20 +755,11 @@ class LogReadRequest(Payload):
         count: At most log_read_blocks.
     """
 
-    TYPE: ClassVar[int] = 0x49
-    SIZE: ClassVar[int] = 12
-    __slots__ = ("number", "session", "first_block", "count",)
-    LAYOUT: ClassVar[Layout] = (
-        ("number", "H", None),
-        ("session", "I", None),
-        ("first_block", "I", None),
-        ("count", "H", None),
-    )
-
-    number: int
-    session: int
-    first_block: int
-    count: int
+    TYPE = 0x49
+    number: U16
+    session: U32
+    first_block: U32
+    count: U16
 
 
 class LogReadReply(Payload):
@@ -1153,14 +769,8 @@ class LogReadReply(Payload):
         count: Blocks that will be sent: fewer at the end of the file.
     """
 
-    TYPE: ClassVar[int] = 0xC9
-    SIZE: ClassVar[int] = 2
-    __slots__ = ("count",)
-    LAYOUT: ClassVar[Layout] = (
-        ("count", "H", None),
-    )
-
-    count: int
+    TYPE = 0xC9
+    count: U16
 
 
 class LogEraseRequest(Payload):
@@ -1171,16 +781,9 @@ class LogEraseRequest(Payload):
         session: As in LogEntry.
     """
 
-    TYPE: ClassVar[int] = 0x4A
-    SIZE: ClassVar[int] = 6
-    __slots__ = ("number", "session",)
-    LAYOUT: ClassVar[Layout] = (
-        ("number", "H", None),
-        ("session", "I", None),
-    )
-
-    number: int
-    session: int
+    TYPE = 0x4A
+    number: U16
+    session: U32
 
 
 class LogEraseReply(Payload):
@@ -1190,14 +793,8 @@ class LogEraseReply(Payload):
         erased: 1.
     """
 
-    TYPE: ClassVar[int] = 0xCA
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("erased",)
-    LAYOUT: ClassVar[Layout] = (
-        ("erased", "B", None),
-    )
-
-    erased: int
+    TYPE = 0xCA
+    erased: U8
 
 
 class LogPartStream(Payload):
@@ -1209,18 +806,10 @@ class LogPartStream(Payload):
         data: log_part_bytes of the block.
     """
 
-    TYPE: ClassVar[int] = 0x61
-    SIZE: ClassVar[int] = 69
-    __slots__ = ("block", "part", "data",)
-    LAYOUT: ClassVar[Layout] = (
-        ("block", "I", None),
-        ("part", "B", None),
-        ("data", "B", 64),
-    )
-
-    block: int
-    part: int
-    data: bytes
+    TYPE = 0x61
+    block: U32
+    part: U8
+    data: Annotated[bytes, 64]
 
 
 class LogZerosStream(Payload):
@@ -1231,16 +820,9 @@ class LogZerosStream(Payload):
         count: Blocks.
     """
 
-    TYPE: ClassVar[int] = 0x62
-    SIZE: ClassVar[int] = 6
-    __slots__ = ("first_block", "count",)
-    LAYOUT: ClassVar[Layout] = (
-        ("first_block", "I", None),
-        ("count", "H", None),
-    )
-
-    first_block: int
-    count: int
+    TYPE = 0x62
+    first_block: U32
+    count: U16
 
 
 class LiveSampleStream(Payload):
@@ -1252,17 +834,9 @@ class LiveSampleStream(Payload):
         sample: time_offset_us is 0.
     """
 
-    TYPE: ClassVar[int] = 0x60
-    SIZE: ClassVar[int] = 86
-    __slots__ = ("index", "time_us", "sample",)
-    LAYOUT: ClassVar[Layout] = (
-        ("index", "I", None),
-        ("time_us", "Q", None),
-        ("sample", Sample, None),
-    )
-
-    index: int
-    time_us: int
+    TYPE = 0x60
+    index: U32
+    time_us: U64
     sample: Sample
 
 
@@ -1275,18 +849,10 @@ class ErrorReply(Payload):
         detail: What the code refers to, such as the index of the stroke; -1 where nothing.
     """
 
-    TYPE: ClassVar[int] = 0xFF
-    SIZE: ClassVar[int] = 6
-    __slots__ = ("request", "code", "detail",)
-    LAYOUT: ClassVar[Layout] = (
-        ("request", "B", None),
-        ("code", ErrorCode, None),
-        ("detail", "i", None),
-    )
-
-    request: int
+    TYPE = 0xFF
+    request: U8
     code: ErrorCode
-    detail: int
+    detail: I32
 
 
 class SettingsWriteRequest(Payload):
@@ -1297,16 +863,9 @@ class SettingsWriteRequest(Payload):
         servo: Joints 1 to 3.
     """
 
-    TYPE: ClassVar[int] = 0x15
-    SIZE: ClassVar[int] = 29
-    __slots__ = ("frame_us", "servo",)
-    LAYOUT: ClassVar[Layout] = (
-        ("frame_us", "H", None),
-        ("servo", ServoSetting, 3),
-    )
-
-    frame_us: int
-    servo: tuple[ServoSetting, ...]
+    TYPE = 0x15
+    frame_us: U16
+    servo: Annotated[tuple[ServoSetting, ...], 3]
 
 
 class SettingsWriteReply(Payload):
@@ -1317,25 +876,15 @@ class SettingsWriteReply(Payload):
         written: 1: storing these settings changed the store. 0: it held them already before they were sent.
     """
 
-    TYPE: ClassVar[int] = 0x95
-    SIZE: ClassVar[int] = 2
-    __slots__ = ("stored", "written",)
-    LAYOUT: ClassVar[Layout] = (
-        ("stored", "B", None),
-        ("written", "B", None),
-    )
-
-    stored: int
-    written: int
+    TYPE = 0x95
+    stored: U8
+    written: U8
 
 
 class SettingsReadRequest(Payload):
     """The servo settings in force."""
 
-    TYPE: ClassVar[int] = 0x16
-    SIZE: ClassVar[int] = 0
-    __slots__ = ()
-    LAYOUT: ClassVar[Layout] = ()
+    TYPE = 0x16
 
 
 class SettingsReadReply(Payload):
@@ -1348,20 +897,11 @@ class SettingsReadReply(Payload):
         servo: Joints 1 to 3.
     """
 
-    TYPE: ClassVar[int] = 0x96
-    SIZE: ClassVar[int] = 34
-    __slots__ = ("origin", "generation", "frame_us", "servo",)
-    LAYOUT: ClassVar[Layout] = (
-        ("origin", Origin, None),
-        ("generation", "I", None),
-        ("frame_us", "H", None),
-        ("servo", ServoSetting, 3),
-    )
-
+    TYPE = 0x96
     origin: Origin
-    generation: int
-    frame_us: int
-    servo: tuple[ServoSetting, ...]
+    generation: U32
+    frame_us: U16
+    servo: Annotated[tuple[ServoSetting, ...], 3]
 
 
 class JointReportRequest(Payload):
@@ -1371,14 +911,8 @@ class JointReportRequest(Payload):
         angle_cdeg: Joints 1 to 3, 0.01 deg.
     """
 
-    TYPE: ClassVar[int] = 0x22
-    SIZE: ClassVar[int] = 6
-    __slots__ = ("angle_cdeg",)
-    LAYOUT: ClassVar[Layout] = (
-        ("angle_cdeg", "h", 3),
-    )
-
-    angle_cdeg: tuple[int, ...]
+    TYPE = 0x22
+    angle_cdeg: Annotated[tuple[I16, ...], 3]
 
 
 class JointReportReply(Payload):
@@ -1388,14 +922,8 @@ class JointReportReply(Payload):
         at_start_pose: 1: all within the tolerance.
     """
 
-    TYPE: ClassVar[int] = 0xA2
-    SIZE: ClassVar[int] = 1
-    __slots__ = ("at_start_pose",)
-    LAYOUT: ClassVar[Layout] = (
-        ("at_start_pose", "B", None),
-    )
-
-    at_start_pose: int
+    TYPE = 0xA2
+    at_start_pose: U8
 
 
 class JogRequest(Payload):
@@ -1408,20 +936,11 @@ class JogRequest(Payload):
         confirm: jog_confirm.
     """
 
-    TYPE: ClassVar[int] = 0x23
-    SIZE: ClassVar[int] = 9
-    __slots__ = ("joint", "from_cdeg", "to_cdeg", "confirm",)
-    LAYOUT: ClassVar[Layout] = (
-        ("joint", "B", None),
-        ("from_cdeg", "h", None),
-        ("to_cdeg", "h", None),
-        ("confirm", "I", None),
-    )
-
-    joint: int
-    from_cdeg: int
-    to_cdeg: int
-    confirm: int
+    TYPE = 0x23
+    joint: U8
+    from_cdeg: I16
+    to_cdeg: I16
+    confirm: U32
 
 
 class JogReply(Payload):
@@ -1432,13 +951,6 @@ class JogReply(Payload):
         arrived: 1: it is told the target.
     """
 
-    TYPE: ClassVar[int] = 0xA3
-    SIZE: ClassVar[int] = 3
-    __slots__ = ("angle_cdeg", "arrived",)
-    LAYOUT: ClassVar[Layout] = (
-        ("angle_cdeg", "h", None),
-        ("arrived", "B", None),
-    )
-
-    angle_cdeg: int
-    arrived: int
+    TYPE = 0xA3
+    angle_cdeg: I16
+    arrived: U8

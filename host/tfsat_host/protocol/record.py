@@ -1,14 +1,22 @@
 """What every generated payload and log record can do: become bytes and come back."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
-from dataclasses import Field, FrozenInstanceError, dataclass
+from dataclasses import FrozenInstanceError, dataclass, fields
 from enum import IntEnum
-from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
+from itertools import islice
+from typing import Annotated, Any, ClassVar, Self, TypeVar, dataclass_transform, get_args
 
 from tfsat_host.errors import TfsatError
+
+U8 = Annotated[int, "B"]
+U16 = Annotated[int, "H"]
+U32 = Annotated[int, "I"]
+U64 = Annotated[int, "Q"]
+I16 = Annotated[int, "h"]
+I32 = Annotated[int, "i"]
+F32 = Annotated[float, "f"]
+"""Numbers by their letter in `struct`, which is numpy's too; arrays are `Annotated[tuple[U16, ...], COUNT]`."""
 
 
 class ProtocolError(TfsatError):
@@ -17,78 +25,68 @@ class ProtocolError(TfsatError):
 
 @dataclass_transform(frozen_default=True)
 class Record:
-    """Base of the generated records: each is a frozen dataclass with the fields of its `LAYOUT`.
+    """Base of the generated records: frozen dataclasses whose annotations are their layout.
 
-    A field's kind in `LAYOUT` is a `struct` letter, an enumeration or another record; its count is
-    None for a single value. Arrays of bytes are `bytes`, other arrays are tuples.
+    Arrays of bytes are `bytes`, other arrays are tuples. Constructor and comparison are here once: compiled by
+    `dataclass` for each of sixty classes, they took longer than a command's work.
 
-    What `dataclass` would compile for each class is here once: sixty classes took longer than a command's work.
+    Attributes:
+        SIZE: Bytes.
+        LAYOUT: Of each field its name, its kind (a `struct` letter, an enumeration or another record) and its count,
+            None for a single value.
     """
 
     SIZE: ClassVar[int] = 0
-    LAYOUT: ClassVar[Layout] = ()
-    __slots__: tuple[str, ...] = ()
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    LAYOUT: ClassVar["Layout"] = ()
+    _CODEC: ClassVar[struct.Struct]
+
+    def __init_subclass__(cls) -> None:
+        dataclass(init=False, repr=False, eq=False)(cls)
+        cls.LAYOUT = tuple((field.name, *_kind_and_count(field.type)) for field in fields(cls))  # type: ignore[arg-type]
+        cls._CODEC = struct.Struct("<" + _letters(cls))
+        cls.SIZE = cls._CODEC.size
 
     def __init__(self, *values: Any, **named: Any) -> None:
-        names = self.__slots__
-        if named or len(values) != len(names):
-            given = dict(zip(names, values, strict=False))
-            if len(given) != len(values) or given.keys() & named or {*given, *named} != {*names}:
-                raise TypeError(f"{type(self).__name__} takes {', '.join(names) or 'nothing'}")
-            values = tuple((given | named)[name] for name in names)
-        for name, value in zip(names, values, strict=True):
-            object.__setattr__(self, name, value)
+        names = [name for name, _, _ in self.LAYOUT]
+        given = dict(zip(names, values, strict=False))
+        if len(given) != len(values) or given.keys() & named or {*given, *named} != {*names}:
+            raise TypeError(f"{type(self).__name__} takes {', '.join(names) or 'nothing'}")
+        given.update(named)
+        self.__dict__.update((name, given[name]) for name in names)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise FrozenInstanceError(f"cannot assign to field {name!r}")
 
-    def _values(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, name) for name in self.__slots__)
-
     def __eq__(self, other: object) -> bool:
-        return self._values() == other._values() if type(other) is type(self) else NotImplemented
+        return self.__dict__ == other.__dict__ if type(other) is type(self) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash(self._values())
+        return hash(tuple(self.__dict__.values()))
 
     def __repr__(self) -> str:
-        values = zip(self.__slots__, self._values(), strict=True)
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values)})"
-
-    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        return type(self), self._values()
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.__dict__.items())})"
 
     def encode(self) -> bytes:
         """Return the little-endian bytes, `SIZE` long. Raises struct.error if a value is out of range."""
-        return _codec(type(self)).pack(*_flatten(self))
+        return self._CODEC.pack(*_scalars(self))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read a record from exactly `SIZE` bytes. Raises ProtocolError."""
         if len(data) != cls.SIZE:
             raise _broken(f"{cls.__name__} has {len(data)} bytes instead of {cls.SIZE}")
-        return _build(cls, _codec(cls).unpack(data), 0)
+        return _take(cls, iter(cls._CODEC.unpack(data)))
 
+    @classmethod
+    def dtype(cls) -> list[tuple[Any, ...]]:
+        """What `numpy.dtype` makes a structured type of; enumerations are their numbers."""
 
-class _FieldsOnDemand:
-    """Makes a dataclass of a record when `asdict`, `replace` or `fields` asks for the first time."""
+        def item(kind: Kind) -> Any:
+            if isinstance(kind, str):
+                return f"<{kind}"
+            return kind.dtype() if issubclass(kind, Record) else "<B"
 
-    def __get__(self, record: Record | None, of: type[Record]) -> dict[str, Field[Any]] | None:
-        if not of.LAYOUT:
-            return None
-        dataclass(init=False, repr=False, eq=False)(of)
-        return of.__dataclass_fields__
-
-
-Record.__dataclass_fields__ = _FieldsOnDemand()  # type: ignore[assignment]
-
-
-class Payload(Record):
-    """A record that is a frame's payload; `TYPE` is the frame's type."""
-
-    TYPE: ClassVar[int]
-    __slots__ = ()
+        return [(name, item(kind), () if count is None else (count,)) for name, kind, count in cls.LAYOUT]
 
 
 Kind = str | type[IntEnum] | type[Record]
@@ -96,15 +94,12 @@ Layout = tuple[tuple[str, Kind, int | None], ...]
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
-_CODECS: dict[type[Record], struct.Struct] = {}
-_PLANS: dict[type[Record], tuple[tuple[Kind, int | None, int, int], ...]] = {}
-
-
-def _codec(record: type[Record]) -> struct.Struct:
-    """All scalars of a record, nested ones in their places, as one struct; made once."""
-    if record not in _CODECS:
-        _CODECS[record] = struct.Struct("<" + _letters(record))
-    return _CODECS[record]
+def _kind_and_count(annotation: Any) -> tuple[Kind, int | None]:
+    of, *about = get_args(annotation) or (annotation,)
+    if not about or isinstance(about[0], str):
+        return (about[0] if about else of), None
+    kind, _ = ("B", None) if of is bytes else _kind_and_count(get_args(of)[0])
+    return kind, about[0]
 
 
 def _letters(record: type[Record]) -> str:
@@ -115,51 +110,40 @@ def _letters(record: type[Record]) -> str:
     return letters
 
 
-def _flatten(record: Record) -> Iterator[Any]:
+def _scalars(record: Record) -> Iterator[Any]:
     for name, _, count in record.LAYOUT:
         value = getattr(record, name)
         for item in [value] if count is None else value:
             if isinstance(item, Record):
-                yield from _flatten(item)
+                yield from _scalars(item)
             else:
                 yield item
 
 
-def _build(record: type[AnyRecord], scalars: tuple[Any, ...], first: int) -> AnyRecord:
-    """From its scalars, which stand in a row from `first` on."""
-    values = []
-    for kind, count, start, width in _plan(record):
-        at = first + start
+def _take(record: type[AnyRecord], scalars: Iterator[Any]) -> AnyRecord:
+    """A record of the next scalars, as many as it has."""
+
+    def one(kind: Kind) -> Any:
+        if isinstance(kind, str):
+            return next(scalars)
+        if issubclass(kind, Record):
+            return _take(kind, scalars)
+        number = next(scalars)
+        try:
+            return kind(number)
+        except ValueError:
+            raise _broken(f"{number} is no {kind.__name__}") from None
+
+    made = record.__new__(record)
+    for name, kind, count in record.LAYOUT:
         if count is None:
-            values.append(scalars[at] if isinstance(kind, str) else _item(kind, scalars, at))
-        elif kind == "B":
-            values.append(bytes(scalars[at : at + count]))
+            value = one(kind)
         elif isinstance(kind, str):
-            values.append(scalars[at : at + count])
+            value = (bytes if kind == "B" else tuple)(islice(scalars, count))
         else:
-            values.append(tuple(_item(kind, scalars, at + i * width) for i in range(count)))
-    return record(*values)
-
-
-def _item(kind: type[IntEnum] | type[Record], scalars: tuple[Any, ...], at: int) -> Any:
-    if issubclass(kind, Record):
-        return _build(kind, scalars, at)
-    try:
-        return kind(scalars[at])
-    except ValueError:
-        raise _broken(f"{scalars[at]} is no {kind.__name__}") from None
-
-
-def _plan(record: type[Record]) -> tuple[tuple[Kind, int | None, int, int], ...]:
-    """Of each field its kind and count, where its scalars begin, and how many an item has; made once."""
-    if record not in _PLANS:
-        plan, start = [], 0
-        for _, kind, count in record.LAYOUT:
-            width = len(_letters(kind)) if not isinstance(kind, str) and issubclass(kind, Record) else 1
-            plan.append((kind, count, start, width))
-            start += width * (1 if count is None else count)
-        _PLANS[record] = tuple(plan)
-    return _PLANS[record]
+            value = tuple([one(kind) for _ in range(count)])
+        made.__dict__[name] = value
+    return made
 
 
 def _broken(what: str) -> ProtocolError:
@@ -168,3 +152,9 @@ def _broken(what: str) -> ProtocolError:
         meaning="Board and host were not made from the same release.",
         next_step="Flash the board from this release, or install the host package that fits it.",
     )
+
+
+class Payload(Record):
+    """A record that is a frame's payload; `TYPE` is the frame's type."""
+
+    TYPE: ClassVar[int]

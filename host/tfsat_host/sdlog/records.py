@@ -23,17 +23,16 @@ from tfsat_host.protocol.log_layout import (
     DATA_BLOCK_DTYPE,
     EVENT_DTYPE,
     HEADER_BYTES,
-    SAMPLE_BYTES,
     SAMPLE_DTYPE,
 )
-from tfsat_host.protocol.messages import LogFooter
+from tfsat_host.protocol.messages import LogFooter, Sample
 from tfsat_host.protocol.record import ProtocolError
 
 from .header import HeaderChoice
 from .ledger import Ledger
 
 _BLOCK, _EVENT, _SAMPLE = np.dtype(DATA_BLOCK_DTYPE), np.dtype(EVENT_DTYPE), np.dtype(SAMPLE_DTYPE)
-_BLOCK_WORDS, _SAMPLE_WORDS, _FIRST_WORD = BLOCK_BYTES // 2, SAMPLE_BYTES // 2, HEADER_BYTES // 2
+_BLOCK_WORDS, _SAMPLE_WORDS, _FIRST_WORD = BLOCK_BYTES // 2, Sample.SIZE // 2, HEADER_BYTES // 2
 _BODY_WORDS = slice(_FIRST_WORD, _FIRST_WORD + SAMPLES_PER_BLOCK * _SAMPLE_WORDS)
 _DATA, _HEADER = int(BlockKind.DATA), int(BlockKind.HEADER)
 _SLOTS = np.arange(SAMPLES_PER_BLOCK)
