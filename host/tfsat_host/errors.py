@@ -7,8 +7,10 @@ the drop, and what to type or do next. The command line prints these three and e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any, ClassVar
 
 
 class TfsatError(Exception):

@@ -15,7 +15,8 @@ from typing import Any
 from tests.contract.outline import file_outline, outline, without_moments, without_numbers
 from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
 from tests.emulate.served import Served
-from tfsat_host.cli.main import HELPS, main, parser_with
+from tfsat_host.cli.main import HELPS, main
+from tfsat_host.cli.parser import parser_with
 
 HERE = Path(__file__).parent
 BUNDLE = HERE / "today/drop.tfsat.zip.xz"

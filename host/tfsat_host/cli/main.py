@@ -1,43 +1,42 @@
 """`tfsat-host`: finds the command, runs it, and turns whatever happens into words and an exit code.
 
-Only the module of the command that was chosen is imported; the table below gives `--help` the rest.
+The first thing that a person types must not wait: `--help` imports nothing, a command what it uses.
 """
 
 from __future__ import annotations
 
-import argparse
-import importlib
 import os
 import sys
-from collections.abc import Container, Sequence
 from io import TextIOWrapper
-from typing import NoReturn, Protocol, cast
 
-from tfsat_host import __version__
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.present.output import Output
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Sequence
+
+    from tfsat_host.present.output import Output
 
 EXIT_INTERRUPTED = 130
-
-
 HELPS = {
     "upload-sequence": "put a maneuver on the sequencer, checked whole",
-    "upload-servos": "tell the sequencer how its servos turn pulses into angles",
-    "design": "design the maneuver that turns the robot farthest in its time",
-    "simulate": "where a maneuver leaves the robot, and what happens on the way",
+    "upload-servos": "how its servos turn pulses into angles, to the sequencer",
+    "design": "the maneuver that turns the robot farthest in its time",
+    "simulate": "where a maneuver leaves the robot, and what happens then",
     "sensitivity": "how sure a maneuver's rotation is, and what it depends on",
-    "plan": "chain loops of the joints to a target attitude, with feedback",
+    "plan": "chain loops of the joints to a target attitude",
     "envelope": "check a maneuver against the drop tower",
-    "rehearse": "fly a maneuver with the real firmware and the emulated robot",
-    "calibrate": "measure biases, zero points, mountings, scale factors and servos",
-    "decode": "turn a card's recording into engineering units, with a verdict",
-    "evaluate": "what the robot did in a drop, whether the model knew, and how sure that is",
-    "report": "an evaluated drop as one offline page with plots and a replay",
-    "bundle": "all of one drop in one archive, to be kept and computed anew",
-    "reproduce": "compute a bundle anew from raw, and say what differs",
+    "rehearse": "fly a maneuver with the real firmware, robot emulated",
+    "calibrate": "measure biases, zero points, mountings, scales, servos",
+    "decode": "turn a card's recording into engineering units",
+    "evaluate": "what the robot did, whether the model knew, and ± of both",
+    "report": "an evaluated drop as one offline page with plots, replay",
+    "bundle": "all of one drop in one archive, to keep and recompute",
+    "reproduce": "recompute a bundle from raw, and say what differs",
     "campaign": "a folder of numbered drops: notes, comparison, one report",
     "record": "start or stop the recording of a drop on the logger's card",
-    "log": "list, fetch or erase the logger's recordings over the cable",
+    "log": "list, fetch or erase the logger's recordings by cable",
     "logger-settings": "show or change the logger's rate, ranges and times",
     "status": "what both boards are doing, and what stands against a drop",
     "preflight": "GO or NO-GO before a drop, with evidence for every check",
@@ -49,36 +48,26 @@ HELPS = {
     "robot": "check a robot file and show what it says",
     "ports": "list serial ports and which board each looks like",
     "emulate": "serve both boards of the emulated robot for other commands",
-    "completion": "print what teaches a shell to complete commands",
+    "completion": "print what lets a shell complete commands",
 }
-"""What each command does, as `tfsat-host --help` has it."""
-_MODULES = {
-    "calibrate": "calibrate.command",
-    "arm": "arming",
-    "disarm": "arming",
-}
-"""Where a command is done, if not in the module of its name."""
+"""What each command does."""
+_OVERVIEW = """\
+usage: tfsat-host [-h] [--version] COMMAND ...
 
+Ground tools of a transformable CubeSat robot: from a typed maneuver to a
+decoded card.
 
-class CommandModule(Protocol):
-    """What every command's module offers."""
+options:
+  -h, --help            show this help message and exit
+  --version             show program's version number and exit
 
-    def configure(self, parser: argparse.ArgumentParser) -> None:
-        """Adds the command's arguments."""
+commands:
+  COMMAND
+{commands}
 
-    def run(self, args: argparse.Namespace, out: Output) -> int:
-        """Does it; gives the exit code."""
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are tfsat's."""
-
-    def error(self, message: str) -> NoReturn:
-        raise UsageError(
-            what=f"{message[:1].upper()}{message[1:].rstrip('.')}.",
-            meaning="Nothing was done.",
-            next_step=f"{self.prog} --help",
-        )
+Exit codes: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful,
+4 refused by an interlock, 130 interrupted.
+"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -93,15 +82,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "°" must not end a command
-    out = Output(json_mode="--json" in argv)
     try:
-        code = _dispatch(argv, out)
+        if not argv or argv[0] in ("-h", "--help"):
+            sys.stdout.write(overview())
+            code = 0
+        else:
+            code = _dispatch(argv)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader of a pipe has gone: nothing can be printed any more, not even by the interpreter at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return TfsatError.exit_code
     return code
+
+
+def overview() -> str:
+    """All commands, a line each."""
+    commands = "\n".join(f"    {name:<18}{text}" for name, text in HELPS.items())
+    return _OVERVIEW.format(commands=commands)
 
 
 def _replace_closed_streams() -> None:
@@ -118,17 +116,14 @@ def _replace_closed_streams() -> None:
             setattr(sys, name, os.fdopen(number, "r" if name == "stdin" else "w"))
 
 
-def _dispatch(argv: Sequence[str], out: Output) -> int:
-    args = argparse.Namespace()
+def _dispatch(argv: Sequence[str]) -> int:
+    from argparse import Namespace
+
+    from tfsat_host.present.output import Output
+
+    out, args = Output(json_mode="--json" in argv), Namespace()
     try:
-        parser, module = _parser_for(argv)
-        parser.parse_args(argv, args)
-        if module is None:
-            parser.print_help()
-            return 0
-        out.json_mode = getattr(args, "json", False)
-        out.yes = getattr(args, "yes", False)
-        return module.run(args, out)
+        return _run(argv, args, out)
     except TfsatError as error:
         return out.error(error)
     except KeyboardInterrupt:
@@ -144,67 +139,24 @@ def _dispatch(argv: Sequence[str], out: Output) -> int:
         return out.error(bug_error(error, argv))
 
 
-def module_of(command: str) -> str:
-    """The name of the module that does a command."""
-    return f"tfsat_host.cli.{_MODULES.get(command, command.replace('-', '_'))}"
+def _run(argv: Sequence[str], args: Namespace, out: Output) -> int:
+    """Fills `args` and does the command, which is the first word that is no option."""
+    from tfsat_host.cli.parser import parser_with
 
-
-def _parser_for(argv: Sequence[str]) -> tuple[Parser, CommandModule | None]:
-    """A parser that knows all names, and the arguments of the one command that was chosen."""
-    chosen = next((word for word in argv if not word.startswith("-")), "")
-    parser, modules = parser_with((chosen,))
-    return parser, modules.get(chosen)
-
-
-def parser_with(names: Container[str]) -> tuple[Parser, dict[str, CommandModule]]:
-    """A parser that knows all commands' names and the arguments of these, and the modules of these."""
-    parser = Parser(
-        prog="tfsat-host",
-        description="Ground tools of a transformable CubeSat robot: from a typed maneuver to a decoded card.",
-        epilog="Exit codes: 0 done, 1 failed, 2 usage, 3 done but data was lost or is doubtful, "
-        "4 refused by an interlock, 130 interrupted.",
-        formatter_class=_overview_formatter,
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action="version", version=f"tfsat-host {__version__}")
-    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command")
-    modules: dict[str, CommandModule] = {}
-    for name, text in HELPS.items():
-        if name not in names:
-            # Listed and known by name alone: to make all parsers takes half of the time of `--help`.
-            subparsers._choices_actions.append(subparsers._ChoicesPseudoAction(name, (), text))
-            subparsers._name_parser_map[name] = parser
-            continue
-        from tfsat_host.cli.options import accept_negative_numbers
-
-        subparser = subparsers.add_parser(
-            name,
-            help=text,
-            description=f"{text[:1].upper()}{text[1:]}.",
-            formatter_class=_command_formatter,
-            allow_abbrev=False,
+    chosen = next((word for word in argv if not word.startswith("-")), None)
+    if chosen is not None and chosen not in HELPS:
+        raise UsageError(
+            what=f"There is no command {chosen!r}.",
+            meaning="Nothing was done.",
+            next_step="tfsat-host --help lists all commands.",
         )
-        modules[name] = module = cast(CommandModule, importlib.import_module(module_of(name)))
-        accept_negative_numbers(subparser)
-        module.configure(subparser)
-    return parser, modules
-
-
-def _overview_formatter(prog: str) -> argparse.HelpFormatter:
-    """Plain: the first thing that a person types must not wait for Rich."""
-    formatter = argparse.HelpFormatter(prog, max_help_position=28)
-    # argparse forgets the indentation of subcommands when it measures names: the longest would wrap.
-    formatter._action_max_length = max(map(len, HELPS)) + 4
-    return formatter
-
-
-def _command_formatter(prog: str) -> argparse.HelpFormatter:
-    """Rich's formatter on a terminal, plain text elsewhere."""
-    if not sys.stdout.isatty():
-        return argparse.HelpFormatter(prog, max_help_position=28)
-    from rich_argparse import RichHelpFormatter
-
-    return RichHelpFormatter(prog, max_help_position=28)
+    parser, modules = parser_with(() if chosen is None else (chosen,))
+    parser.parse_args(argv, args)
+    if chosen is None:
+        sys.stdout.write(overview())
+        return 0
+    out.json_mode, out.yes = getattr(args, "json", False), getattr(args, "yes", False)
+    return int(modules[chosen].run(args, out))
 
 
 def _interrupted(*, talks_to_boards: bool) -> TfsatError:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from rich import box
 from rich.cells import cell_len
 from rich.table import Table
-
-if TYPE_CHECKING:
-    from rich.text import Text
+from rich.text import Text
 
 _TABLE_GAP, _TABLE_EDGES = 3, 2  # characters between two columns, and at both ends, of box.SIMPLE_HEAD
 _BLOCK_GAP = 2
@@ -29,7 +26,10 @@ def table_of(
         width: Of the terminal. A word that is longer is the only one to be broken.
     """
     room = width - _TABLE_EDGES - _TABLE_GAP * (len(columns) - 1)
-    widths = _widths([columns, *rows], room, "±") or _widths([columns, *rows], room)
+    widths = _widths([columns, *rows], room)
+    if widths is None:
+        rows = [[_std_below(cell) for cell in row] for row in rows]
+        widths = _widths([columns, *rows], room)
     if widths is None:
         return _blocks(columns, rows, title, width)
     table = Table(box=box.SIMPLE_HEAD, title=title or None, title_justify="left", pad_edge=False)
@@ -54,24 +54,34 @@ def _blocks(columns: Sequence[Text], rows: Sequence[Sequence[Text]], title: str,
     return table
 
 
-def _widths(rows: Sequence[Sequence[Text]], room: int, whole: str = "") -> list[int] | None:
-    """Of each column: as its longest cell, or, from the widest on, narrower; None if words would break.
+def _std_below(cell: Text) -> Text:
+    """A standard deviation on a line of its own."""
+    before, *std = cell.split(" ± ")
+    return cell if not std else Text("\n± ").join([before, *std])
 
-    A cell that has `whole` in it is one word, where that is not empty.
-    """
-    wanted = [max((cell.cell_len for cell in column), default=0) for column in zip(*rows, strict=True)]
-    least = [
-        max((_longest_word(cell, whole) for cell in column), default=0) for column in zip(*rows, strict=True)
-    ]
+
+def _widths(rows: Sequence[Sequence[Text]], room: int) -> list[int] | None:
+    """Of each column: as its longest line, or narrower; None if words would break. The first row gives way first."""
+
+    def widest(size: Callable[[Text], int], rows: Sequence[Sequence[Text]]) -> list[int]:
+        return [max(map(size, column), default=0) for column in zip(*rows, strict=True)]
+
+    widths, least = widest(_longest_line, rows), widest(_longest_word, rows)
+    below = widest(_longest_line, rows[1:]) or least
     if sum(least) > room:
         return None
-    while sum(wanted) > room:
-        widest = max((i for i in range(len(wanted)) if wanted[i] > least[i]), key=lambda i: wanted[i])
-        wanted[widest] -= 1
-    return wanted
+    while sum(widths) > room:
+        narrower = (i for i, width in enumerate(widths) if width > least[i])
+        widths[max(narrower, key=lambda i: (widths[i] > below[i], widths[i]))] -= 1
+    return widths
 
 
-def _longest_word(cell: Text, whole: str) -> int:
-    if whole and whole in cell.plain:
-        return int(cell.cell_len)
-    return max(map(cell_len, cell.plain.split()), default=0)
+def _longest_line(cell: Text) -> int:
+    return max(map(cell_len, cell.plain.split("\n")))
+
+
+def _longest_word(cell: Text) -> int:
+    """Of a line with a standard deviation, all of it."""
+    lines = cell.plain.split("\n")
+    words = [word for line in lines for word in ([line] if "±" in line else line.split())]
+    return max(map(cell_len, words), default=0)

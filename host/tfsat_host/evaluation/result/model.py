@@ -43,7 +43,7 @@ def worth_of(found: Evaluation) -> Worth:
 
 def correction_sentences(found: Evaluation) -> tuple[str, ...]:
     """For a person who has to decide what to change in the robot file."""
-    worth, undetermined = worth_of(found), found.identifiability.undetermined
+    worth = worth_of(found)
     if worth == "withheld":
         return ("The correction is withheld: change nothing by it.", *found.explained.withheld)
     if worth == "not called for":
@@ -51,11 +51,10 @@ def correction_sentences(found: Evaluation) -> tuple[str, ...]:
             "No correction is called for: the model as filed explains the motion, and what was found beyond it is "
             "within its own uncertainty.",
         )
-    if undetermined:
-        known = len(found.identifiability.directions) - len(undetermined)
+    if found.identifiability.undetermined:
         return (
-            f"Only {known} of {len(found.identifiability.directions)} directions are told by the data. The offsets go "
-            "together: single ones along the others are the prior's, and none of those is to be filed.",
+            "The offsets go together: single ones along directions that the data do not determine are the prior's, "
+            "and none of those is to be filed.",
         )
     return ()
 
