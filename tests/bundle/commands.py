@@ -22,7 +22,7 @@ from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel
-from tfsat_host.run import evaluated
+from tfsat_host.run import drop_evaluation
 from tfsat_host.sdlog import DropLog
 
 _MADE: dict[str, Evaluation] = {}
@@ -45,7 +45,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
             _MADE[key] = evaluate(log, model, calibration, schedule, **others)
         return replace(_MADE[key], log=log, model=model)
 
-    monkeypatch.setattr(evaluated, "evaluate", kept)
+    monkeypatch.setattr(drop_evaluation, "evaluate", kept)
 
 
 def command(*args: object, expect: int = 0) -> Said:

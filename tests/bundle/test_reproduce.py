@@ -25,7 +25,7 @@ from tfsat_host.cli.main import main
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.report import render
-from tfsat_host.run import evaluated
+from tfsat_host.run import drop_evaluation
 from tfsat_host.run.bundle.reproducing import document_in
 
 ARCHIVE = Path("run.tfsat.zip")
@@ -34,7 +34,7 @@ Computed = Callable[[str | None], None]
 
 
 def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluated, "evaluate", evaluate)  # computed, and not kept
+    monkeypatch.setattr(drop_evaluation, "evaluate", evaluate)  # computed, and not kept
     said = result("reproduce", bundle)
     assert (said["same"], said["complete"], said["incomplete"]) == (True, True, [])
     assert [(one["what"], one["differences"]) for one in said["compared"]] == [
@@ -221,7 +221,7 @@ def test_a_drop_whose_evaluation_is_refused_is_not_whole(run: Path, monkeypatch:
         raise TfsatError(what="It ends at the release.", meaning="Nothing.", next_step="Another one.")
 
     del run
-    monkeypatch.setattr(evaluated, "evaluate_run", refuse)
+    monkeypatch.setattr(drop_evaluation, "evaluate_run", refuse)
     command("bundle", "run", expect=3)
     said = result("reproduce", ARCHIVE, expect=3)
     assert (said["same"], said["complete"]) == (True, False)

@@ -17,8 +17,8 @@ from tfsat_host.calibration.certificate.file import format_calibration, read_cal
 from tfsat_host.evaluation.model_fit import cross_validation
 from tfsat_host.present.output import Output
 from tfsat_host.robot import RobotModel, find_robot
-from tfsat_host.run import evaluated as one_run
-from tfsat_host.run.evaluated import EvaluatedRun
+from tfsat_host.run import drop_evaluation as one_run
+from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import EvaluationOptions
 from tfsat_host.run.record import sign
 

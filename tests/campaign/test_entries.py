@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.run.campaign.campaign import (
+from tfsat_host.run.campaign.entries import (
     DropEntry,
     Note,
     folder_name,

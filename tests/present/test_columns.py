@@ -27,7 +27,7 @@ from tfsat_host.quantity import (
     unit_of,
     vector,
 )
-from tfsat_host.report.contents import building as page
+from tfsat_host.report.contents import document_builder as page
 
 
 class LogState(Enum):

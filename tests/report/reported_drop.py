@@ -15,8 +15,7 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.report.contents.building import document_of
-from tfsat_host.report.contents.reported import Reported
+from tfsat_host.report.contents.document_builder import Reported, document_of
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog import load
 

@@ -20,7 +20,7 @@ from tfsat_host.evaluation.model_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.result.model import significance, worth_of
 from tfsat_host.quantity import plus_minus
 from tfsat_host.report import render
-from tfsat_host.report.contents.building import document_of
+from tfsat_host.report.contents.document_builder import document_of
 from tfsat_host.robot import load_robot
 from tfsat_host.sdlog.events import DropEvent
 from tfsat_host.sdlog.ledger import Gap

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 from tests.report.sample_document import sample_document
 from tfsat_host.report import page, render
+from tfsat_host.report.document_rounding import shortened
 from tfsat_host.report.page import embeddable
-from tfsat_host.report.shortening import shortened
 
 JSON = st.recursive(
     st.none()

@@ -16,7 +16,7 @@ from tfsat_host.errors import TfsatError, UsageError
 from tfsat_host.run import EvaluationOptions, Run
 from tfsat_host.run.bundle.reproducing import reproduce
 from tfsat_host.run.campaign import adding, campaign, reporting
-from tfsat_host.run.several import Comparison, Refused, evaluate_several
+from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
 
 class Heard:

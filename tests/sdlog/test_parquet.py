@@ -12,7 +12,7 @@ from pyarrow import parquet
 from tests.cli.process import RunCli
 from tests.sdlog.encoder import ALL_VALID, Recorder, drop_with_release, recording
 from tests.sdlog.test_values import by_name, write
-from tfsat_host.run.decoded import FORMATS, write_decoded
+from tfsat_host.run.exports import FORMATS, write_decoded
 from tfsat_host.sdlog import DropLog, export_tables, load
 from tfsat_host.sdlog import errors as extras
 from tfsat_host.sdlog.droplog import flag_columns

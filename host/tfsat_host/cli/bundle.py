@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _show(made: Bundled, out: Output) -> None:
     from tfsat_host.notices import printable
-    from tfsat_host.run.bundle.collecting import MADE_AGAIN
+    from tfsat_host.run.bundle.contents import MADE_AGAIN
 
     manifest, target = made.manifest, made.target
     size = sum(file.bytes for file in manifest.files.values())

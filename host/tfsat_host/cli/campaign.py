@@ -123,7 +123,8 @@ def _void(args: argparse.Namespace, out: Output) -> int:
 
 
 def _next(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.campaign.campaign import folder_name, read
+    from tfsat_host.run.campaign.campaign import read
+    from tfsat_host.run.campaign.entries import folder_name
 
     contents = read(args.dir)
     number = contents.next_number
@@ -186,8 +187,8 @@ def _report(args: argparse.Namespace, out: Output) -> int:
 
 def _show_report(made: CampaignReport, out: Output) -> None:
     """Each drop, why some are left out, what each robot's say together, and the page."""
-    from tfsat_host.run.evaluated import dropped_robot
-    from tfsat_host.run.several import DROPS, row_of
+    from tfsat_host.run.drop_comparison import DROPS, row_of
+    from tfsat_host.run.drop_evaluation import dropped_robot
 
     rows, refused = [], []
     for drop, one in made.tried:

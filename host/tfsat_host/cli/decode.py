@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from tfsat_host.cli.options import add_output_options, file_name, session_id
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.present.output import Output
-from tfsat_host.run.decoded import FORMATS
+from tfsat_host.run.exports import FORMATS
 
 if TYPE_CHECKING:
-    from tfsat_host.run.decoded import Written
+    from tfsat_host.run.exports import Written
     from tfsat_host.sdlog import DropLog
 
 
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Decodes, writes the files, shows the summary."""
     from tfsat_host.notices import recordings_lines
     from tfsat_host.present.recording import show_recording
-    from tfsat_host.run.decoded import held_calibration
+    from tfsat_host.run.exports import held_calibration
     from tfsat_host.sdlog.load import load
     from tfsat_host.sdlog.summary import summary
 
@@ -94,7 +94,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _write(log: DropLog, args: argparse.Namespace, out: Output) -> Written:
     """Raises TfsatError also where the system refuses: the recording itself was decoded."""
     from tfsat_host.output_files import UnwritableError
-    from tfsat_host.run.decoded import write_decoded
+    from tfsat_host.run.exports import write_decoded
 
     folder = args.out or args.file.parent
     try:

@@ -18,8 +18,8 @@ from tfsat_host.present.terminal import bullets, printable, show_rows
 from tfsat_host.run.files import EVALUATION_MARKER
 
 if TYPE_CHECKING:
-    from tfsat_host.run.evaluated import EvaluatedRun
-    from tfsat_host.run.several import Comparison, Tried
+    from tfsat_host.run.drop_comparison import Comparison, Tried
+    from tfsat_host.run.drop_evaluation import EvaluatedRun
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Evaluates each drop; several are compared."""
-    from tfsat_host.run.evaluated import evaluate_run, robot_of
+    from tfsat_host.run.drop_evaluation import evaluate_run, robot_of
 
     options = options_of(args)
     options.check(args.runs)
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 
 def _run_several(args: argparse.Namespace, out: Output) -> int:
-    from tfsat_host.run.several import Comparison, Refused, evaluate_several
+    from tfsat_host.run.drop_comparison import Comparison, Refused, evaluate_several
 
     tried = evaluate_several(args.runs, options_of(args), out)
     done = [one for one in tried if not isinstance(one, Refused)]
@@ -90,7 +90,7 @@ def _show(run: EvaluatedRun, out: Output) -> None:
 
 def _show_several(tried: Sequence[Tried], compared: Comparison | None, out: Output) -> None:
     from tfsat_host.present.evaluation import show_comparison
-    from tfsat_host.run.several import DROPS, Refused, row_of
+    from tfsat_host.run.drop_comparison import DROPS, Refused, row_of
 
     for one in tried:
         out.line(f"== {printable(one.place)}")

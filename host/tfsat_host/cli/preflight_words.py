@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from tfsat_host.preflight.evidence import Evidence
     from tfsat_host.present.output import Output
-    from tfsat_host.run.preflight import Written
+    from tfsat_host.run.preflight import WrittenResult
 
 _WORDS = {Verdict.GO: "GO", Verdict.NO_GO: "NO-GO", Verdict.NOT_MADE: "NOT MADE"}
 _WIDTH = 110
@@ -28,7 +28,7 @@ _WIDTH = 110
 def show(
     checks: Sequence[Check],
     evidence: Evidence,
-    written: Written,
+    written: WrittenResult,
     args: argparse.Namespace,
     out: Output,
     *,
@@ -45,7 +45,7 @@ def show(
         for line in textwrap.wrap(f"{names}: {step}", _WIDTH, subsequent_indent="    "):
             out.line(f"  {line}")
     signed = f"signed {written.sha256[:12]}" if written.sha256 else "NOT SIGNED"
-    out.line(f"Written: {written.file} ({signed})")
+    out.line(f"WrittenResult: {written.file} ({signed})")
     no_real = " The robot is an emulated one: this says nothing of a real one." if emulated else ""
     if may_drop(checks):
         optional = [one.name for one in checks if one.verdict == Verdict.NOT_MADE]

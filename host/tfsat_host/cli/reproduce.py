@@ -13,7 +13,7 @@ from tfsat_host.present.terminal import printable, show_rows
 from tfsat_host.quantity import Column, Columns
 
 if TYPE_CHECKING:
-    from tfsat_host.run.bundle.comparing import Compared
+    from tfsat_host.run.bundle.reproducing import ComparedPart
 
 _SHOWN = 20
 
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     return 0 if done.same and not done.incomplete else DataLossError.exit_code
 
 
-def _show(result: dict[str, Any], compared: Sequence[Compared], out: Output) -> None:
+def _show(result: dict[str, Any], compared: Sequence[ComparedPart], out: Output) -> None:
     """Part by part, then what is missing, lost, changed or doubtful, and the verdict last."""
     out.line(f"Unpacked  {printable(result['folder'])}: {result['files']} files, every hash is right.")
     out.line(f"Manifest  SHA-256 {result['manifest_sha256']}: compare it with the logbook's.")

@@ -145,7 +145,7 @@ def _off(joints: Sequence[int], known: ServoMaps, settings: ServoSettings) -> li
     """Where the board's settings are not what the maps ask for."""
     from tfsat_host.calibration.servos.servo_map import matching_setting
     from tfsat_host.calibration.servos.stroke_error import setting_error_rad
-    from tfsat_host.present.stored import servo_words
+    from tfsat_host.present.stored_settings import servo_words
 
     notices = []
     for servo_map in known.maps:

@@ -12,7 +12,7 @@ from tfsat_host.cli.options import add_device_options, file_name, refuse_existin
 from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
-from tfsat_host.present.stored import comparison, origin_words, settings_as_dict
+from tfsat_host.present.stored_settings import comparison, origin_words, settings_as_dict
 from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.whole_file import write_whole
 

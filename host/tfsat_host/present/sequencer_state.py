@@ -11,7 +11,7 @@ from tfsat_host.devices.arm_refusal import arm_refusal, store_defects
 from tfsat_host.devices.last_run import Booking, LastRun, Onset, last_run
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import refusal_name
-from tfsat_host.present.stored import (
+from tfsat_host.present.stored_settings import (
     maneuver_as_dict,
     maneuver_words,
     origin_words,

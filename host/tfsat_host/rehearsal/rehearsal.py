@@ -30,7 +30,7 @@ from tfsat_host.rehearsal.run_folder import RunFolder
 from tfsat_host.rehearsal.truth import Truth, drawn_truth, truth_as_filed
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run import reporting
-from tfsat_host.run.evaluated import EvaluatedRun
+from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, ROBOT
 from tfsat_host.sdlog import DropLog
 

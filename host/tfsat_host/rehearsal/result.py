@@ -23,7 +23,7 @@ from tfsat_host.rehearsal.drop import HOOK_S, Drop
 from tfsat_host.rehearsal.judgement import Judged, moved_deg
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
-from tfsat_host.run.evaluated import EvaluatedRun
+from tfsat_host.run.drop_evaluation import EvaluatedRun
 from tfsat_host.run.files import MANEUVER, PREFLIGHT, ROBOT
 from tfsat_host.sdlog import DropLog
 from tfsat_host.units import s_from_us

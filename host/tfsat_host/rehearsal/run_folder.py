@@ -21,7 +21,7 @@ from tfsat_host.report.figures import MARKER as FIGURE
 from tfsat_host.report.recording import MARKER as MCAP
 from tfsat_host.run.campaign.campaign import DROP, INDEX
 from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log
-from tfsat_host.run.decoded import write_decoded
+from tfsat_host.run.exports import write_decoded
 from tfsat_host.run.files import (
     EMULATED_CERTIFICATE,
     EVALUATION_MARKER,

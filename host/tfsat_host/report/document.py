@@ -12,7 +12,7 @@ FORMAT = 1
 """Version of this layout; the page says so when it gets another one."""
 
 
-class Verdict(TypedDict):
+class PageVerdict(TypedDict):
     """The one sentence that a reader takes home, and why."""
 
     level: Literal["good", "doubtful", "failed"]
@@ -40,7 +40,7 @@ class Event(TypedDict):
     until_s: float | None
 
 
-class Series(TypedDict):
+class PlotSeries(TypedDict):
     """One line of a plot: n values over the plot's x.
 
     `component` is 0 to 2 for x, y, z (or joints 1 to 3) and 3 for a norm: it chooses the color. `kind` chooses
@@ -69,7 +69,7 @@ class Plot(TypedDict):
     log_y: bool
     band: list[float] | None
     caption: str
-    series: list[Series]
+    series: list[PlotSeries]
 
 
 class ReplayBody(TypedDict):
@@ -98,7 +98,7 @@ class Fold(TypedDict):
     words: str
 
 
-class Table(TypedDict):
+class PageTable(TypedDict):
     """Rows of text under column heads."""
 
     title: str
@@ -112,7 +112,7 @@ class Drop(TypedDict):
     """All of one drop. `t_s` belongs to the plots without x, `window_s` is what was evaluated."""
 
     name: str
-    verdict: Verdict
+    verdict: PageVerdict
     key_numbers: list[KeyNumber]
     notes: list[str]
     t_s: list[float]
@@ -120,7 +120,7 @@ class Drop(TypedDict):
     events: list[Event]
     plots: list[Plot]
     replay: Replay | None
-    tables: list[Table]
+    tables: list[PageTable]
 
 
 class Document(TypedDict):
@@ -131,5 +131,5 @@ class Document(TypedDict):
     made_by: str
     made_at: str
     lacking: list[str]
-    tables: list[Table]
+    tables: list[PageTable]
     drops: list[Drop]

@@ -17,7 +17,7 @@ from importlib.resources import files
 from typing import Any
 
 from tfsat_host.quantity import number, plus_minus
-from tfsat_host.report.shortening import shortened
+from tfsat_host.report.document_rounding import shortened
 
 _LIBRARIES = ("uplot.min.js", "twgl.min.js")
 _LICENCES = ("uplot.LICENSE", "twgl.LICENSE")
@@ -165,7 +165,7 @@ def without_script(document: Mapping[str, Any]) -> str:
     """Of all drops; every string of the document is escaped.
 
     Args:
-        document: As it is embedded, see `shortening.shortened`.
+        document: As it is embedded, see `document_rounding.shortened`.
     """
     lacking = [f"<p>{_text(one)}</p>" for one in document.get("lacking", ())]
     return "\n".join([f"<h1>{_text(document['title'])}</h1>", *lacking, *map(_drop, document["drops"])])

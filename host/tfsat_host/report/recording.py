@@ -13,10 +13,10 @@ from tfsat_host.evaluation.body_frames import WORLD, frame_name
 from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
 from tfsat_host.report.contents.attitude import euler_angles
+from tfsat_host.report.contents.charts import PER_KG_M2_S, averages_of, bodies_of
+from tfsat_host.report.contents.document_builder import Reported
 from tfsat_host.report.contents.events import events_of
-from tfsat_host.report.contents.momentum import PER_KG_M2_S, averages_of, bodies_of
 from tfsat_host.report.contents.replay import body_poses, boxes_of
-from tfsat_host.report.contents.reported import Reported
 from tfsat_host.sdlog.export_mcap import BodyFrames, Channel, Fields, Messages, Stamp, classes_of, write_mcap
 
 MARKER = b"made by tfsat-host report"

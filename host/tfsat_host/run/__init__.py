@@ -20,7 +20,7 @@ from tfsat_host.run.files import AS_FOUND, EvaluationOptions, RunFiles, run_file
 
 if TYPE_CHECKING:
     from tfsat_host.run.bundle.making import Bundled
-    from tfsat_host.run.evaluated import EvaluatedRun
+    from tfsat_host.run.drop_evaluation import EvaluatedRun
     from tfsat_host.run.reporting import Report, ReportOptions
 
 __all__ = ["EvaluationOptions", "Run"]
@@ -62,10 +62,10 @@ class Run:
         Raises:
             TfsatError: something cannot be read, or the recording does not hold what an evaluation needs.
         """
-        from tfsat_host.run import evaluated
+        from tfsat_host.run import drop_evaluation
 
-        robot = evaluated.robot_of(self.options.robot, [self.place])
-        return evaluated.evaluate_run(self.place, self.options, robot, notices)
+        robot = drop_evaluation.robot_of(self.options.robot, [self.place])
+        return drop_evaluation.evaluate_run(self.place, self.options, robot, notices)
 
     def report(self, wanted: ReportOptions | None = None, notices: Notices = SILENT) -> Report:
         """Evaluates it and writes the page, and the figures and the MCAP file that are wanted.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from tfsat_host.devices.arm_refusal import arm_refusal
 from tfsat_host.devices.ports import PortError, find_port, port_variable
 from tfsat_host.errors import Interrupted, TfsatError
-from tfsat_host.present.stored import flight_words
+from tfsat_host.present.stored_settings import flight_words
 from tfsat_host.protocol.enums import LoggerState, SequencerState
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.run.files import find_certificate

@@ -282,7 +282,7 @@ def _boards(evidence: Evidence) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class WrittenResult:
     """Where the result is.
 
     Attributes:
@@ -296,7 +296,7 @@ class Written:
     error: TfsatError | None = None
 
 
-def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Written:
+def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> WrittenResult:
     """Writes `preflight.json` and signs it into the run's record; an older one is replaced.
 
     Raises:
@@ -310,5 +310,5 @@ def write_result(folder: Path, result: Mapping[str, Any], at: datetime) -> Writt
         entry = sign(folder, [file], by, at)
     except TfsatError as error:
         error.meaning = f"The result stands in {file} but not in the run's record. {error.meaning}"
-        return Written(file, None, error)
-    return Written(file, entry.files[0].sha256)
+        return WrittenResult(file, None, error)
+    return WrittenResult(file, entry.files[0].sha256)

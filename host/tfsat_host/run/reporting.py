@@ -15,17 +15,16 @@ from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.report import render
-from tfsat_host.report.contents.building import document_of
-from tfsat_host.report.contents.building import table as page_table
-from tfsat_host.report.contents.reported import Reported, Source
-from tfsat_host.report.document import Table
+from tfsat_host.report.contents.document_builder import Reported, Source, document_of
+from tfsat_host.report.contents.document_builder import table as page_table
+from tfsat_host.report.document import PageTable
 from tfsat_host.report.figures import FIGURES, FORMATS, check_matplotlib, drawn_of, write_figure
 from tfsat_host.report.figures import MARKER as FIGURE_MARKER
 from tfsat_host.report.recording import MARKER as MCAP_MARKER
 from tfsat_host.report.recording import write_evaluated_mcap
-from tfsat_host.run.evaluated import EvaluatedRun, robot_of
+from tfsat_host.run.drop_comparison import Comparison, Refused, tried
+from tfsat_host.run.drop_evaluation import EvaluatedRun, robot_of
 from tfsat_host.run.files import AS_FOUND, EvaluationOptions, names_of, run_files
-from tfsat_host.run.several import Comparison, Refused, tried
 from tfsat_host.sdlog.errors import check_extra
 
 PAGE = "report.html"
@@ -190,7 +189,7 @@ class ReportFiles:
     def write(
         self,
         drops: Sequence[Reported],
-        tables: Sequence[Table],
+        tables: Sequence[PageTable],
         without: Sequence[str],
         notices: Notices,
         made_at: datetime | None = None,
@@ -254,7 +253,7 @@ def reported(name: str, run: EvaluatedRun) -> Reported:
     )
 
 
-def together(drops: Sequence[Reported], compared: Comparison) -> list[Table]:
+def together(drops: Sequence[Reported], compared: Comparison) -> list[PageTable]:
     """What several drops say of the model together; `drops` are those that are compared, in order."""
     return [page_table(one) for one in compared.tables([drop.name for drop in drops])]
 

@@ -20,7 +20,7 @@ from tfsat_host.cli.calibrate.jog import measure_servo
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import NotConfirmed, Output
-from tfsat_host.present.stored import comparison, servo_words, settings_as_dict
+from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.quantity import Column, Columns, fields, plus_minus, record

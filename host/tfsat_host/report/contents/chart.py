@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.spectra import Compared
-from tfsat_host.report.document import Plot, Series
+from tfsat_host.report.document import Plot, PlotSeries
 
 Kind = Literal["measured", "before", "after", "commanded"]
 
@@ -162,7 +162,7 @@ def plot_of(chart: Chart) -> Plot:
         band=None if chart.band is None else list(chart.band),
         caption=chart.caption,
         series=[
-            Series(
+            PlotSeries(
                 label=line.label,
                 values=numbers(line.values),
                 std=None if line.std is None else numbers(line.std),

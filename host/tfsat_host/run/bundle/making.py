@@ -19,11 +19,10 @@ from tfsat_host.json_values import error_as_dict, jsonable
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.output_files import OutputFile, check_may_write, new_folder_of, tell_new_folder, write_all
 from tfsat_host.report import render
-from tfsat_host.report.contents.building import document_of
-from tfsat_host.report.contents.reported import Reported, Source
-from tfsat_host.run import evaluated
+from tfsat_host.report.contents.document_builder import Reported, Source, document_of
+from tfsat_host.run import drop_evaluation
 from tfsat_host.run.bundle.archive import MARKER, write_archive
-from tfsat_host.run.bundle.collecting import RUN, Collected, collect, doubts_of, not_as_checked
+from tfsat_host.run.bundle.contents import RUN, Collected, collect, doubts_of, not_as_checked
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
     EVALUATION,
@@ -221,8 +220,8 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
         roots = (scratch, folder)
         options = _options(folder, scratch, used)
         try:
-            robot = evaluated.robot_of(options.robot)
-            done = evaluated.evaluate_run(folder / used.recording, options, robot)
+            robot = drop_evaluation.robot_of(options.robot)
+            done = drop_evaluation.evaluate_run(folder / used.recording, options, robot)
         except TfsatError as error:
             return Recomputed(_relative({"error": jsonable(error_as_dict(error))}, roots), None, None)
         result = {"made_by": f"tfsat-host evaluate {__version__}", **jsonable(done.as_dict())}
@@ -240,7 +239,7 @@ def recompute(folder: Path, name: str, used: Evaluated) -> Recomputed:
                 for what in _SOURCES
                 if what in used.files
             ),
-            used.options(),
+            options.typed(),
         )
         page = render(_relative(document_of([drop], done.recorded or _NO_TIME), roots))
         held = None if certificate is None else _relative(str(certificate), roots)

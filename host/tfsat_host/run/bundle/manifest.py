@@ -26,7 +26,6 @@ FORMAT = 1
 NAME_CHARACTERS_MAX = 200
 """Of a drop's name: a folder's has no more on most systems."""
 _FILES = ("maneuver", "calibration", "robot", "facility", "video", "laser")
-_FLAGS = ("masses", "inertias", "swarm")
 _PACKAGES = ("numpy", "scipy", "crcmod-plus", "fastcrc", "platformdirs", "pyserial", "rich", "rich-argparse")
 
 
@@ -91,12 +90,6 @@ class Evaluated:
     def files(self) -> dict[str, str]:
         """Of those besides the recording that were used: the name of each, by its kind."""
         return {kind: getattr(self, kind) for kind in _FILES if getattr(self, kind) is not None}
-
-    def options(self) -> tuple[str, ...]:
-        """As they are typed for `evaluate`, with the bundle's names."""
-        session = () if self.session is None else (f"--session {self.session}",)
-        flags = (f"--{name}" for name in _FLAGS if getattr(self, name))
-        return (*(f"--{kind} {name}" for kind, name in self.files.items()), *session, *flags)
 
 
 @dataclass(frozen=True)

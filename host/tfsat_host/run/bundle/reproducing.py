@@ -24,17 +24,16 @@ from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run.bundle import making
 from tfsat_host.run.bundle.archive import unpack
-from tfsat_host.run.bundle.collecting import RUN, not_as_checked
-from tfsat_host.run.bundle.comparing import (
+from tfsat_host.run.bundle.comparison import (
     CERTIFICATE_TOLERANCE,
     EVALUATION_TOLERANCE,
     NOT_THERE,
     REPORT_TOLERANCE,
-    Compared,
     Difference,
     Tolerance,
     differences,
 )
+from tfsat_host.run.bundle.contents import RUN, not_as_checked
 from tfsat_host.run.bundle.making import Recomputed
 from tfsat_host.run.bundle.manifest import (
     ENVIRONMENT,
@@ -55,6 +54,25 @@ _OF_ITS_TIME = ("made_by", "made_at")
 """Of a result: who made it and when differs rightly."""
 
 
+@dataclass(frozen=True)
+class ComparedPart:
+    """One part of a bundle, computed again.
+
+    Attributes:
+        what: `evaluation`, `report` or `calibration`.
+        differs: How; None: it was not computed again, and that is no difference.
+        sentence: What was done, or why not.
+        lacking: It should have been computed and could not be.
+        refused: The raw data give none.
+    """
+
+    what: str
+    differs: Sequence[Difference] | None
+    sentence: str
+    lacking: bool = False
+    refused: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Reproduced:
     """What came of it.
@@ -71,7 +89,7 @@ class Reproduced:
     folder: Path
     manifest: Manifest
     manifest_sha256: str
-    compared: tuple[Compared, ...]
+    compared: tuple[ComparedPart, ...]
     record: tuple[str, ...]
     environment: tuple[str, ...]
 
@@ -170,42 +188,44 @@ def _changed(folder: Path, manifest: Manifest) -> list[str]:
     return [*(finding.sentence for finding in verify(run)), *checked]
 
 
-def _evaluation(folder: Path, done: Recomputed) -> Compared:
+def _evaluation(folder: Path, done: Recomputed) -> ComparedPart:
     bundled = _load(folder / EVALUATION)
     if bundled is _UNREADABLE:
         there = (folder / EVALUATION).is_file()
         differs = [Difference(EVALUATION, "unreadable" if there else NOT_THERE, "an evaluation", None)]
         sentence = "The bundled evaluation cannot be read." if there else "The bundle has no evaluation."
-        return Compared(
+        return ComparedPart(
             "evaluation", differs, f"{sentence} What the raw data give is not held against anything."
         )
     differs = _differences(bundled, done.evaluation, EVALUATION_TOLERANCE)
     if "error" in done.evaluation:
         then = "now, and was not then" if differs else "now as then"
         why = done.evaluation["error"]["what"]
-        return Compared("evaluation", differs, f"The drop cannot be evaluated, {then}: {why}", refused=True)
+        return ComparedPart(
+            "evaluation", differs, f"The drop cannot be evaluated, {then}: {why}", refused=True
+        )
     count = _numbers(done.evaluation)
-    return Compared("evaluation", differs, f"{count} numbers were decoded and evaluated anew.")
+    return ComparedPart("evaluation", differs, f"{count} numbers were decoded and evaluated anew.")
 
 
-def _report(folder: Path, done: Recomputed) -> Compared:
+def _report(folder: Path, done: Recomputed) -> ComparedPart:
     bundled: Any = NOT_THERE
     sentence = "The bundle has no report."
     try:
         bundled = document_in((folder / REPORT).read_text(encoding="utf-8"))
     except FileNotFoundError:
         if done.page is None:
-            return Compared("report", None, "There is none, now as then.")
+            return ComparedPart("report", None, "There is none, now as then.")
     except ValueError as error:
         bundled, sentence = "unreadable", f"The bundled page cannot be read: {error}."
     if isinstance(bundled, str):
-        return Compared("report", [Difference("report", bundled, "a page", None)], sentence)
+        return ComparedPart("report", [Difference("report", bundled, "a page", None)], sentence)
     if done.page is None:
         sentence = "The bundle has a report, and none can be made."
-        return Compared("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
+        return ComparedPart("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
     document = document_in(done.page)
     differs = _differences(bundled, document, REPORT_TOLERANCE)
-    return Compared("report", differs, f"{_numbers(document)} numbers of the page were made anew.")
+    return ComparedPart("report", differs, f"{_numbers(document)} numbers of the page were made anew.")
 
 
 def document_in(page: str) -> Any:
@@ -219,11 +239,11 @@ def document_in(page: str) -> Any:
         raise ValueError("its document is nested too deeply") from error
 
 
-def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Compared]:
+def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[ComparedPart]:
     """The certificate that lay there, and the one before it if that held at the release."""
     used = manifest.evaluated
     if used.calibration is None:
-        return [Compared("calibration", None, "The bundle has no certificate.")]
+        return [ComparedPart("calibration", None, "The bundle has no certificate.")]
     found = []
     names = dict.fromkeys([used.calibration, *([done.certificate] if done.certificate else [])])
     for name in (name for name in names if name in manifest.files):
@@ -231,11 +251,11 @@ def _calibrations(folder: Path, manifest: Manifest, done: Recomputed) -> list[Co
             robot = load_robot(None if used.robot is None else folder / used.robot)
             found.append(_recalibrated(folder / name, robot, name))
         except TfsatError as error:
-            found.append(Compared("calibration", None, error.what, lacking=True))
+            found.append(ComparedPart("calibration", None, error.what, lacking=True))
     return found
 
 
-def _recalibrated(certificate: Path, model: RobotModel, name: str) -> Compared:
+def _recalibrated(certificate: Path, model: RobotModel, name: str) -> ComparedPart:
     """A certificate computed from its recordings, which lie beside it, or it among them.
 
     Raises:
@@ -246,13 +266,13 @@ def _recalibrated(certificate: Path, model: RobotModel, name: str) -> Compared:
     drawn = f" Not recorded in a rehearsal, but drawn: {in_words(found.drawn)}." if found.drawn else ""
     if not found.papers:
         why = "The certificate names no recordings: its values cannot be computed anew."
-        return Compared("calibration", None, f"{name}: {why}{drawn}")
+        return ComparedPart("calibration", None, f"{name}: {why}{drawn}")
     try:
         evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in found.papers]
         tried = [_solved_differently(found, evidence, model, landing) for landing in _landings(found)]
     except CalibrationError as error:
         why = f"The calibration cannot be computed anew: {error.what}"
-        return Compared("calibration", None, f"{name}: {why}", lacking=True)
+        return ComparedPart("calibration", None, f"{name}: {why}", lacking=True)
     of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
     sentence, left = f"The calibration was computed anew from {of}.", []
     if found.drawn:
@@ -260,7 +280,7 @@ def _recalibrated(certificate: Path, model: RobotModel, name: str) -> Compared:
         left = [one for one in DRAWABLE if one not in (*found.drawn, *measured)]
         sentence = f"Computed anew from {of}: {in_words(measured)}.{drawn}"
         sentence += f" Neither recorded nor drawn: {in_words(left)}." if left else ""
-    return Compared("calibration", min(tried, key=len), f"{name}: {sentence}", bool(left))
+    return ComparedPart("calibration", min(tried, key=len), f"{name}: {sentence}", bool(left))
 
 
 def _landings(found: Calibration) -> list[datetime | None]:

@@ -17,9 +17,9 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.notices import SILENT, Notices
 from tfsat_host.run.bundle.archive import trouble_with_file
-from tfsat_host.run.bundle.collecting import MADE_AGAIN, Collected, collect
+from tfsat_host.run.bundle.contents import MADE_AGAIN, Collected, collect
 from tfsat_host.run.campaign import campaign
-from tfsat_host.run.campaign.campaign import DropEntry
+from tfsat_host.run.campaign.entries import DropEntry
 from tfsat_host.run.certificate import is_of_robot, note_landing_of, origin_of_log, time_of_day
 from tfsat_host.run.files import (
     AS_FOUND,

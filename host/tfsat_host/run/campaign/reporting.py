@@ -13,13 +13,14 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
-from tfsat_host.report.document import Table
-from tfsat_host.run import evaluated
-from tfsat_host.run.campaign.campaign import DropEntry, changes_in, read
-from tfsat_host.run.evaluated import DroppedRobot, EvaluatedRun, dropped_robot
+from tfsat_host.report.document import PageTable
+from tfsat_host.run import drop_evaluation
+from tfsat_host.run.campaign.campaign import changes_in, read
+from tfsat_host.run.campaign.entries import DropEntry
+from tfsat_host.run.drop_comparison import Comparison
+from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
 from tfsat_host.run.files import EMULATED, EvaluationOptions
 from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, lacking, reported, together
-from tfsat_host.run.several import Comparison
 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]
@@ -131,7 +132,7 @@ def report(
     files.check()
     options = EvaluationOptions(robot=robot)
     if robot is not None:
-        evaluated.robot_of(robot)  # one that cannot be read is no drop's fault
+        drop_evaluation.robot_of(robot)  # one that cannot be read is no drop's fault
     tried = [(drop, _tried(drop, folder, options, notices)) for drop in present]
     robots = by_robot([(drop.number, one) for drop, one in tried if isinstance(one, EvaluatedRun)])
     if robots:
@@ -163,8 +164,8 @@ def _tried(
     recording = _recording(folder, drop)
     try:
         _require_as_it_came(drop, folder)
-        robot = evaluated.robot_of(options.robot, [recording])
-        return evaluated.evaluate_run(recording, options, robot, notices)
+        robot = drop_evaluation.robot_of(options.robot, [recording])
+        return drop_evaluation.evaluate_run(recording, options, robot, notices)
     except TfsatError as error:
         return error
     except BrokenPipeError:
@@ -198,7 +199,7 @@ def _write(
     drops = {
         drop.number: reported(_name(drop, one), one) for drop, one in tried if isinstance(one, EvaluatedRun)
     }
-    tables: list[Table] = []
+    tables: list[PageTable] = []
     for robot in robots:
         if robot.compared is not None:
             of_them = together([drops[number] for number in robot.numbers], robot.compared)

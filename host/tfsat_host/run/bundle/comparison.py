@@ -1,33 +1,42 @@
-"""Two results held against each other, number by number.
+"""Two results compared number by number.
 
 Numbers that were computed twice from the same raw data are the same bit for bit on the same machine with the same
 packages. On another one, sums are taken in another order. So two numbers count as the same within a tolerance relative
 to the larger of the two or, in a list, to the largest of the list (where 1e-17 beside 1 means zero), or within an
-absolute one. In sentences, numbers with decimals may differ by one in their last digit; all else must be equal.
+absolute one. Of sentences only the words with a digit count, in which decimals may differ by one in the last digit: a
+later version may say the same in other words. Names, flags and keys must be equal.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 _DECIMAL = re.compile(r"(?<![\w.])[+\-−]?\d+\.\d+(?:e[+-]?\d+)?(?![\w.]*\w)", re.IGNORECASE)
+_FIGURE = re.compile(r"[^\s(),;:]*\d[^\s(),;:]*(?<!\.)")
+"""A word with a digit in it: a number with its sign, a date, an id."""
 NOT_THERE = "not there"
 _WHOLE_MAX = 10**300
 """Greater whole numbers are no float, and none of ours."""
 
 
-Tolerance = tuple[float, float]
-"""How far two numbers may be apart: a share of the larger one, or that much."""
-EVALUATION_TOLERANCE = (1e-5, 1e-9)
+class Tolerance(NamedTuple):
+    """How far two numbers may be apart: a share of the larger one, or that much; and whether names must be equal."""
+
+    relative: float
+    absolute: float
+    names: bool = True
+
+
+EVALUATION_TOLERANCE = Tolerance(1e-5, 1e-9)
 """Of results. Other kernels of the linear algebra (no AVX2, no FMA) move the directions of `identifiability` by up to
 4e-6 and everything else by less than 1e-6; the standard deviations are some 1e-4 of their values."""
-REPORT_TOLERANCE = (1e-4, 1e-9)
-"""Of the page's curves, which are rounded to five digits of their span."""
-CERTIFICATE_TOLERANCE = (1e-6, 1e-12)
+REPORT_TOLERANCE = Tolerance(1e-4, 1e-9, names=False)
+"""Of the page's curves, which are rounded to five digits of their span; its headings may be named otherwise."""
+CERTIFICATE_TOLERANCE = Tolerance(1e-6, 1e-12)
 """Of a calibration, which is written with twelve digits."""
 
 
@@ -47,12 +56,12 @@ class Difference:
     relative: float | None
 
 
-def differences(bundled: Any, recomputed: Any, tolerance: Tolerance, key: str = "") -> list[Difference]:
+def differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:
     """What differs in two JSON values; of lists and tables that are on one side only, how long they are."""
     try:
-        return list(_walk(bundled, recomputed, tolerance, key, 0.0))
+        return list(_walk(bundled, recomputed, tolerance, "", 0.0))
     except RecursionError:  # nothing of ours is nested so deeply: the other one is not of ours
-        return [Difference(key, "nested too deeply", "a result", None)]
+        return [Difference("", "nested too deeply", "a result", None)]
 
 
 def _walk(one: Any, two: Any, tolerance: Tolerance, key: str, scale: float) -> Iterator[Difference]:
@@ -70,7 +79,7 @@ def _walk(one: Any, two: Any, tolerance: Tolerance, key: str, scale: float) -> I
         if _apart(one, two, tolerance, scale):
             yield Difference(key, one, two, abs(one - two) / max(abs(one), abs(two)))
     elif isinstance(one, str) and isinstance(two, str):
-        if not same_text(one, two):
+        if not same_text(one, two, names=tolerance.names):
             yield Difference(key, one, two, None)
     elif type(one) is not type(two) or one != two:
         yield Difference(key, _shown(one), _shown(two), None)
@@ -80,10 +89,16 @@ def _shown(value: Any) -> Any:
     return f"{len(value)} entries" if isinstance(value, list | dict) else value
 
 
-def same_text(one: str, two: str) -> bool:
-    """Whether two sentences say the same, but for one in the last digit of their decimals."""
+def same_text(one: str, two: str, *, names: bool = True) -> bool:
+    """Whether two texts have the same figures, but for one in the last digit of their decimals.
+
+    A text without a space is a name, which must be equal; without `names` it is a text like others.
+    """
     if one == two:
         return True
+    if names and not (" " in one and " " in two):
+        return False
+    one, two = (" ".join(_FIGURE.findall(text)) for text in (one, two))
     if _DECIMAL.sub("#", one) != _DECIMAL.sub("#", two):
         return False
     return all(
@@ -104,8 +119,7 @@ def _last_digit(text: str) -> float:
 def _apart(one: float, two: float, tolerance: Tolerance, scale: float) -> bool:
     if one == two:
         return False
-    relative, absolute = tolerance
-    allowed = max(relative * max(abs(one), abs(two), scale), absolute)
+    allowed = max(tolerance.relative * max(abs(one), abs(two), scale), tolerance.absolute)
     return not abs(one - two) <= allowed < math.inf
 
 
@@ -124,22 +138,3 @@ def _largest(values: list[Any]) -> float:
         elif value is not None:
             return 0.0
     return largest
-
-
-@dataclass(frozen=True)
-class Compared:
-    """One part of a bundle, computed again.
-
-    Attributes:
-        what: `evaluation`, `report` or `calibration`.
-        differs: How; None: it was not computed again, and that is no difference.
-        sentence: What was done, or why not.
-        lacking: It should have been computed and could not be.
-        refused: The raw data give none.
-    """
-
-    what: str
-    differs: Sequence[Difference] | None
-    sentence: str
-    lacking: bool = False
-    refused: bool = False

@@ -1,0 +1,160 @@
+"""A drop's entry in the index of a campaign and in its own folder: text that may have been edited or damaged."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from datetime import UTC, datetime
+from itertools import pairwise
+from typing import Annotated, Any
+
+from tfsat_host import json_values
+from tfsat_host.run.files import ROBOTS, UNKNOWN
+
+MADE_BY = "tfsat-host campaign"
+FORMAT = 1
+NUMBER_MAX = 9999
+_OPTIONAL = ("robot",)
+"""An older program wrote none."""
+_FOLDER = re.compile(r"drop-([0-9]{4})")
+
+
+def _number(value: object) -> int:
+    if type(value) is not int or not 1 <= value <= NUMBER_MAX:
+        raise ValueError(f"{value!r} is no drop's number")
+    return value
+
+
+def _robot(value: object) -> str:
+    if value not in ROBOTS:
+        raise ValueError(f"{value!r} is none of {', '.join(ROBOTS)}")
+    return str(value)
+
+
+def _file_name(value: object) -> str:
+    name = json_values.text(value)
+    if not name or name in (".", "..") or re.search(r"[/\\:\x00]", name):
+        raise ValueError(f"{name!r} is no file's name")
+    return name
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What somebody wrote of a drop."""
+
+    at: datetime
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class DropEntry:
+    """One drop.
+
+    Attributes:
+        number: From 1; never given again.
+        recording: The raw log's name in the drop's folder.
+        sha256: Of that, hexadecimal.
+        session: Its id, 8 hexadecimal digits; None: it cannot be decoded.
+        released: When; None: not known.
+        added: When it came into the campaign.
+        origin: Where it was taken from, as it was typed.
+        robot: Of `ROBOTS`; unknown where the recording cannot be decoded, or an older program added it.
+        notes: In order of time.
+        void: Why it does not count, and since when; None: it counts.
+    """
+
+    number: Annotated[int, _number]
+    recording: Annotated[str, _file_name]
+    sha256: Annotated[str, json_values.sha256]
+    session: Annotated[str, json_values.session_id] | None
+    released: datetime | None
+    added: datetime
+    origin: str
+    robot: Annotated[str, _robot] = UNKNOWN
+    notes: tuple[Note, ...] = ()
+    void: Note | None = None
+
+    @property
+    def folder(self) -> str:
+        """Of the drop, in the campaign's."""
+        return folder_name(self.number)
+
+    def with_note(self, at: datetime, text: str) -> DropEntry:
+        """The same with one more note."""
+        return replace(self, notes=(*self.notes, Note(at, text)))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            **_plain(self),
+            "folder": self.folder,
+            "notes": [_plain(note) for note in self.notes],
+            "void": self.void and _plain(self.void),
+        }
+
+
+def folder_name(number: int) -> str:
+    """Of a drop, such as `drop-0007`."""
+    return f"drop-{number:04d}"
+
+
+def number_of(folder: str) -> int | None:
+    """Of a drop's folder; None: it is none."""
+    found = _FOLDER.fullmatch(folder)
+    return int(found[1]) if found and int(found[1]) > 0 else None
+
+
+def parse_index(text: str) -> tuple[DropEntry, ...]:
+    """The drops of an index, by number. Raises ValueError: it is no index, or damaged."""
+    with _as_value_error():
+        index = json.loads(text)
+        if index["made_by"] != MADE_BY or index["format"] != FORMAT:
+            raise ValueError(f"it is of {index['made_by']!r}, format {index['format']!r}")
+        found = (json_values.parsed(DropEntry, one, _OPTIONAL) for one in index["drops"])
+        drops = tuple(sorted(found, key=lambda drop: drop.number))
+    for one, other in pairwise(drops):
+        if one.number == other.number:
+            raise ValueError(f"drop {one.number} is in it twice")
+    return drops
+
+
+def format_index(drops: Sequence[DropEntry]) -> str:
+    """The index's text."""
+    return _json({"made_by": MADE_BY, "format": FORMAT, "drops": [drop.as_dict() for drop in drops]})
+
+
+def format_drop(drop: DropEntry) -> str:
+    """The text of a drop's own copy of its entry."""
+    return _json(drop.as_dict())
+
+
+def parse_drop(text: str) -> DropEntry:
+    """A drop's own copy of its entry. Raises ValueError: it is none, or damaged."""
+    with _as_value_error():
+        return json_values.parsed(DropEntry, json.loads(text), _OPTIONAL)
+
+
+@contextmanager
+def _as_value_error() -> Iterator[None]:
+    """Whatever a damaged file makes of the reading of it."""
+    try:
+        yield
+    except (KeyError, TypeError, AttributeError, RecursionError, OverflowError) as error:
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, indent=1, ensure_ascii=False) + "\n"
+
+
+def _plain(entry: DropEntry | Note) -> dict[str, Any]:
+    """Its fields, times as text."""
+    found = {one.name: getattr(entry, one.name) for one in fields(entry)}
+    return {key: _written(one) if isinstance(one, datetime) else one for key, one in found.items()}
+
+
+def _written(at: datetime) -> str:
+    return at.astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")

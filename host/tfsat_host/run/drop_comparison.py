@@ -1,0 +1,186 @@
+"""Several drops of one robot: each evaluated or refused, then each judged by the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.model_fit.cross_validation import (
+    Combined,
+    FittedDrop,
+    LeftOut,
+    combine,
+    cross_validate,
+    left_aside,
+    trusted,
+)
+from tfsat_host.evaluation.result.model import comparison, comparison_tables
+from tfsat_host.evaluation.verdict import Verdict, refused
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import error_as_dict
+from tfsat_host.notices import SILENT, Notices
+from tfsat_host.quantity import Column, Columns, Table, record
+from tfsat_host.robot import RobotModel
+from tfsat_host.run import drop_evaluation
+from tfsat_host.run.drop_evaluation import EvaluatedRun
+from tfsat_host.run.files import EvaluationOptions, run_files
+
+
+@dataclass(frozen=True, eq=False)
+class Refused:
+    """A drop that cannot be evaluated."""
+
+    place: Path
+    error: TfsatError
+
+    @property
+    def verdict(self) -> Verdict:
+        """What it is worth."""
+        return refused(self.error)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        error = error_as_dict(self.error)
+        return {"drop": str(self.place), "verdict": self.verdict.as_dict(), "error": error}
+
+
+Tried = EvaluatedRun | Refused
+
+
+def _angle(key: str, label: str, of: str, std: str = "") -> Column:
+    return Column(key, label, of=f"found.{of}", std=f"found.{std}" if std else "")
+
+
+DROPS: Columns = (
+    Column("drop", "drop", of=lambda run: str(run.place)),
+    Column("verdict", "verdict", of="verdict.level"),
+    _angle("reorientation_deg", "reorientation", "reorientation.angle_rad", "reorientation.std_rad"),
+    _angle("before_deg", "model off", "explained.before.error.final_norm_rad"),
+    _angle("after_deg", "corrected", "explained.after.error.final_norm_rad"),
+)
+"""Of several drops, a line each."""
+
+
+def row_of(drop: object, run: EvaluatedRun | None) -> dict[str, Any]:
+    """The line of a drop; None: it was refused."""
+    refused = dict.fromkeys(column.key for column in DROPS) | {"verdict": "failed"}
+    return {**(refused if run is None else record(DROPS, run)), "drop": str(drop)}
+
+
+def evaluate_several(
+    places: Sequence[Path], options: EvaluationOptions, notices: Notices = SILENT
+) -> list[Tried]:
+    """Evaluates drops of one robot; one that is refused does not keep the others from being evaluated.
+
+    Raises:
+        UsageError: one is a copy of another, they are of different robots, or the options are of one drop.
+    """
+    options.check(places)
+    robot = drop_evaluation.robot_of(options.robot, places)
+    _refuse_copies(places)
+    return _without_copies([tried(place, options, robot, notices) for place in places])
+
+
+def tried(place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices) -> Tried:
+    """One drop, evaluated or refused."""
+    try:
+        return drop_evaluation.evaluate_run(place, options, robot, notices)
+    except TfsatError as error:
+        return Refused(place, error)
+
+
+def _refuse_copies(places: Sequence[Path]) -> None:
+    """A drop that is named by two names is named twice, which is found before anything is evaluated."""
+    first: dict[str, Path] = {}
+    for place in places:
+        try:
+            sha256 = sha256_of(run_files(place, None).recording)
+        except (TfsatError, OSError):
+            continue  # refused for that reason when its turn comes
+        if sha256 in first:
+            raise UsageError(
+                what=f"{place} holds the same recording as {first[sha256]}, byte for byte.",
+                meaning="One drop says nothing about itself. Nothing was evaluated.",
+                next_step="Name each drop once.",
+            )
+        first[sha256] = place
+
+
+def _without_copies(drops: list[Tried]) -> list[Tried]:
+    """The same session in two files, such as one that was cut, is one drop, and would agree with itself."""
+    first: dict[int, Path] = {}
+    found: list[Tried] = []
+    for one in drops:
+        if isinstance(one, EvaluatedRun):
+            session = one.found.log.session
+            if session in first:
+                error = TfsatError(
+                    what=f"{one.place} holds the same recording as {first[session]} ({session:08x}).",
+                    meaning="One drop says nothing about itself: it was left out.",
+                    next_step="Name each drop once.",
+                )
+                found.append(Refused(one.place, error))
+                continue
+            first[session] = one.place
+        found.append(one)
+    return found
+
+
+class Comparison:
+    """Two or more evaluated drops.
+
+    Attributes:
+        runs: The drops.
+        combined: The offsets of all of them together whose correction is not withheld; None: it is in every drop.
+        left_out: For each drop that others can judge, how their offsets do in it.
+        doubts: Why the combination is not to be trusted: the drops contradict each other; sentences.
+        remarks: These, and which drops correct no other, and why; sentences.
+    """
+
+    def __init__(self, runs: Sequence[EvaluatedRun]) -> None:
+        self.runs = tuple(runs)
+        drops = [_fitted(run) for run in runs]
+        fits = [drop.fit for drop in trusted(drops)]
+        self.combined: Combined | None = combine(fits) if fits else None
+        self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
+        doubt = "" if self.combined is None else self.combined.doubt()
+        self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
+        self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`, under `comparison`."""
+        return comparison([run.found for run in self.runs], self.combined, self.left_out, self.remarks)
+
+    def tables(self, names: Sequence[str]) -> list[Table]:
+        """The common correction and how each drop does by the others', for people; none: all are withheld.
+
+        Args:
+            names: What people call the drops, in their order.
+        """
+        if self.combined is None:
+            return []
+        found = {name: run.found for name, run in zip(names, self.runs, strict=True)}
+        by_place = {str(run.place): name for name, run in zip(names, self.runs, strict=True)}
+        left_out = [replace(one, name=by_place[one.name]) for one in self.left_out]
+        return comparison_tables(found, self.combined, left_out, self.remarks)
+
+    @classmethod
+    def of(cls, runs: Sequence[EvaluatedRun]) -> Comparison | None:
+        """None of a single drop: there is nothing to compare it with."""
+        return cls(runs) if len(runs) > 1 else None
+
+
+def _fitted(run: EvaluatedRun) -> FittedDrop:
+    explained = run.found.explained
+
+    def error_deg(values: Any) -> float:
+        return float(np.rad2deg(explained.driven.with_offsets(values).error.final_norm_rad))
+
+    failed = ", ".join(check.name for check in run.found.failed_checks)
+    against = (*([f"Checks failed: {failed}."] if failed else []), *explained.withheld)
+    return FittedDrop(str(run.place), explained.driven.flown, explained.fit, error_deg, against)

@@ -1,0 +1,301 @@
+"""One drop from its files to its evaluation, and that as the object of `--json`: docs/evaluation.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.sensors.gyro import by_design
+from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
+from tfsat_host.evaluation.external.camera import read_tracks, read_video_marks
+from tfsat_host.evaluation.external.laser_velocity import windows_of
+from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
+from tfsat_host.evaluation.result.model import model
+from tfsat_host.evaluation.result.tables import CHECKS
+from tfsat_host.evaluation.verdict import Verdict, verdict_of
+from tfsat_host.file_hash import sha256_of
+from tfsat_host.notices import SILENT, Notices, printable, recordings_lines
+from tfsat_host.plan.facility import load_tower
+from tfsat_host.protocol.limits import IMU_COUNT, JOINT_COUNT
+from tfsat_host.quantity import Column, Columns, record, records
+from tfsat_host.robot import RobotModel, find_robot, load_robot
+from tfsat_host.run.certificate import (
+    CheckedCertificate,
+    hold_against,
+    is_of_robot,
+    origin_of_log,
+    time_of_day,
+)
+from tfsat_host.run.files import (
+    AS_FOUND,
+    EMULATED,
+    REAL,
+    ROBOT,
+    EvaluationOptions,
+    RunFiles,
+    find_certificate,
+    robot_beside,
+    run_files,
+    schedule_in,
+)
+from tfsat_host.sdlog import DropLog, load
+from tfsat_host.sdlog.summary import metadata
+
+_NO_MANEUVER = (
+    "No maneuver is known: what the strokes were meant to be, and how far the sequencer's clock runs off, is not "
+    "looked at. Put maneuver.toml beside the recording, or name it with --maneuver."
+)
+_NO_CERTIFICATE = "No calibration was found. To measure one: tfsat-host calibrate show"
+
+
+_RECORDING: Columns = (
+    Column("file", of=lambda run: str(run.files.recording)),
+    Column("session", of=lambda run: f"{run.found.log.session:08x}"),
+    Column(
+        "released",
+        of=lambda run: run.recorded and run.recorded.isoformat(timespec="milliseconds"),
+    ),
+    Column("samples", of=lambda run: len(run.found.log)),
+    *(Column(key, of=f"found.log.{key}") for key in ("verdict", "samples_lost", "blocks_lost", "rate_hz")),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class EvaluatedRun:
+    """One drop, evaluated.
+
+    Attributes:
+        place: The folder or recording, as it was named.
+        files: Where its parts are.
+        found: The evaluation.
+        recorded: When the release was; None: the recording has no time of day.
+        held: The certificate; None: there is none.
+        verdict: What it is worth.
+        remarks: What else a reader should know, and no doubt; sentences.
+        options: With what it was evaluated.
+    """
+
+    place: Path
+    files: RunFiles
+    found: Evaluation
+    recorded: datetime | None
+    held: CheckedCertificate | None
+    verdict: Verdict
+    remarks: tuple[str, ...]
+    options: EvaluationOptions = AS_FOUND
+
+    @property
+    def calibration_facts(self) -> dict[str, Any] | None:
+        """For `--json`, as `decode` has it."""
+        return None if self.held is None else self.held.facts
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`: plain numbers, lists and text, NaN where something is unknown."""
+        found = self.found
+        of_bodies = bodies(found)
+        return {
+            "drop": str(self.place),
+            "verdict": self.verdict.as_dict(),
+            # The turn of body 1 under the keys that everybody looks for first.
+            **{key: value for key, value in of_bodies[0].items() if key not in ("body", "bridged")},
+            "strokes": records(STROKES, found.strokes),
+            "standing": records(STANDING, found.standing),
+            **model(found),
+            "checks": records(CHECKS, found.checks),
+            "bodies": of_bodies,
+            "joints": records(JOINTS, joints(found.motion)),
+            "until_s": float(found.motion.t_s[-1]),
+            "lag": record(LAG, found.motion.lag),
+            **fall(found),
+            "notes": [*found.notes, *self.remarks],
+            "calibration": self.calibration_facts,
+            "maneuver": None if self.files.maneuver is None else str(self.files.maneuver),
+            "robot": found.model.name,
+            "recording": record(_RECORDING, self),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class DroppedRobot:
+    """A robot, as far as a recording distinguishes it from others.
+
+    Attributes:
+        kind: Whether it fell, or was emulated: one of `files.ROBOTS`.
+        logger_serial: Of the board that the sensors hang on, hexadecimal; empty: it gave none.
+    """
+
+    kind: str
+    logger_serial: str
+
+    def __str__(self) -> str:
+        logger = f"logger {self.logger_serial}" if self.logger_serial else "a logger without a serial number"
+        return f"{self.kind} robot with {logger}"
+
+
+def dropped_robot(log: DropLog) -> DroppedRobot:
+    """The robot that recorded it."""
+    origin = origin_of_log(log.header)
+    return DroppedRobot(EMULATED if origin.emulated else REAL, origin.logger_serial)
+
+
+def robot_of(named: Path | str | None, places: Sequence[Path] = ()) -> RobotModel:
+    """The robot that was dropped: the named one, else by `robot.toml` beside the recordings, else the drop tower's.
+
+    Args:
+        named: A robot file, or the name of a shipped one.
+        places: Recordings or their folders.
+
+    Raises:
+        UsageError: several robots were dropped: their loggers differ, or their files and none was named.
+        TfsatError: it cannot be read, or no logger of ours could have recorded it.
+    """
+    if len(places) > 1:
+        _require_one_robot(places)
+    robot = load_robot(named or _robot_of_all(places))
+    if (robot.n_bodies, robot.n_joints, len(robot.imus)) != (IMU_COUNT, JOINT_COUNT, IMU_COUNT):
+        raise TfsatError(
+            what=f"{robot.name} has {robot.n_bodies} bodies, {robot.n_joints} joints and {len(robot.imus)} IMUs; the "
+            f"logger records {IMU_COUNT} bodies with an IMU each and {JOINT_COUNT} joints.",
+            meaning="Nothing was evaluated.",
+            next_step="Give the file of the robot that was dropped with --robot.",
+        )
+    return robot
+
+
+def _require_one_robot(places: Sequence[Path]) -> None:
+    """Refuses drops of different robots before anything is evaluated: they are never combined.
+
+    One that cannot be read is refused for that reason when its turn comes.
+    """
+    first: dict[DroppedRobot, Path] = {}
+    for place in places:
+        try:
+            robot = dropped_robot(load(run_files(place, None).recording))
+        except (TfsatError, OSError):
+            continue
+        first.setdefault(robot, place)
+    if len(first) > 1:
+        named = "; ".join(f"{place}: {robot}" for robot, place in first.items())
+        raise UsageError(
+            what=f"These drops are not of one robot. {named}.",
+            meaning="What one robot's drops say of its model says nothing of another's. Nothing was evaluated.",
+            next_step="Evaluate each robot's drops by themselves; tfsat-host campaign report keeps them apart.",
+        )
+
+
+def _robot_of_all(places: Sequence[Path]) -> Path | None:
+    """Their file; None: they have none. Raises UsageError: they are files of different robots."""
+    there = [place for place in places if place.exists()]
+    files = [robot_beside(place) for place in there]
+    first = {sha256_of(file or find_robot(None)): place for place, file in zip(there, files, strict=True)}
+    if len(first) > 1:
+        names = " and ".join(str(place) for place in list(first.values())[:2])
+        raise UsageError(
+            what=f"{names} were not dropped with the same robot: their {ROBOT} differ.",
+            meaning="What one robot's drops say of its model says nothing of another's. Nothing was evaluated.",
+            next_step="Evaluate them one by one, or name one robot for all with --robot FILE.",
+        )
+    return next((file for file in files if file is not None), None)
+
+
+def evaluate_run(
+    place: Path, options: EvaluationOptions, robot: RobotModel, notices: Notices = SILENT
+) -> EvaluatedRun:
+    """Reads, calibrates, evaluates.
+
+    Args:
+        place: A recording, or its folder.
+        options: What else is known of it.
+        robot: See `robot_of`.
+        notices: For progress, and for what was done on the way.
+
+    Raises:
+        TfsatError: something cannot be read, or the recording does not hold what an evaluation needs.
+    """
+    files = run_files(place, options.maneuver)
+    _name_robot(files.recording, robot, notices)
+    schedule = None if files.maneuver is None else schedule_in(files.maneuver)
+    witnesses = _witnesses(options)
+    log = _read(files.recording, options.session, notices)
+    held, calibration = _calibration(log, options.calibration, robot, notices)
+    with notices.progress(f"Evaluating {printable(place)}"):
+        found = evaluate(
+            log,
+            robot,
+            calibration,
+            schedule,
+            recorded=time_of_day(log, log.origin_us),
+            witnesses=witnesses,
+            offsets=com_offsets(robot, masses=options.masses, inertias=options.inertias),
+            swarm=options.swarm,
+        )
+    remarks = [] if schedule is not None else [_NO_MANEUVER]
+    remarks += found.micro_gravity.notes
+    remarks += [] if found.release_velocity is None else found.release_velocity.notes
+    remarks += [] if held else [_NO_CERTIFICATE]
+    verdict = verdict_of(found, [] if held is None else held.objections)
+    released = time_of_day(log, log.release_us)
+    return EvaluatedRun(place, files, found, released, held, verdict, tuple(remarks), options)
+
+
+def _name_robot(recording: Path, robot: RobotModel, notices: Notices) -> None:
+    """Whose model is used, where that is not the drop tower's by default."""
+    own = robot_beside(recording)
+    if own is None:
+        return
+    if sha256_of(own) == sha256_of(robot.path):
+        notices.note(f"Robot: {printable(own)}, as the run has it.")
+    else:
+        notices.note(f"Robot: {printable(robot.path)}, as named, and not the run's own {printable(own)}.")
+
+
+def _read(file: Path, session: int | None, notices: Notices) -> DropLog:
+    with notices.progress(f"Reading {printable(file)}", total=1.0) as advance:
+        log = load(file, session=session, progress=advance)
+    for line in recordings_lines(metadata(log), printable(file), "evaluate", "Evaluated"):
+        notices.note(line)
+    return log
+
+
+def _calibration(
+    log: DropLog, named: Path | None, robot: RobotModel, notices: Notices
+) -> tuple[CheckedCertificate | None, Calibration | None]:
+    """The certificate, and what of it can be used."""
+    origin = origin_of_log(log.header)
+    file = find_certificate(named, log.path.parent, Path(), emulated=origin.emulated)
+    if file is None:
+        return None, None
+    held = hold_against(log, file, notices, servos=False)
+    if not is_of_robot(held.calibration, origin):
+        return held, None
+    return held, _of_same_imus(held.calibration, origin.who_am_i, robot)
+
+
+def _of_same_imus(calibration: Calibration, who_am_i: str, robot: RobotModel) -> Calibration:
+    """Without the numbers of an IMU that has been exchanged since."""
+    known = calibration.subject.who_am_i
+    if known == who_am_i:
+        return calibration
+    gyros = [
+        gyro
+        if known[2 * i : 2 * i + 2] == who_am_i[2 * i : 2 * i + 2]
+        else by_design(gyro.body, robot.imus[i].sensor_to_body)
+        for i, gyro in enumerate(calibration.gyros)
+    ]
+    return replace(calibration, gyros=tuple(gyros))
+
+
+def _witnesses(options: EvaluationOptions) -> Witnesses | None:
+    if options.video is None and options.laser is None:
+        return None
+    return Witnesses(
+        () if options.video is None else read_video_marks(options.video),
+        None if options.laser is None else read_tracks(options.laser),
+        None if options.laser is None else windows_of(load_tower(options.facility)),
+    )
