@@ -13,7 +13,7 @@ import pytest
 
 from tests.fuzz.log_mutations import Script, check, mutated, pristine
 from tfsat_host.sdlog import blocks, copies
-from tfsat_host.sdlog.records import Footers
+from tfsat_host.sdlog.block_decoder import Footers
 
 RUNS = 600
 

@@ -150,7 +150,7 @@ def blocks_header() -> str:
     )
 
 
-@pytest.mark.parametrize(("sketch", "standard"), zip(SKETCHES, STANDARDS, strict=True))
+@pytest.mark.parametrize(("sketch", "standard"), [*zip(SKETCHES, STANDARDS, strict=True)])
 def test_the_sketches_copies_in_cpp(tmp_path: Path, sketch: str, standard: str) -> None:
     """The copies are the same text, so each is compiled by one of the two language standards."""
     (tmp_path / "golden_blocks.h").write_text(blocks_header())

@@ -163,7 +163,7 @@ def test_what_does_not_fit_in_memory_is_said(tmp_path: Path, monkeypatch: pytest
     def refuse(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "RecordsBuilder", refuse)
+    monkeypatch.setattr(sys.modules["tfsat_host.sdlog.load"], "BlockDecoder", refuse)
     with pytest.raises(LogError, match="does not fit in this computer's memory"):
         load(path)
 

@@ -17,7 +17,7 @@ from tfsat_host.protocol.limits import FROZEN_US, SAMPLES_PER_BLOCK
 from tfsat_host.protocol.log_layout import CRC_OFFSET, HEADER_BYTES
 from tfsat_host.protocol.messages import Sample
 from tfsat_host.sdlog import DropLog, load
-from tfsat_host.sdlog.frozen import FROZEN_READINGS, invalidate_repeated
+from tfsat_host.sdlog.imu_validity import FROZEN_READINGS, invalidate_repeated
 from tfsat_host.sdlog.summary import grave_warnings, single_misses, warnings
 
 
@@ -239,7 +239,7 @@ def test_a_sensor_whose_axes_are_all_at_their_ends_is_not_frozen(tmp_path: Path)
 @pytest.mark.parametrize("seed", range(5))
 def test_runs_are_found_wherever_they_stand(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the rule, reading by reading, some rows at a time."""
-    monkeypatch.setattr("tfsat_host.sdlog.frozen._ROWS_AT_A_TIME", 16)
+    monkeypatch.setattr("tfsat_host.sdlog.imu_validity._ROWS_AT_A_TIME", 16)
     random = np.random.default_rng(seed)
     n = 600 + seed
     imu = random.integers(-9, 9, (n, 4, 7)).astype(np.int16)

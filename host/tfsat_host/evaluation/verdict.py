@@ -18,7 +18,7 @@ from tfsat_host.evaluation.external.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.model_fit.prediction import ModelComparison
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
-from tfsat_host.sdlog.doubts import two_releases
+from tfsat_host.sdlog.contradictions import two_releases
 from tfsat_host.sdlog.summary import grave_warnings
 
 Level = Literal["good", "doubtful", "failed"]

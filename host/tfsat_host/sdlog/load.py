@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
+from .block_decoder import BlockDecoder
 from .blocks import LATEST_TIME_US, Looked, PieceList, as_pieces, look, look_at_tail
-from .doubts import block_doubts, exchange_doubts, release_doubts, steps_of_time
+from .contradictions import block_doubts, exchange_doubts, release_doubts, steps_of_time
 from .droplog import DropLog, Verdict
 from .errors import LogError, changed_while_read
 from .events import completed, find_exchanges, read_events
-from .frozen import invalidate_by_events, invalidate_exchanged, invalidate_repeated
+from .imu_validity import invalidate_by_events, invalidate_exchanged, invalidate_repeated
 from .recordings import Assembly, Census, assemble
-from .records import RecordsBuilder
 from .release import find_release
 from .source import CHUNK_BLOCKS, LogSource, find_shift
 
@@ -83,9 +83,7 @@ def load(
     return _drop_log(source.path, assembly, records)
 
 
-def _read(
-    source: LogSource, session: int | None, progress: Progress | None
-) -> tuple[Assembly, RecordsBuilder]:
+def _read(source: LogSource, session: int | None, progress: Progress | None) -> tuple[Assembly, BlockDecoder]:
     found = survey(source, session, progress)
     looks_written = found.unusable["foreign"] or found.unusable["torn"]
     if not len(found.pieces) and looks_written and (shift := find_shift(source)):
@@ -98,10 +96,10 @@ def _read(
     return assembly, _read_in_order(source, assembly)
 
 
-def _read_in_order(source: LogSource, assembly: Assembly) -> RecordsBuilder:
+def _read_in_order(source: LogSource, assembly: Assembly) -> BlockDecoder:
     """The second pass, over the recording's blocks by number; their CRCs are checked once more."""
     total = int(assembly.pieces["count"].sum())
-    builder = RecordsBuilder(total)
+    builder = BlockDecoder(total)
     buffer = memoryview(bytearray(min(total, CHUNK_BLOCKS) * BLOCK_BYTES))
     for parts in _chunks(assembly.pieces):
         filled = 0
@@ -136,7 +134,7 @@ def _chunks(pieces: NDArray[np.void]) -> Iterator[list[tuple[int, int, int]]]:
         yield parts
 
 
-def _drop_log(path: Path, assembly: Assembly, records: RecordsBuilder) -> DropLog:
+def _drop_log(path: Path, assembly: Assembly, records: BlockDecoder) -> DropLog:
     columns, ledger, footer = records.columns(), records.ledger, records.footers.last
     t_us, index, imu_valid = columns["t_us"], columns["sample_index"], columns["imu_valid"]
     switch_open, session = columns["switch_open"], assembly.session
@@ -243,7 +241,7 @@ class _EarlyDecoder:
     """
 
     def __init__(self, source: LogSource, session: int | None) -> None:
-        self.builder = RecordsBuilder(source.block_count)
+        self.builder = BlockDecoder(source.block_count)
         self.pieces = PieceList(source.path)
         self._session = session
         self._last_number = -1

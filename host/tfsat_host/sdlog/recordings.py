@@ -200,7 +200,7 @@ def assemble(
             meaning="Nothing was decoded.",
             next_step="It holds: " + ", ".join(f"{one:08x}" for one in sessions),
         )
-    own = pieces[pieces["session"] == session]
+    own = pieces if len(sessions) == 1 else pieces[pieces["session"] == session]
     taken, duplicate, conflicting = take_each_number_once(source, own)
     stale = int(pieces["count"].sum() - own["count"].sum())
     set_aside = SetAside(**unusable, stale=stale, duplicate=duplicate, conflicting=conflicting)

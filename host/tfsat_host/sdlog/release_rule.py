@@ -112,49 +112,51 @@ def recorded_releases(events: Iterable[DropEvent]) -> tuple[list[int], list[int]
     """
     events = [event for event in events if event.name == "release"]
     revoked = {event.t_us for event in events if event.arg == 0}
-    believed = {event.t_us for event in events if event.arg != 0} - revoked
-    return sorted(believed), sorted(revoked)
+    recorded = {event.t_us for event in events if event.arg != 0} - revoked
+    return sorted(recorded), sorted(revoked)
 
 
-def compared(
-    ruled: Sequence[int], believed: Sequence[int], revoked: Sequence[int], unseen: Iterable[tuple[int, int]]
+def reconciled(
+    by_edges: Sequence[int],
+    recorded: Sequence[int],
+    revoked: Sequence[int],
+    missing: Iterable[tuple[int, int]],
 ) -> tuple[list[int], frozenset[int]]:
-    """Leave out what was revoked; where edges are lost, take the time that the logger recorded.
+    """Releases by the edges and by the logger's own events, the revoked ones left out.
 
     A recorded release whose edges are not in the log counts if they may be lost. If they cannot be, it
     contradicts the edges: they stand, and the caller reports it.
 
     Args:
-        ruled: Releases by the switch edges, by time.
-        believed, revoked: Of `recorded_releases`.
-        unseen: Times between which edges may be missing.
+        by_edges: Releases by the switch edges, by time.
+        recorded, revoked: Of `recorded_releases`.
+        missing: Times between which edges may be missing.
 
     Returns:
         Releases that may be the drop's, by time; and those that the logger recorded too, certain to the microsecond.
     """
-    spans = sorted(unseen)
+    spans = sorted(missing)
     starts = [span[0] for span in spans]
     reach = list(accumulate((span[1] for span in spans), max))
-    left: list[int | None] = list(ruled)
-    kept: set[int] = set()
-    unmatched = []
-    for time_us in sorted((*believed, *revoked)):
-        i = bisect_left(ruled, time_us - SAME_US)
-        if i == len(ruled) or ruled[i] > time_us + SAME_US or left[i] is None:
-            unmatched.append(time_us)
+    remaining: list[int | None] = list(by_edges)
+    certain: set[int] = set()
+    without_edges = []
+    for time_us in sorted((*recorded, *revoked)):
+        i = bisect_left(by_edges, time_us - SAME_US)
+        if i == len(by_edges) or by_edges[i] > time_us + SAME_US or remaining[i] is None:
+            without_edges.append(time_us)
             continue
-        left[i] = None
+        remaining[i] = None
         if time_us not in revoked:
-            kept.add(ruled[i])
-    for time_us in unmatched:
+            certain.add(by_edges[i])
+    for time_us in without_edges:
         before = bisect_right(starts, time_us)
         if not before or reach[before - 1] < time_us:
             continue
         # Its edges are lost: what shows it is the first edge after the loss, unless that is another's.
-        i = bisect_left(ruled, time_us)
-        if i < len(ruled) and ruled[i] <= reach[before - 1] + RELEASE_CHATTER_US:
-            left[i] = None
+        i = bisect_left(by_edges, time_us)
+        if i < len(by_edges) and by_edges[i] <= reach[before - 1] + RELEASE_CHATTER_US:
+            remaining[i] = None
         if time_us not in revoked:
-            kept.add(time_us)
-    rest = {time_us for time_us in left if time_us is not None}
-    return sorted(rest | kept), frozenset(kept)
+            certain.add(time_us)
+    return sorted({time_us for time_us in remaining if time_us is not None} | certain), frozenset(certain)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tfsat_host.protocol.limits import FALL_US, RING_BLOCKS
 
-from .doubts import two_releases
+from .contradictions import two_releases
 from .droplog import SENSORS_PER_JOINT, DropLog
 from .ledger import Gap
 

@@ -79,7 +79,7 @@ class Footers:
         self.last, self.last_number = footer, number
 
 
-class RecordsBuilder:
+class BlockDecoder:
     """Takes the blocks of a recording by number, a chunk of them at a time.
 
     Args:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.messages import LogHeader
 
+from .block_decoder import Footers
 from .events import DropEvent, Exchange
 from .ledger import Gap, Ledger
-from .records import Footers
 from .release import Release
 from .release_rule import recorded_releases
 
