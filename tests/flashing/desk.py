@@ -16,15 +16,9 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from tests.devices.scripted import hello, refusal, reply
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.framing import FrameReceiver
-from tfsat_host.protocol.messages import (
-    DisarmReply,
-    DisarmRequest,
-    HelloRequest,
-    SequencerStatusReply,
-    SequencerStatusRequest,
-)
 
 PAGE_BYTES = 128
 _END = b"\xffend of the test\xff"
@@ -75,13 +69,13 @@ class Sketch:
             self.requests.append(frame.type)
             if self.silent:
                 continue
-            if frame.type == HelloRequest.TYPE:
+            if frame.type == msg.HelloRequest.TYPE:
                 said += reply(frame, self.identity)
-            elif frame.type == DisarmRequest.TYPE:
+            elif frame.type == msg.DisarmRequest.TYPE:
                 self.state = SequencerState.SAFE
-                said += reply(frame, DisarmReply(self.state))
-            elif frame.type == SequencerStatusRequest.TYPE:
-                empty = SequencerStatusReply.decode(bytes(SequencerStatusReply.SIZE))
+                said += reply(frame, msg.DisarmReply(self.state))
+            elif frame.type == msg.SequencerStatusRequest.TYPE:
+                empty = msg.SequencerStatusReply.decode(bytes(msg.SequencerStatusReply.SIZE))
                 said += reply(frame, replace(empty, state=self.state))
             else:
                 said += refusal(frame, ErrorCode.UNKNOWN_MESSAGE)

@@ -12,28 +12,18 @@ from tfsat_host.devices.monitoring import LoggerWatch, SequencerWatch, StreamMet
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import SequencerState
-from tfsat_host.protocol.messages import (
-    ArmRequest,
-    HelloRequest,
-    ImuReading,
-    LiveReply,
-    LiveRequest,
-    LiveSampleStream,
-    LoggerStatusRequest,
-    Sample,
-    SequencerStatusRequest,
-)
 from tfsat_host.protocol.record import Payload
 from tfsat_host.robot import AngleSensor
 
-SCALES = LiveReply(1, 280, 131.0, 16384.0, 4096, 3, bytes([0x68] * 4), (0,) * 4, (0,) * 6)
+SCALES = msg.LiveReply(1, 280, 131.0, 16384.0, 4096, 3, bytes([0x68] * 4), (0,) * 4, (0,) * 6)
 SENSORS = [AngleSensor(joint, direction, math.pi) for joint in range(3) for direction in (1, -1)]
 
 
-def sample(index: int = 0, time_us: int = 0, flags: int = 0x3FF, angle: int = 2048) -> LiveSampleStream:
-    imus = tuple(ImuReading((0, 0, 0), 0, (131 * body, -262, 0)) for body in range(1, 5))
-    return LiveSampleStream(index, time_us, Sample(0, flags, imus, (angle,) * 6))
+def sample(index: int = 0, time_us: int = 0, flags: int = 0x3FF, angle: int = 2048) -> msg.LiveSampleStream:
+    imus = tuple(msg.ImuReading((0, 0, 0), 0, (131 * body, -262, 0)) for body in range(1, 5))
+    return msg.LiveSampleStream(index, time_us, msg.Sample(0, flags, imus, (angle,) * 6))
 
 
 def test_rates_are_degrees_per_second_and_angles_degrees() -> None:
@@ -123,7 +113,7 @@ def test_the_sequencer_is_only_asked_and_rarely_while_armed_or_running(
         robot.drop()
     sent.clear()
     pass_time(watch, client, 2.2)
-    assert set(sent) == {SequencerStatusRequest.TYPE}
+    assert set(sent) == {msg.SequencerStatusRequest.TYPE}
     assert most_a_second < len(sent) <= 2.2 * most_a_second + 1
     if armed:
         assert watch.status.state == SequencerState.RUNNING
@@ -141,5 +131,5 @@ def test_the_logger_is_asked_and_its_live_samples_taken_until_the_end(
     watch.close()
     client.live_samples(0.0)
     assert client.live_samples(0.5) == []
-    assert set(sent) == {HelloRequest.TYPE, LoggerStatusRequest.TYPE, LiveRequest.TYPE}
-    assert ArmRequest.TYPE not in sent
+    assert set(sent) == {msg.HelloRequest.TYPE, msg.LoggerStatusRequest.TYPE, msg.LiveRequest.TYPE}
+    assert msg.ArmRequest.TYPE not in sent

@@ -42,8 +42,7 @@ from tests.sequencer_proof.signals import (
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOINT_COUNT, SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
-from tfsat_host.servo_settings import ServoSettings
-from tfsat_host.servo_settings.settings import pulse_ns
+from tfsat_host.servo_settings import ServoSettings, pulse_ns
 
 WORST_ERROR_US = 50
 """What the task allows."""

@@ -16,8 +16,15 @@ from tfsat_host.devices.client import BoardError, BoardRefusal
 from tfsat_host.maneuver import Maneuver, four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.messages import ServoSetting, SettingsWriteReply, SettingsWriteRequest
-from tfsat_host.servo_settings import FACTORY, FRAME, ServoSettings, SettingsDefect, find_defect, find_misfit
-from tfsat_host.servo_settings.settings import pulse_ns
+from tfsat_host.servo_settings import (
+    FACTORY,
+    FRAME,
+    ServoSettings,
+    SettingsDefect,
+    find_defect,
+    find_misfit,
+    pulse_ns,
+)
 
 NewBoard = Callable[..., Board]
 USUAL = FACTORY.servos[0]

@@ -6,7 +6,7 @@ import argparse
 import re
 
 from tfsat_host.cli.advice import device_option, refuse_emulated
-from tfsat_host.cli.connection import device, open_any_sequencer, open_sequencer
+from tfsat_host.cli.connection import open_any_sequencer, open_sequencer
 from tfsat_host.cli.options import add_device_options, file_name, joint_angle_cdeg
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
@@ -84,7 +84,7 @@ def _arm(args: argparse.Namespace, out: Output) -> int:
                 "calibration": armed.calibration,
                 "at_start_pose": armed.at_start_pose,
                 "maneuver": maneuver_as_dict(armed.maneuver),
-                "device": device(sequencer),
+                "device": sequencer.device(),
             },
             "Armed: when both switches open, the maneuver runs. Pulling the cable does not disarm.",
         )
@@ -105,7 +105,7 @@ def _disarm(args: argparse.Namespace, out: Output) -> int:
                 "state": state.name.lower(),
                 "same_protocol": identity.speaks_this_protocol,
                 "emulated": args.emulated,
-                "device": device(sequencer),
+                "device": sequencer.device(),
             },
             _EMULATED_DISARMED if args.emulated else _DISARMED,
         )

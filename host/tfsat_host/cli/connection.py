@@ -6,19 +6,19 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.cli.advice import explained, interruptible
-from tfsat_host.devices.ports import BoardName, PortError, PortProblem, find_port
+from tfsat_host.devices.ports import BOARDS, BoardName, PortError, PortProblem, find_port
 
 if TYPE_CHECKING:
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.devices.sequencer import SequencerClient
     from tfsat_host.devices.transport import SerialTransport, Transport
-    from tfsat_host.emulated.robot import EmulatedRobot
     from tfsat_host.present.output import Output
     from tfsat_host.robot import RobotModel
 
@@ -28,44 +28,33 @@ APPEARANCE_S = 4.0
 """A board re-enumerates within two seconds of a reset."""
 
 
-@contextmanager
-def open_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerClient]:
+def open_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
     """The sequencer that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.sequencer import SequencerClient
 
-    with _board("sequencer", args, out, SequencerClient.connect) as sequencer:
-        yield sequencer
+    return _board("sequencer", args, out, SequencerClient.connect)
 
 
-@contextmanager
-def open_any_sequencer(args: argparse.Namespace, out: Output) -> Iterator[SequencerClient]:
+def open_any_sequencer(args: argparse.Namespace, out: Output) -> AbstractContextManager[SequencerClient]:
     """Likewise, of whatever protocol: for DISARM, which is the same in all. Raises the same."""
     from tfsat_host.devices.sequencer import SequencerClient
 
-    with _board("sequencer", args, out, SequencerClient.connect_any_protocol) as sequencer:
-        yield sequencer
+    return _board("sequencer", args, out, SequencerClient.connect_any_protocol)
 
 
-@contextmanager
-def open_jog_client(args: argparse.Namespace, out: Output) -> Iterator[JogClient]:
+def open_jog_client(args: argparse.Namespace, out: Output) -> AbstractContextManager[JogClient]:
     """Likewise, of this program's protocol, to move a joint. Raises the same."""
     from tfsat_host.devices.jogging import JogClient
 
-    with _board("sequencer", args, out, JogClient.connect) as sequencer:
-        yield sequencer
+    return _board("sequencer", args, out, JogClient.connect)
 
 
-@contextmanager
-def open_logger(args: argparse.Namespace, out: Output) -> Iterator[LoggerClient]:
+def open_logger(args: argparse.Namespace, out: Output) -> AbstractContextManager[LoggerClient]:
     """The logger that the options name. Raises PortError, NoAnswer, WrongBoard, BuildError."""
     from tfsat_host.devices.logger import LoggerClient
 
-    def connect(transport: Transport) -> LoggerClient:
-        note = "the logger has just met its card and counts its free room …"
-        return LoggerClient.connect(transport, on_busy=lambda: out.note(note))
-
-    with _board("logger", args, out, connect) as logger:
-        yield logger
+    note = "the logger has just met its card and counts its free room …"
+    return _board("logger", args, out, partial(LoggerClient.connect, on_busy=lambda: out.note(note)))
 
 
 @contextmanager
@@ -75,11 +64,7 @@ def _board(
     with ExitStack() as stack:
         transport: Transport
         if args.emulated:
-            from tfsat_host.emulated.robot import BoardIndex
-            from tfsat_host.emulated.transport import EmulatedTransport
-
-            robot = stack.enter_context(emulated_robot(out))
-            transport = EmulatedTransport(robot, BoardIndex[name.upper()])
+            transport = emulated_transports(out, stack)[name]
         else:
             transport = stack.enter_context(closing(open_port(name, args.port, out)))
             stack.enter_context(interruptible(transport.name))
@@ -88,9 +73,16 @@ def _board(
             yield board
 
 
-def device(board: SequencerClient | LoggerClient) -> dict[str, str | None]:
-    """The port and who answers there, for `--json`."""
-    return {"port": board.port, **board.identity.as_dict()}
+def emulated_transports(
+    out: Output, stack: ExitStack, *, model: RobotModel | None = None, as_built: bool = False
+) -> dict[BoardName, Transport]:
+    """Both boards' links of the robot of `--emulated`, which lives as long as `stack`; see `kept_robot`."""
+    from tfsat_host.emulated.robot import BoardIndex
+    from tfsat_host.emulated.state import kept_robot
+    from tfsat_host.emulated.transport import EmulatedTransport
+
+    robot = stack.enter_context(kept_robot(out.note, model=model, as_built=as_built))
+    return {board: EmulatedTransport(robot, BoardIndex[board.upper()]) for board in BOARDS}
 
 
 def open_port(board: BoardName, explicit: str | None, out: Output) -> SerialTransport:
@@ -141,38 +133,3 @@ def _refuse_a_dead_link(path: str) -> None:
             what=f"{path} was left behind by an emulated robot that was killed.",
             next_step=f"Start it again: tfsat-host emulate --dir {Path(path).parent}",
         )
-
-
-@contextmanager
-def emulated_robot(
-    out: Output, *, model: RobotModel | None = None, as_built: bool = False
-) -> Iterator[EmulatedRobot]:
-    """The robot of `--emulated`: what its boards store, and its card, are kept from one command to the next.
-
-    Args:
-        out: Says that it is being built.
-        model: The bodies; the drop tower robot by default.
-        as_built: Nobody has calibrated it: also its scale factors, angle sensors and servos are off.
-
-    Raises:
-        BuildError: it cannot be built.
-        TfsatError: what was kept is damaged.
-    """
-    from tfsat_host.emulated.imperfections import draw, draw_as_built
-    from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
-    from tfsat_host.emulated.state import KeptState
-
-    kept = KeptState.of_user()
-    before = kept.load()
-    wrong = (draw_as_built if as_built else draw)(DEFAULT_SEED)
-    with EmulatedRobot(
-        model,
-        imperfections=wrong,
-        eeprom=before.eeprom,
-        logger_memory=before.logger_memory,
-        progress=out.note,
-    ) as robot:
-        before.put_card(robot)
-        robot.advance(SETTLE_US)
-        yield robot
-        kept.save(robot, before)

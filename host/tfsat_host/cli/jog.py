@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
-from tfsat_host.cli.connection import device, open_jog_client
+from tfsat_host.cli.connection import open_jog_client
 from tfsat_host.cli.options import add_device_options, joint_angle_cdeg, number
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.errors import Interrupted
@@ -91,7 +91,7 @@ def _show(sequencer: JogClient, jog: Jog, args: argparse.Namespace, out: Output)
             "to_deg": jog.to_cdeg / 100,
             "held_s": args.hold_s,
             "state": "safe",
-            "device": device(sequencer),
+            "device": sequencer.device(),
         },
         f"Joint {jog.joint} went to {jog.to_cdeg / 100:g} deg and was let go; the sequencer is safe.\n"
         f"On from here: {on}",

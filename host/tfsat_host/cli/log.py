@@ -75,7 +75,7 @@ def _list(args: argparse.Namespace, out: Output) -> int:
             "card": status.card.name.lower(),
             "card_free_mib": status.card_free_mib,
             "card_error": None if listing.card_error is None else error_as_dict(listing.card_error),
-            "device": {"port": logger.port, **logger.identity.as_dict()},
+            "device": logger.device(),
         }
 
     def show() -> None:
@@ -123,7 +123,7 @@ def _fetch(args: argparse.Namespace, out: Output) -> int:
             "logs": [copy.as_dict() for copy in copies],
             "ram_released": released,
             "ram_holds_drop": holds_drop,
-            "device": {"port": logger.port, **logger.identity.as_dict()},
+            "device": logger.device(),
         }
     out.result(result, lambda: _show(copies, released, out))
     for copy in copies:
@@ -183,7 +183,7 @@ def _erase(args: argparse.Namespace, out: Output) -> int:
             **record(ENTRIES, entry),
             "erased": True,
             "copy": copy,
-            "device": {"port": logger.port, **logger.identity.as_dict()},
+            "device": logger.device(),
         }
         out.result(result, text)
     return 0

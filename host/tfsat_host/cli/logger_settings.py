@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Shows or sets."""
     from tfsat_host.cli.advice import offering_emulated
-    from tfsat_host.cli.connection import device, open_logger
+    from tfsat_host.cli.connection import open_logger
     from tfsat_host.devices.logger_settings import check
 
     sets = args.action == "set"
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             "origin": stored.origin.name.lower(),
             "settings": asdict(stored.settings),
             "rate_max_hz": stored.rate_max_hz,
-            "device": device(logger),
+            "device": logger.device(),
         }
     if sets:
         result |= {"before": asdict(before.settings), "verified": True, "clock_set": args.clock}

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli.board_selection import absent, add_place_options, most_telling, places
 from tfsat_host.cli.options import duration_s, file_name
-from tfsat_host.cli.places import absent, add_place_options, most_telling, places
 from tfsat_host.cli.stopping import stop_wish
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output

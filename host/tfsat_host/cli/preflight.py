@@ -109,7 +109,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
 def _evidence(args: argparse.Namespace, files: PreparedRun, out: Output) -> tuple[Evidence, str]:
     """Everything that is known, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
     from tfsat_host.cli.preflight_boards import evidence_of, interruptible_by_signals
-    from tfsat_host.preflight.trial import Trace
+    from tfsat_host.preflight.logger import Trace
 
     trace = Trace()
     try:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from tfsat_host.devices.transport import Transport
     from tfsat_host.preflight.evidence import Evidence
-    from tfsat_host.preflight.trial import Trace
+    from tfsat_host.preflight.logger import Trace
     from tfsat_host.run.preflight import PreparedRun
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -45,18 +45,15 @@ def transports(
     args: argparse.Namespace, files: PreparedRun, stack: ExitStack, out: Output
 ) -> dict[BoardName, Transport | TfsatError]:
     """Both boards' links, closed with `stack`; why not, for one that is not to be had. Raises BuildError."""
-    from tfsat_host.cli.connection import emulated_robot, open_port
+    from tfsat_host.cli.connection import emulated_transports, open_port
 
     if args.emulated:
         from tfsat_host.devices.logger import LoggerClient
-        from tfsat_host.emulated.robot import BoardIndex
-        from tfsat_host.emulated.transport import EmulatedTransport
 
-        robot = stack.enter_context(emulated_robot(out, model=files.robot, as_built=True))
-        logger = EmulatedTransport(robot, BoardIndex.LOGGER)
-        # It came to power with this command: nobody could have told it the time.
-        LoggerClient.connect(logger).set_clock(time.time_ns() // 1000)
-        return {"sequencer": EmulatedTransport(robot, BoardIndex.SEQUENCER), "logger": logger}
+        links = emulated_transports(out, stack, model=files.robot, as_built=True)
+        # It came to power with this command: no one could have set its clock.
+        LoggerClient.connect(links["logger"]).set_clock(time.time_ns() // 1000)
+        return {**links}
     found: dict[BoardName, Transport | TfsatError] = {}
     named: dict[BoardName, str | None] = {"sequencer": args.port, "logger": args.logger_port}
     for board, port in named.items():
@@ -99,21 +96,21 @@ def evidence_of(
         NotNow: the sequencer is armed or moves.
         KeyboardInterrupt: `trace` says what is left.
     """
-    from tfsat_host.preflight.boards import Expected, ask_boards
+    from tfsat_host.preflight.boards import ask_boards
+    from tfsat_host.preflight.evidence import BoardEvidence, Evidence
     from tfsat_host.preflight.logger import WATCH_S
 
     opened = transports(args, files, stack, out)
-    images = files.images()
-    expected = Expected(
+    sequencer_image, logger_image = files.images()
+    expected = Evidence(
         robot=files.robot,
         schedule=files.schedule,
         facility=files.facility(),
-        sequencer_image=images[0],
-        logger_image=images[1],
-        certificate=files.calibration,
+        sequencer_board=BoardEvidence("sequencer", sequencer_image),
+        logger_board=BoardEvidence("logger", logger_image),
         recordings=args.drops,
-        newest_file=files.newest(),
         now=now,
+        newest_file=files.newest(),
     )
     with out.progress("reading the sensors, recording onto the card", total=WATCH_S) as advance:
-        return ask_boards(opened, expected, trace, time.time, advance)
+        return ask_boards(opened, expected, files.calibration, trace, time.time, advance)

@@ -15,7 +15,7 @@ from tfsat_host.run.certificate_notices import command_options
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
 
 if TYPE_CHECKING:
-    from tfsat_host.preflight import Check
+    from tfsat_host.preflight import PreflightCheck
 
 _MANEUVER = "--file maneuver.toml"
 _SEQUENCER = re.compile(rf"tfsat-host (?:disarm|jog|upload-servos|upload-sequence {_MANEUVER})")
@@ -27,8 +27,13 @@ _CALIBRATE = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+(
 
 
 def typed_here(
-    checks: Iterable[Check], args: argparse.Namespace, maneuver: Path, certificate: str, *, emulated: bool
-) -> tuple[Check, ...]:
+    checks: Iterable[PreflightCheck],
+    args: argparse.Namespace,
+    maneuver: Path,
+    certificate: str,
+    *,
+    emulated: bool,
+) -> tuple[PreflightCheck, ...]:
     """The checks with their next steps as they are to be typed.
 
     Args:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.preflight_commands import logger_port
-from tfsat_host.preflight import Check, Verdict, may_drop
+from tfsat_host.preflight import GoNoGo, PreflightCheck, may_drop
 from tfsat_host.preflight.check import SEE
 from tfsat_host.preflight.evidence import Missing, Running
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from tfsat_host.present.output import Output
     from tfsat_host.run.preflight import WrittenResult
 
-_WORDS = {Verdict.GO: "GO", Verdict.NO_GO: "NO-GO", Verdict.NOT_MADE: "NOT MADE"}
+_WORDS = {GoNoGo.GO: "GO", GoNoGo.NO_GO: "NO-GO", GoNoGo.NOT_MADE: "NOT MADE"}
 _WIDTH = 110
 
 
 def show(
-    checks: Sequence[Check],
+    checks: Sequence[PreflightCheck],
     evidence: Evidence,
     written: WrittenResult,
     args: argparse.Namespace,
@@ -39,7 +39,7 @@ def show(
     wrong = [one for one in checks if one.blocks and not one.follows]
     waiting = sum(one.blocks and one.follows for one in checks)
     # What was found wrong first: what could not be made often follows from it.
-    wrong.sort(key=lambda one: one.verdict == Verdict.NOT_MADE)
+    wrong.sort(key=lambda one: one.verdict == GoNoGo.NOT_MADE)
     for step in dict.fromkeys(one.next_step for one in wrong):
         names = ", ".join(one.name for one in wrong if one.next_step == step)
         for line in textwrap.wrap(f"{names}: {step}", _WIDTH, subsequent_indent="    "):
@@ -48,7 +48,7 @@ def show(
     out.line(f"WrittenResult: {written.file} ({signed})")
     no_real = " The robot is an emulated one: this says nothing of a real one." if emulated else ""
     if may_drop(checks):
-        optional = [one.name for one in checks if one.verdict == Verdict.NOT_MADE]
+        optional = [one.name for one in checks if one.verdict == GoNoGo.NOT_MADE]
         without = f" Not looked at, by design: {', '.join(optional)}." if optional else ""
         out.line(f"GO: {len(checks) - len(optional)} checks.{without}{no_real}")
         if not args.emulated:
@@ -60,7 +60,7 @@ def show(
     out.line(f"Then again: tfsat-host preflight {shlex.quote(str(args.run))}{devices}")
 
 
-def _once(checks: Sequence[Check]) -> Iterator[tuple[Check, str]]:
+def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, str]]:
     """Each with its sentence; where one above said the same, with where to look instead."""
     first: dict[str, str] = {}
     for one in checks:
@@ -77,8 +77,8 @@ def _next(evidence: Evidence, args: argparse.Namespace) -> str:
     return f"tfsat-host record start{logger_port(args, '--port')}, then {arm}"
 
 
-def _word(check: Check) -> Text:
+def _word(check: PreflightCheck) -> Text:
     from rich.text import Text
 
-    style = "green" if check.verdict == Verdict.GO else "bold red" if check.blocks else "yellow"
+    style = "green" if check.verdict == GoNoGo.GO else "bold red" if check.blocks else "yellow"
     return Text(_WORDS[check.verdict], style=style)

@@ -55,7 +55,7 @@ def _start(args: argparse.Namespace, out: Output) -> int:
                 "imu_present": present,
                 "rate_hz": status.rate_hz,
                 "unix_s": status.unix_us / US_PER_S,
-                "device": {"port": logger.port, **logger.identity.as_dict()},
+                "device": logger.device(),
             },
             f"Recording: session {session}, {status.rate_hz} Hz, the card takes blocks. Pulling the cable does not "
             "stop it; it closes by itself after the landing.\n"
@@ -112,7 +112,7 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                 "samples_dropped": lost,
                 "number": number,
                 "file_full": file_full,
-                "device": {"port": logger.port, **logger.identity.as_dict()},
+                "device": logger.device(),
             },
             f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
             f"Copy it to this computer: {fetch}",

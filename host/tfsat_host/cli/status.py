@@ -7,8 +7,8 @@ from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
 
 from tfsat_host.cli.advice import device_option, interruptible
-from tfsat_host.cli.places import BOARDS, Place, absent, add_place_options, most_telling, places
-from tfsat_host.devices.ports import BoardName
+from tfsat_host.cli.board_selection import Place, absent, add_place_options, most_telling, places
+from tfsat_host.devices.ports import BOARDS, BoardName
 from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.present.output import Output
@@ -100,7 +100,7 @@ def _ask(place: Place) -> tuple[BoardName, dict[str, Any], Rows]:
         client = Client(transport)
         identity = client.hello()
         name: BoardName = "sequencer" if identity.board == Board.SEQUENCER else "logger"
-        if identity.board == Board.SEQUENCER:
+        if name == "sequencer":
             state, lines = sequencer_state(SequencerClient(client, identity))
         else:
             state, lines = logger_state(LoggerClient(client, identity))

@@ -66,7 +66,7 @@ def _upload(
     schedule: Schedule, args: argparse.Namespace, out: Output
 ) -> tuple[dict[str, object], ServoSettings]:
     """Sends the schedule, has it read back and compared: what `--json` has of it, and the board's settings."""
-    from tfsat_host.cli.connection import device, open_sequencer
+    from tfsat_host.cli.connection import open_sequencer
 
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         settings = sequencer.settings().settings
@@ -81,7 +81,7 @@ def _upload(
             "verified": True,
             "written": done.written,
             "identity": sequencer.identity.describe(),
-            "device": device(sequencer),
+            "device": sequencer.device(),
             "maneuver_crc": f"{done.stored.crc:04x}",
             "generation": done.stored.generation,
         }

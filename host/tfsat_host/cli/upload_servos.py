@@ -7,7 +7,7 @@ from typing import Any
 
 from tfsat_host import servo_settings
 from tfsat_host.cli.advice import device_option, offering_emulated
-from tfsat_host.cli.connection import device, open_sequencer
+from tfsat_host.cli.connection import open_sequencer
 from tfsat_host.cli.options import add_device_options, file_name, refuse_existing
 from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
@@ -79,7 +79,7 @@ def _check_usage(args: argparse.Namespace) -> None:
 def _show(args: argparse.Namespace, out: Output) -> int:
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         stored = sequencer.settings()
-        result = {**_as_dict(stored), "device": device(sequencer)}
+        result = {**_as_dict(stored), "device": sequencer.device()}
     if args.out is not None:
         write_whole(args.out, servo_settings.format_settings(stored.settings).encode())
         out.note(f"Settings written to {args.out}")
@@ -110,7 +110,7 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
             "verified": True,
             "written": done.written,
             "maneuver_fits": misfit is None,
-            "device": device(sequencer),
+            "device": sequencer.device(),
             "notices": notices,
         }
         already = "" if done.written else " (they were there already)"

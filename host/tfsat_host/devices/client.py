@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import ClassVar, Self, TypeVar
 
 from tfsat_host.devices.ports import PortProblem
 from tfsat_host.devices.transport import Transport
@@ -350,3 +350,49 @@ class Client:
     def close(self) -> None:
         """Lets go of the port."""
         self.transport.close()
+
+
+class BoardClient:
+    """A board of one kind at the other end of a link, once it has said who it is."""
+
+    board: ClassVar[Board]
+
+    def __init__(self, client: Client, identity: BoardIdentity) -> None:
+        self._client = client
+        self.identity = identity
+
+    @classmethod
+    def connect(cls, transport: Transport, *, on_busy: Callable[[], None] = lambda: None) -> Self:
+        """Asks who answers; `on_busy` as in `Client`. Raises WrongBoard, NoAnswer, PortError."""
+        client = Client(transport, on_busy=on_busy)
+        return cls(client, client.hello(cls.board))
+
+    @classmethod
+    def connect_any_protocol(cls, transport: Transport) -> Self:
+        """Asks who answers and takes a board of any revision, of which HELLO and DISARM alone are frozen.
+
+        Raises WrongBoard (another kind of board), NoAnswer, PortError.
+        """
+        client = Client(transport)
+        return cls(client, client.identify(cls.board))
+
+    @property
+    def port(self) -> str:
+        """What a person calls the port."""
+        return self._client.transport.name
+
+    def device(self) -> dict[str, str | None]:
+        """The port and who answers there, for `--json`."""
+        return {"port": self.port, **self.identity.as_dict()}
+
+    def now_s(self) -> float:
+        """Seconds on the transport's clock."""
+        return self._client.transport.now_s()
+
+    def wait(self, duration_s: float) -> None:
+        """Lets time pass. Raises PortError."""
+        self._client.wait(duration_s)
+
+    def close(self) -> None:
+        """Lets go of the port."""
+        self._client.close()

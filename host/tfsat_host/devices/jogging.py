@@ -12,15 +12,9 @@ from typing import Protocol
 from tfsat_host.devices.client import BoardRefusal, NoAnswer
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS, JOG_SPEED_CDEG_S
-from tfsat_host.protocol.messages import (
-    JogReply,
-    JogRequest,
-    SequencerStatusReply,
-    SettingsReadReply,
-    SettingsReadRequest,
-)
 from tfsat_host.protocol.remedies import REMEDIES
 
 IDLE_S = JOG_IDLE_MS / 1000
@@ -174,8 +168,8 @@ class JogClient(SequencerClient):
 
     def _check(self, joint: int, angles: Sequence[tuple[int, str]]) -> None:
         """Of each angle, 0.01 deg, how a refusal calls it."""
-        self.insist_on_safe(JogRequest)
-        limits = self._client.request(SettingsReadRequest(), SettingsReadReply).servo[joint - 1]
+        self.insist_on_safe(msg.JogRequest)
+        limits = self._client.request(msg.SettingsReadRequest(), msg.SettingsReadReply).servo[joint - 1]
         for angle_cdeg, what in angles:
             if not limits.min_cdeg <= angle_cdeg <= limits.max_cdeg:
                 raise JogRefused(
@@ -245,16 +239,8 @@ class JogClient(SequencerClient):
         Never repeated unseen: a host that froze in between would move a joint that the board has let go.
         Where the joint is goes with each order: a board that has just restarted does not jerk it back.
         """
-        request = JogRequest(jog.joint, angle_cdeg, jog.to_cdeg, JOG_CONFIRM)
-        return self._client.request(request, JogReply, attempts=1).angle_cdeg
-
-    def now_s(self) -> float:
-        """Seconds on the transport's clock."""
-        return self._client.transport.now_s()
-
-    def wait(self, duration_s: float) -> None:
-        """Lets time pass. Raises PortError."""
-        self._client.wait(duration_s)
+        request = msg.JogRequest(jog.joint, angle_cdeg, jog.to_cdeg, JOG_CONFIRM)
+        return self._client.request(request, msg.JogReply, attempts=1).angle_cdeg
 
     def _letting_go(self, motion: _Motion, moves: Callable[[], bool]) -> JogEnd:
         """Lets go after `moves`, which says whether all was held, however it ends."""
@@ -370,7 +356,7 @@ class _Motion:
         error.details = jog_details(self.jog.joint, self.angle_cdeg)
         return error
 
-    def _ended_by_board(self, status: SequencerStatusReply) -> JogError:
+    def _ended_by_board(self, status: msg.SequencerStatusReply) -> JogError:
         """The board does not jog any more; its uptimes tell a restart from a host that was away."""
         passed_ms = (status.uptime_ms - self._uptime_ms) % _UPTIME_RANGE_MS
         if passed_ms >= _UPTIME_RANGE_MS // 2:  # its clock went back

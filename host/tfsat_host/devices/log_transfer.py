@@ -14,19 +14,9 @@ from dataclasses import dataclass, field
 
 from tfsat_host.devices.client import BoardError, Client
 from tfsat_host.errors import TfsatError
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import ErrorCode
 from tfsat_host.protocol.limits import BLOCK_BYTES, BLOCK_MAGIC, LOG_PART_BYTES, LOG_READ_BLOCKS
-from tfsat_host.protocol.messages import (
-    LogEntry,
-    LogEraseReply,
-    LogEraseRequest,
-    LogListReply,
-    LogListRequest,
-    LogPartStream,
-    LogReadReply,
-    LogReadRequest,
-    LogZerosStream,
-)
 
 READINGS = 3
 """A block that never proves itself is torn on the card after so many."""
@@ -63,12 +53,12 @@ def recording_name(number: int) -> str:
     return f"DROP{number:04}.BIN"
 
 
-def copy_name(entry: LogEntry) -> str:
+def copy_name(entry: msg.LogEntry) -> str:
     """The name that a fetched copy gets: the card's; that of RAM has its session in it."""
     return f"RAM-{entry.session:08x}.BIN" if entry.number == RAM else recording_name(entry.number)
 
 
-def entry_words(entry: LogEntry) -> str:
+def entry_words(entry: msg.LogEntry) -> str:
     """For people, in a sentence."""
     return "what RAM holds" if entry.number == RAM else recording_name(entry.number)
 
@@ -99,7 +89,7 @@ class Listing:
         card_error: Why the card's are not all there; RAM's is there without any card.
     """
 
-    entries: list[LogEntry]
+    entries: list[msg.LogEntry]
     card_error: BoardError | None = None
 
 
@@ -109,7 +99,7 @@ def list_logs(client: Client) -> Listing:
     Raises:
         BoardError: WRONG_STATE while it records.
     """
-    entries: list[LogEntry] = []
+    entries: list[msg.LogEntry] = []
     try:
         for entry in _walk(client):
             entries.append(entry)  # noqa: PERF402  what came before an error stays
@@ -120,17 +110,17 @@ def list_logs(client: Client) -> Listing:
     return Listing(entries)
 
 
-def _walk(client: Client) -> Iterator[LogEntry]:
+def _walk(client: Client) -> Iterator[msg.LogEntry]:
     number = 0
     while number <= _LAST_NUMBER:
-        reply = client.request(LogListRequest(number), LogListReply)
+        reply = client.request(msg.LogListRequest(number), msg.LogListReply)
         if not reply.found:
             return
         yield reply.entry
         number = reply.entry.number + 1
 
 
-def erase_log(client: Client, entry: LogEntry) -> None:
+def erase_log(client: Client, entry: msg.LogEntry) -> None:
     """Removes a recording from the card, or gives up what RAM holds. One that is gone already is no error:
     the answer to a first request may have been lost.
 
@@ -138,7 +128,7 @@ def erase_log(client: Client, entry: LogEntry) -> None:
         BoardError: another recording has its number now, or the card refuses.
     """
     try:
-        client.request(LogEraseRequest(entry.number, entry.session), LogEraseReply)
+        client.request(msg.LogEraseRequest(entry.number, entry.session), msg.LogEraseReply)
     except BoardError as error:
         if error.code != ErrorCode.NO_SUCH_LOG:
             raise
@@ -156,7 +146,7 @@ def session_of(block: bytes) -> int:
     return int(session)
 
 
-def fetch_blocks(client: Client, entry: LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
+def fetch_blocks(client: Client, entry: msg.LogEntry, wanted: Iterable[Span], put: Put) -> Outcome:
     """Has blocks of a recording sent until each has arrived.
 
     Args:
@@ -181,7 +171,9 @@ def fetch_blocks(client: Client, entry: LogEntry, wanted: Iterable[Span], put: P
 class _Window:
     """A few blocks, asked for until each has arrived or was given up."""
 
-    def __init__(self, client: Client, entry: LogEntry, blocks: range, put: Put, outcome: Outcome) -> None:
+    def __init__(
+        self, client: Client, entry: msg.LogEntry, blocks: range, put: Put, outcome: Outcome
+    ) -> None:
         self._client = client
         self._entry = entry
         self._missing = set(blocks)
@@ -207,20 +199,20 @@ class _Window:
 
     def _read(self, first: int, count: int) -> tuple[int, dict[int, bytes]]:
         """How many pieces came before the logger fell silent, and the blocks that are whole now."""
-        request = LogReadRequest(self._entry.number, self._entry.session, first, count)
-        coming = self._client.request(request, LogReadReply).count
+        request = msg.LogReadRequest(self._entry.number, self._entry.session, first, count)
+        coming = self._client.request(request, msg.LogReadReply).count
         n_pieces, whole = 0, dict[int, bytes]()
         while len(whole) < coming and (pieces := self._client.log_pieces(SILENCE_S)):
             n_pieces += len(pieces)
             for piece in pieces:
-                if isinstance(piece, LogZerosStream):
+                if isinstance(piece, msg.LogZerosStream):
                     run = range(piece.first_block, piece.first_block + piece.count)
                     whole.update(dict.fromkeys(run, _ZEROS))
                 elif block := self._join(piece):
                     whole[piece.block] = block
         return n_pieces, whole
 
-    def _join(self, piece: LogPartStream) -> bytes | None:
+    def _join(self, piece: msg.LogPartStream) -> bytes | None:
         """The block that this part completes. What a lost part left undone is kept for the next window."""
         parts = self._parts.setdefault(piece.block, {})
         parts[piece.part] = piece.data

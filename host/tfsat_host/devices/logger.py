@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
-from tfsat_host.devices.client import BoardError, BoardIdentity, Client, VerifyError
+from tfsat_host.devices.client import BoardClient, BoardError, VerifyError
 from tfsat_host.devices.log_transfer import Listing, Outcome, Put, Span, erase_log, fetch_blocks, list_logs
 from tfsat_host.devices.logger_settings import StoredLoggerSettings
-from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, CardState, DropPhase, ErrorCode, LoggerState
@@ -57,27 +56,10 @@ class CardError(BoardError):
             self.next_step = "Keep the power on. tfsat-host log fetch ram"
 
 
-class LoggerClient:
+class LoggerClient(BoardClient):
     """The logger at the other end of a link."""
 
-    def __init__(self, client: Client, identity: BoardIdentity) -> None:
-        self._client = client
-        self.identity = identity
-
-    @classmethod
-    def connect(cls, transport: Transport, *, on_busy: Callable[[], None] = lambda: None) -> Self:
-        """Asks who answers; `on_busy` as in `Client`. Raises WrongBoard, NoAnswer, PortError."""
-        client = Client(transport, on_busy=on_busy)
-        return cls(client, client.hello(Board.LOGGER))
-
-    @property
-    def port(self) -> str:
-        """What a person calls the port."""
-        return self._client.transport.name
-
-    def close(self) -> None:
-        """Lets go of the port."""
-        self._client.close()
+    board = Board.LOGGER
 
     def status(self) -> msg.LoggerStatusReply:
         """The board's state."""
@@ -100,7 +82,7 @@ class LoggerClient:
             CardError: the card failed.
             TfsatError: somebody ended the recording, or the card took nothing for START_TIMEOUT_S.
         """
-        deadline = self._client.transport.now_s() + START_TIMEOUT_S
+        deadline = self.now_s() + START_TIMEOUT_S
         while True:
             status = self.status()
             if status.state == LoggerState.FAILED:
@@ -113,27 +95,27 @@ class LoggerClient:
                 )
             if status.blocks_written > 0:
                 return status
-            if self._client.transport.now_s() > deadline:
+            if self.now_s() > deadline:
                 raise TfsatError(
                     what=f"The card took nothing for {START_TIMEOUT_S:g} s after the recording was started.",
                     meaning="The recording waits in the logger's memory and will be lost. Do not drop.",
                     next_step="Put another card into the logger, restart it, and run the same command again.",
                 )
-            self._client.wait(POLL_S)
+            self.wait(POLL_S)
 
     def after_more_blocks(self, blocks: int, timeout_s: float) -> msg.LoggerStatusReply:
         """The status once the card has taken more than `blocks`, or does not record, or after `timeout_s`."""
-        deadline = self._client.transport.now_s() + timeout_s
+        deadline = self.now_s() + timeout_s
         while True:
             status = self.status()
             moving = status.state == LoggerState.RECORDING and status.blocks_written <= blocks
-            if not moving or self._client.transport.now_s() > deadline:
+            if not moving or self.now_s() > deadline:
                 return status
-            self._client.wait(POLL_S)
+            self.wait(POLL_S)
 
     def takes_samples(self, samples: int) -> bool:
         """Whether more than `samples` come into the recording within a short while, on the card or not."""
-        self._client.wait(SAMPLES_WAIT_S)
+        self.wait(SAMPLES_WAIT_S)
         return self.status().samples > samples
 
     def stop_recording(self) -> msg.RecordStopReply:
@@ -144,14 +126,14 @@ class LoggerClient:
             CardError: the card failed; RAM keeps the newest seconds.
             TfsatError: the logger was still writing after STOP_TIMEOUT_S.
         """
-        deadline = self._client.transport.now_s() + STOP_TIMEOUT_S
+        deadline = self.now_s() + STOP_TIMEOUT_S
         while True:
             reply = self._client.request(msg.RecordStopRequest(), msg.RecordStopReply)
             if reply.state == LoggerState.STOPPED:
                 return reply
             if reply.state == LoggerState.FAILED:
                 raise CardError(msg.RecordStopRequest.TYPE, self.status())
-            if self._client.transport.now_s() > deadline:
+            if self.now_s() > deadline:
                 raise TfsatError(
                     what=f"The logger was still writing {STOP_TIMEOUT_S:g} s after the request to stop.",
                     meaning="The card stalls or has failed; what reached it can be decoded.",
@@ -194,14 +176,14 @@ class LoggerClient:
 
     def wait_for_listing(self, timeout_s: float) -> Listing:
         """Likewise, once a drop that RAM still takes is over. Raises BoardError when it goes on for longer."""
-        deadline = self._client.transport.now_s() + timeout_s
+        deadline = self.now_s() + timeout_s
         while True:
             try:
                 return self.listing()
             except BoardError as error:
-                if error.code != ErrorCode.WRONG_STATE or self._client.transport.now_s() > deadline:
+                if error.code != ErrorCode.WRONG_STATE or self.now_s() > deadline:
                     raise
-            self._client.wait(POLL_S)
+            self.wait(POLL_S)
 
     def end_capture(self) -> None:
         """Ends the recording, or what goes on in RAM after the card has failed; waits for nothing.
@@ -253,7 +235,7 @@ class LoggerClient:
 
     def samples_of(self, duration_s: float) -> list[msg.LiveSampleStream]:
         """Likewise, after so long a time; there may be none. Raises PortError."""
-        self._client.wait(duration_s)
+        self.wait(duration_s)
         return self._client.live_samples(0.0)
 
 

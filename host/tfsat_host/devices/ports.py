@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 BoardName = Literal["sequencer", "logger"]
 Mode = Literal["sketch", "bootloader"]
+BOARDS: tuple[BoardName, ...] = ("sequencer", "logger")
 
 BAUDRATE = 115_200  # USB CDC ignores it, but 1200 would send an Arduino Micro into its bootloader
 _PLUG = {

@@ -5,10 +5,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
-from tfsat_host.devices.client import BoardIdentity, Client, VerifyError, board_error
-from tfsat_host.devices.transport import Transport
+from tfsat_host.devices.client import BoardClient, VerifyError, board_error
 from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, ErrorCode, Origin, SequencerState
 from tfsat_host.protocol.framing import crc16
@@ -74,36 +73,10 @@ class Upload(Generic[Stored]):
     stored: Stored
 
 
-class SequencerClient:
+class SequencerClient(BoardClient):
     """The sequencer at the other end of a link."""
 
-    def __init__(self, client: Client, identity: BoardIdentity) -> None:
-        self._client = client
-        self.identity = identity
-
-    @classmethod
-    def connect(cls, transport: Transport) -> Self:
-        """Asks who answers. Raises WrongBoard, NoAnswer, PortError."""
-        client = Client(transport)
-        return cls(client, client.hello(Board.SEQUENCER))
-
-    @classmethod
-    def connect_any_protocol(cls, transport: Transport) -> Self:
-        """Asks who answers and takes a sequencer of any revision; of the requests, only DISARM is frozen.
-
-        Raises WrongBoard (another kind of board), NoAnswer, PortError.
-        """
-        client = Client(transport)
-        return cls(client, client.identify(Board.SEQUENCER))
-
-    @property
-    def port(self) -> str:
-        """What a person calls the port."""
-        return self._client.transport.name
-
-    def close(self) -> None:
-        """Lets go of the port."""
-        self._client.close()
+    board = Board.SEQUENCER
 
     def status(self) -> msg.SequencerStatusReply:
         """The board's state."""
@@ -190,7 +163,7 @@ class SequencerClient:
 
         Raises VerifyError, with the sentence `kept`, if the board is still writing after STORE_TIMEOUT_S.
         """
-        deadline = self._client.transport.now_s() + STORE_TIMEOUT_S
+        deadline = self.now_s() + STORE_TIMEOUT_S
         written = False
         while True:
             reply = ask()
@@ -198,13 +171,13 @@ class SequencerClient:
             written = written or bool(reply.written)
             if reply.stored:
                 return written
-            if self._client.transport.now_s() > deadline:
+            if self.now_s() > deadline:
                 raise VerifyError(
                     what=f"The sequencer was still writing after {STORE_TIMEOUT_S:g} s.",
                     meaning=f"Its EEPROM may be worn out. {kept}",
                     next_step="Power the board off and on, then run the same upload again.",
                 )
-            self._client.wait(STORE_POLL_S)
+            self.wait(STORE_POLL_S)
 
     def report_joints(self, joints_cdeg: Sequence[int]) -> bool:
         """Reports the measured angles of joints 1 to 3, 0.01 deg; whether all are at the start pose.

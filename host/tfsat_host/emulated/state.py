@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -14,6 +16,7 @@ from tfsat_host.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.robot import EmulatedRobot
+    from tfsat_host.robot import RobotModel
 
 _RECORDING = re.compile(r"DROP(\d{4,5})\.BIN", re.ASCII)
 _LONGEST_MEMORY = 256
@@ -136,3 +139,36 @@ def _damaged(path: Path, found: str, board: str) -> TfsatError:
         meaning=f"The emulated {board}'s memory is damaged; no real board is concerned.",
         next_step=f"Delete {path} and run the command again.",
     )
+
+
+@contextmanager
+def kept_robot(
+    progress: Callable[[str], None], *, model: RobotModel | None = None, as_built: bool = False
+) -> Iterator[EmulatedRobot]:
+    """The robot of `--emulated`: what its boards store, and its card, are kept from one command to the next.
+
+    Args:
+        progress: Gets a line when it is being built.
+        model: The bodies; the drop tower robot by default.
+        as_built: Nobody has calibrated it: also its scale factors, angle sensors and servos are off.
+
+    Raises:
+        BuildError: it cannot be built.
+        TfsatError: what was kept is damaged.
+    """
+    from tfsat_host.emulated.imperfections import draw, draw_as_built
+    from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, EmulatedRobot
+
+    kept = KeptState.of_user()
+    before = kept.load()
+    with EmulatedRobot(
+        model,
+        imperfections=(draw_as_built if as_built else draw)(DEFAULT_SEED),
+        eeprom=before.eeprom,
+        logger_memory=before.logger_memory,
+        progress=progress,
+    ) as robot:
+        before.put_card(robot)
+        robot.advance(SETTLE_US)
+        yield robot
+        kept.save(robot, before)

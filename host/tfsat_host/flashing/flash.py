@@ -38,13 +38,8 @@ from tfsat_host.flashing.loader import (
     run_teensy_loader,
     teensy_command,
 )
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import Board, LoggerState, SequencerState
-from tfsat_host.protocol.messages import (
-    LoggerStatusReply,
-    LoggerStatusRequest,
-    SequencerStatusReply,
-    SequencerStatusRequest,
-)
 
 POLL_S = 0.1
 BOOTLOADER_TIMEOUT_S = 8.0
@@ -310,7 +305,7 @@ class SequencerFlasher(Flasher):
         return avrdude_command(loader, port, image.path)
 
     def _insist_on_idle(self, client: Client) -> None:
-        state = client.request(SequencerStatusRequest(), SequencerStatusReply).state
+        state = client.request(msg.SequencerStatusRequest(), msg.SequencerStatusReply).state
         _insist_on_safe(client.transport.name, state)
 
     def question(self, target: Target) -> str:
@@ -361,7 +356,7 @@ class LoggerFlasher(Flasher):
         return teensy_command(loader, image.path)
 
     def _insist_on_idle(self, client: Client) -> None:
-        status, port = client.request(LoggerStatusRequest(), LoggerStatusReply), client.transport.name
+        status, port = client.request(msg.LoggerStatusRequest(), msg.LoggerStatusReply), client.transport.name
         if status.ram_holds_drop:
             raise _refused(
                 "ram-holds-drop",

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from datetime import datetime
+from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 from tfsat_host.calibration.certificate.certificate import Calibration
-from tfsat_host.devices.client import BoardIdentity, Client, VerifyError
+from tfsat_host.devices.client import BoardClient, BoardIdentity, VerifyError
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.devices.ports import BoardName
-from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver, StoredSettings
+from tfsat_host.devices.sequencer import SequencerClient, StoredManeuver
 from tfsat_host.devices.transport import Transport
 from tfsat_host.errors import RefusedError, TfsatError
-from tfsat_host.maneuver import Schedule
-from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.preflight.evidence import (
-    BoardEvidence,
     Clock,
     Evidence,
     Missing,
@@ -25,15 +22,12 @@ from tfsat_host.preflight.evidence import (
     Reference,
     SequencerAnswers,
     origin_of_logger,
-    pace_between,
-    status_at,
 )
-from tfsat_host.preflight.logger import Advance, ask_logger
-from tfsat_host.preflight.trial import Trace
-from tfsat_host.protocol.enums import Board, SequencerState
-from tfsat_host.protocol.messages import SequencerStatusReply
-from tfsat_host.robot import RobotModel
+from tfsat_host.preflight.logger import Advance, Trace, ask_logger
+from tfsat_host.protocol.enums import SequencerState
 
+Board = TypeVar("Board", bound=BoardClient)
+BoardAnswers = TypeVar("BoardAnswers")
 _MOVING = {
     SequencerState.ARMED: "armed",
     SequencerState.RUNNING: "flying its maneuver",
@@ -47,73 +41,68 @@ class NotNow(RefusedError):
     code = "not-safe"
 
 
-@dataclass(frozen=True, eq=False)
-class Expected:
-    """What the boards are checked against.
+def ask_boards(
+    opened: Mapping[BoardName, Transport | TfsatError],
+    expected: Evidence,
+    certificate: Callable[[bool], tuple[Calibration | Missing, str]],
+    trace: Trace,
+    unix_s: Clock,
+    advance: Advance = lambda _seconds: None,
+) -> Evidence:
+    """The evidence with all that both boards answer.
 
-    Attributes:
-        robot: By design.
-        schedule: What is to be flown.
-        facility: The facility's checks of it.
-        sequencer_image, logger_image: What they should run.
+    Args:
+        opened: Both links, or why there is none.
+        expected: What they are checked against.
         certificate: The run's and its name, for a robot that is emulated or not.
-        recordings: For how many the card must have room.
-        newest_file: See `Evidence`.
-        now: By the computer's clock.
+        trace: Gets what is left on the logger.
+        unix_s: The computer's time of day.
+        advance: Called with how many seconds of `logger.WATCH_S` went by.
+
+    Raises:
+        NotNow: the sequencer is armed or moves.
     """
-
-    robot: RobotModel
-    schedule: Schedule | Missing
-    facility: tuple[FacilityCheck, ...] | Missing
-    sequencer_image: Reference | Missing
-    logger_image: Reference | Missing
-    certificate: Callable[[bool], tuple[Calibration | Missing, str]]
-    recordings: int
-    newest_file: tuple[datetime, str] | None
-    now: datetime
-
-
-@dataclass(frozen=True, slots=True)
-class _Link:
-    """A board that identified itself, whatever protocol it speaks."""
-
-    client: Client
-    identity: BoardIdentity
-
-    @property
-    def now_s(self) -> Clock:
-        """The transport's clock."""
-        return self.client.transport.now_s
-
-
-@dataclass(frozen=True, slots=True)
-class _Begun:
-    """The sequencer's first answers."""
-
-    client: SequencerClient
-    moment: Moment[SequencerStatusReply]
-    maneuver: StoredManeuver | Missing
-    settings: StoredSettings
-
-    def ended(self, now_s: Clock) -> SequencerAnswers:
-        """All of them, with the status of now. Raises what its requests raise."""
-        last = status_at(self.client.status, now_s)
-        pace = pace_between(self.moment, last)
-        return SequencerAnswers(self.moment.status, last.status, self.maneuver, self.settings, pace)
+    at_sequencer = _identified(SequencerClient, opened["sequencer"])
+    begun = _asked("sequencer", at_sequencer, _begin)
+    at_logger = _identified(LoggerClient, opened["logger"])
+    who = {"sequencer": _identity(at_sequencer), "logger": _identity(at_logger)}
+    emulated = any(not isinstance(one, Missing) and one.runs_natively for one in who.values())
+    calibration, name = certificate(emulated)
+    logger = _asked("logger", at_logger, lambda board: ask_logger(board, unix_s, calibration, trace, advance))
+    sequencer = begun
+    if not isinstance(begun, Missing):
+        sequencer = _asked("sequencer", at_sequencer, partial(_ended, begun))
+    logger_board = replace(expected.logger_board, identity=who["logger"])
+    origin = None
+    if not isinstance(at_logger, Missing):
+        logger_board = replace(
+            logger_board, image=_logger_image(logger_board.image, at_logger.identity, calibration, name)
+        )
+        if not isinstance(logger, Missing):
+            origin = origin_of_logger(at_logger.identity, logger.later.who_am_i)
+    return replace(
+        expected,
+        sequencer_board=replace(expected.sequencer_board, identity=who["sequencer"]),
+        logger_board=logger_board,
+        sequencer=sequencer,
+        logger=logger,
+        origin=origin,
+        calibration=calibration,
+        calibration_file=name,
+    )
 
 
-def _begin(sequencer: SequencerClient, now_s: Clock) -> _Begun:
+def _begin(sequencer: SequencerClient) -> SequencerAnswers:
     """Asks for everything but the end.
 
     Raises:
         NotNow: it is armed, runs, or moves a joint.
         BoardError, NoAnswer, PortError: of the requests.
     """
-    moment = status_at(sequencer.status, now_s)
-    state = moment.status.state
-    if state in _MOVING:
+    first = Moment.of(sequencer.status, sequencer.now_s)
+    if first.status.state in _MOVING:
         raise NotNow(
-            what=f"The sequencer is {_MOVING[state]}.",
+            what=f"The sequencer is {_MOVING[first.status.state]}.",
             meaning="A preflight comes before the arming. Neither board was asked for anything more.",
             next_step="tfsat-host disarm, then run this preflight again.",
         )
@@ -122,81 +111,26 @@ def _begin(sequencer: SequencerClient, now_s: Clock) -> _Begun:
         maneuver = sequencer.read_back()
     except VerifyError as error:
         maneuver = Missing(f"{error.what} {error.meaning}", error.next_step)
-    return _Begun(sequencer, moment, maneuver, sequencer.settings())
+    return SequencerAnswers(first, first, maneuver, sequencer.settings())
 
 
-def ask_boards(
-    opened: Mapping[BoardName, Transport | TfsatError],
-    expected: Expected,
-    trace: Trace,
-    unix_s: Clock,
-    advance: Advance = lambda _seconds: None,
-) -> Evidence:
-    """All that both boards answer.
-
-    Args:
-        opened: Both links, or why there is none.
-        expected: What they are checked against.
-        trace: Gets what is left on the logger.
-        unix_s: The computer's time of day.
-        advance: Called with how many seconds of `logger.WATCH_S` went by.
-
-    Raises:
-        NotNow: the sequencer is armed or moves.
-    """
-    at_sequencer = _link("sequencer", opened["sequencer"])
-    begun = _asked(
-        "sequencer",
-        at_sequencer,
-        lambda link: _begin(SequencerClient(link.client, link.identity), link.now_s),
-    )
-    at_logger = _link("logger", opened["logger"])
-    emulated = any(
-        isinstance(link, _Link) and link.identity.runs_natively for link in (at_logger, at_sequencer)
-    )
-    calibration, name = expected.certificate(emulated)
-    logger = _asked(
-        "logger",
-        at_logger,
-        lambda link: ask_logger(
-            LoggerClient(link.client, link.identity), link.now_s, unix_s, calibration, trace, advance
-        ),
-    )
-    sequencer = (
-        begun
-        if isinstance(begun, Missing)
-        else _asked("sequencer", at_sequencer, lambda link: begun.ended(link.now_s))
-    )
-    origin, logger_image = None, expected.logger_image
-    if not isinstance(at_logger, Missing):
-        logger_image = _logger_image(expected.logger_image, at_logger.identity, calibration, name)
-    if not isinstance(at_logger, Missing) and not isinstance(logger, Missing):
-        origin = origin_of_logger(at_logger.identity, logger.later.who_am_i)
-    return Evidence(
-        sequencer_board=BoardEvidence("sequencer", _identity(at_sequencer), expected.sequencer_image),
-        logger_board=BoardEvidence("logger", _identity(at_logger), logger_image),
-        sequencer=sequencer,
-        logger=logger,
-        origin=origin,
-        robot=expected.robot,
-        schedule=expected.schedule,
-        facility=expected.facility,
-        calibration=calibration,
-        calibration_file=name,
-        recordings=expected.recordings,
-        now=expected.now,
-        newest_file=expected.newest_file,
-    )
+def _ended(begun: SequencerAnswers, sequencer: SequencerClient) -> SequencerAnswers:
+    """With the status of now. Raises what the request raises."""
+    return replace(begun, last=Moment.of(sequencer.status, sequencer.now_s))
 
 
-def _link(board: BoardName, transport: Transport | TfsatError) -> _Link | Missing:
+def _identified(kind: type[Board], transport: Transport | TfsatError) -> Board | Missing:
+    """The board that identified itself, whatever protocol it speaks."""
     if isinstance(transport, TfsatError):
         return _unanswered(transport)
-    client = Client(transport)
     try:
-        return _Link(client, client.identify(Board[board.upper()]))
+        return kind.connect_any_protocol(transport)
     except TfsatError as error:
         return _unanswered(error)
+
+
+def _identity(board: BoardClient | Missing) -> BoardIdentity | Missing:
+    return board if isinstance(board, Missing) else board.identity
 
 
 def _logger_image(
@@ -210,23 +144,18 @@ def _logger_image(
     return Reference(calibration.logger_image, certificate, calibrated=True)
 
 
-def _identity(link: _Link | Missing) -> BoardIdentity | Missing:
-    return link.identity if isinstance(link, _Link) else link
-
-
-Answers = TypeVar("Answers")
-
-
-def _asked(board: BoardName, link: _Link | Missing, ask: Callable[[_Link], Answers]) -> Answers | Missing:
+def _asked(
+    name: BoardName, board: Board | Missing, ask: Callable[[Board], BoardAnswers]
+) -> BoardAnswers | Missing:
     """What it answers, if it speaks this protocol; Missing else. Raises NotNow."""
-    if isinstance(link, Missing):
-        return Missing(f"The {board} was not reached.", "See protocol.")
-    if not link.identity.speaks_this_protocol:
+    if isinstance(board, Missing):
+        return Missing(f"The {name} was not reached.", "See protocol.")
+    if not board.identity.speaks_this_protocol:
         return Missing(
-            f"The {board} speaks another protocol: it can be asked for nothing more.", "See protocol."
+            f"The {name} speaks another protocol: it can be asked for nothing more.", "See protocol."
         )
     try:
-        return ask(link)
+        return ask(board)
     except NotNow:
         raise
     except TfsatError as error:

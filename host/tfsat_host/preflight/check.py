@@ -11,7 +11,7 @@ SEE = "See "
 """Begins the next step of a check that waits for another one, whose name follows."""
 
 
-class Verdict(StrEnum):
+class GoNoGo(StrEnum):
     """What a check comes to."""
 
     GO = "go"
@@ -22,12 +22,12 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class PreflightCheck:
     """One check.
 
     Attributes:
         name: Stable; scripts rely on it. `judge` sets it.
-        verdict: See `Verdict`.
+        verdict: See `GoNoGo`.
         sentence: What was found, for a person.
         evidence: The numbers behind it, with units in their names; what JSON can hold.
         next_step: What to do about it, a command to type where there is one; empty if GO.
@@ -35,7 +35,7 @@ class Check:
     """
 
     name: str
-    verdict: Verdict
+    verdict: GoNoGo
     sentence: str
     evidence: Mapping[str, Any] = field(default_factory=dict)
     next_step: str = ""
@@ -44,12 +44,12 @@ class Check:
     @property
     def blocks(self) -> bool:
         """It stands against a drop."""
-        return self.verdict == Verdict.NO_GO or (self.verdict == Verdict.NOT_MADE and not self.optional)
+        return self.verdict == GoNoGo.NO_GO or (self.verdict == GoNoGo.NOT_MADE and not self.optional)
 
     @property
     def follows(self) -> bool:
         """It could not be made because of another check, which its next step names."""
-        return self.verdict == Verdict.NOT_MADE and self.next_step.startswith(SEE)
+        return self.verdict == GoNoGo.NOT_MADE and self.next_step.startswith(SEE)
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -64,21 +64,21 @@ class Check:
         }
 
 
-def go(sentence: str, /, **evidence: Any) -> Check:
+def go(sentence: str, /, **evidence: Any) -> PreflightCheck:
     """Nothing against a drop."""
-    return Check("", Verdict.GO, sentence, evidence)
+    return PreflightCheck("", GoNoGo.GO, sentence, evidence)
 
 
-def no_go(sentence: str, next_step: str, /, **evidence: Any) -> Check:
+def no_go(sentence: str, next_step: str, /, **evidence: Any) -> PreflightCheck:
     """Something is wrong."""
-    return Check("", Verdict.NO_GO, sentence, evidence, next_step)
+    return PreflightCheck("", GoNoGo.NO_GO, sentence, evidence, next_step)
 
 
-def not_made(reason: str, next_step: str, /, **evidence: Any) -> Check:
+def not_made(reason: str, next_step: str, /, **evidence: Any) -> PreflightCheck:
     """It could not be looked at; `reason` is a sentence."""
-    return Check("", Verdict.NOT_MADE, reason, evidence, next_step)
+    return PreflightCheck("", GoNoGo.NOT_MADE, reason, evidence, next_step)
 
 
-def judged(wrong: Sequence[str], no: str, next_step: str, yes: str, /, **evidence: Any) -> Check:
+def judged(wrong: Sequence[str], no: str, next_step: str, yes: str, /, **evidence: Any) -> PreflightCheck:
     """NO-GO if something is wrong, named in the sentence `no` where it has {}; GO with the sentence `yes` else."""
     return no_go(no.replace("{}", "; ".join(wrong)), next_step, **evidence) if wrong else go(yes, **evidence)

@@ -10,13 +10,19 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tfsat_host.angles import wrapped
+from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Origin
+from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
 from tfsat_host.devices.client import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
+from tfsat_host.protocol.limits import RING_BLOCKS
 from tfsat_host.protocol.messages import LoggerSettings, LoggerStatusReply, SequencerStatusReply
 from tfsat_host.robot import RobotModel
 
@@ -83,40 +89,59 @@ class Moment(Generic[Status]):
     asked_s: float
     had_s: float
 
-
-def status_at(ask: Callable[[], Status], now_s: Clock) -> Moment[Status]:
-    """Asks for a status. Raises what `ask` raises."""
-    asked_s = now_s()
-    status = ask()
-    return Moment(status, asked_s, now_s())
-
-
-def pace_between(first: Moment[Status], last: Moment[Status]) -> Pace | None:
-    """How fast the board's clock runs; None: it restarted in between."""
-    board_s = (last.status.uptime_ms - first.status.uptime_ms) / 1000
-    if board_s < 0.0:
-        return None
-    middle = (last.asked_s + last.had_s - first.asked_s - first.had_s) / 2
-    doubt_s = (last.had_s - last.asked_s + first.had_s - first.asked_s) / 2 + _TICK_S
-    return Pace(board_s, middle, doubt_s)
+    @classmethod
+    def of(cls, ask: Callable[[], Status], now_s: Clock) -> Moment[Status]:
+        """Asks for a status. Raises what `ask` raises."""
+        asked_s = now_s()
+        status = ask()
+        return cls(status, asked_s, now_s())
 
 
-@dataclass(frozen=True, slots=True)
-class SequencerAnswers:
+@dataclass(frozen=True, eq=False)
+class Answers(Generic[Status]):
+    """What a board answered, from the beginning of the preflight to its end.
+
+    Attributes:
+        first: Before any recording of the preflight's own.
+        last: At the end.
+    """
+
+    first: Moment[Status]
+    last: Moment[Status]
+
+    @property
+    def status(self) -> Status:
+        """At the beginning."""
+        return self.first.status
+
+    @property
+    def later(self) -> Status:
+        """At the end."""
+        return self.last.status
+
+    @property
+    def pace(self) -> Pace | None:
+        """How fast the board's clock ran; None: it restarted meanwhile."""
+        first, last = self.first, self.last
+        board_s = (last.status.uptime_ms - first.status.uptime_ms) / 1000
+        if board_s < 0.0:
+            return None
+        middle = (last.asked_s + last.had_s - first.asked_s - first.had_s) / 2
+        doubt_s = (last.had_s - last.asked_s + first.had_s - first.asked_s) / 2 + _TICK_S
+        return Pace(board_s, middle, doubt_s)
+
+
+@dataclass(frozen=True, eq=False)
+class SequencerAnswers(Answers[SequencerStatusReply]):
     """What the sequencer answered.
 
     Attributes:
-        status, later: At the beginning and at the end.
         maneuver: As read back; Missing: what was read does not fit its own CRC.
         settings: Of the servos.
-        pace: Of its clock; None: it restarted meanwhile.
     """
 
-    status: SequencerStatusReply
-    later: SequencerStatusReply
     maneuver: StoredManeuver | Missing
     settings: StoredSettings
-    pace: Pace | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,10 +162,10 @@ class Trial:
     samples_dropped: int
     samples_lost: int
     blocks_lost: int
-    duration_s: float
-    stall_max_ms: int
-    ring_peak_blocks: int
-    ring_blocks: int
+    duration_s: float = 0.0
+    stall_max_ms: int = 0
+    ring_peak_blocks: int = 0
+    ring_blocks: int = RING_BLOCKS
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,30 +203,25 @@ class LiveSamples:
     index: NDArray[np.int64]
 
 
-@dataclass(frozen=True, slots=True)
-class LoggerAnswers:
+@dataclass(frozen=True, eq=False)
+class LoggerAnswers(Answers[LoggerStatusReply]):
     """What the logger answered.
 
     Attributes:
-        status, later: At the beginning, before any recording of the preflight's own, and at the end.
         computer_unix_s: The computer's time of day when `status` came.
         settings: In force.
         live: None came: Missing.
         card: What the card did with a short recording, or with one that runs already; Failed: it did not take one.
         recording_since: When the last recording began; None: the logger's clock was not set.
-        pace: Of its clock; None: it restarted meanwhile.
         left: What the preflight could not put back as it was; empty: nothing.
     """
 
-    status: LoggerStatusReply
-    later: LoggerStatusReply
     computer_unix_s: float
     settings: LoggerSettings
     live: LiveSamples | Missing
     card: Trial | Running | Missing
     recording_since: datetime | None
-    pace: Pace | None
-    left: str = ""
+    left: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,53 +239,56 @@ class Reference:
     calibrated: bool = False
 
 
+NOT_ASKED = Missing("It was not asked.", "See protocol.")
+
+
 @dataclass(frozen=True, slots=True)
 class BoardEvidence:
     """One board.
 
     Attributes:
         name: For people and in names of checks.
-        identity: By HELLO; Missing: it did not answer.
         image: What it should run.
+        identity: By HELLO; Missing: it did not answer.
     """
 
     name: Literal["sequencer", "logger"]
-    identity: BoardIdentity | Missing
     image: Reference | Missing
+    identity: BoardIdentity | Missing = NOT_ASKED
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Everything.
+    """Everything: what the boards are checked against, and, once they were asked, what they answered.
 
     Attributes:
-        sequencer_board, logger_board: Who they are.
-        sequencer, logger: What they answered; Missing: not reached, or of another protocol.
-        origin: Whose sensors hang on the logger; None: not reached.
         robot: By design.
         schedule: What the run is to fly.
         facility: Its checks; Missing: there is no schedule.
-        calibration: The run's certificate.
-        calibration_file: Its name, for people and commands.
+        sequencer_board, logger_board: Who they are, and what they should run.
         recordings: For how many the card must have room.
         now: By the computer's clock.
         newest_file: The youngest of the run's files, and its name: the clock must not be behind it.
+        sequencer, logger: What they answered; Missing: not reached, or of another protocol.
+        origin: Whose sensors hang on the logger; None: not reached.
+        calibration: The run's certificate.
+        calibration_file: Its name, for people and commands.
         servos_too: Whether the servos' calibration counts.
     """
 
-    sequencer_board: BoardEvidence
-    logger_board: BoardEvidence
-    sequencer: SequencerAnswers | Missing
-    logger: LoggerAnswers | Missing
-    origin: Origin | None
     robot: RobotModel
     schedule: Schedule | Missing
     facility: tuple[FacilityCheck, ...] | Missing
-    calibration: Calibration | Missing
-    calibration_file: str
+    sequencer_board: BoardEvidence
+    logger_board: BoardEvidence
     recordings: int
     now: datetime
     newest_file: tuple[datetime, str] | None
+    sequencer: SequencerAnswers | Missing = NOT_ASKED
+    logger: LoggerAnswers | Missing = NOT_ASKED
+    origin: Origin | None = None
+    calibration: Calibration | Missing = NOT_ASKED
+    calibration_file: str = ""
     servos_too: bool = True
 
 
@@ -279,3 +302,80 @@ def origin_of_logger(identity: BoardIdentity, who_am_i: bytes) -> Origin:
     return Origin(
         identity.serial, who_am_i.hex(), identity.runs_natively, identity.firmware, identity.image_crc
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """Live samples.
+
+    Attributes:
+        live: Raw.
+        si: The same in SI units, sensor axes.
+    """
+
+    live: LiveSamples
+    si: Recording
+
+    def answering(self) -> NDArray[np.intp]:
+        """Bodies from 0 whose IMU gave anything, one at least. Raises Unreached: there is none."""
+        bodies = np.flatnonzero(self.live.counts.imu_valid.any(axis=0))
+        if not len(bodies):
+            raise Unreached(Missing("No IMU answered.", "See gyros-present."))
+        return bodies
+
+
+def sensors_of(evidence: Evidence) -> Sensors:
+    """What came live. Raises Unreached: nothing did."""
+    live = needed(needed(evidence.logger).live)
+    return Sensors(live, Recording.from_counts(live.counts))
+
+
+def certificate_of_these(evidence: Evidence) -> Calibration:
+    """The calibration, if its numbers are of these sensors, fresh or not. Raises Unreached: there is none."""
+    calibration, origin = evidence.calibration, evidence.origin
+    if isinstance(calibration, Missing):
+        raise Unreached(Missing("It takes a calibration of these sensors.", "See calibration."))
+    if origin is None:
+        raise Unreached(Missing("Whose sensors these are the logger did not answer.", "tfsat-host status"))
+    subject = calibration.subject
+    if (subject.logger_serial, subject.emulated) != (origin.logger_serial, origin.emulated):
+        what = "It takes a calibration of these sensors; this one is of others."
+        raise Unreached(Missing(what, "See calibration."))
+    return calibration
+
+
+def believed(angles_rad: FloatArray) -> FloatArray:
+    """(3,) angle of each joint from those by each sensor, (3, 2); NaN where neither answered.
+
+    Their mean. Of two that contradict each other the one that is nearer to the start pose counts, for nothing here
+    shows which is right; the contradiction itself is found by a check.
+    """
+    apart = np.abs(wrapped(angles_rad[:, 0] - angles_rad[:, 1]))
+    known = np.isfinite(angles_rad)
+    mean = np.where(known, angles_rad, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    nearest = np.argmin(np.where(known, np.abs(angles_rad), np.inf), axis=1)
+    nearer = np.take_along_axis(angles_rad, nearest[:, None], axis=1)[:, 0]
+    chosen = np.where(apart > MOST_DISAGREEMENT_RAD, nearer, mean)
+    return np.where(known.any(axis=1), chosen, np.nan)
+
+
+def joint_angles(sensors: Sensors, evidence: Evidence) -> FloatArray:
+    """(3, 2) mean angle of each joint by each of its two sensors, rad; NaN where one did not answer.
+
+    Raises:
+        Unreached: there is no calibration of these sensors, or a zero point was never measured.
+    """
+    calibration = certificate_of_these(evidence)
+    angles = np.full((len(calibration.joints), 2), np.nan)
+    for row, joint in enumerate(calibration.joints):
+        if joint.zero_taken is None:
+            what = f"The zero point of joint {joint.joint} was never measured."
+            raise Unreached(Missing(what, f"tfsat-host calibrate zero --joint {joint.joint}"))
+        columns = sensor_columns(evidence.robot, joint.joint)
+        valid = sensors.live.counts.angle_valid[:, columns]
+        each = joint.each(sensors.si.sensor_angle_rad[:, columns])
+        for k in range(2):
+            if valid[:, k].any():
+                # About its circular mean: a sensor at half a turn from its zero must not average to nothing.
+                angles[row, k] = np.angle(np.exp(1j * each[valid[:, k], k]).mean())
+    return angles

@@ -1,43 +1,61 @@
-"""What a preflight asks of the logger. What is switched on is switched off again."""
+"""What a preflight asks of the logger; what is switched on is switched off again.
+
+With a short recording of its own: made, read back block by block, judged, and removed.
+"""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.log_transfer import RAM
 from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.devices.ports import PortError
+from tfsat_host.errors import TfsatError
 from tfsat_host.preflight.checks.calibration import landed_unnoted
 from tfsat_host.preflight.evidence import (
     Clock,
+    Failed,
     LiveSamples,
     LoggerAnswers,
     Missing,
+    Moment,
     Running,
     Trial,
-    pace_between,
-    status_at,
 )
-from tfsat_host.preflight.trial import Trace, trial_recording
+from tfsat_host.protocol import messages as msg
 from tfsat_host.protocol.enums import CardState, DropPhase, LoggerState
-from tfsat_host.protocol.limits import PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
-from tfsat_host.protocol.messages import LiveSampleStream, LoggerSettings, LoggerStatusReply
+from tfsat_host.protocol.limits import BLOCK_BYTES, PARTIAL_BLOCK_MS, RING_BLOCKS, SAMPLES_PER_BLOCK
+from tfsat_host.sdlog import LogError, load
 from tfsat_host.units import US_PER_S
 
 WATCH_S = 6.0
 """Of live samples, and of the recording: a pace to 0.1 %, twenty syncs of the card, a mean of 1700 samples."""
 STEP_S = 0.25
 
+UNREADABLE = "unreadable"
+"""A verdict beside the decoder's."""
+
 Advance = Callable[[float], None]
+
+
+@dataclass
+class Trace:
+    """What of a recording could not be removed again: a sentence, empty if nothing."""
+
+    left: str = ""
 
 
 def ask_logger(
     logger: LoggerClient,
-    now_s: Clock,
     unix_s: Clock,
     calibration: Calibration | Missing,
     trace: Trace,
@@ -47,7 +65,6 @@ def ask_logger(
 
     Args:
         logger: Connected.
-        now_s: The transport's clock.
         unix_s: The computer's time of day.
         calibration: The certificate, with its landings.
         trace: Gets what of the recording could not be removed again, even when this is interrupted.
@@ -56,34 +73,23 @@ def ask_logger(
     Raises:
         BoardError, NoAnswer, PortError: of the requests; the recording was removed, or `trace` says that not.
     """
-    first = status_at(logger.status, now_s)
+    first = Moment.of(logger.status, logger.now_s)
     computer_unix_s = unix_s() - (first.had_s - first.asked_s) / 2
     status, settings = first.status, logger.settings().settings
     since = _recording_since(logger, status)
-    unnoted = landed_unnoted(status, since, computer_unix_s, calibration)
     card: Trial | Running | Missing
     if status.state == LoggerState.RECORDING:
         live = _live(logger, advance)
         card = _watched(status, logger.status(), settings)
-    elif (reason := _no_trial(status, unnoted)) is not None:
+    elif reason := _no_trial(status, landed_unnoted(status, since, computer_unix_s, calibration)):
         card, live = reason, _live(logger, advance)
     else:
         card, live = trial_recording(logger, status, trace, lambda: _live(logger, advance))
-    last = status_at(logger.status, now_s)
-    return LoggerAnswers(
-        status,
-        last.status,
-        computer_unix_s,
-        settings,
-        live,
-        card,
-        since,
-        pace_between(first, last),
-        trace.left,
-    )
+    last = Moment.of(logger.status, logger.now_s)
+    return LoggerAnswers(first, last, computer_unix_s, settings, live, card, since, trace.left)
 
 
-def _no_trial(status: LoggerStatusReply, unnoted_landing: bool) -> Missing | None:
+def _no_trial(status: msg.LoggerStatusReply, unnoted_landing: bool) -> Missing | None:
     """Why no recording may be made now; None: one may."""
     if status.ram_holds_drop:
         return Missing("No recording was made: it would cost the drop in RAM.", "tfsat-host log fetch ram")
@@ -105,7 +111,7 @@ def _no_trial(status: LoggerStatusReply, unnoted_landing: bool) -> Missing | Non
     return None
 
 
-def _recording_since(logger: LoggerClient, status: LoggerStatusReply) -> datetime | None:
+def _recording_since(logger: LoggerClient, status: msg.LoggerStatusReply) -> datetime | None:
     """When the last recording began, by the card's list; None: it runs, or the logger's clock was not set."""
     if not status.session or status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
         return None
@@ -122,7 +128,7 @@ def _recording_since(logger: LoggerClient, status: LoggerStatusReply) -> datetim
 
 def _live(logger: LoggerClient, advance: Advance) -> LiveSamples | Missing:
     """`WATCH_S` of live samples; Missing: none came. Raises PortError."""
-    samples: list[LiveSampleStream] = []
+    samples: list[msg.LiveSampleStream] = []
     with logger.live() as reply:
         for _ in range(round(WATCH_S / STEP_S)):
             samples += logger.samples_of(STEP_S)
@@ -138,7 +144,7 @@ def _live(logger: LoggerClient, advance: Advance) -> LiveSamples | Missing:
 
 
 def _watched(
-    before: LoggerStatusReply, after: LoggerStatusReply, settings: LoggerSettings
+    before: msg.LoggerStatusReply, after: msg.LoggerStatusReply, settings: msg.LoggerSettings
 ) -> Running | Missing:
     if after.state != LoggerState.RECORDING or after.session != before.session:
         return Missing("The recording that ran ended meanwhile.", "Run this preflight again.")
@@ -156,3 +162,118 @@ def _watched(
         RING_BLOCKS,
         min(SAMPLES_PER_BLOCK / settings.rate_hz, PARTIAL_BLOCK_MS / 1000),
     )
+
+
+def trial_recording(
+    logger: LoggerClient,
+    before: msg.LoggerStatusReply,
+    trace: Trace,
+    meanwhile: Callable[[], LiveSamples | Missing],
+) -> tuple[Trial | Missing, LiveSamples | Missing]:
+    """Records while `meanwhile` runs, reads the recording back, and removes it whatever happens.
+
+    The logger's clock is left as it is, and its next recording gets the number that it would have got.
+
+    Args:
+        logger: Neither recording nor in use.
+        before: Its status.
+        trace: Gets what is left.
+        meanwhile: What takes the recording's time.
+
+    Raises:
+        NoAnswer, PortError: the link broke; then also the recording may be left.
+    """
+    live: LiveSamples | Missing | None = None
+    trial: Trial | Missing
+    try:
+        try:
+            logger.start_recording()
+            logger.wait_for_card()
+            live = meanwhile()
+            trial = _judged(logger, logger.stop_recording())
+        except PortError:
+            raise
+        except TfsatError as error:
+            trial = Failed(f"A recording failed. {error.what} {error.meaning}".strip(), error.next_step)
+    finally:
+        trace.left = (
+            "A recording of this preflight is still on the logger: the link broke before it was removed."
+        )
+        trace.left = _remove(logger, before.session)
+    return trial, meanwhile() if live is None else live
+
+
+def _judged(logger: LoggerClient, stopped: msg.RecordStopReply) -> Trial:
+    """What of the recording is on the card. Raises TfsatError: it is not there, or cannot be fetched."""
+    entry = _entry_of(logger, stopped.session)
+    if entry is None:
+        raise TfsatError(
+            what="The card's list does not name the recording that was just closed.",
+            meaning="The card forgets what it was given.",
+            next_step="Put in another card.",
+        )
+    image = bytearray(entry.blocks * BLOCK_BYTES)
+
+    def put(index: int, block: bytes) -> None:
+        image[index * BLOCK_BYTES : (index + 1) * BLOCK_BYTES] = block
+
+    logger.fetch_blocks(entry, [(0, entry.blocks)], put)
+    with tempfile.TemporaryDirectory(prefix="tfsat-preflight-") as folder:
+        file = Path(folder) / "trial.bin"
+        file.write_bytes(image)
+        try:
+            log = load(file)
+        except LogError:
+            return Trial(
+                UNREADABLE,
+                stopped.samples,
+                stopped.samples_dropped,
+                stopped.samples,
+                entry.blocks,
+                ring_blocks=1,
+            )
+    trial = Trial(
+        log.verdict,
+        stopped.samples,
+        stopped.samples_dropped,
+        log.samples_lost,
+        log.blocks_lost,
+        log.duration_s,
+    )
+    if (footer := log.footer) is None:
+        return trial
+    return replace(
+        trial,
+        stall_max_ms=footer.card_stall_max_ms,
+        ring_peak_blocks=footer.ring_peak_blocks,
+        ring_blocks=footer.ring_blocks,
+    )
+
+
+def _remove(logger: LoggerClient, session_before: int) -> str:
+    """Ends and erases whatever recording is younger than `session_before`; what is left, or empty.
+
+    Raises NoAnswer, PortError.
+    """
+    try:
+        status = logger.status()
+        if status.session == session_before:
+            return ""  # it never began
+        if status.state == LoggerState.FAILED:
+            logger.end_capture()
+        elif status.state in (LoggerState.RECORDING, LoggerState.STOPPING):
+            logger.stop_recording()
+        entry = _entry_of(logger, status.session)
+        if entry is not None:
+            logger.erase_log(entry)
+        if status.state == LoggerState.FAILED:
+            return "The logger's state is failed since the recording of this preflight: switch it off and on."
+    except PortError:
+        raise
+    except TfsatError as error:
+        return f"The recording of this preflight is still on the card: {error.what}"
+    return ""
+
+
+def _entry_of(logger: LoggerClient, session: int) -> msg.LogEntry | None:
+    return next((one for one in logger.logs() if one.session == session and one.number != RAM), None)

@@ -30,10 +30,10 @@ from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import DropTower
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
-from tfsat_host.preflight import Check, judge, may_drop
-from tfsat_host.preflight.boards import Expected, ask_boards
-from tfsat_host.preflight.evidence import Evidence, Missing, Reference, origin_of_logger
-from tfsat_host.preflight.trial import Trace
+from tfsat_host.preflight import PreflightCheck, judge, may_drop
+from tfsat_host.preflight.boards import ask_boards
+from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, Reference, origin_of_logger
+from tfsat_host.preflight.logger import Trace
 from tfsat_host.protocol.messages import LiveSampleStream
 from tfsat_host.rehearsal.truth import Truth
 from tfsat_host.robot import RobotModel
@@ -57,7 +57,7 @@ class Checked:
     """
 
     evidence: Evidence
-    checks: tuple[Check, ...]
+    checks: tuple[PreflightCheck, ...]
 
     @property
     def go(self) -> bool:
@@ -65,7 +65,7 @@ class Checked:
         return may_drop(self.checks)
 
     @property
-    def wrong(self) -> tuple[Check, ...]:
+    def wrong(self) -> tuple[PreflightCheck, ...]:
         """What stands against it."""
         return tuple(check for check in self.checks if check.blocks)
 
@@ -75,7 +75,7 @@ class NoGo(RefusedError):
 
     code = "no-go"
 
-    def __init__(self, wrong: Sequence[Check]) -> None:
+    def __init__(self, wrong: Sequence[PreflightCheck]) -> None:
         super().__init__(
             what=f"Preflight says NO-GO: {', '.join(check.name for check in wrong)}. "
             + " ".join(check.sentence for check in wrong),
@@ -211,16 +211,15 @@ class Preflight:
         """
         none_named = Missing("no image was named.", "Name it with --logger-image.")
         image = none_named if self.image is None else Reference(load_image(self.image).crc, str(self.image))
-        expected = Expected(
+        expected = Evidence(
             robot=self.filed,
             schedule=self.schedule,
             facility=self.facility,
-            sequencer_image=image,
-            logger_image=none_named,
-            certificate=lambda _: (day.calibration, "the rehearsal's calibration"),
+            sequencer_board=BoardEvidence("sequencer", image),
+            logger_board=BoardEvidence("logger", none_named),
             recordings=RECORDINGS,
-            newest_file=None,
             now=datetime.fromtimestamp(day.unix_s(), UTC),
+            newest_file=None,
         )
         evidence = ask_boards(
             {
@@ -228,6 +227,7 @@ class Preflight:
                 "logger": EmulatedTransport(day.robot, BoardIndex.LOGGER),
             },
             expected,
+            lambda _: (day.calibration, "the rehearsal's calibration"),
             Trace(),
             day.unix_s,
         )

@@ -23,7 +23,7 @@ from tfsat_host.plan.envelope import envelope_of
 from tfsat_host.plan.facility import DropTower, load_tower
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
 from tfsat_host.plan.tower_checks import check_maneuver
-from tfsat_host.preflight import Check, may_drop
+from tfsat_host.preflight import PreflightCheck, may_drop
 from tfsat_host.preflight.evidence import Evidence, Missing, Reference
 from tfsat_host.protocol.limits import BLOCK_MAGIC
 from tfsat_host.robot import RobotModel, load_robot
@@ -246,7 +246,7 @@ def _sequencer_image(named: Path | None) -> Reference | Missing:
 
 
 def result_of(
-    evidence: Evidence, checks: Sequence[Check], files: Mapping[str, Any], left: str = ""
+    evidence: Evidence, checks: Sequence[PreflightCheck], files: Mapping[str, Any], left: str = ""
 ) -> dict[str, Any]:
     """What `preflight --json` prints, and `preflight.json` holds.
 

@@ -20,7 +20,7 @@ from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
 from tfsat_host.calibration.statistics import few
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
-from tfsat_host.servo_settings.settings import NS_PER_US
+from tfsat_host.servo_settings import NS_PER_US
 
 LEAST_STD_RAD: Final = np.deg2rad(0.001)
 """No sensor is better; visits without an error of their own would have no weight."""

@@ -14,8 +14,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.protocol.limits import SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 from tfsat_host.protocol.messages import ServoSetting
-from tfsat_host.servo_settings import ServoSettings, SettingsDefect, find_defect
-from tfsat_host.servo_settings.settings import NS_PER_US, Finding, pulse_ns
+from tfsat_host.servo_settings import NS_PER_US, Finding, ServoSettings, SettingsDefect, find_defect, pulse_ns
 from tfsat_host.units import CDEG_PER_DEG
 
 TICK_NS: Final = 500

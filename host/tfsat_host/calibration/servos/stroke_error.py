@@ -16,8 +16,7 @@ from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, board_
 from tfsat_host.calibration.statistics import few
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.quantity import Quantity
-from tfsat_host.servo_settings import ServoSettings
-from tfsat_host.servo_settings.settings import NS_PER_US
+from tfsat_host.servo_settings import NS_PER_US, ServoSettings
 from tfsat_host.units import CDEG_PER_DEG
 
 NOTICEABLE_RAD: Final = np.deg2rad(0.1)

@@ -127,7 +127,7 @@ def open_bench(
         PortError, NoAnswer, WrongBoard, BuildError: a board cannot be reached, or the emulated robot not built.
     """
     from tfsat_host.cli.advice import explained, offering_emulated
-    from tfsat_host.cli.connection import emulated_robot, open_jog_client, open_logger
+    from tfsat_host.cli.connection import open_jog_client, open_logger
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
 
@@ -143,9 +143,10 @@ def open_bench(
     from tfsat_host.emulated.bench import EmulatedOperator
     from tfsat_host.emulated.hands import Hands
     from tfsat_host.emulated.robot import BoardIndex
+    from tfsat_host.emulated.state import kept_robot
     from tfsat_host.emulated.transport import EmulatedTransport
 
-    with emulated_robot(out, model=model, as_built=True) as robot:
+    with kept_robot(out.note, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         person = EmulatedPerson(EmulatedOperator(robot, Hands.human(PERSON_SEED)), out, jogging=jog)
         if not jog:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from tfsat_host.preflight.check import Check, not_made
+from tfsat_host.preflight.check import PreflightCheck, not_made
 from tfsat_host.preflight.checks import boards, calibration, card, flight, gyros, joints, timing
 from tfsat_host.preflight.evidence import Evidence, Unreached
 
-_CHECKS: dict[str, Callable[[Evidence], Check]] = {
+_CHECKS: dict[str, Callable[[Evidence], PreflightCheck]] = {
     "protocol": boards.check_protocol,
     "sequencer-image": lambda evidence: boards.check_image(evidence.sequencer_board),
     "logger-image": lambda evidence: boards.check_image(evidence.logger_board),
@@ -40,18 +40,18 @@ _CHECKS: dict[str, Callable[[Evidence], Check]] = {
 }
 
 
-def judge(evidence: Evidence) -> tuple[Check, ...]:
+def judge(evidence: Evidence) -> tuple[PreflightCheck, ...]:
     """Every check, each once."""
     return tuple(_made(name, check, evidence) for name, check in _CHECKS.items())
 
 
-def _made(name: str, check: Callable[[Evidence], Check], evidence: Evidence) -> Check:
+def _made(name: str, check: Callable[[Evidence], PreflightCheck], evidence: Evidence) -> PreflightCheck:
     try:
         return replace(check(evidence), name=name)
     except Unreached as error:
         return replace(not_made(error.missing.reason, error.missing.next_step), name=name)
 
 
-def may_drop(checks: Iterable[Check]) -> bool:
+def may_drop(checks: Iterable[PreflightCheck]) -> bool:
     """GO: none stands against it."""
     return not any(check.blocks for check in checks)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tfsat_host.devices.arm_refusal import describe_defects, first_defect
-from tfsat_host.preflight.check import Check, Verdict, go, no_go, not_made
+from tfsat_host.preflight.check import GoNoGo, PreflightCheck, go, no_go, not_made
 from tfsat_host.preflight.evidence import BoardEvidence, Evidence, Missing, needed
 from tfsat_host.protocol.enums import ErrorCode, ResetCause, SequencerState
 from tfsat_host.protocol.limits import FIRMWARE_VERSION, PROTOCOL_HASH, SWITCH_COUNT
@@ -15,7 +15,7 @@ _FLASH = {
 }
 
 
-def check_protocol(evidence: Evidence) -> Check:
+def check_protocol(evidence: Evidence) -> PreflightCheck:
     """Both boards' firmware was built with this program's specification, of the same version."""
     boards = (evidence.sequencer_board, evidence.logger_board)
     unreached = [(board.name, board.identity) for board in boards if isinstance(board.identity, Missing)]
@@ -41,7 +41,7 @@ def check_protocol(evidence: Evidence) -> Check:
     )
 
 
-def check_image(board: BoardEvidence) -> Check:
+def check_image(board: BoardEvidence) -> PreflightCheck:
     """The board runs the image that it should, byte for byte, by the CRC that it computes over its own flash."""
     name, identity, wanted = board.name, board.identity, board.image
     if isinstance(identity, Missing):
@@ -82,7 +82,7 @@ def check_image(board: BoardEvidence) -> Check:
     )
 
 
-def check_state(evidence: Evidence) -> Check:
+def check_state(evidence: Evidence) -> PreflightCheck:
     """The sequencer is safe, with no fault latched and nothing damaged in its EEPROM, from beginning to end."""
     answers = needed(evidence.sequencer)
     for status in (answers.status, answers.later):
@@ -119,7 +119,7 @@ _RESTARTS = {
 }
 
 
-def check_restarts(evidence: Evidence) -> Check:
+def check_restarts(evidence: Evidence) -> PreflightCheck:
     """Neither a weak supply nor a hang made it start, and neither board restarted during the preflight."""
     sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
     status = sequencer.later
@@ -145,11 +145,11 @@ def check_restarts(evidence: Evidence) -> Check:
     return go(f"{last}: {cause.replace('_', ' ')}; none since.", **numbers)
 
 
-def check_battery(_evidence: Evidence) -> Check:
+def check_battery(_evidence: Evidence) -> PreflightCheck:
     """No board has a wire to the battery, and no message carries a voltage: this never gives GO."""
-    return Check(
+    return PreflightCheck(
         "",
-        Verdict.NOT_MADE,
+        GoNoGo.NOT_MADE,
         "Not wired: neither board measures the battery's voltage.",
         {"wired": False},
         "Measure it with a voltmeter under load, and note it.",
@@ -157,7 +157,7 @@ def check_battery(_evidence: Evidence) -> Check:
     )
 
 
-def check_switches(evidence: Evidence) -> Check:
+def check_switches(evidence: Evidence) -> PreflightCheck:
     """Both release switches are closed, for both boards, from beginning to end."""
     sequencer, logger = needed(evidence.sequencer), needed(evidence.logger)
     opened = {

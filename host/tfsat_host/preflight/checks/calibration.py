@@ -12,7 +12,7 @@ from tfsat_host.calibration.certificate.certificate import (
     summarized,
 )
 from tfsat_host.calibration.steps.evidence import Origin
-from tfsat_host.preflight.check import Check, go, no_go, not_made
+from tfsat_host.preflight.check import PreflightCheck, go, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, needed
 from tfsat_host.protocol.enums import DropPhase
 from tfsat_host.protocol.limits import IMU_COUNT
@@ -21,7 +21,7 @@ from tfsat_host.protocol.messages import LoggerStatusReply
 _NAMED = 3
 
 
-def check_calibration(evidence: Evidence) -> Check:
+def check_calibration(evidence: Evidence) -> PreflightCheck:
     """Complete, newer than the last landing, and of the sensors that hang on this logger."""
     calibration = evidence.calibration
     if isinstance(calibration, Missing):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfsat_host.preflight.check import Check, go, judged, no_go, not_made
+from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Failed, Missing, Running, Trial, Unreached, needed
 from tfsat_host.protocol.enums import CardState, ErrorCode, LoggerState
 from tfsat_host.protocol.remedies import REMEDIES
@@ -29,7 +29,7 @@ _TRIAL = fields(
 _RUNNING = fields("watched_s blocks_written=blocks samples_dropped ring_peak_blocks ring_blocks")
 
 
-def check_card(evidence: Evidence) -> Check:
+def check_card(evidence: Evidence) -> PreflightCheck:
     """A card that the logger calls ready, and a logger that has not given one up.
 
     The logger asks its card only when it has to write: a card that was taken out since is found by the recording that
@@ -55,7 +55,7 @@ def check_card(evidence: Evidence) -> Check:
     return go("It is there and ready.", **numbers)
 
 
-def check_ram(evidence: Evidence) -> Check:
+def check_ram(evidence: Evidence) -> PreflightCheck:
     """RAM holds no drop that no card has: a new recording would be refused, or end it."""
     holds = needed(evidence.logger).status.ram_holds_drop
     return judged(
@@ -67,7 +67,7 @@ def check_ram(evidence: Evidence) -> Check:
     )
 
 
-def check_room(evidence: Evidence) -> Check:
+def check_room(evidence: Evidence) -> PreflightCheck:
     """Room for the day's recordings, each as large as the settings let it become."""
     answers = needed(evidence.logger)
     free_mib, card, each_mib = answers.status.card_free_mib, answers.later.card, answers.settings.file_mib
@@ -87,7 +87,7 @@ def check_room(evidence: Evidence) -> Check:
     )
 
 
-def check_writing(evidence: Evidence) -> Check:
+def check_writing(evidence: Evidence) -> PreflightCheck:
     """A real recording reached the card whole, and the card kept up with it."""
     answers = needed(evidence.logger)
     if isinstance(answers.card, Failed):
@@ -100,7 +100,7 @@ def check_writing(evidence: Evidence) -> Check:
     return check
 
 
-def _of_trial(trial: Trial) -> Check:
+def _of_trial(trial: Trial) -> PreflightCheck:
     wrong = _slow(trial.samples_dropped, trial.stall_max_ms, trial.ring_peak_blocks, trial.ring_blocks)
     lost = trial.samples_lost - trial.samples_dropped
     if lost > 0 or trial.blocks_lost:
@@ -118,7 +118,7 @@ def _of_trial(trial: Trial) -> Check:
     )
 
 
-def _of_running(running: Running) -> Check:
+def _of_running(running: Running) -> PreflightCheck:
     stall_ms = round(1000 * running.ring_peak_blocks * running.block_s)
     expected = running.watched_s / running.block_s
     # How long the card took to prepare the file is in the ring's peak: where it is high it tells nothing of stalls.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from tfsat_host.maneuver import Schedule
 from tfsat_host.plan.tower_checks import Check as FacilityCheck
-from tfsat_host.preflight.check import Check, go, judged, no_go, not_made
+from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
 from tfsat_host.preflight.evidence import Evidence, Missing, needed
 from tfsat_host.protocol.enums import Origin
 from tfsat_host.servo_settings import find_misfit
@@ -19,7 +19,7 @@ Row = tuple[int, int, int]
 """Of a stroke: joint, angle in 0.01 deg, start in us."""
 
 
-def check_maneuver(evidence: Evidence) -> Check:
+def check_maneuver(evidence: Evidence) -> PreflightCheck:
     """Every stroke read back from the sequencer is the file's: joint, angle, start, speed."""
     answers, schedule = needed(evidence.sequencer), needed(evidence.schedule)
     stored = answers.maneuver
@@ -67,7 +67,7 @@ def _stroke(row: Row) -> dict[str, float]:
     return {"t_s": t_us / 1e6, "joint": joint, "angle_deg": angle_cdeg / 100}
 
 
-def check_servos(evidence: Evidence) -> Check:
+def check_servos(evidence: Evidence) -> PreflightCheck:
     """The stored maneuver stays within the joints' limits of the servo settings on the board."""
     answers = needed(evidence.sequencer)
     if isinstance(answers.maneuver, Missing):
@@ -85,17 +85,17 @@ def check_servos(evidence: Evidence) -> Check:
     )
 
 
-def check_pause(evidence: Evidence) -> Check:
+def check_pause(evidence: Evidence) -> PreflightCheck:
     """The facility's demands on the time before the first stroke."""
     return _of_facility(evidence, lambda one: one.name in _PAUSE)
 
 
-def check_duration(evidence: Evidence) -> Check:
+def check_duration(evidence: Evidence) -> PreflightCheck:
     """The facility's demands on the end of the maneuver."""
     return _of_facility(evidence, lambda one: one.name in _DURATION)
 
 
-def check_envelope(evidence: Evidence) -> Check:
+def check_envelope(evidence: Evidence) -> PreflightCheck:
     """Envelope, release and drift within the facility."""
     return _of_facility(evidence, lambda one: one.name not in (*_PAUSE, *_DURATION), _reach)
 
@@ -104,7 +104,7 @@ def _of_facility(
     evidence: Evidence,
     mine: Callable[[FacilityCheck], bool],
     words: Callable[[Sequence[FacilityCheck]], str] = lambda checks: checks[0].sentence,
-) -> Check:
+) -> PreflightCheck:
     checks = [one for one in needed(evidence.facility) if mine(one)]
     failed = [f"{one.name}: {one.sentence}" for one in checks if not one.passed]
     return judged(

@@ -12,9 +12,16 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.bias import DRIFT_RAD_S, GRAVITY_G, SHAKE_G, STILL_RATE_RAD_S
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.dynamics import Multibody, poses
-from tfsat_host.preflight.check import Check, judged, not_made
-from tfsat_host.preflight.evidence import Evidence, needed
-from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of
+from tfsat_host.preflight.check import PreflightCheck, judged, not_made
+from tfsat_host.preflight.evidence import (
+    Evidence,
+    Sensors,
+    believed,
+    certificate_of_these,
+    joint_angles,
+    needed,
+    sensors_of,
+)
 from tfsat_host.protocol.imus import IMU_PARTS
 from tfsat_host.protocol.limits import IMU_COUNT
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
@@ -29,7 +36,7 @@ MOST_GRAVITY_APART_DEG = 12.0
 """Zero-g outputs within 50 mg, 80 mg for z (section 6.2), tilt what two accelerometers call down by up to so much."""
 
 
-def check_imus(evidence: Evidence) -> Check:
+def check_imus(evidence: Evidence) -> PreflightCheck:
     """Each IMU is a part that the logger knows, answered at every sample, measured, and was at no end of its range."""
     who = needed(evidence.logger).later.who_am_i
     counts = sensors_of(evidence).live.counts
@@ -57,7 +64,7 @@ def check_imus(evidence: Evidence) -> Check:
     )
 
 
-def check_stillness(evidence: Evidence) -> Check:
+def check_stillness(evidence: Evidence) -> PreflightCheck:
     """No gyro scatters or drifts, no accelerometer shakes, each reads 1 g: the robot hangs still, on sound sensors."""
     sensors = sensors_of(evidence)
     bodies = sensors.answering()
@@ -95,7 +102,7 @@ def check_stillness(evidence: Evidence) -> Check:
     )
 
 
-def check_biases(evidence: Evidence) -> Check:
+def check_biases(evidence: Evidence) -> PreflightCheck:
     """What each gyro reads at rest lies within its data sheet."""
     sensors = sensors_of(evidence)
     bodies = sensors.answering()
@@ -116,7 +123,7 @@ def check_biases(evidence: Evidence) -> Check:
     )
 
 
-def check_agreement(evidence: Evidence) -> Check:
+def check_agreement(evidence: Evidence) -> PreflightCheck:
     """Calibrated, the gyros of the held robot read one rate, and the accelerometers point one way down.
 
     A body of which the calibration does not hold stands out: other IMU, plugs exchanged, mounting moved, gain lost.

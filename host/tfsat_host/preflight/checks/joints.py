@@ -7,9 +7,15 @@ import numpy as np
 from tfsat_host.angles import wrapped
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
-from tfsat_host.preflight.check import Check, judged, not_made
-from tfsat_host.preflight.evidence import Evidence
-from tfsat_host.preflight.sensors import Sensors, believed, certificate_of_these, joint_angles, sensors_of
+from tfsat_host.preflight.check import PreflightCheck, judged, not_made
+from tfsat_host.preflight.evidence import (
+    Evidence,
+    Sensors,
+    believed,
+    certificate_of_these,
+    joint_angles,
+    sensors_of,
+)
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 
 START_POSE_DEG = START_POSE_TOLERANCE_CDEG / 100.0
@@ -17,7 +23,7 @@ _LEAST_SAMPLES = 200
 """Noise of half a count lets a sensor show one value so many times with a probability below 1e-30."""
 
 
-def check_sensors(evidence: Evidence) -> Check:
+def check_sensors(evidence: Evidence) -> PreflightCheck:
     """Every angle sensor answers, has its noise, and agrees with the other one of its joint."""
     sensors = sensors_of(evidence)
     angles = joint_angles(sensors, evidence)
@@ -47,7 +53,7 @@ def check_sensors(evidence: Evidence) -> Check:
     )
 
 
-def check_start_pose(evidence: Evidence) -> Check:
+def check_start_pose(evidence: Evidence) -> PreflightCheck:
     """Each joint is where ARM wants it, by its calibrated sensors."""
     degrees = np.rad2deg(believed(joint_angles(sensors_of(evidence), evidence)))
     if not np.isfinite(degrees).all():

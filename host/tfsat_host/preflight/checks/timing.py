@@ -7,9 +7,8 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
-from tfsat_host.preflight.check import Check, go, judged, no_go, not_made
-from tfsat_host.preflight.evidence import Evidence, Missing, Pace, needed
-from tfsat_host.preflight.sensors import sensors_of
+from tfsat_host.preflight.check import PreflightCheck, go, judged, no_go, not_made
+from tfsat_host.preflight.evidence import Evidence, Missing, Pace, needed, sensors_of
 from tfsat_host.units import US_PER_S
 
 EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
@@ -32,7 +31,7 @@ RANGE_OVER_RATE = 1.5
 _SET = "tfsat-host logger-settings set --clock"
 
 
-def check_clock(evidence: Evidence) -> Check:
+def check_clock(evidence: Evidence) -> PreflightCheck:
     """The computer's time of day can be right, and the logger has it."""
     now = f"{evidence.now.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
     numbers: dict[str, object] = {"computer": evidence.now.astimezone(UTC).isoformat()}
@@ -67,7 +66,7 @@ def _behind(evidence: Evidence) -> tuple[datetime, str] | None:
     return newest, whose
 
 
-def check_paces(evidence: Evidence) -> Check:
+def check_paces(evidence: Evidence) -> PreflightCheck:
     """Neither board's clock runs fast or slow by more than half a percent, over this preflight."""
     paces = {"sequencer": needed(evidence.sequencer).pace, "logger": needed(evidence.logger).pace}
     wrong, numbers = [], {}
@@ -101,7 +100,7 @@ def _off(pace: Pace) -> tuple[float, float]:
     return pace.board_s / pace.computer_s - 1.0, pace.doubt_s / pace.computer_s
 
 
-def check_sampling(evidence: Evidence) -> Check:
+def check_sampling(evidence: Evidence) -> PreflightCheck:
     """Rate as set, times even, no tick left out; by live samples on the logger's clock."""
     logger, live = needed(evidence.logger), sensors_of(evidence).live
     wanted_hz, t_us = logger.settings.rate_hz, live.counts.t_us
@@ -133,7 +132,7 @@ def check_sampling(evidence: Evidence) -> Check:
     )
 
 
-def check_ranges(evidence: Evidence) -> Check:
+def check_ranges(evidence: Evidence) -> PreflightCheck:
     """Rate and ranges of the settings in force hold the fastest stroke."""
     settings = needed(evidence.logger).settings
     fastest = max((math.degrees(servo.max_rate_rad_s) for servo in evidence.robot.servos), default=0.0)

@@ -1,4 +1,4 @@
-"""Where to ask, for a command that takes whichever boards there are: `status` and `monitor`."""
+"""Which boards to ask, for a command that takes whichever there are: `status` and `monitor`."""
 
 from __future__ import annotations
 
@@ -11,14 +11,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from tfsat_host.cli.options import add_output_options, port_name
-from tfsat_host.devices.ports import BoardName, PortError, PortProblem, find_port, port_variable
+from tfsat_host.devices.ports import BOARDS, BoardName, PortError, PortProblem, find_port, port_variable
 from tfsat_host.errors import TfsatError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.devices.transport import Transport
-
-BOARDS: tuple[BoardName, ...] = ("sequencer", "logger")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +56,12 @@ def most_telling(errors: list[TfsatError]) -> TfsatError:
 
 def places(args: argparse.Namespace, out: Output, stack: ExitStack) -> list[Place]:
     """Where to ask; what is emulated lives as long as `stack`. Raises BuildError."""
-    from tfsat_host.cli.connection import emulated_robot, open_port
+    from tfsat_host.cli.connection import emulated_transports, open_port
     from tfsat_host.devices.transport import SerialTransport
 
     if args.emulated:
-        from tfsat_host.emulated.robot import BoardIndex
-        from tfsat_host.emulated.transport import EmulatedTransport
-
-        robot = stack.enter_context(emulated_robot(out))
-        emulated = [EmulatedTransport(robot, board) for board in BoardIndex]
-        return [Place(None, "", partial(_same, transport)) for transport in emulated]
+        links = emulated_transports(out, stack).values()
+        return [Place(None, "", partial(_same, link)) for link in links]
     if args.port is not None:
         return [Place(None, "", lambda: open_port("sequencer", args.port, out))]
     named = {board: os.environ.get(port_variable(board), "") for board in BOARDS}

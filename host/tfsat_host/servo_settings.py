@@ -1,0 +1,299 @@
+"""How the joints' servos turn pulses into angles: settings as the board holds them, its rules, and their file.
+
+Whole microseconds, nanoseconds per degree and 0.01 deg. The board repeats the rules on what it receives
+(firmware/arduino_sequencer/src/core/settings.cpp): which settings a servo can follow, joint by joint in its order; and
+that a maneuver stays within the joints' limits, or ARM refuses. The file is TOML:
+
+    format = 1
+    frame_ms = 20.0            # from pulse to pulse, 5 to 20
+
+    [[servo]]                  # one for each joint
+    joint = 1
+    zero_us = 1000             # pulse that holds 0 deg; the board keeps whole microseconds
+    us_per_deg = 11.111        # change of the pulse for each degree, to 0.001
+    reversed = false           # true: shorter pulses open the joint
+    limits_deg = [0.0, 90.0]   # what may be commanded, to 0.01
+
+A key that is not known is an error: a misspelt limit must not be silently ignored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Final
+
+from tfsat_host.config import ConfigKind, Fault, Table, format_config, parse_config, read_config
+from tfsat_host.errors import RefusedError, TfsatError
+from tfsat_host.protocol import limits
+from tfsat_host.protocol.enums import ErrorCode
+from tfsat_host.protocol.messages import ServoSetting
+from tfsat_host.units import CDEG_PER_DEG, exact
+
+NOTHING_CHANGED = "Nothing was sent to the robot; its settings are as they were."
+NS_PER_US = 1000
+FRAME: Final = limits.JOINT_COUNT
+"""The index at which the board reports a frame that makes no sense; joints come before it, from 0."""
+
+
+class SettingsDefect(StrEnum):
+    """Stable names, as in `error.code` of `--json`; the others are config's `Fault`s."""
+
+    FRAME_RANGE = "frame-range"
+    SLOPE_RANGE = "slope-range"
+    JOINT_LIMITS = "joint-limits"
+    PULSE_RANGE = "pulse-range"
+    FILE_JOINTS = "file-joints"
+
+
+class SettingsError(TfsatError):
+    """The settings' file cannot be understood, or no servo can follow it; `code` is a SettingsDefect or a Fault."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoSettings:
+    """The settings of all servos.
+
+    Attributes:
+        frame_us: From pulse to pulse.
+        servos: Of joints 1 to 3, in order.
+    """
+
+    frame_us: int
+    servos: tuple[ServoSetting, ...]
+
+    def of(self, joint: int) -> ServoSetting:
+        """The setting of a joint, 1 to 3."""
+        return self.servos[joint - 1]
+
+
+def pulse_ns(servo: ServoSetting, angle_cdeg: int) -> int:
+    """Pulse width that holds an angle from 0 deg, as the board computes it: the fraction of a nanosecond is cut."""
+    change_ns = angle_cdeg * servo.ns_per_deg // CDEG_PER_DEG
+    return servo.zero_us * NS_PER_US + (-change_ns if servo.reversed else change_ns)
+
+
+_FACTORY_SERVO = ServoSetting(
+    zero_us=limits.SERVO_FACTORY_ZERO_US,
+    ns_per_deg=limits.SERVO_FACTORY_NS_PER_DEG,
+    reversed=0,
+    min_cdeg=limits.JOINT_ANGLE_MIN_CDEG,
+    max_cdeg=limits.JOINT_ANGLE_MAX_CDEG,
+)
+FACTORY = ServoSettings(limits.SERVO_FRAME_US, (_FACTORY_SERVO,) * limits.JOINT_COUNT)
+"""What a board uses that never received settings."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What makes no sense.
+
+    Attributes:
+        code: Which rule.
+        index: Of the joint from 0, or FRAME: what the board's refusal carries as its detail.
+        key: Of the file's entry that is to be corrected.
+        problem: What is wrong, to follow the name of the entry.
+        cure: What to do.
+    """
+
+    code: SettingsDefect
+    index: int
+    key: str
+    problem: str
+    cure: str
+
+
+def find_defect(settings: ServoSettings) -> Finding | None:
+    """The first defect that the board would find, or None: it would accept the settings."""
+    return next(_defects(settings), None)
+
+
+def _defects(settings: ServoSettings) -> Iterator[Finding]:
+    for index, servo in enumerate(settings.servos):
+        if not limits.SERVO_NS_PER_DEG_MIN <= servo.ns_per_deg <= limits.SERVO_NS_PER_DEG_MAX:
+            least, most = limits.SERVO_NS_PER_DEG_MIN / NS_PER_US, limits.SERVO_NS_PER_DEG_MAX / NS_PER_US
+            yield Finding(
+                SettingsDefect.SLOPE_RANGE,
+                index,
+                "us_per_deg",
+                f"{servo.ns_per_deg / NS_PER_US:g} us/deg is outside {least:g} to {most:g} us/deg",
+                "Give the change of pulse width for one degree, without a sign (11.111 for a usual servo); "
+                "reversed = true turns the direction.",
+            )
+        if not limits.JOINT_ANGLE_MIN_CDEG == servo.min_cdeg < servo.max_cdeg <= limits.JOINT_ANGLE_MAX_CDEG:
+            low, high = limits.JOINT_ANGLE_MIN_CDEG / CDEG_PER_DEG, limits.JOINT_ANGLE_MAX_CDEG / CDEG_PER_DEG
+            yield Finding(
+                SettingsDefect.JOINT_LIMITS,
+                index,
+                "limits_deg",
+                f"{limits_text(servo)} deg cannot be a joint's range: it begins at {low:g}, the start pose, "
+                f"and ends above it, at {high:g} at most",
+                f"Write limits_deg = [{low:g}, {high:g}], or a smaller second number.",
+            )
+        for angle_cdeg in (servo.min_cdeg, servo.max_cdeg):
+            width_us = pulse_ns(servo, angle_cdeg) / NS_PER_US
+            if not limits.SERVO_PULSE_MIN_US <= width_us <= limits.SERVO_PULSE_MAX_US:
+                yield Finding(
+                    SettingsDefect.PULSE_RANGE,
+                    index,
+                    "zero_us" if angle_cdeg == 0 else "us_per_deg",
+                    f"{angle_cdeg / CDEG_PER_DEG:g} deg would need a pulse of {width_us:.10g} us, "
+                    f"outside {limits.SERVO_PULSE_MIN_US} to {limits.SERVO_PULSE_MAX_US} us",
+                    "Correct zero_us, us_per_deg or reversed, or narrow limits_deg: "
+                    "pulses must stay within what a servo takes over the whole range.",
+                )
+    if not limits.SERVO_FRAME_MIN_US <= settings.frame_us <= limits.SERVO_FRAME_MAX_US:
+        least, most = limits.SERVO_FRAME_MIN_US / NS_PER_US, limits.SERVO_FRAME_MAX_US / NS_PER_US
+        yield Finding(
+            SettingsDefect.FRAME_RANGE,
+            FRAME,
+            "frame_ms",
+            f"{settings.frame_us / NS_PER_US:g} ms is outside {least:g} to {most:g} ms",
+            f"Give {most:g} for an analog servo; down to {least:g} for a digital one whose data sheet allows it.",
+        )
+
+
+def limits_text(servo: ServoSetting) -> str:
+    """Such as `0 to 90`, without the unit (deg)."""
+    return f"{servo.min_cdeg / CDEG_PER_DEG:g} to {servo.max_cdeg / CDEG_PER_DEG:g}"
+
+
+def find_misfit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> str | None:
+    """What the first stroke that leaves its joint's limits would do, and what is allowed; None: none does.
+
+    Follows each joint from the start pose, 0 deg.
+
+    Args:
+        moves: (joint, angle_cdeg) of each stroke, in order.
+        settings: Whose limits.
+    """
+    pose_cdeg = dict.fromkeys(range(1, len(settings.servos) + 1), 0)
+    for number, (joint, angle_cdeg) in enumerate(moves, 1):
+        pose_cdeg[joint] += angle_cdeg
+        servo = settings.of(joint)
+        if not servo.min_cdeg <= pose_cdeg[joint] <= servo.max_cdeg:
+            reached = f"stroke {number} takes joint {joint} to {pose_cdeg[joint] / CDEG_PER_DEG:g} deg"
+            allowed = f"its servo settings allow {limits_text(servo)} deg"
+            return f"{reached}, but {allowed}"
+    return None
+
+
+def insist_on_fit(moves: Iterable[tuple[int, int]], settings: ServoSettings) -> None:
+    """Raises RefusedError for a maneuver that leaves a joint's limits: the board would store it and refuse to arm."""
+    misfit = find_misfit(moves, settings)
+    if misfit is not None:
+        raise RefusedError(
+            what=f"{misfit[:1].upper()}{misfit[1:]}.",
+            meaning="The servo would be driven against its stop, so the board would refuse to arm. Nothing was sent.",
+            next_step="Choose smaller angles, or correct the limits. "
+            "They are shown by: tfsat-host upload-servos --show",
+            code=ErrorCode.SETTINGS_DO_NOT_FIT,
+        )
+
+
+FORMAT: Final = 1
+_US_PER_MS = 1000
+_RESOLVED = {
+    "frame_ms": (_US_PER_MS, "ms", "milliseconds, such as 20"),
+    "zero_us": (1, "us", "the pulse width at 0 deg in microseconds, such as 1000"),
+    "us_per_deg": (NS_PER_US, "us per deg", "microseconds for each degree, such as 11.111"),
+    "limits_deg": (CDEG_PER_DEG, "deg", "two numbers in degrees, such as [0, 90]"),
+}
+"""Of each entry with a unit: how many steps of the board's one of it has, its name, and what is wanted."""
+_LARGEST = 1e9
+"""Beyond every unit's range, and far from where a float's steps are larger than what the board resolves."""
+_KIND = ConfigKind(
+    name="file of servo settings",
+    error=SettingsError,
+    meaning=NOTHING_CHANGED,
+    cure="For a file to start from: tfsat-host upload-servos --show --out servos.toml",
+    format=("format", FORMAT),
+    codes={Fault.NOT_TEXT: Fault.UNREADABLE},
+    bytes_max=1_000_000,
+)
+
+
+def read_settings_file(path: Path) -> tuple[ServoSettings, list[str]]:
+    """Reads and checks a settings' file; also what was rounded, one sentence each.
+
+    Raises:
+        SettingsError: the file cannot be read or understood, or no servo can follow it; names file, line
+            and cure.
+    """
+    return _settings(read_config(path, _KIND))
+
+
+def parse_settings(text: str, *, source: str = "settings") -> tuple[ServoSettings, list[str]]:
+    """The settings in the text of a file, and what was rounded; `source` is the name that errors give it.
+
+    Raises:
+        SettingsError: syntax, format, keys, types, joints, or a rule of the board's.
+    """
+    return _settings(parse_config(text, source, _KIND))
+
+
+def format_settings(settings: ServoSettings) -> str:
+    """The text of a settings' file; `parse_settings` gives the same settings back."""
+    servos = [
+        {
+            "joint": joint,
+            "zero_us": servo.zero_us,
+            "us_per_deg": servo.ns_per_deg / NS_PER_US,
+            "reversed": bool(servo.reversed),
+            "limits_deg": [servo.min_cdeg / CDEG_PER_DEG, servo.max_cdeg / CDEG_PER_DEG],
+        }
+        for joint, servo in enumerate(settings.servos, 1)
+    ]
+    return format_config(
+        {"format": FORMAT, "frame_ms": settings.frame_us / _US_PER_MS, "servo": servos},
+        heading="tfsat servo settings: how the joints' servos turn pulses into angles",
+        comments={
+            "frame_ms": "from pulse to pulse",
+            "zero_us": "pulse that holds 0 deg",
+            "us_per_deg": "change of the pulse for each degree",
+            "reversed": "true: shorter pulses open the joint",
+            "limits_deg": "what may be commanded",
+        },
+    )
+
+
+def _settings(top: Table) -> tuple[ServoSettings, list[str]]:
+    top.only("format frame_ms servo")
+    notices: list[str] = []
+    (frame_us,) = _whole(top, "", "frame_ms", notices)
+    keys = "joint zero_us us_per_deg reversed limits_deg"
+    entries = top.numbered("servo", "joint", limits.JOINT_COUNT, keys, code=SettingsDefect.FILE_JOINTS)
+    servos = [_servo(entry, f"joint {joint}: ", notices) for joint, entry in entries.items()]
+    settings = ServoSettings(frame_us, tuple(servos))
+    finding = find_defect(settings)
+    if finding is not None:
+        entry = top if finding.index == FRAME else entries[finding.index + 1]
+        entry.fail(finding.key, finding.problem, finding.cure, finding.code)
+    return settings, notices
+
+
+def _servo(entry: Table, place: str, notices: list[str]) -> ServoSetting:
+    (zero_us,) = _whole(entry, place, "zero_us", notices)
+    (ns_per_deg,) = _whole(entry, place, "us_per_deg", notices)
+    reversed_ = entry.flag("reversed", "false, or true where shorter pulses open the joint")
+    low_cdeg, high_cdeg = _whole(entry, place, "limits_deg", notices, 2)
+    return ServoSetting(zero_us, ns_per_deg, int(reversed_), low_cdeg, high_cdeg)
+
+
+def _whole(entry: Table, place: str, key: str, notices: list[str], *shape: int) -> list[int]:
+    """Numbers in what the board resolves, to the nearest whole (half to even), with a notice of what was rounded."""
+    scale, unit, wanted = _RESOLVED[key]
+    found = []
+    for value in entry.numbers(key, *shape, wanted=wanted):
+        if abs(value) > _LARGEST:
+            entry.fail(key, f"{value:g} is beyond every servo", f"Give `{key}` {wanted}.")
+        exactly = exact(value) * scale
+        found.append(round(exactly))
+        if found[-1] != exactly:
+            notices.append(
+                f"{place}{key} was rounded from {value} to {found[-1] / scale:g} {unit}: "
+                f"the board resolves {1 / scale:g} {unit}."
+            )
+    return found
