@@ -84,10 +84,13 @@ class ModelFit:
         return tuple(name for name, at in zip(self.offsets.names, self.at_bound, strict=True) if at)
 
 
-def fit_model(offsets: Offsets, flown: Flown) -> ModelFit:
-    """Fits the offsets to one drop."""
-    momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
-    start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
+def fit_model(offsets: Offsets, flown: Flown, before: ModelFit | None = None) -> ModelFit:
+    """Fits the offsets to one drop; from where another fit of the same drop ended, if there is one."""
+    if before is None:
+        momentum = inertial_momentum(offsets.body, flown).mean(axis=0)
+        start = _Place(np.zeros(len(offsets)), momentum, flown.taken, 0, converged=False)
+    else:
+        start = _Place.of(before)
     place = _settled(offsets, flown, start, 1.0)
     system = _System.of(offsets, place, flown)
     whitened = np.einsum("nij,nj->ni", system.whitening, system.found.residual_rad_s)
@@ -104,9 +107,8 @@ def widened(fit: ModelFit, flown: Flown, misfit: float) -> ModelFit:
 
     What was known before the drop stays as it was, so that it weighs more, and the values move towards it.
     """
-    start = _Place(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
     widening = fit.widening * misfit**2
-    place = _settled(fit.offsets, flown, start, widening)
+    place = _settled(fit.offsets, flown, _Place.of(fit), widening)
     return _fit(fit.offsets, _System.of(fit.offsets, place, flown), place, fit.excess, widening)
 
 
@@ -118,6 +120,11 @@ class _Place(NamedTuple):
     errors: FloatArray
     steps: int
     converged: bool
+
+    @classmethod
+    def of(cls, fit: ModelFit) -> _Place:
+        """Where a fit ended."""
+        return cls(fit.values, fit.momentum_kg_m2_s, fit.errors, fit.steps, converged=False)
 
 
 def _settled(offsets: Offsets, flown: Flown, place: _Place, widening: float) -> _Place:

@@ -366,7 +366,7 @@ def compare_model(motion: Motion, offsets: Offsets, first_stroke_s: float) -> Mo
         if flown.turned_by(fit.errors) < _LINEAR_RAD:
             break
         flown = flown_of(motion, fit.errors)
-        fit = fit_model(offsets, flown)
+        fit = fit_model(offsets, flown, fit)
     sensed = driven_by(flown_of(motion, fit.errors), motion.lag)
     after = sensed.with_fit(fit)
     misfit = after.error.mahalanobis / EXPECTED_DISTANCE

@@ -8,7 +8,6 @@ then be unknown, the angle sensors give that, less well.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,10 +42,14 @@ class Fused:
     left_over_rad_s: FloatArray
     bridged: BoolArray
 
+    @property
+    def rates(self) -> FloatArray:
+        """(n, 6) of base and joints."""
+        return np.concatenate([self.base_rate_rad_s, self.joint_rate_rad_s], axis=1)
+
     def body_rates(self) -> FloatArray:
-        """(n, 4, 3) of each body in its own axes, as all gyros together tell it."""
-        both = np.concatenate([self.base_rate_rad_s, self.joint_rate_rad_s], axis=1)
-        return np.asarray(np.einsum("nbij,nj->nbi", self.seen, both))
+        """(n, 4, 3) of each body in its own axes, by all gyros together."""
+        return np.asarray(np.einsum("nbij,nj->nbi", self.seen, self.rates))
 
 
 def fuse(
@@ -116,24 +119,29 @@ _STEP_RAD = 1e-4
 
 
 def rates_by_angles(
-    fused_at: Callable[[FloatArray], Fused], angles_rad: FloatArray
+    body: Multibody, angles_rad: FloatArray, fused: Fused, variance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(n, 6, 3) base and joint rates, and (n, 4, 3, 3) the bodies' rates that follow, by the joint angles.
 
+    With x = P D^T W r, D the map from x to the gyros, dx = P dD^T W (r - D x) - P D^T W dD x.
+
     Args:
-        fused_at: The rates from the same readings at other joint angles, (k n, 3) for k sets of them.
-        angles_rad: (n, 3).
+        body: As in `fuse`.
+        angles_rad: (n, 3) that the rates were fused over.
+        fused: The rates.
+        variance: (n, 4) as in `fuse`.
     """
     n, joints = angles_rad.shape
     steps = _STEP_RAD * np.concatenate([np.eye(joints), -np.eye(joints)])
-    fused = fused_at((angles_rad + steps[:, None]).reshape(-1, joints))
-    both = np.concatenate([fused.base_rate_rad_s, fused.joint_rate_rad_s], axis=1)
-
-    def slope(rates: FloatArray) -> FloatArray:
-        high, low = rates.reshape(2, joints, n, *rates.shape[1:])
-        return np.asarray(np.moveaxis(high - low, 0, -1) / (2.0 * _STEP_RAD))
-
-    return slope(both), slope(fused.body_rates())
+    high, low = gyro_map(body, (angles_rad + steps[:, None]).reshape(-1, joints)).reshape(
+        2, joints, n, *fused.seen.shape[1:]
+    )
+    turned = (high - low).reshape(joints, n, -1, 3 + joints) / (2.0 * _STEP_RAD)
+    weighted = (np.nan_to_num(fused.left_over_rad_s) / variance[..., None]).reshape(n, -1)
+    direct = np.moveaxis(turned @ fused.rates[..., None], 0, -1)[:, :, 0]
+    both = fused.covariance @ np.einsum("knij,ni->njk", turned, weighted) - fused.gains @ direct
+    bodies = direct.reshape(*fused.seen.shape[:3], joints) + fused.seen @ both[:, None]
+    return both, bodies
 
 
 _BLOCK_S = 0.1

@@ -212,22 +212,14 @@ class SensorFusion:
         gyros = self.readings.without(self.spread.parameters_of(errors))
         shown = self.readings.rates(gyros)
         rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
-        fused = self._fused(angles, rates)
+        fused = fuse(self.body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
         turned = turned_from(t, fused.joint_rate_rad_s) + self.spread.own_angles(errors)
         return _Pass(gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
-
-    def _fused(self, angles: FloatArray, rates: FloatArray) -> Fused:
-        """Over angles (k n, 3): k sets of joint angles one after the other, with the same rates (n, 4, 3)."""
-        k = len(angles) // len(rates)
-        rates, variance = np.tile(rates, (k, 1, 1)), np.tile(self.variance, (k, 1))
-        return fuse(
-            self.body, angles, rates, variance, np.tile(self.slopes.rate_rad_s, (k, 1)), self.slopes.variance
-        )
 
     def _columns(self, here: _Pass, covariance: FloatArray) -> SlowErrors:
         by_parameters = self.readings.by_parameters(here.gyros)
         gyros = gyro_errors(self.spread, self.samples.t_s, here.lag, here.shown, by_parameters)
-        by_angles = rates_by_angles(lambda angles: self._fused(angles, here.rates), here.fused_over)
+        by_angles = rates_by_angles(self.body, here.fused_over, here.fused, self.variance)
         return slow_errors(self.spread, self.samples.t_s, here.fused, gyros, by_angles, covariance)
 
 
