@@ -14,7 +14,7 @@ from tests.bundle.commands import command, result
 from tests.evaluation.commanded import evaluate
 from tests.evaluation.run_folder import CERTIFICATE, change_headers, on_other_logger, run_folder
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
-from tfsat_host.evaluation.model_fit import cross_validation
+from tfsat_host.evaluation.com_fit import cross_validation
 from tfsat_host.present.output import Output
 from tfsat_host.robot import RobotModel, find_robot
 from tfsat_host.run import drop_evaluation as one_run

@@ -22,12 +22,12 @@ from tfsat_host.emulated.certificate import careful_certificate
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.robot import FALL_S, SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.evaluation.fall.rest import rest_before_release
-from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
-from tfsat_host.evaluation.model_fit.momentum import Flown, flown_of
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
+from tfsat_host.evaluation.com_fit.momentum import Flown, flown_of
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.motion.motion import Motion, motion_of
 from tfsat_host.evaluation.motion.samples import samples_of
+from tfsat_host.evaluation.rest import rest_before_release
 from tfsat_host.maneuver import Schedule, four_stroke, schedule_maneuver
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.sdlog import DropLog, load

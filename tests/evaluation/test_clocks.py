@@ -16,9 +16,9 @@ from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.emulated.imperfections import Imperfections, draw
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.evaluation.camera import Mark, VideoFileError, read_video_marks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
 from tfsat_host.evaluation.clocks import Clocks, align_clocks, match_strokes
-from tfsat_host.evaluation.external.camera import Mark, VideoFileError, read_video_marks
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.sdlog import DropLog, load
 from tfsat_host.sdlog.release import Release

@@ -9,10 +9,10 @@ import pytest
 
 from tests.evaluation.drops import MODEL, Fitted, fitted
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.cross_validation import FittedDrop, combine, cross_validate, left_aside
-from tfsat_host.evaluation.model_fit.fit import fit_model, widened
-from tfsat_host.evaluation.model_fit.momentum import inertial_momentum, residual_rate
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.com_fit import fit_model, widened
+from tfsat_host.evaluation.com_fit.cross_validation import FittedDrop, combine, cross_validate, left_aside
+from tfsat_host.evaluation.com_fit.momentum import inertial_momentum, residual_rate
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
 
 ROBOT, OTHER_ROBOT = 7, 3
 SEEDS = (11, 12, 13)

@@ -10,7 +10,7 @@ import pytest
 from tests.bundle.commands import command
 from tests.evaluation.commanded import Said, evaluate, evaluated
 from tests.evaluation.run_folder import made_drop, on_other_logger, run_folder
-from tfsat_host.evaluation.model_fit import cross_validation
+from tfsat_host.evaluation.com_fit import cross_validation
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from tests.evaluation.drops import DROPPED, Drop, certificate, flown
+from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
-from tfsat_host.evaluation.external.camera import LaserTracks
-from tfsat_host.evaluation.external.laser_velocity import windows_of
+from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import four_stroke, schedule_maneuver

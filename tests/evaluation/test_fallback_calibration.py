@@ -10,9 +10,9 @@ import pytest
 
 from tests.evaluation.drops import DROPPED, MORNING, Drop, certificate, flown, moved
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
-from tfsat_host.evaluation.fall.rest import rest_before_release
 from tfsat_host.evaluation.fallback_calibration import Fallback, with_fallbacks
 from tfsat_host.evaluation.motion.samples import EvaluationError
+from tfsat_host.evaluation.rest import rest_before_release
 
 
 def filled(one: Drop, calibration: Calibration | None) -> Fallback:

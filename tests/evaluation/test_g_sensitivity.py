@@ -27,8 +27,8 @@ from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.evaluation.checks.consistency import consistency_of
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
 from tfsat_host.evaluation.evaluation import evaluate
-from tfsat_host.evaluation.fall.rest import hanging_before_release
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.rest import hanging_before_release
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.robot import load_robot
 

@@ -9,10 +9,10 @@ import pytest
 
 from tests.evaluation.drops import MODEL, fitted
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
-from tfsat_host.evaluation.model_fit.identifiability import identifiability
-from tfsat_host.evaluation.model_fit.momentum import Flown
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
+from tfsat_host.evaluation.com_fit.identifiability import identifiability
+from tfsat_host.evaluation.com_fit.momentum import Flown
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
 
 SEEDS = (1, 2, 3, 4)
 PRIOR_MM = 10.0 / 3.0**0.5

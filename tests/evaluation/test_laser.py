@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, read_tracks
 from tfsat_host.evaluation.clock_fit import Pair, fit_clock
-from tfsat_host.evaluation.external.camera import LaserFileError, LaserTracks, read_tracks
-from tfsat_host.evaluation.external.laser_velocity import (
+from tfsat_host.evaluation.laser_velocity import (
     BodyTurning,
     LaserError,
     ReleaseVelocity,
@@ -23,7 +23,7 @@ from tfsat_host.evaluation.external.laser_velocity import (
     release_velocity,
     windows_of,
 )
-from tfsat_host.evaluation.fall.micro_gravity import com_in_bodies_m, sensor_arms_m
+from tfsat_host.evaluation.micro_gravity import com_in_bodies_m, sensor_arms_m
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 

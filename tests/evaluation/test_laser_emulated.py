@@ -11,15 +11,15 @@ from scipy.spatial.transform import Rotation
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
-from tfsat_host.evaluation.external.camera import LaserTracks, read_tracks
-from tfsat_host.evaluation.external.laser_velocity import (
+from tfsat_host.evaluation.camera import LaserTracks, read_tracks
+from tfsat_host.evaluation.laser_velocity import (
     LASERS,
     UP,
     BodyTurning,
     release_velocity,
     windows_of,
 )
-from tfsat_host.evaluation.fall.micro_gravity import com_in_bodies_m
+from tfsat_host.evaluation.micro_gravity import com_in_bodies_m
 from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot

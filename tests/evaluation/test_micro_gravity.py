@@ -21,8 +21,8 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.evaluation.fall.fall_instants import fall_instants, landing_felt, release_felt
-from tfsat_host.evaluation.fall.micro_gravity import (
+from tfsat_host.evaluation.fall_instants import fall_instants, landing_felt, release_felt
+from tfsat_host.evaluation.micro_gravity import (
     MicroGravity,
     QuietWindow,
     expected_specific_force,

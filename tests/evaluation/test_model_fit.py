@@ -14,18 +14,18 @@ from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, DROPPED, Drop, certifi
 from tfsat_host.dynamics.history import sampled
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
-from tfsat_host.evaluation.fall.rest import rest_before_release
-from tfsat_host.evaluation.fallback_calibration import with_fallbacks
-from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
-from tfsat_host.evaluation.model_fit.momentum import Derivatives, Flown, derivatives, flown_of
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.prediction import (
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
+from tfsat_host.evaluation.com_fit.momentum import Derivatives, Flown, derivatives, flown_of
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.prediction import (
     EXPECTED_DISTANCE,
     UNEXPLAINED,
     ModelComparison,
     compare_model,
     predicted,
 )
+from tfsat_host.evaluation.fallback_calibration import with_fallbacks
+from tfsat_host.evaluation.rest import rest_before_release
 from tfsat_host.robot import load_robot
 
 FILTERS = pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
@@ -122,7 +122,7 @@ def test_steps_that_lead_to_and_fro_are_halved_until_they_do_not(monkeypatch: py
         true = derivatives(*known)
         return replace(true, by_offsets=0.5 * true.by_offsets)
 
-    monkeypatch.setattr("tfsat_host.evaluation.model_fit.fit.derivatives", half_as_steep)
+    monkeypatch.setattr("tfsat_host.evaluation.com_fit.com_fit.derivatives", half_as_steep)
     fit = fit_model(found.fit.offsets, found.driven.flown)
     assert fit.converged
     np.testing.assert_allclose(fit.values, found.fit.values, atol=0.01)
@@ -140,7 +140,7 @@ def test_a_fit_that_was_widened_is_solved_anew_with_what_it_is_widened_by() -> N
 
 def test_a_fit_without_an_end_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     (one, driven), (_, whole) = uncalibrated(1), explained(1)
-    monkeypatch.setattr("tfsat_host.evaluation.model_fit.fit._STEPS", 2)
+    monkeypatch.setattr("tfsat_host.evaluation.com_fit.com_fit._STEPS", 2)
     fit = fit_model(com_offsets(one.model), driven)
     assert not fit.converged
     found = replace(whole, fit=fit)

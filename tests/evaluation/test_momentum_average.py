@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
-from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, averaged_momentum, cutoff_hz, moving_average
+from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, averaged_momentum, cutoff_hz, moving_average
 
 RATE_HZ = 280.0
 

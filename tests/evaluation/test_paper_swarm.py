@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.evaluation.drops import MODEL, fitted
-from tfsat_host.evaluation.model_fit.momentum import averaged_momentum
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
-from tfsat_host.evaluation.model_fit.paper_swarm import momentum_polynomial, powers, swarm_fit
+from tfsat_host.evaluation.com_fit.momentum import averaged_momentum
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.paper_swarm import momentum_polynomial, powers, swarm_fit
 from tfsat_host.plan.swarm import SwarmSettings
 
 SEEDS = (1, 2)

@@ -30,7 +30,7 @@ from tests.evaluation.drops import (
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
-from tfsat_host.evaluation.checks import checks_of
+from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.motion import sensor_fusion
 from tfsat_host.evaluation.motion.gyro_signal import FINE_S, Lag
 from tfsat_host.evaluation.motion.joints import SMOOTHED, SensedJoint, errors_by_sensors, smoothed

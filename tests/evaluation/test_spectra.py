@@ -7,7 +7,7 @@ import pytest
 
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.momentum import inertial_momentum
+from tfsat_host.evaluation.com_fit.momentum import inertial_momentum
 from tfsat_host.evaluation.spectra import (
     WINDOWS,
     Window,

@@ -10,10 +10,10 @@ import pytest
 
 from tests.evaluation.drops import DLPF_42_HZ, MODEL, calibrated_from_truth, fitted
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model
-from tfsat_host.evaluation.model_fit.identifiability import couplings
-from tfsat_host.evaluation.model_fit.momentum import Flown, flown_of
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model
+from tfsat_host.evaluation.com_fit.identifiability import couplings
+from tfsat_host.evaluation.com_fit.momentum import Flown, flown_of
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.motion.motion import motion_of
 
 BODY_2_Z = 5

@@ -13,9 +13,9 @@ from tests.evaluation.run_folder import CERTIFICATE, made_drop, made_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.checks.check import judged
+from tfsat_host.evaluation.com_fit.prediction import UNEXPLAINED
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.evaluation.external.laser_velocity import ReleaseVelocity, Velocity
-from tfsat_host.evaluation.model_fit.prediction import UNEXPLAINED
+from tfsat_host.evaluation.laser_velocity import ReleaseVelocity, Velocity
 from tfsat_host.evaluation.verdict import OFF_SHARE, refused, verdict_of
 from tfsat_host.robot import load_robot
 

@@ -15,9 +15,9 @@ from tests.evaluation_proof.errors import errors_of
 from tests.evaluation_proof.objective import least_of_objective
 from tests.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
+from tfsat_host.evaluation.com_fit.prediction import Sides
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.evaluation.model_fit.paper_swarm import swarm_fit
-from tfsat_host.evaluation.model_fit.prediction import Sides
 from tfsat_host.robot import RobotModel
 
 LOW_PASSES = {"42 Hz": DLPF_42_HZ, "5 Hz": DLPF_5_HZ}

@@ -21,8 +21,8 @@ from tests.evaluation_proof.objective import least_of_objective
 from tests.evaluation_proof.robots import Robot
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
+from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
-from tfsat_host.evaluation.model_fit.paper_swarm import swarm_fit
 from tfsat_host.sdlog import DropLog
 
 RATE_RAD_S = np.deg2rad([-0.73, -0.48, -0.77])

@@ -9,7 +9,7 @@ from tests.paper_numbers.page import Row, row
 from tfsat_host.dynamics.history import TimedMove, moved
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.propagate import propagate
-from tfsat_host.evaluation.model_fit.momentum import cutoff_hz
+from tfsat_host.evaluation.com_fit.momentum import cutoff_hz
 from tfsat_host.robot import RobotModel
 
 HUNG_DEG = 6.0

@@ -15,8 +15,8 @@ import pytest
 from tests.report.conftest import Opener
 from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers, plots, reported, table
 from tfsat_host.evaluation.checks.check import judged
+from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import evaluate
-from tfsat_host.evaluation.model_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.result.model import significance, worth_of
 from tfsat_host.quantity import plus_minus
 from tfsat_host.report import render

@@ -15,8 +15,8 @@ from itertools import combinations
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.evaluation.camera import Mark
 from tfsat_host.evaluation.clock_fit import ClockFit, Pair, fit_clock
-from tfsat_host.evaluation.external.camera import Mark
 from tfsat_host.maneuver import Schedule
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog import DropLog

@@ -20,20 +20,26 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.euler import euler_zyx_rad
-from tfsat_host.evaluation.checks import Check, checks_of
+from tfsat_host.evaluation.camera import LaserFileError, LaserTracks, Mark
+from tfsat_host.evaluation.checks.check import Check
+from tfsat_host.evaluation.checks.drop_checks import checks_of
 from tfsat_host.evaluation.checks.recording import maneuver_check
 from tfsat_host.evaluation.checks.rest import start_pose_check
 from tfsat_host.evaluation.clocks import Clocks, align_clocks
-from tfsat_host.evaluation.external.camera import LaserFileError, LaserTracks, Mark
-from tfsat_host.evaluation.external.laser_velocity import (
+from tfsat_host.evaluation.com_fit.identifiability import Identifiability, identifiability
+from tfsat_host.evaluation.com_fit.offsets import Offsets, com_offsets
+from tfsat_host.evaluation.com_fit.paper_swarm import SwarmFit, swarm_fit
+from tfsat_host.evaluation.com_fit.prediction import ModelComparison, compare_model
+from tfsat_host.evaluation.fall_instants import FallInstants, fall_instants
+from tfsat_host.evaluation.fallback_calibration import with_fallbacks
+from tfsat_host.evaluation.laser_velocity import (
     BodyTurning,
     LaserError,
     ReleaseVelocity,
     VelocityWindows,
     release_velocity,
 )
-from tfsat_host.evaluation.fall.fall_instants import FallInstants, fall_instants
-from tfsat_host.evaluation.fall.micro_gravity import (
+from tfsat_host.evaluation.micro_gravity import (
     SETTLE_S,
     MicroGravity,
     com_in_bodies_m,
@@ -41,15 +47,10 @@ from tfsat_host.evaluation.fall.micro_gravity import (
     quiet_windows,
     sensor_arms_m,
 )
-from tfsat_host.evaluation.fall.rest import Rest, rest_before_release
-from tfsat_host.evaluation.fallback_calibration import with_fallbacks
-from tfsat_host.evaluation.model_fit.identifiability import Identifiability, identifiability
-from tfsat_host.evaluation.model_fit.offsets import Offsets, com_offsets
-from tfsat_host.evaluation.model_fit.paper_swarm import SwarmFit, swarm_fit
-from tfsat_host.evaluation.model_fit.prediction import ModelComparison, compare_model
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import InitialRate, Motion, initial_rates, motion_of, notes_of
 from tfsat_host.evaluation.motion.samples import end_of_fall_s, samples_of
+from tfsat_host.evaluation.rest import Rest, rest_before_release
 from tfsat_host.evaluation.strokes import FlownStroke, Standing, standing_joints, strokes_flown
 from tfsat_host.maneuver import Schedule
 from tfsat_host.robot import RobotModel

@@ -16,8 +16,8 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.evaluation.fall.rest import GUARD_S, Rest
 from tfsat_host.evaluation.motion.samples import EvaluationError
+from tfsat_host.evaluation.rest import GUARD_S, Rest
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 

@@ -13,9 +13,9 @@ from typing import Any, Literal
 import numpy as np
 
 from tfsat_host.errors import TfsatError
+from tfsat_host.evaluation.com_fit.prediction import ModelComparison
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.external.laser_velocity import ReleaseVelocity
-from tfsat_host.evaluation.model_fit.prediction import ModelComparison
+from tfsat_host.evaluation.laser_velocity import ReleaseVelocity
 from tfsat_host.evaluation.strokes import FlownStroke
 from tfsat_host.protocol.limits import FALL_US
 from tfsat_host.sdlog.contradictions import two_releases

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.errors import TfsatError, UsageError
-from tfsat_host.evaluation.model_fit.cross_validation import (
+from tfsat_host.evaluation.com_fit.cross_validation import (
     Combined,
     FittedDrop,
     LeftOut,

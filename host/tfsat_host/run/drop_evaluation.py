@@ -11,10 +11,10 @@ from typing import Any
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.errors import TfsatError, UsageError
+from tfsat_host.evaluation.camera import read_tracks, read_video_marks
+from tfsat_host.evaluation.com_fit.offsets import com_offsets
 from tfsat_host.evaluation.evaluation import Evaluation, Witnesses, evaluate
-from tfsat_host.evaluation.external.camera import read_tracks, read_video_marks
-from tfsat_host.evaluation.external.laser_velocity import windows_of
-from tfsat_host.evaluation.model_fit.offsets import com_offsets
+from tfsat_host.evaluation.laser_velocity import windows_of
 from tfsat_host.evaluation.result.drop import JOINTS, LAG, STANDING, STROKES, bodies, fall, joints
 from tfsat_host.evaluation.result.model import model
 from tfsat_host.evaluation.result.tables import CHECKS

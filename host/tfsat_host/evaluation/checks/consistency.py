@@ -26,10 +26,10 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.components import rotation_about
-from tfsat_host.evaluation.fall.rest import Hanging
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, Lag, sheet_lag
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.samples import Blocks
+from tfsat_host.evaluation.rest import Hanging
 from tfsat_host.robot import RobotModel
 
 

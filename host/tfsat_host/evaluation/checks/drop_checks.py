@@ -19,9 +19,9 @@ from tfsat_host.evaluation.checks.sensors import (
     sensed_checks,
 )
 from tfsat_host.evaluation.checks.stated_errors import stated_errors
-from tfsat_host.evaluation.fall.rest import hanging_before_release
-from tfsat_host.evaluation.model_fit.fit import ModelFit
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.motion.motion import Motion
+from tfsat_host.evaluation.rest import hanging_before_release
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog
 

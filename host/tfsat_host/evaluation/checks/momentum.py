@@ -11,7 +11,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.checks.check import Check, Kind, rms_limit, z_limit
 from tfsat_host.evaluation.checks.diagnosis import CLEARLY, ENDS_IT
 from tfsat_host.evaluation.checks.stated_errors import RATE_FLOOR_RAD_S
-from tfsat_host.evaluation.model_fit.fit import ModelFit
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import Blocks

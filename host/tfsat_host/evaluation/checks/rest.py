@@ -13,9 +13,9 @@ from tfsat_host.dynamics.poses import poses
 from tfsat_host.evaluation.checks.check import Check, Kind, z_limit
 from tfsat_host.evaluation.checks.consistency import Consistency
 from tfsat_host.evaluation.checks.stated_errors import StatedErrors
-from tfsat_host.evaluation.fall.micro_gravity import ALARM_STDS, AtRest, check_gravity
-from tfsat_host.evaluation.fall.rest import Hanging, angles_at_rest
+from tfsat_host.evaluation.micro_gravity import ALARM_STDS, AtRest, check_gravity
 from tfsat_host.evaluation.motion.gyro_signal import SHEET_DENSITY_RAD_S_RTHZ
+from tfsat_host.evaluation.rest import Hanging, angles_at_rest
 from tfsat_host.protocol.limits import START_POSE_TOLERANCE_CDEG
 from tfsat_host.robot import RobotModel
 from tfsat_host.sdlog import DropLog

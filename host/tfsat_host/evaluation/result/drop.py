@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.evaluation.evaluation import Evaluation, Turn
-from tfsat_host.evaluation.external.laser_velocity import Velocity
+from tfsat_host.evaluation.laser_velocity import Velocity
 from tfsat_host.evaluation.motion.joints import SensorDisagreement
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.strokes import Standing

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.prediction import BODY_1, AttitudeError
 from tfsat_host.evaluation.result.model import distance_words, worth_of
 from tfsat_host.quantity import Quantity, number
 from tfsat_host.sdlog import DropLog

@@ -8,12 +8,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.cross_validation import Combined, LeftOut
+from tfsat_host.evaluation.com_fit.identifiability import couplings
+from tfsat_host.evaluation.com_fit.offsets import COM_BODIES
+from tfsat_host.evaluation.com_fit.prediction import EXPECTED_DISTANCE, AttitudeError
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.cross_validation import Combined, LeftOut
-from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.evaluation.model_fit.identifiability import couplings
-from tfsat_host.evaluation.model_fit.offsets import COM_BODIES
-from tfsat_host.evaluation.model_fit.prediction import EXPECTED_DISTANCE, AttitudeError
 from tfsat_host.quantity import Column, Columns, Table, fields, nested, number, record, records
 
 NOT_CALLED_FOR = 0.05

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from tfsat_host.angles import wrapped
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
+from tfsat_host.evaluation.com_fit.prediction import BODY_1, AttitudeError, Sides
 from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.prediction import BODY_1, AttitudeError, Sides
 from tfsat_host.evaluation.spectra import compare_spectra
 from tfsat_host.report.contents.chart import (
     AXES,

@@ -8,15 +8,15 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.evaluation import Evaluation
-from tfsat_host.evaluation.model_fit.momentum import (
+from tfsat_host.evaluation.com_fit.momentum import (
     PAPER_SIZE,
     Averaged,
     averaged_momentum,
     inertial_momentum,
     residual_rate,
 )
-from tfsat_host.evaluation.model_fit.prediction import BODY_1
+from tfsat_host.evaluation.com_fit.prediction import BODY_1
+from tfsat_host.evaluation.evaluation import Evaluation
 from tfsat_host.evaluation.spectra import WINDOWS, compare_spectra, leakage
 from tfsat_host.report.contents.attitude import attitude_error_chart, attitude_spectrum_chart, euler_chart
 from tfsat_host.report.contents.chart import AXES, Chart, Kind, Line, Side, lines_of, padded, spectrum_chart

@@ -36,7 +36,7 @@ from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.statistics import root_of
 from tfsat_host.dynamics.momentum import inertia_and_joint_momentum
 from tfsat_host.dynamics.multibody import Multibody
-from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.evaluation.motion.motion import SETTLED_S, Motion
 from tfsat_host.evaluation.motion.samples import holes_of

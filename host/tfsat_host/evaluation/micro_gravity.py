@@ -20,7 +20,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.apply import ACCEL_SCALE_STD, Calibrated
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.external.laser_velocity import PUSHED_OFF_S
+from tfsat_host.evaluation.laser_velocity import PUSHED_OFF_S
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 

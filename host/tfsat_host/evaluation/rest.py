@@ -16,7 +16,7 @@ from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.evaluation.fall.micro_gravity import LEAST_SAMPLES, AtRest
+from tfsat_host.evaluation.micro_gravity import LEAST_SAMPLES, AtRest
 from tfsat_host.evaluation.motion.gyro_signal import BLOCK_S, noise_densities
 from tfsat_host.evaluation.motion.samples import Blocks
 from tfsat_host.robot import RobotModel

@@ -19,15 +19,15 @@ from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
-from tfsat_host.evaluation.model_fit.fit import ModelFit, fit_model, widened
-from tfsat_host.evaluation.model_fit.momentum import (
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, fit_model, widened
+from tfsat_host.evaluation.com_fit.momentum import (
     Derivatives,
     Flown,
     derivatives,
     flown_of,
     inertial_momentum,
 )
-from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.attitude import integrate_rates
 from tfsat_host.evaluation.motion.gyro_signal import Lag
 from tfsat_host.evaluation.motion.motion import Motion, quiet_samples

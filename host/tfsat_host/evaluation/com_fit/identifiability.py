@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.evaluation.model_fit.momentum import Flown
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.momentum import Flown
 
 DETERMINED_SHARE = 0.5
 """A direction is determined if the fit leaves less than this share of what the prior allowed."""

@@ -32,7 +32,7 @@ from scipy.special import stdtrit
 
 from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.external.camera import LaserTracks
+from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.plan.facility import DropTower, permissible_transversal_velocity_mm_s
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize as descend
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.fit import ModelFit
-from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
-from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit
+from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
+from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.plan.swarm import SwarmSettings, minimize
 
 SEEDS = tuple(range(10))

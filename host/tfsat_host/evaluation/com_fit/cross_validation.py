@@ -30,9 +30,9 @@ import numpy as np
 from scipy.special import chdtrc, chdtri
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.evaluation.model_fit.fit import ModelFit, bounded_solution
-from tfsat_host.evaluation.model_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
-from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.com_fit.com_fit import ModelFit, bounded_solution
+from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
+from tfsat_host.evaluation.com_fit.offsets import Offsets
 
 CHANCE_LEAST = 1e-3
 """Drops of one robot disagree by more in so few cases: less likely ones are not of one robot as it was."""

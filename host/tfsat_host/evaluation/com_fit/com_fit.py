@@ -20,8 +20,8 @@ from scipy.optimize import lsq_linear
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
-from tfsat_host.evaluation.model_fit.momentum import Derivatives, Flown, derivatives, inertial_momentum
-from tfsat_host.evaluation.model_fit.offsets import Offsets
+from tfsat_host.evaluation.com_fit.momentum import Derivatives, Flown, derivatives, inertial_momentum
+from tfsat_host.evaluation.com_fit.offsets import Offsets
 from tfsat_host.evaluation.motion.samples import Blocks
 
 _STEPS = 40

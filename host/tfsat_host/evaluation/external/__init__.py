@@ -1,1 +1,0 @@
-"""What others than the logger recorded: events in a video, and the spots of two lasers."""

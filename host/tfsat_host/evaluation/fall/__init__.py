@@ -1,1 +1,0 @@
-"""Rest, release, weightlessness and landing, as the accelerometers felt them."""
