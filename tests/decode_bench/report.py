@@ -9,7 +9,6 @@ import platform
 import subprocess
 import sys
 import tempfile
-import textwrap
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,7 +26,6 @@ BENCH_PYTHON = REPOSITORY / "build" / "bench-decode" / "venv" / "bin" / "python"
 FUZZED = REPOSITORY / "build" / "fuzz-decode" / "summary"
 TEN_MINUTES = 168_000
 ROUNDS = 5
-_WIDTH = 118
 _FILL_BYTES = 512 << 20
 _FILL = f"""
 import time, numpy as np
@@ -63,9 +61,8 @@ FIGURES = """
 tfsat on a recording of {large_mb:.0f} MB: {large_s:.2f} s, {large_rate:.0f} MB/s, every block's CRC checked;
 best of {rounds}, page cache warm.
 
-The first load of a fresh process is slower where the system hands out memory slowly: a column's pages are given when
-they are first touched. Here `np.empty` is filled for the first time at {first:.1f} GB/s, and at {again:.1f} GB/s
-the second time. The columns of {large_mb:.0f} MB of blocks are about 1.3 times as large.
+The first load of a fresh process waits for memory: `np.empty` is filled for the first time at {first:.1f} GB/s here, at
+{again:.1f} GB/s the second time. Columns are about 1.3 times as large as their blocks.
 
 ## 2. A whole recording, from the command line
 
@@ -76,8 +73,10 @@ the second time. The columns of {large_mb:.0f} MB of blocks are about 1.3 times 
 {fuzzed}
 ## 3. Four drops of the emulated robot
 
-`tfsat-host rehearse 59 70 --as-filed --seed 1` (and 2) made the cards. What was done to them is said above each;
-lines that are too long for this page are broken.
+`tfsat-host rehearse 59 70 --as-filed --seed 1` (and 2) made the cards; each row links to what `decode` prints.
+
+| log | what was done to it | exit code | verdict | samples | samples lost | blocks lost | blocks set aside |
+|---|---|---|---|---|---|---|---|
 """
 
 
@@ -92,7 +91,9 @@ def main() -> int:
         if bench is None:
             print(f"Error: the benchmark failed; {arguments.out.name} is as it was.", file=sys.stderr)
             return 1
-        text = "".join([_head(bench), _figures(bench, folder), *_drops(folder)])
+        text = "".join(
+            [_head(bench), _figures(bench, folder), *_drops(folder, arguments.out.with_suffix(""))]
+        )
     arguments.out.write_text(text, encoding="utf-8")
     print(f"Written to {arguments.out}")
     return 0
@@ -159,21 +160,22 @@ def _npz_s(recording: Path) -> float:
     return taken_s
 
 
-def _drops(folder: Path) -> Iterator[str]:
+def _drops(folder: Path, printed: Path) -> Iterator[str]:
+    """Rows of the table; what `decode` prints goes to a file each in `printed`."""
+    printed.mkdir(exist_ok=True)
     for scenario in make(folder):
-        done = _decode(scenario.path)
-        shown = [*done.stderr.splitlines(), *done.stdout.splitlines()]
-        yield f"\n### {scenario.path.name}: {scenario.what}\n\nExit code {done.returncode}.\n\n```\n"
-        yield f"$ tfsat-host decode {scenario.path.name}\n"
-        yield "".join(f"{line}\n" for text in shown for line in _broken(text))
-        yield "```\n"
-
-
-def _broken(text: str) -> list[str]:
-    text = text.rstrip()
-    if len(text) <= _WIDTH:
-        return [text]
-    return textwrap.wrap(text, _WIDTH, subsequent_indent="    ", break_long_words=False)
+        done, name = _decode(scenario.path), scenario.path.name
+        lines = [f"$ tfsat-host decode {name}", *done.stderr.splitlines(), *done.stdout.splitlines()]
+        (printed / f"{name}.txt").write_text(
+            "".join(f"{line.rstrip()}\n" for line in lines), encoding="utf-8"
+        )
+        facts = json.loads(_decode(scenario.path, "--json").stdout)
+        aside = ", ".join(
+            f"{count} {reason.replace('_', ' ')}" for reason, count in facts["set_aside"].items() if count
+        )
+        numbers = " | ".join(str(facts[key]) for key in ("verdict", "samples", "samples_lost", "blocks_lost"))
+        link = f"[{name}]({printed.name}/{name}.txt)"
+        yield f"| {link} | {scenario.what} | {done.returncode} | {numbers} | {aside or 'none'} |\n"
 
 
 def _decode(path: Path, *options: str) -> subprocess.CompletedProcess[str]:
