@@ -14,7 +14,7 @@ from tfsat_host.devices.client import Client
 from tfsat_host.devices.transport import SerialTransport
 from tfsat_host.emulated.build import sequencer_hex
 from tfsat_host.emulated.robot import SETTLE_US, US_PER_S, BoardIndex, EmulatedRobot, EmulationError
-from tfsat_host.emulated.serve import STEP_US, RobotServer
+from tfsat_host.emulated.server import STEP_US, RobotServer
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import JOG_CONFIRM, JOG_IDLE_MS

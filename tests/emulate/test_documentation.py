@@ -13,7 +13,7 @@ import pytest
 
 from tests.emulate.served import TIMEOUT_S, Served
 from tfsat_host.emulated.control import execute
-from tfsat_host.emulated.serve import RobotServer
+from tfsat_host.emulated.server import RobotServer
 
 PAGE = (Path(__file__).parents[2] / "docs" / "emulator.md").read_text(encoding="utf-8")
 

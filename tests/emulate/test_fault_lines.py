@@ -7,7 +7,7 @@ import pytest
 from tests.emulate.test_control import Person
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex
-from tfsat_host.emulated.serve import RobotServer
+from tfsat_host.emulated.server import RobotServer
 from tfsat_host.emulated.transport import EmulatedTransport
 
 
@@ -77,13 +77,13 @@ def test_each_line_is_the_call_that_it_says(server: RobotServer, monkeypatch: py
     assert calls == [
         ("imu", 1, None, None),
         ("angle_sensor", 3, "turned", -30.5),
-        ("angle_sensor", 6, "dead", None),
+        ("angle_sensor", 6, "dead"),
         ("servo", 2, "slow"),
         ("bounce", 50_000),
         ("bounce", None),
         ("card_stalls", 400_000, 2_000_000),
         ("card_stalls", 400_000, 100_000),
-        ("card_stalls", None),
+        ("card_stalls", None, 2_000_000),
         ("clock", "sequencer", 10_000.0),
         ("clock", "logger", -35.5),
         ("heal",),

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.emulated.serve import LONGEST_BACKLOG_S, STEP_US, Pacer
+from tfsat_host.emulated.real_time import LONGEST_BACKLOG_S, STEP_US, Pacer
 
 STEP_S = STEP_US / 1e6
 

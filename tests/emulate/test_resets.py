@@ -12,7 +12,7 @@ from tests.emulate.served import Served
 from tests.emulate.test_control import Person
 from tfsat_host.devices.ports import PortError
 from tfsat_host.devices.transport import SerialTransport
-from tfsat_host.emulated.serve import RobotServer
+from tfsat_host.emulated.server import RobotServer
 
 CAUSES = {"watchdog": "watchdog", "brown-out": "brown_out", "button": "external"}
 """As a control line names them, and as the sequencer reports them."""

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tfsat_host.cli.emulate import require_pseudo_terminals
-from tfsat_host.emulated.control_sources import ControlSocket
-from tfsat_host.emulated.serve import RobotServer
+from tfsat_host.emulated.real_time import ControlSocket
 from tfsat_host.emulated.served_folder import ServedFolder, being_started, served_by_dead_process
+from tfsat_host.emulated.server import RobotServer
 from tfsat_host.errors import TfsatError
 
 

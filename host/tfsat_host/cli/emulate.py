@@ -17,8 +17,8 @@ from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.emulated.robot import EmulatedRobot
-    from tfsat_host.emulated.serve import RobotServer
     from tfsat_host.emulated.served_folder import ServedFolder
+    from tfsat_host.emulated.server import RobotServer
     from tfsat_host.emulated.state import Kept
     from tfsat_host.robot import RobotModel
 
@@ -68,9 +68,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, out: Output) -> int:
     """Serves until it is interrupted, which is its normal end."""
     require_pseudo_terminals(sys.platform)
-    from tfsat_host.emulated.control_sources import ControlSocket, TypedLines, standard_input
-    from tfsat_host.emulated.serve import RobotServer, serve
+    from tfsat_host.emulated.real_time import ControlSocket, TypedLines, serve, standard_input
     from tfsat_host.emulated.served_folder import ServedFolder
+    from tfsat_host.emulated.server import RobotServer
     from tfsat_host.robot import load_robot
 
     model = load_robot(args.robot)

@@ -8,21 +8,17 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any
 
 import numpy as np
 
-from tfsat_host.calibration.steps.step import AXES, TURN_ROUNDS, Axis
-from tfsat_host.emulated.faults import CardDefect, Faults
+from tfsat_host.calibration.steps.step import TURN_ROUNDS, Axis
+from tfsat_host.emulated.faults import CardDefect
 from tfsat_host.emulated.hands import Hands, sweep_motion, turn_axis, turn_motion
 from tfsat_host.emulated.robot import FALL_S, US_PER_S, BoardIndex, EmulatedRobot, Reset
+from tfsat_host.emulated.server import RobotServer
 from tfsat_host.errors import TfsatError
 
-LONGEST_WAIT_S = 3600.0
-LONGEST_FALL_S = 60.0
-LONGEST_KNOCK_S = 10.0
-LONGEST_BOUNCE_S = 1.0
-LONGEST_STALL_S = 100.0
 STALL_EVERY_S = 2.0
 WIDEST_TURN_DEG = 720.0
 LONGEST_LINE = 4096
@@ -30,32 +26,17 @@ LONGEST_LINE = 4096
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _DURATION = re.compile(r"(\d+\.?\d*|\.\d+)(us|ms|s)?", re.ASCII)
 _UNITS_S = {"us": 1e-6, "ms": 1e-3, "s": 1.0, None: 1.0}
-
-Words = list[str]
-Acted = TypeVar("Acted")
-
-
-class Bench(Protocol):
-    """What the lines act on: the robot and what is around it."""
-
-    @property
-    def robot(self) -> EmulatedRobot:
-        """The robot itself."""
-
-    def set_power(self, board: BoardIndex, on: bool) -> None:
-        """Switches a board's supply; without it its port goes."""
-
-    def set_cable(self, board: BoardIndex, plugged: bool) -> None:
-        """Plugs or pulls a board's USB cable; without it its port goes."""
-
-    def reset(self, cause: Reset) -> None:
-        """Restarts the sequencer; its port goes and comes. Raises TfsatError without power."""
-
-    def save_card(self, path: Path | None) -> tuple[Path, int]:
-        """Copies the card's recording; where to, and its bytes. Raises TfsatError."""
-
-    def stop(self) -> None:
-        """Ends the server after this line's reply."""
+_WHOLE = ("BODY", "JOINT", "SENSOR", "CYCLES", "ROUNDS")
+_DECIMAL = ("DEGREES", "PPM")
+_LONGEST_S = {
+    "DURATION": 3600.0,
+    "PERIOD": 3600.0,
+    "FALL": 60.0,
+    "KNOCK": 10.0,
+    "BOUNCE": 1.0,
+    "STALL": 100.0,
+    "EVERY": 1000.0,
+}
 
 
 class ControlError(TfsatError):
@@ -67,29 +48,36 @@ class ControlError(TfsatError):
 
 @dataclass(frozen=True)
 class Reply:
-    """One line of answer; `due` tells whether it may be given (None: now)."""
+    """One line of answer; `due` is true as soon as it may be given (None: now)."""
 
     text: str
     due: Callable[[], bool] | None = None
 
 
 @dataclass(frozen=True)
-class _Verb(Generic[Acted]):
-    """How it is written, how many words follow it, and what it does: its values for the reply, or the reply."""
+class _Verb:
+    """A line.
 
-    usage: str
-    least: int
-    most: int
-    do: Callable[[Acted, Words], str | Reply | None]
+    Attributes:
+        words: That follow the verb: `a|b` is one of these, upper case a value, `[...]` may be left out, `...` repeats.
+        do: What it does with the server and the values: gives values for the reply, or the reply.
+    """
 
-    def done(self, on: Acted, words: Words) -> str | Reply | None:
+    words: str
+    do: Callable[..., str | Reply | None]
+
+    def done(self, name: str, words: list[str], server: RobotServer) -> str | Reply | None:
         """Raises ControlError: it is not understood."""
-        if not self.least <= len(words) <= self.most:
-            raise ControlError(f"Write: {self.usage}.")
-        return self.do(on, words)
+        asked = self.words.split()
+        needed = sum(not one.startswith("[") for one in asked)
+        if self.words.endswith("...") and len(words) > len(asked):
+            asked += asked[-1:] * (len(words) - len(asked))
+        if not needed <= len(words) <= len(asked):
+            raise ControlError(f"Write: {name} {self.words}".rstrip() + ".")
+        return self.do(server, *map(_value, asked, words))
 
 
-def execute(line: str, bench: Bench) -> Reply | None:
+def execute(line: str, server: RobotServer) -> Reply | None:
     """Does what one line asks; an empty line or a comment (#) gets no reply.
 
     The reply is `ok`, perhaps with values after it, or `error` and a reason. Never raises for what stands in the line.
@@ -98,10 +86,15 @@ def execute(line: str, bench: Bench) -> Reply | None:
         words = shlex.split(line, comments=True)
         if not words:
             return None
-        verb = _VERBS.get(words[0].lower())
-        if verb is None:
-            raise ControlError(f"There is no command {words[0]!r}.")
-        done = verb.done(bench, words[1:])
+        name = words[0].lower()
+        if name == "fault" and len(words) > 1:
+            name += f" {words[1].lower()}"
+        if name == "fault":
+            raise ControlError(f"Write: fault {'|'.join(_FAULTS)} ...")
+        if name not in _VERBS:
+            known = f" {', '.join(_FAULTS)}." if name.startswith("fault ") else ""
+            raise ControlError(f"There is no command {name!r}.{known}")
+        done = _VERBS[name].done(name, words[len(name.split()) :], server)
         return done if isinstance(done, Reply) else Reply(f"ok {done or ''}".rstrip())
     except ValueError as error:
         return _refusal(ControlError(f"{line.strip()}: {str(error).lower()}."))
@@ -116,70 +109,50 @@ def _refusal(error: TfsatError) -> Reply:
     return Reply("error " + " ".join(" ".join(parts).split()))
 
 
-def _whole(word: str, what: str) -> int:
-    if not (word.isascii() and word.isdigit() and len(word) < 6):
-        raise ControlError(f"{word!r} is no {what}: write a whole number.")
-    return int(word)
+def _value(asked: str, word: str) -> Any:
+    """Of a word: None for `none`, a number for a number, seconds for a duration. Raises ControlError."""
+    asked = asked.strip("[].")
+    *choices, value = asked.split("|")
+    if not value.isupper():
+        choices.append(value)
+    if word.lower() in choices:
+        return {"none": None}.get(word.lower(), int(word) if word.isdigit() else word.lower())
+    if value in _WHOLE and word.isascii() and word.isdigit() and len(word) < 6:
+        return int(word)
+    if value in _DECIMAL and _NUMBER.fullmatch(word):
+        return float(word)
+    if value in _LONGEST_S and (match := _DURATION.fullmatch(word.lower())):
+        seconds = float(match[1]) * _UNITS_S[match[2]]
+        if not 1e-6 <= seconds <= _LONGEST_S[value]:
+            raise ControlError(f"{word} is out of range: more than zero, at most {_LONGEST_S[value]:g} s.")
+        return seconds
+    if value == "FILE":
+        return Path(word)
+    example = ": seconds, or such as 20ms" if value in _LONGEST_S else ""
+    raise ControlError(f"{word!r} is not understood as {asked}{example}.")
 
 
-def _decimal(word: str, what: str) -> float:
-    if not _NUMBER.fullmatch(word):
-        raise ControlError(f"{word!r} is no {what}: write a number.")
-    return float(word)
+def _us(seconds: float | None) -> int | None:
+    return None if seconds is None else round(seconds * US_PER_S)
 
 
-def _duration_s(word: str, longest_s: float) -> float:
-    """Seconds, or with a unit; more than zero."""
-    match = _DURATION.fullmatch(word.lower())
-    if not match:
-        raise ControlError(f"{word!r} is no duration: write seconds, or such as 20ms.")
-    seconds = float(match[1]) * _UNITS_S[match[2]]
-    if not 1e-6 <= seconds <= longest_s:
-        raise ControlError(f"{word} is out of range: more than zero, at most {longest_s:g} s.")
-    return seconds
-
-
-def _us(word: str, longest_s: float) -> int:
-    return round(_duration_s(word, longest_s) * US_PER_S)
-
-
-def _one_of(word: str, choices: dict[str, Acted], unknown: str) -> Acted:
-    if word.lower() not in choices:
-        raise ControlError(f"There is no {unknown} {word!r}: {', '.join(choices)}.")
-    return choices[word.lower()]
-
-
-_BOARDS = {board.name.lower(): board for board in BoardIndex}
-_RESETS = {cause.name.lower().replace("_", "-"): cause for cause in Reset}
-_AXES: dict[str, Axis] = {axis: axis for axis in AXES}
-
-
-def _choice(word: str, yes: str, no: str) -> bool:
-    if word.lower() not in (yes, no):
-        raise ControlError(f"{word!r} is not understood: {yes} or {no}.")
-    return word.lower() == yes
-
-
-def _held(bench: Bench) -> EmulatedRobot:
+def _held(server: RobotServer) -> EmulatedRobot:
     """The robot while hands can reach it."""
-    if bench.robot.falling:
+    if server.robot.falling:
         raise ControlError("The robot is falling; nobody can touch it. Wait for the landing: wait still")
-    return bench.robot
+    return server.robot
 
 
-def _swing(bench: Bench, words: Words) -> str:
-    robot = _held(bench)
-    joint, cycles = _whole(words[0], "joint"), _whole(words[3], "number of cycles")
-    angle_deg, period_s = _decimal(words[1], "angle"), _duration_s(words[2], LONGEST_WAIT_S)
+def _swing(server: RobotServer, joint: int, angle_deg: float, period_s: float, cycles: int) -> str:
     if not 1 <= cycles <= 1000:
         raise ControlError("Swing 1 to 1000 cycles.")
-    robot.swing(joint, angle_deg, period_s, cycles)
+    _held(server).swing(joint, angle_deg, period_s, cycles)
     return f"for {cycles * period_s:g} s"
 
 
-def _sweep(bench: Bench, words: Words) -> str:
-    robot = _held(bench)
-    joint, ranges = _whole(words[0], "joint"), robot.model.joint_limits_rad
+def _sweep(server: RobotServer, joint: int) -> str:
+    robot = _held(server)
+    ranges = robot.model.joint_limits_rad
     if not 1 <= joint <= len(ranges):
         raise ControlError(f"There is no joint {joint}.")
     motion = sweep_motion(ranges[joint - 1], Hands.steady(), np.random.default_rng(0))
@@ -187,10 +160,8 @@ def _sweep(bench: Bench, words: Words) -> str:
     return f"for {motion.duration_s:g} s"
 
 
-def _turn(bench: Bench, words: Words) -> str:
-    robot = _held(bench)
-    axis, angle_deg = _one_of(words[0], _AXES, "axis"), _decimal(words[1], "angle")
-    rounds = _whole(words[2], "number of rounds") if len(words) == 3 else TURN_ROUNDS
+def _turn(server: RobotServer, axis: Axis, angle_deg: float, rounds: int = TURN_ROUNDS) -> str:
+    robot = _held(server)
     if not 0 < abs(angle_deg) <= WIDEST_TURN_DEG:
         raise ControlError(f"Turn by at most {WIDEST_TURN_DEG:g} deg, either way.")
     if not 1 <= rounds <= 100:
@@ -202,167 +173,107 @@ def _turn(bench: Bench, words: Words) -> str:
     return f"for {motion.duration_s:g} s"
 
 
-def _drop(bench: Bench, words: Words) -> str:
-    fall_s = _duration_s(words[0], LONGEST_FALL_S) if words else FALL_S
-    _held(bench).drop(fall_s=fall_s)
+def _drop(server: RobotServer, fall_s: float = FALL_S) -> str:
+    _held(server).drop(fall_s=fall_s)
     return f"falls for {fall_s:g} s"
 
 
-def _card(bench: Bench, words: Words) -> str:
-    slot = bench.robot.card_slot
-    acts: dict[str, Callable[[], None]] = {
-        "remove": slot.remove,
-        "insert": slot.insert,
-        "fill": lambda: slot.fill(0),
-        "write-protect": lambda: slot.spoil(CardDefect.WRITE_PROTECTED),
-        "unformat": lambda: slot.spoil(CardDefect.UNREADABLE),
-        "fail": lambda: slot.spoil(CardDefect.FAILING),
-    }
-    if words and words[0] in acts:
-        acts[words[0]]()
-        return ""
-    path, n_bytes = bench.save_card(Path(words[0]) if words else None)
-    return f"{n_bytes} bytes in {path}"
+def _card(server: RobotServer, act: str | Path | None = None) -> str:
+    slot = server.robot.card_slot
+    match act:
+        case "remove":
+            slot.remove()
+        case "insert":
+            slot.insert()
+        case "fill":
+            slot.fill(0)
+        case str():
+            slot.spoil(_DEFECTS[act])
+        case _:
+            path, n_bytes = server.save_card(act)
+            return f"{n_bytes} bytes in {path}"
+    return ""
 
 
-def _time(bench: Bench, _words: Words) -> str:
-    robot = bench.robot
+_DEFECTS = {
+    "write-protect": CardDefect.WRITE_PROTECTED,
+    "unformat": CardDefect.UNREADABLE,
+    "fail": CardDefect.FAILING,
+}
+
+
+def _time(server: RobotServer) -> str:
+    robot = server.robot
     motion = "falling" if robot.falling else "swinging" if robot.swinging else "still"
     return f"{robot.now_us / US_PER_S:.6f} {motion}"
 
 
-def _wait(bench: Bench, words: Words) -> Reply:
-    robot = bench.robot
-    if words[0] == "still":
+def _wait(server: RobotServer, until: float | str) -> Reply:
+    robot = server.robot
+    if isinstance(until, str):
         return Reply("ok", lambda: not robot.falling and not robot.swinging)
-    end_us = robot.now_us + _us(words[0], LONGEST_WAIT_S)
+    end_us = robot.now_us + round(until * US_PER_S)
     return Reply("ok", lambda: robot.now_us >= end_us)
 
 
-def _kind(word: str) -> Any:
-    """`Faults` refuses what it does not know."""
-    return None if word.lower() == "none" else word.lower()
-
-
-def _fault(bench: Bench, words: Words) -> None:
-    """Raises ControlError, or EmulationError: there is no such part, or no such fault of it."""
-    part, arguments = words[0].lower(), words[1:]
-    if part not in _FAULTS:
-        raise ControlError(f"There is no fault of {words[0]!r}: {', '.join(list(_FAULTS)[1:])}.")
-    _FAULTS[part].done(bench.robot.faults, arguments)
-
-
-def _imu_fault(faults: Faults, words: Words) -> None:
-    body = _whole(words[0], "body")
-    if len(words) == 2 and words[1].lower() == "glitch":
+def _imu_fault(server: RobotServer, body: int, kind: Any, other: int | None = None) -> None:
+    """Raises EmulationError: there is no such part, or no such fault of it; likewise the others."""
+    faults = server.robot.faults
+    if kind == "glitch" and other is None:
         faults.glitch(body)
     else:
-        faults.imu(body, _kind(words[1]), _whole(words[2], "body") if len(words) == 3 else None)
+        faults.imu(body, kind, other)
 
 
-def _angle_fault(faults: Faults, words: Words) -> None:
-    turned_deg = _decimal(words[2], "angle") if len(words) == 3 else None
-    faults.angle_sensor(_whole(words[0], "sensor"), _kind(words[1]), turned_deg)
+def _card_fault(server: RobotServer, stall_s: float | None, every_s: float = STALL_EVERY_S) -> None:
+    server.robot.faults.card_stalls(_us(stall_s), round(every_s * US_PER_S))
 
 
-def _card_fault(faults: Faults, words: Words) -> None:
-    if _kind(words[0]) is None:
-        faults.card_stalls(None)
-        return
-    every_us = round(STALL_EVERY_S * US_PER_S) if len(words) == 1 else _us(words[1], 10 * LONGEST_STALL_S)
-    faults.card_stalls(_us(words[0], LONGEST_STALL_S), every_us)
-
-
-def _clock_fault(faults: Faults, words: Words) -> None:
-    board: Any = _one_of(words[0], _BOARDS, "board").name.lower()
-    faults.clock(board, _decimal(words[1], "number of ppm"))
-
-
-_FAULTS: dict[str, _Verb[Faults]] = {
-    "none": _Verb("fault none", 0, 0, lambda faults, _: faults.heal()),
-    "imu": _Verb(
-        "fault imu BODY dead|frozen|saturated|glitch|none, or imu BODY swapped BODY", 2, 3, _imu_fault
+_FAULTS = {
+    "none": _Verb("", lambda server: server.robot.faults.heal()),
+    "imu": _Verb("BODY dead|frozen|saturated|glitch|swapped|none [BODY]", _imu_fault),
+    "bus": _Verb("1|2 stuck|none", lambda server, bus, kind: server.robot.faults.bus(bus, kind is not None)),
+    "angle": _Verb(
+        "SENSOR dead|frozen|turned|none [DEGREES]",
+        lambda server, *fault: server.robot.faults.angle_sensor(*fault),
     ),
-    "bus": _Verb(
-        "fault bus 1|2 stuck|none",
-        2,
-        2,
-        lambda faults, words: faults.bus(_whole(words[0], "bus"), _choice(words[1], "stuck", "none")),
-    ),
-    "angle": _Verb("fault angle SENSOR dead|frozen|none, or angle SENSOR turned DEGREES", 2, 3, _angle_fault),
-    "servo": _Verb(
-        "fault servo JOINT dead|slow|reversed|none",
-        2,
-        2,
-        lambda faults, words: faults.servo(_whole(words[0], "joint"), _kind(words[1])),
-    ),
+    "servo": _Verb("JOINT dead|slow|reversed|none", lambda server, *fault: server.robot.faults.servo(*fault)),
     "switch": _Verb(
-        "fault switch 1|2 stuck-closed|stuck-open|none",
-        2,
-        2,
-        lambda faults, words: faults.switch(_whole(words[0], "switch"), _kind(words[1])),
+        "1|2 stuck-closed|stuck-open|none", lambda server, *fault: server.robot.faults.switch(*fault)
     ),
-    "bounce": _Verb(
-        "fault bounce DURATION|none",
-        1,
-        1,
-        lambda faults, words: faults.bounce(_kind(words[0]) and _us(words[0], LONGEST_BOUNCE_S)),
-    ),
-    "card": _Verb("fault card STALL|none [EVERY]", 1, 2, _card_fault),
-    "clock": _Verb("fault clock sequencer|logger PPM", 2, 2, _clock_fault),
+    "bounce": _Verb("none|BOUNCE", lambda server, time_s: server.robot.faults.bounce(_us(time_s))),
+    "card": _Verb("none|STALL [EVERY]", _card_fault),
+    "clock": _Verb("sequencer|logger PPM", lambda server, *fault: server.robot.faults.clock(*fault)),
 }
-_VERBS: dict[str, _Verb[Bench]] = {
-    "hold": _Verb(
-        "hold BODY...", 1, 4, lambda bench, words: _held(bench).hold([_whole(one, "body") for one in words])
-    ),
-    "swing": _Verb("swing JOINT DEGREES PERIOD CYCLES", 4, 4, _swing),
-    "sweep": _Verb("sweep JOINT", 1, 1, _sweep),
-    "turn": _Verb("turn x|y|z DEGREES [ROUNDS]", 2, 3, _turn),
-    "seat": _Verb("seat", 0, 0, lambda bench, _: _held(bench).seat()),
-    "press": _Verb(
-        "press 1|2", 1, 1, lambda bench, words: bench.robot.set_switch(_whole(words[0], "switch"), True)
-    ),
-    "release": _Verb(
-        "release 1|2", 1, 1, lambda bench, words: bench.robot.set_switch(_whole(words[0], "switch"), False)
-    ),
-    "knock": _Verb(
-        "knock 1|2 DURATION",
-        2,
-        2,
-        lambda bench, words: bench.robot.knock(_whole(words[0], "switch"), _us(words[1], LONGEST_KNOCK_S)),
-    ),
+_VERBS = {
+    "hold": _Verb("BODY...", lambda server, *bodies: _held(server).hold(bodies)),
+    "swing": _Verb("JOINT DEGREES PERIOD CYCLES", _swing),
+    "sweep": _Verb("JOINT", _sweep),
+    "turn": _Verb("x|y|z DEGREES [ROUNDS]", _turn),
+    "seat": _Verb("", lambda server: _held(server).seat()),
+    "press": _Verb("1|2", lambda server, switch: server.robot.set_switch(switch, True)),
+    "release": _Verb("1|2", lambda server, switch: server.robot.set_switch(switch, False)),
+    "knock": _Verb("1|2 KNOCK", lambda server, switch, time_s: server.robot.knock(switch, _us(time_s))),
     "power": _Verb(
-        "power sequencer|logger on|off",
-        2,
-        2,
-        lambda bench, words: bench.set_power(
-            _one_of(words[0], _BOARDS, "board"), _choice(words[1], "on", "off")
-        ),
+        "sequencer|logger on|off",
+        lambda server, board, state: server.set_power(BoardIndex[board.upper()], state == "on"),
     ),
     "cable": _Verb(
-        "cable sequencer|logger plug|pull",
-        2,
-        2,
-        lambda bench, words: bench.set_cable(
-            _one_of(words[0], _BOARDS, "board"), _choice(words[1], "plug", "pull")
-        ),
+        "sequencer|logger plug|pull",
+        lambda server, board, state: server.set_cable(BoardIndex[board.upper()], state == "plug"),
     ),
     "reset": _Verb(
-        "reset watchdog|brown-out|button",
-        1,
-        1,
-        lambda bench, words: bench.reset(_one_of(words[0], _RESETS, "reset")),
+        "watchdog|brown-out|button",
+        lambda server, cause: server.reset(Reset[cause.upper().replace("-", "_")]),
     ),
-    "fault": _Verb(f"fault {'|'.join(_FAULTS)} ...", 1, 4, _fault),
-    "drop": _Verb("drop [DURATION]", 0, 1, _drop),
-    "angles": _Verb(
-        "angles", 0, 0, lambda bench, _: " ".join(f"{one:.2f}" for one in bench.robot.joint_angles_deg())
-    ),
-    "card": _Verb("card [remove|insert|fill|write-protect|unformat|fail|FILE]", 0, 1, _card),
-    "time": _Verb("time", 0, 0, _time),
-    "wait": _Verb("wait DURATION|still", 1, 1, _wait),
-    "help": _Verb("help", 0, 0, lambda _bench, _words: " | ".join(verb.usage for verb in _VERBS.values())),
-    "quit": _Verb("quit", 0, 0, lambda bench, _: bench.stop()),
+    **{f"fault {name}": verb for name, verb in _FAULTS.items()},
+    "drop": _Verb("[FALL]", _drop),
+    "angles": _Verb("", lambda server: " ".join(f"{one:.2f}" for one in server.robot.joint_angles_deg())),
+    "card": _Verb("[remove|insert|fill|write-protect|unformat|fail|FILE]", _card),
+    "time": _Verb("", _time),
+    "wait": _Verb("still|DURATION", _wait),
+    "help": _Verb("", lambda _: " | ".join(f"{name} {verb.words}".rstrip() for name, verb in _VERBS.items())),
+    "quit": _Verb("", lambda server: server.stop()),
 }
 
 
@@ -373,8 +284,8 @@ class LineTooLong(ValueError):
 class ControlLines:
     """One sender's lines, in order: a `wait` holds back those after it, and no one else's."""
 
-    def __init__(self, bench: Bench) -> None:
-        self._bench = bench
+    def __init__(self, server: RobotServer) -> None:
+        self._server = server
         self._partial = b""
         self._lines: deque[str] = deque()
         self._pending: Reply | None = None
@@ -408,4 +319,4 @@ class ControlLines:
                 self._pending = None
             if not self._lines:
                 return due
-            self._pending = execute(self._lines.popleft(), self._bench)
+            self._pending = execute(self._lines.popleft(), self._server)

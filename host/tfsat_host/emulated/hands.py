@@ -5,13 +5,13 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.steps.step import AXES, SWEEP_ROUNDS, SWEEP_STOPS_DEG, Axis
-from tfsat_host.emulated.library import EmulationError, HandsConfig, LegConfig
+from tfsat_host.emulated.library import EmulationError, structures
 from tfsat_host.protocol.limits import JOINT_COUNT
 
 LEAD_S = 1.0
@@ -162,13 +162,14 @@ class HandsOn:
             )
 
 
-def _legs(legs: Sequence[Leg]) -> ctypes.Array[LegConfig]:
-    return (LegConfig * len(legs))(*(LegConfig(leg.target_rad, leg.duration_s, leg.rest_s) for leg in legs))
+def _legs(legs: Sequence[Leg]) -> Any:
+    leg = structures()["TfsatLeg"]
+    return (leg * len(legs))(*(leg(one.target_rad, one.duration_s, one.rest_s) for one in legs))
 
 
-def _config(motion: Motion) -> HandsConfig:
+def _config(motion: Motion) -> Any:
     hands = motion.hands
-    return HandsConfig(
+    return structures()["TfsatHands"](
         seed=motion.seed,
         lead_s=LEAD_S,
         tremor_rad_s=np.deg2rad(hands.tremor_deg_s),

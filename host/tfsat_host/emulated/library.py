@@ -1,28 +1,18 @@
-"""The emulated robot's C interface (tools/emulator/src/api.h) as Python sees it."""
+"""The emulated robot's C interface as Python sees it: declared in tools/emulator/src/api.h, and nowhere else."""
 
 from __future__ import annotations
 
 import ctypes
-from ctypes import (
-    POINTER,
-    c_char_p,
-    c_double,
-    c_int,
-    c_int32,
-    c_size_t,
-    c_ssize_t,
-    c_uint,
-    c_uint8,
-    c_uint32,
-    c_uint64,
-    c_void_p,
-)
+import re
 from enum import IntEnum
+from functools import cache
+from math import prod
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
+from tfsat_host.emulated.build import native_root
 from tfsat_host.emulated.imperfections import GYRO_WANDER_S, Imperfections
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, JOINT_COUNT
@@ -52,160 +42,75 @@ class Reset(IntEnum):
     BUTTON = 2
 
 
-class RobotConfig(ctypes.Structure):
-    """TfsatRobotConfig of api.h: SI units, matrices row by row."""
-
-    _fields_: ClassVar[list[tuple[str, Any]]] = [
-        ("seed", c_uint64),
-        ("session_seed", c_uint64),
-        ("base_body", c_int32),
-        ("joint_inner", c_int32 * 3),
-        ("joint_outer", c_int32 * 3),
-        ("angle_direction", c_int32 * 6),
-        ("body_mass_kg", c_double * 4),
-        ("body_com_m", c_double * 12),
-        ("body_inertia_kg_m2", c_double * 36),
-        ("body_origin_m", c_double * 12),
-        ("joint_axis", c_double * 9),
-        ("joint_point_m", c_double * 9),
-        ("servo_reference_pulse_us", c_double * 3),
-        ("servo_reference_angle_rad", c_double * 3),
-        ("servo_pulse_us_per_rad", c_double * 3),
-        ("servo_max_rate_rad_s", c_double * 3),
-        ("servo_acceleration_rad_s2", c_double * 3),
-        ("servo_gain", c_double * 3),
-        ("servo_offset_rad", c_double * 3),
-        ("servo_backlash_rad", c_double * 3),
-        ("servo_repeat_rad", c_double * 3),
-        ("servo_overshoot_rad", c_double * 3),
-        ("joint_min_rad", c_double * 3),
-        ("joint_max_rad", c_double * 3),
-        ("imu_position_m", c_double * 12),
-        ("imu_sensor_to_body", c_double * 36),
-        ("gyro_bias_rad_s", c_double * 12),
-        ("gyro_scale", c_double * 12),
-        ("gyro_noise_rad_s_rthz", c_double),
-        ("accel_noise_m_s2_rthz", c_double),
-        ("gyro_g_sensitivity", c_double * 36),
-        ("gyro_bias_slope_rad_s_c", c_double * 12),
-        ("gyro_wander_rad_s", c_double),
-        ("gyro_wander_s", c_double),
-        ("gyro_shock_limit_m_s2", c_double),
-        ("angle_zero_offset_rad", c_double * 6),
-        ("angle_nonlinearity_rad", c_double * 24),
-        ("angle_noise_rad", c_double),
-        ("temperature_c", c_double),
-        ("warming_c", c_double),
-        ("warming_s", c_double),
-        ("sequencer_clock_ppm", c_double),
-        ("logger_clock_ppm", c_double),
-        ("imu_who_am_i", c_uint8 * 4),
-        ("logger_serial", c_uint8 * 8),
-    ]
-
-
-class HandsConfig(ctypes.Structure):
-    """TfsatHands of api.h."""
-
-    _fields_: ClassVar[list[tuple[str, Any]]] = [
-        ("seed", c_uint64),
-        ("lead_s", c_double),
-        ("tremor_rad_s", c_double),
-        ("sway_rad_s", c_double),
-        ("reaction", c_double),
-    ]
-
-
-class LegConfig(ctypes.Structure):
-    """TfsatLeg of api.h."""
-
-    _fields_: ClassVar[list[tuple[str, Any]]] = [
-        ("target_rad", c_double),
-        ("duration_s", c_double),
-        ("rest_s", c_double),
-    ]
-
-
-_SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
-    "tfsat_config_bytes": (c_size_t, []),
-    "tfsat_truth_row_bytes": (c_size_t, []),
-    "tfsat_robot_new": (c_void_p, [POINTER(RobotConfig), c_char_p, c_char_p, c_size_t]),
-    "tfsat_robot_free": (None, [c_void_p]),
-    "tfsat_now_us": (c_uint64, [c_void_p]),
-    "tfsat_advance_to": (c_int, [c_void_p, c_uint64]),
-    "tfsat_crash": (c_char_p, [c_void_p]),
-    "tfsat_pass_slowly": (None, [c_void_p, c_double]),
-    "tfsat_write": (c_size_t, [c_void_p, c_int, c_char_p, c_size_t]),
-    "tfsat_read": (c_size_t, [c_void_p, c_int, POINTER(c_uint8), c_size_t]),
-    "tfsat_read_by": (c_ssize_t, [c_void_p, c_int, c_uint64, c_uint64, POINTER(c_uint8), c_size_t]),
-    "tfsat_set_power": (None, [c_void_p, c_int, c_int]),
-    "tfsat_set_cable": (None, [c_void_p, c_int, c_int]),
-    "tfsat_set_port": (None, [c_void_p, c_int]),
-    "tfsat_reset": (None, [c_void_p, c_int]),
-    "tfsat_eeprom_get": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
-    "tfsat_eeprom_set": (None, [c_void_p, c_char_p, c_size_t]),
-    "tfsat_eeprom_writes": (c_uint32, [c_void_p]),
-    "tfsat_logger_memory_bytes": (c_size_t, [c_void_p]),
-    "tfsat_logger_memory_get": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
-    "tfsat_logger_memory_set": (None, [c_void_p, c_char_p, c_size_t]),
-    "tfsat_card_size": (c_size_t, [c_void_p]),
-    "tfsat_card_read": (None, [c_void_p, POINTER(c_uint8), c_size_t]),
-    "tfsat_card_next_file": (c_int, [c_void_p, c_int]),
-    "tfsat_card_file_size": (c_size_t, [c_void_p, c_int]),
-    "tfsat_card_file_read": (None, [c_void_p, c_int, POINTER(c_uint8), c_size_t]),
-    "tfsat_card_put_file": (None, [c_void_p, c_int, c_char_p, c_size_t]),
-    "tfsat_card_set_present": (None, [c_void_p, c_int]),
-    "tfsat_card_set_defect": (None, [c_void_p, c_int]),
-    "tfsat_card_fill": (None, [c_void_p, c_uint32]),
-    "tfsat_card_set_mount": (None, [c_void_p, c_uint32]),
-    "tfsat_fault_imu": (None, [c_void_p, c_int, c_int]),
-    "tfsat_swap_imus": (None, [c_void_p, c_int, c_int]),
-    "tfsat_glitch_imu": (None, [c_void_p, c_int]),
-    "tfsat_fault_bus": (None, [c_void_p, c_int, c_int]),
-    "tfsat_fault_angle_sensor": (None, [c_void_p, c_int, c_int]),
-    "tfsat_slip_magnet": (None, [c_void_p, c_int, c_double]),
-    "tfsat_fault_servo": (None, [c_void_p, c_int, c_int]),
-    "tfsat_fault_switch": (None, [c_void_p, c_int, c_int]),
-    "tfsat_set_bounce": (None, [c_void_p, c_uint64]),
-    "tfsat_card_stalls": (None, [c_void_p, c_uint64, c_uint64]),
-    "tfsat_set_clock": (c_int, [c_void_p, c_int, c_double]),
-    "tfsat_seat": (None, [c_void_p]),
-    "tfsat_hold": (c_int, [c_void_p, c_uint32]),
-    "tfsat_swing": (c_int, [c_void_p, c_int, c_double, c_double, c_uint]),
-    "tfsat_move_joint": (c_int, [c_void_p, POINTER(HandsConfig), c_int, POINTER(LegConfig), c_size_t]),
-    "tfsat_turn": (None, [c_void_p, POINTER(HandsConfig), POINTER(c_double), POINTER(LegConfig), c_size_t]),
-    "tfsat_hold_against": (None, [c_void_p, POINTER(HandsConfig), c_int]),
-    "tfsat_set_joint": (c_int, [c_void_p, c_int, c_double]),
-    "tfsat_swinging": (c_int, [c_void_p]),
-    "tfsat_set_switch": (None, [c_void_p, c_int, c_int]),
-    "tfsat_knock": (None, [c_void_p, c_int, c_uint64]),
-    "tfsat_drop": (None, [c_void_p, POINTER(c_double), POINTER(c_double), c_uint64]),
-    "tfsat_falling": (c_int, [c_void_p]),
-    "tfsat_released_us": (c_uint64, [c_void_p]),
-    "tfsat_joint_angle_rad": (c_double, [c_void_p, c_int]),
-    "tfsat_com_position": (None, [c_void_p, POINTER(c_double)]),
-    "tfsat_record_truth": (None, [c_void_p, c_uint64]),
-    "tfsat_truth_rows": (c_size_t, [c_void_p]),
-    "tfsat_truth_read": (None, [c_void_p, POINTER(c_double), c_size_t]),
+_TYPES: dict[str, Any] = {
+    "void": None,
+    "int": ctypes.c_int,
+    "unsigned": ctypes.c_uint,
+    "double": ctypes.c_double,
+    "size_t": ctypes.c_size_t,
+    "ptrdiff_t": ctypes.c_ssize_t,
+    "int32_t": ctypes.c_int32,
+    "uint8_t": ctypes.c_uint8,
+    "uint32_t": ctypes.c_uint32,
+    "uint64_t": ctypes.c_uint64,
+    "TfsatRobot*": ctypes.c_void_p,
+    "char*": ctypes.c_char_p,
+    "const uint8_t*": ctypes.c_char_p,
 }
+_STRUCTURE = re.compile(r"typedef struct \{([^}]*)\} (\w+);")
+_FIELD = re.compile(r"(\w+) (\w+)((?:\[\d+\])*);")
+_FUNCTION = re.compile(r"^(?:const )?(\w+\*?) (tfsat_\w+)\(([^)]*)\);", re.MULTILINE)
+_PARAMETER = re.compile(r"((?:const )?\w+\*?) \w+(\[\d+\])?")
 
 
+@cache
+def _header() -> str:
+    text = (native_root() / "tools" / "emulator" / "src" / "api.h").read_text(encoding="utf-8")
+    return re.sub(r"//.*", "", text)
+
+
+@cache
+def structures() -> dict[str, Any]:
+    """The structures of api.h by their names; SI units, matrices row by row in one array."""
+    return {name: _structure(name, fields) for fields, name in _STRUCTURE.findall(_header())}
+
+
+def _structure(name: str, fields: str) -> type[ctypes.Structure]:
+    def typed(element: str, sizes: str) -> Any:
+        count = prod(map(int, re.findall(r"\d+", sizes)))
+        return _TYPES[element] * count if sizes else _TYPES[element]
+
+    declared = [(field, typed(element, sizes)) for element, field, sizes in _FIELD.findall(fields)]
+    return type(name, (ctypes.Structure,), {"_fields_": declared})
+
+
+def _type(declared: str, array: str = "") -> Any:
+    """Of a result or a parameter."""
+    plain = declared.removeprefix("const ")
+    for name in (declared, plain):
+        if name in _TYPES and not array:
+            return _TYPES[name]
+    element = plain.removesuffix("*")
+    return ctypes.POINTER(structures().get(element) or _TYPES[element])
+
+
+@cache
 def load_library(path: Path) -> ctypes.CDLL:
-    """Loads the library and checks that it means the same structures."""
+    """Loads the library and checks that it lays its structures out as ctypes does."""
     library = ctypes.CDLL(str(path))
-    for name, (result, arguments) in _SIGNATURES.items():
+    for result, name, parameters in _FUNCTION.findall(_header()):
         function = getattr(library, name)
-        function.restype = result
-        function.argtypes = arguments
-    if library.tfsat_config_bytes() != ctypes.sizeof(RobotConfig):
-        raise RuntimeError("library.py and api.h disagree on TfsatRobotConfig")
-    if library.tfsat_truth_row_bytes() != 8 * TRUTH_COLUMNS:
+        function.restype = _type(result)
+        function.argtypes = [_type(*one) for one in _PARAMETER.findall(parameters)]
+    if library.tfsat_config_bytes() != ctypes.sizeof(structures()["TfsatRobotConfig"]):
+        raise RuntimeError("ctypes and the compiler disagree on TfsatRobotConfig")
+    if library.tfsat_truth_row_bytes() != ctypes.sizeof(ctypes.c_double) * TRUTH_COLUMNS:
         raise RuntimeError("library.py and api.h disagree on a row of truth")
     return library
 
 
-def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> RobotConfig:
-    """The library's structure, in SI units and the robot file's frames.
+def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_seed: int) -> ctypes.Structure:
+    """`TfsatRobotConfig`, in SI units and the robot file's frames.
 
     Args:
         model: As many bodies, joints and sensors as the structure has room for, and a servo with pulses
@@ -214,57 +119,47 @@ def robot_config(model: RobotModel, wrong: Imperfections, seed: int, session_see
         seed: For noise and contact bounce.
         session_seed: For the logger's session ids.
     """
-    pulses = [servo.pulses for servo in model.servos if servo.pulses is not None]
-    config = RobotConfig(seed=seed, session_seed=session_seed, base_body=model.base, temperature_c=25.0)
-    values: dict[str, object] = {
+    servos, sensors = model.servos, model.angle_sensors
+    pulses = [servo.pulses for servo in servos if servo.pulses is not None]
+    mounted = [turn @ imu.sensor_to_body for turn, imu in zip(wrong.mounting, model.imus, strict=True)]
+    values: dict[str, Any] = {
+        "seed": seed,
+        "session_seed": session_seed,
+        "base_body": model.base,
+        "temperature_c": 25.0,
         "joint_inner": model.joint_inner,
         "joint_outer": model.joint_outer,
-        "angle_direction": [sensor.direction for sensor in model.angle_sensors],
+        "angle_direction": [sensor.direction for sensor in sensors],
         "body_mass_kg": model.mass_kg,
         "body_com_m": model.com_m,
         "body_inertia_kg_m2": model.inertia_kg_m2,
         "body_origin_m": model.origin_m,
         "joint_axis": model.joint_axis,
         "joint_point_m": model.joint_point_m,
-        "servo_reference_pulse_us": [p.reference_pulse_us for p in pulses],
-        "servo_reference_angle_rad": [p.reference_angle_rad for p in pulses],
-        "servo_pulse_us_per_rad": [p.pulse_us_per_rad for p in pulses],
-        "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in model.servos],
-        "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in model.servos],
-        "servo_gain": wrong.servo_gain,
-        "servo_offset_rad": wrong.servo_offset_rad,
-        "servo_backlash_rad": wrong.servo_backlash_rad,
-        "servo_repeat_rad": wrong.servo_repeat_rad,
-        "servo_overshoot_rad": wrong.servo_overshoot_rad,
+        "servo_reference_pulse_us": [one.reference_pulse_us for one in pulses],
+        "servo_reference_angle_rad": [one.reference_angle_rad for one in pulses],
+        "servo_pulse_us_per_rad": [one.pulse_us_per_rad for one in pulses],
+        "servo_max_rate_rad_s": [servo.max_rate_rad_s for servo in servos],
+        "servo_acceleration_rad_s2": [servo.acceleration_rad_s2 for servo in servos],
         "joint_min_rad": model.joint_limits_rad[:, 0],
         "joint_max_rad": model.joint_limits_rad[:, 1],
         "imu_position_m": [imu.position_m for imu in model.imus],
-        "imu_sensor_to_body": [
-            turn @ imu.sensor_to_body for turn, imu in zip(wrong.mounting, model.imus, strict=True)
-        ],
-        "gyro_bias_rad_s": wrong.gyro_bias_rad_s,
-        "gyro_scale": wrong.gyro_scale,
+        "imu_sensor_to_body": mounted,
         "gyro_g_sensitivity": wrong.gyro_g_sensitivity_rad_s_g / STANDARD_GRAVITY_M_S2,
-        "gyro_bias_slope_rad_s_c": wrong.gyro_bias_slope_rad_s_c,
-        "angle_zero_offset_rad": wrong.angle_zero_rad
-        + [sensor.zero_offset_rad for sensor in model.angle_sensors],
-        "angle_nonlinearity_rad": wrong.angle_nonlinearity_rad,
+        "gyro_wander_s": GYRO_WANDER_S,
+        "gyro_shock_limit_m_s2": wrong.gyro_shock_limit_g * STANDARD_GRAVITY_M_S2,
+        "angle_zero_offset_rad": wrong.angle_zero_rad + [sensor.zero_offset_rad for sensor in sensors],
+        "imu_who_am_i": list(wrong.imu_who_am_i),
+        "logger_serial": list(wrong.logger_serial),
     }
-    for name, value in values.items():
-        field = getattr(config, name)
-        field[:] = np.ravel(np.asarray(value)).tolist()
-    config.gyro_noise_rad_s_rthz = wrong.gyro_noise_rad_s_rthz
-    config.accel_noise_m_s2_rthz = wrong.accel_noise_m_s2_rthz
-    config.gyro_wander_rad_s = wrong.gyro_wander_rad_s
-    config.gyro_wander_s = GYRO_WANDER_S
-    config.gyro_shock_limit_m_s2 = wrong.gyro_shock_limit_g * STANDARD_GRAVITY_M_S2
-    config.warming_c = wrong.warming_c
-    config.warming_s = wrong.warming_s
-    config.angle_noise_rad = wrong.angle_noise_rad
-    config.sequencer_clock_ppm = wrong.sequencer_clock_ppm
-    config.logger_clock_ppm = wrong.logger_clock_ppm
-    config.imu_who_am_i[:] = wrong.imu_who_am_i
-    config.logger_serial[:] = wrong.logger_serial
+    structure = structures()["TfsatRobotConfig"]
+    config: ctypes.Structure = structure()
+    for name, kind in structure._fields_:
+        value = values[name] if name in values else getattr(wrong, name)  # the others have the error's name
+        if issubclass(kind, ctypes.Array):
+            getattr(config, name)[:] = np.ravel(np.asarray(value)).tolist()
+        else:
+            setattr(config, name, value)
     return config
 
 

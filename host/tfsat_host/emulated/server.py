@@ -1,13 +1,9 @@
-"""The emulated robot for other programs: two serial ports and control lines, paced to real time."""
+"""The emulated robot for other programs: two serial ports, and what a person can do to it."""
 
 from __future__ import annotations
 
-import select
-import time
-from collections.abc import Callable
 from pathlib import Path
 
-from tfsat_host.emulated.control_sources import ControlSocket, TypedLines
 from tfsat_host.emulated.pty_port import PtyPort
 from tfsat_host.emulated.robot import US_PER_S, BoardIndex, EmulatedRobot, EmulationError, Reset
 from tfsat_host.emulated.served_folder import ServedFolder
@@ -15,6 +11,8 @@ from tfsat_host.emulated.state import Kept
 from tfsat_host.errors import TfsatError
 from tfsat_host.whole_file import write_whole
 
+STEP_US = 1000
+"""Virtual time between two reads of the ports: about the frame of full-speed USB."""
 _QUIET_US = 20_000
 """An EEPROM that was not written to for so long has all of an upload; a byte takes 3.4 ms."""
 
@@ -64,10 +62,15 @@ class RobotServer:
                 self._untaken[board] = data[self._robot.write(board, data) :]
         self._robot.advance(STEP_US)
         for board, port in self._ports.items():
-            port.write(self._robot.read(board) if port.has_room else b"")
+            answer = self._robot.read(board) if port.has_room else b""
+            if answer and board == BoardIndex.SEQUENCER:
+                self._keep_eeprom()  # what a host has read back outlives even a kill -9 of this process
+            port.write(answer)
         if self._robot.now_us - self._memory_look_us >= _QUIET_US:
             self._memory_look_us = self._robot.now_us
-            self._keep_eeprom_when_quiet()
+            writes, self._seen_writes = self._seen_writes, self._robot.eeprom_writes
+            if writes == self._seen_writes:
+                self._keep_eeprom()
             self._keep_logger_memory()
 
     def set_power(self, board: BoardIndex, on: bool) -> None:
@@ -142,16 +145,13 @@ class RobotServer:
         if self._robot.card():
             self.save_card()
 
-    def _keep_eeprom_when_quiet(self) -> None:
-        """What a host has read back outlives even a kill -9 of this process."""
-        writes = self._robot.eeprom_writes
-        if writes == self._seen_writes != self._kept_writes:
+    def _keep_eeprom(self) -> None:
+        if (writes := self._robot.eeprom_writes) != self._kept_writes:
             write_whole(self._folder.kept.eeprom, self._robot.eeprom())
             self._kept_writes = writes
-        self._seen_writes = writes
 
     def _keep_logger_memory(self) -> None:
-        """Likewise; the logger writes all its settings at once."""
+        """The logger writes all its settings at once."""
         memory = self._robot.logger_memory()
         if memory != self._kept_memory:
             write_whole(self._folder.kept.logger_memory, memory)
@@ -163,84 +163,3 @@ class RobotServer:
         else:
             self._ports[board].pull()
             self._untaken[board] = b""
-
-
-def serve(
-    server: RobotServer,
-    control: ControlSocket,
-    typed: TypedLines,
-    on_lag: Callable[[float], None],
-    clock: Callable[[], float] = time.monotonic,
-) -> None:
-    """Runs the server in real time until it is told to stop.
-
-    Args:
-        server: What to run.
-        control, typed: Where control lines come from.
-        on_lag: Told once, in seconds, when this computer is too slow.
-        clock: Seconds that never go back.
-
-    Raises:
-        EmulationError: the emulated processor crashed.
-    """
-    pacer = Pacer(clock())
-    while not server.stopping:
-        for _ in range(pacer.steps_due(clock())):
-            server.step()
-        if pacer.new_lag():
-            on_lag(pacer.lag_s)
-        waited = [*control.waits_on(), *typed.waits_on()]
-        ready, _, _ = select.select(waited, [], [], pacer.wait_s(clock()))
-        control.service(ready)
-        typed.service(ready)
-
-
-STEP_US = 1000
-"""Virtual time between two looks at the ports: about the frame of full-speed USB."""
-LONGEST_BACKLOG_S = 0.25
-"""What is made up for after a hiccup; it is also how long a host waits for an answer."""
-TOLERATED_LAG_S = 0.5
-"""Lag in all that is not worth a word."""
-
-
-class Pacer:
-    """Says how many steps are due, and when the next one is.
-
-    The clock is the caller's: seconds from any origin, never going back. What the computer cannot make
-    up for within LONGEST_BACKLOG_S is given up: virtual time then lags for good, by `lag_s`.
-
-    Args:
-        now_s: The clock at virtual time zero.
-    """
-
-    def __init__(self, now_s: float) -> None:
-        self._origin_s = now_s
-        self._steps = 0
-        self._lag_told = False
-        self.lag_s = 0.0
-
-    def steps_due(self, now_s: float) -> int:
-        """Steps of STEP_US to run now; counted as run."""
-        behind_s = now_s - self._time_of(self._steps)
-        if behind_s > LONGEST_BACKLOG_S:
-            given_up_s = behind_s - LONGEST_BACKLOG_S
-            self._origin_s += given_up_s
-            self.lag_s += given_up_s
-            behind_s = LONGEST_BACKLOG_S
-        due = max(0, int(behind_s * US_PER_S / STEP_US))
-        self._steps += due
-        return due
-
-    def wait_s(self, now_s: float) -> float:
-        """Seconds until the next step is due; 0 if one is."""
-        return max(0.0, self._time_of(self._steps + 1) - now_s)
-
-    def new_lag(self) -> bool:
-        """True once: when the lag has become worth telling."""
-        if self._lag_told or self.lag_s < TOLERATED_LAG_S:
-            return False
-        self._lag_told = True
-        return True
-
-    def _time_of(self, steps: int) -> float:
-        return self._origin_s + steps * STEP_US / US_PER_S

@@ -1,14 +1,18 @@
-"""Where control lines come from: a socket that many may use, and the terminal or pipe of the command."""
+"""The served robot in real time: its pace, and its control lines by a socket for many and by the terminal."""
 
 from __future__ import annotations
 
 import os
+import select
 import socket
 import sys
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from tfsat_host.emulated.control import Bench, ControlLines, LineTooLong
+from tfsat_host.emulated.control import ControlLines, LineTooLong
+from tfsat_host.emulated.robot import US_PER_S
+from tfsat_host.emulated.server import STEP_US, RobotServer
 from tfsat_host.errors import TfsatError
 
 _CHUNK_BYTES = 4096
@@ -17,10 +21,10 @@ _CHUNK_BYTES = 4096
 class ControlSocket:
     """A unix socket that takes any number of connections; nothing here waits."""
 
-    def __init__(self, path: Path, bench: Bench) -> None:
+    def __init__(self, path: Path, server: RobotServer) -> None:
         """Listens at `path`. Raises TfsatError if the system refuses such a path."""
         self._path = path
-        self._bench = bench
+        self._server = server
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._listener.bind(str(path))
@@ -62,7 +66,7 @@ class ControlSocket:
         except (BlockingIOError, ConnectionAbortedError):
             return
         accepted.setblocking(False)
-        self._connections.append(_Connection(accepted, ControlLines(self._bench)))
+        self._connections.append(_Connection(accepted, ControlLines(self._server)))
 
 
 class _Connection:
@@ -103,13 +107,13 @@ class TypedLines:
     """Standard input. Its end ends nothing: a command in the background has none.
 
     Args:
-        bench: What the lines act on.
+        server: What the lines act on.
         say: Shows a reply.
         descriptor: What to read; None where there is no standard input.
     """
 
-    def __init__(self, bench: Bench, say: Callable[[str], None], descriptor: int | None) -> None:
-        self._lines = ControlLines(bench)
+    def __init__(self, server: RobotServer, say: Callable[[str], None], descriptor: int | None) -> None:
+        self._lines = ControlLines(server)
         self._say = say
         self._descriptor = descriptor
 
@@ -151,3 +155,82 @@ def _another_has_terminal(descriptor: int) -> bool:
         return os.isatty(descriptor) and os.tcgetpgrp(descriptor) != os.getpgrp()
     except OSError:
         return True
+
+
+def serve(
+    server: RobotServer,
+    control: ControlSocket,
+    typed: TypedLines,
+    on_lag: Callable[[float], None],
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Runs the server in real time until it is told to stop.
+
+    Args:
+        server: What to run.
+        control, typed: Where control lines come from.
+        on_lag: Told once, in seconds, when this computer is too slow.
+        clock: Seconds that never go back.
+
+    Raises:
+        EmulationError: the emulated processor crashed.
+    """
+    pacer = Pacer(clock())
+    while not server.stopping:
+        for _ in range(pacer.steps_due(clock())):
+            server.step()
+        if pacer.new_lag():
+            on_lag(pacer.lag_s)
+        waited = [*control.waits_on(), *typed.waits_on()]
+        ready, _, _ = select.select(waited, [], [], pacer.wait_s(clock()))
+        control.service(ready)
+        typed.service(ready)
+
+
+LONGEST_BACKLOG_S = 0.25
+"""What is made up for after a hiccup; it is also how long a host waits for an answer."""
+TOLERATED_LAG_S = 0.5
+"""Lag in all that is not worth a word."""
+
+
+class Pacer:
+    """Says how many steps are due, and when the next one is.
+
+    The clock is the caller's: seconds from any origin, never going back. What the computer cannot make
+    up for within LONGEST_BACKLOG_S is given up: virtual time then lags for good, by `lag_s`.
+
+    Args:
+        now_s: The clock at virtual time zero.
+    """
+
+    def __init__(self, now_s: float) -> None:
+        self._origin_s = now_s
+        self._steps = 0
+        self._lag_told = False
+        self.lag_s = 0.0
+
+    def steps_due(self, now_s: float) -> int:
+        """Steps of STEP_US to run now; counted as run."""
+        behind_s = now_s - self._time_of(self._steps)
+        if behind_s > LONGEST_BACKLOG_S:
+            given_up_s = behind_s - LONGEST_BACKLOG_S
+            self._origin_s += given_up_s
+            self.lag_s += given_up_s
+            behind_s = LONGEST_BACKLOG_S
+        due = max(0, int(behind_s * US_PER_S / STEP_US))
+        self._steps += due
+        return due
+
+    def wait_s(self, now_s: float) -> float:
+        """Seconds until the next step is due; 0 if one is."""
+        return max(0.0, self._time_of(self._steps + 1) - now_s)
+
+    def new_lag(self) -> bool:
+        """True once: when the lag has become worth telling."""
+        if self._lag_told or self.lag_s < TOLERATED_LAG_S:
+            return False
+        self._lag_told = True
+        return True
+
+    def _time_of(self, steps: int) -> float:
+        return self._origin_s + steps * STEP_US / US_PER_S
