@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfsat_host.emulated.real_time import LONGEST_BACKLOG_S, STEP_US, Pacer
+from tfsat_host.emulated.real_time import LONGEST_BACKLOG_S, Pacer
+from tfsat_host.emulated.server import STEP_US
 
 STEP_S = STEP_US / 1e6
 

@@ -245,7 +245,7 @@ _FAULTS = {
     "card": _Verb("none|STALL [EVERY]", _card_fault),
     "clock": _Verb("sequencer|logger PPM", lambda server, *fault: server.robot.faults.clock(*fault)),
 }
-_VERBS = {
+_VERBS: dict[str, _Verb] = {
     "hold": _Verb("BODY...", lambda server, *bodies: _held(server).hold(bodies)),
     "swing": _Verb("JOINT DEGREES PERIOD CYCLES", _swing),
     "sweep": _Verb("JOINT", _sweep),
