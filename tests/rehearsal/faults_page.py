@@ -1,4 +1,4 @@
-"""docs/faults.md: what may go wrong, what stops it in the morning, and what the robot does else; as measured."""
+"""docs/faults.md: each fault, the checks that find it, and what the robot does; as rehearsed."""
 
 from __future__ import annotations
 
@@ -11,31 +11,25 @@ from tfsat_host.rehearsal.fault import Fault, words_of
 from tfsat_host.rehearsal.faults import FAULTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
-_HEAD = """# What may go wrong, and what happens then
+_HEAD = """# Faults
 
 Written by `python -m tests.rehearsal.faults_page`; do not edit. Each fault was rehearsed with the firmware's own code:
 
     tfsat-host rehearse 59 70 --fault gyro-dead
     tfsat-host rehearse 59 70 --fault gyro-dead@powered
     tfsat-host rehearse 59 70 --fault gyro-swapped --despite-preflight
-    tfsat-host rehearse --list-faults
 
-A fault strikes at its own moment ("when"), or at one of those in the column "or @", typed behind an `@`; any other is
-refused, for the fault cannot be there then. The tests repeat every row: the day on which the fault is there in the
-morning already, where that can be, and the day on which it strikes at its own moment and the team drops whatever the
-preflight says.
+A fault strikes at its own moment ("when"), or at one of those in the column "or @", typed behind an `@`. The tests repeat
+every row: the fault before the preflight, where that can be, and at its own moment whatever the preflight says.
 
-- **Preflight** names the checks that then say NO-GO (docs/preflight.md); "cannot see it" is what no check can find
-  without moving the robot, and "comes later" what cannot be there yet.
-- **The robot** is what it does then, dropped all the same; and what it does if the fault strikes at another moment,
-  where that differs.
-- **The recording** "to where it was cut off" holds every sample that had reached the card.
-- **Noticed** is where its name, or what it did, is said afterwards: by a board's refusal to go on, by a board after the
-  landing, in what `decode` says of the log, or in what `evaluate` and `report` say of the drop. "report refuses" is
-  where these two give no numbers and no page, and say why. Nothing is to be noticed of a fault that changes nothing.
-  `rehearse` says for each fault that was thrown in when it struck and who noticed.
+- **Preflight**: the checks that say NO-GO (docs/preflight.md); "cannot find it": only a motion shows it; "comes later":
+  the fault cannot be there yet.
+- **The robot**: what it does, dropped all the same; and at other moments, where that differs.
+- **The recording** "to where it was cut off": every sample that had reached the card.
+- **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`), or
+  their refusal to give numbers. A fault that changes nothing is not reported.
 
-| fault | what happens | when | or @ | preflight | the robot | the recording | noticed |
+| fault | what happens | when | or @ | preflight | the robot | the recording | reported by |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
@@ -62,11 +56,11 @@ def _row(fault: Fault, found: Day, no_go: Checks) -> str:
         fault.moment.value,
         words_of(fault.outcomes),
         "comes later"
-        if fault.morning is None
-        else ", ".join(f"`{name}`" for name in no_go(fault)) or "cannot see it",
+        if fault.preflight is None
+        else ", ".join(f"`{name}`" for name in no_go(fault)) or "cannot find it",
         _robot(fault),
         kept,
-        where or "nothing to notice",
+        where or "–",
     )
     return "| " + " | ".join(cells) + " |\n"
 

@@ -46,7 +46,7 @@ from tfsat_host.rehearsal.truth import drawn_truth
 from tfsat_host.robot import load_robot
 
 SOUND = Fault(
-    "none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, at_any_moment(Outcome.FLIES), morning=()
+    "none", "Nothing goes wrong.", Moment.POWERED, lambda _: None, at_any_moment(Outcome.FLIES), preflight=()
 )
 named: Any = {"ids": lambda one: one.name if isinstance(one, Fault) else one.typed}
 EACH = pytest.mark.parametrize("fault", FAULTS, **named)
@@ -64,9 +64,9 @@ LATE_S = 0.2
 NoGoOf = Callable[[Fault], tuple[str, ...]]
 
 
-@pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault.morning is not None], **named)
+@pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault.preflight is not None], **named)
 def test_what_the_preflight_finds(no_go: NoGoOf, fault: Fault) -> None:
-    assert no_go(fault) == fault.morning
+    assert no_go(fault) == fault.preflight
 
 
 @EACH

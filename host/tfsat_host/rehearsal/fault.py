@@ -91,7 +91,7 @@ class Fault:
         outcomes: What the robot must then do, if a preflight does not keep it from being dropped.
         complete: The recording holds the whole drop; else it holds all that had reached the card.
         noticed: Words by which a refusal, the log or the report names it; empty: nothing is to be noticed.
-        morning: Checks of the preflight that find it if it is there before the preflight; empty: none can;
+        preflight: Checks of the preflight that find it if it is there before the preflight; empty: none can;
             None: it cannot be there then.
         part: What it is a fault of, which can have one at a time; empty: of nothing that another fault is of, too.
     """
@@ -103,7 +103,7 @@ class Fault:
     outcomes: Outcomes
     complete: bool = True
     noticed: str = ""
-    morning: tuple[str, ...] | None = None
+    preflight: tuple[str, ...] | None = None
     part: str = ""
 
     @property

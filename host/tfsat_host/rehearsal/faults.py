@@ -43,6 +43,11 @@ FOREVER_US = 100_000_000
 BEYOND_THE_RING_S = 25
 
 
+def _broken(part: str, *how: object) -> Callable[[Day], object]:
+    """A method of `emulated.faults.Faults`, with its arguments."""
+    return lambda day: getattr(day.robot.faults, part)(*how)
+
+
 def _knock(day: Day, open_us: int) -> None:
     for switch in (1, 2):
         day.robot.knock(switch, open_us)
@@ -92,32 +97,32 @@ def power_cut(day: Day, after_us: int = 0) -> None:
 RELEASE_FAULTS = (
     Fault(
         "switch-stuck-closed",
-        "Switch 1 shows closed for ever, and only switch 2 opens at the release.",
+        "Switch 1 shows closed, and only switch 2 opens at the release.",
         Moment.ARMED,
-        lambda day: day.robot.faults.switch(1, "stuck-closed"),
+        _broken("switch", 1, "stuck-closed"),
         during(Moment.POWERED, Moment.RELEASE, Outcome.STANDS_STILL),
         noticed="holds no release",
-        morning=(),
+        preflight=(),
         part="switch 1",
     ),
     Fault(
         "switch-stuck-open",
         "Switch 1 shows open while the robot hangs in the releaser.",
         Moment.POWERED,
-        lambda day: day.robot.faults.switch(1, "stuck-open"),
+        _broken("switch", 1, "stuck-open"),
         {
             **during(Moment.POWERED, Moment.RECORDING, Outcome.NOT_DROPPED),
             **during(Moment.ARMED, Moment.RELEASE, Outcome.FLIES),
         },
         noticed="A release switch is open (switch 1)",
-        morning=("switches",),
+        preflight=("switches",),
         part="switch 1",
     ),
     Fault(
         "switch-bounce",
         f"Both switches' contacts chatter for {BOUNCE_US // 1000} ms at the release.",
         Moment.RELEASE,
-        lambda day: day.robot.faults.bounce(BOUNCE_US),
+        _broken("bounce", BOUNCE_US),
         during(Moment.POWERED, Moment.RELEASE, Outcome.FLIES),
         noticed="edges fit two releases",
     ),
@@ -138,7 +143,7 @@ RELEASE_FAULTS = (
     ),
     Fault(
         "release-before-arming",
-        "The robot is let go although nobody has armed it.",
+        "The robot is released although it is not armed.",
         Moment.POWERED,
         lambda day: setattr(day, "arming", False),
         during(Moment.POWERED, Moment.RECORDING, Outcome.STANDS_STILL),
@@ -163,12 +168,12 @@ BOARD_FAULTS = (
     ),
     Fault(
         "wrong-maneuver",
-        "Somebody uploads 18/90 after the maneuver was read back.",
+        "18/90 is uploaded after the maneuver was read back.",
         Moment.UPLOADED,
         lambda day: day.sequencer.upload(schedule_maneuver(four_stroke(18.0, 90.0))),
         during(Moment.UPLOADED, Moment.RECORDING, Outcome.FLIES),
         noticed="Another maneuver was flown",
-        morning=("maneuver",),
+        preflight=("maneuver",),
     ),
     Fault(
         "watchdog-while-armed",
@@ -187,7 +192,7 @@ BOARD_FAULTS = (
     ),
     Fault(
         "brown-out-at-release",
-        "The sequencer's supply sags at the moment of the release; it starts anew and finds its switches open.",
+        "The sequencer's supply sags at the moment of the release; it restarts with its switches open.",
         Moment.RELEASE,
         lambda day: day.robot.reset(Reset.BROWN_OUT),
         {Moment.RELEASE: Outcome.STANDS_STILL},
@@ -197,20 +202,20 @@ BOARD_FAULTS = (
         "sequencer-clock-fast",
         "The sequencer's clock runs 1 % fast.",
         Moment.POWERED,
-        lambda day: day.robot.faults.clock("sequencer", ONE_PERCENT_PPM),
+        _broken("clock", "sequencer", ONE_PERCENT_PPM),
         during(Moment.POWERED, Moment.FALLING, Outcome.FLIES),
         noticed="clock runs",
-        morning=("clock-pace",),
+        preflight=("clock-pace",),
         part="sequencer's clock",
     ),
     Fault(
         "logger-clock-fast",
         "The logger's clock runs 1 % fast.",
         Moment.POWERED,
-        lambda day: day.robot.faults.clock("logger", ONE_PERCENT_PPM),
+        _broken("clock", "logger", ONE_PERCENT_PPM),
         during(Moment.POWERED, Moment.BEFORE_LANDING, Outcome.FLIES),
         noticed="clock runs",
-        morning=("clock-pace",),
+        preflight=("clock-pace",),
         part="logger's clock",
     ),
 )
@@ -225,21 +230,21 @@ def _flies(
     what: str,
     strike: Callable[[Day], object],
     noticed: str,
-    morning: tuple[str, ...],
+    preflight: tuple[str, ...],
     part: str,
     moment: Moment = Moment.LIFTED,
     last: Moment = Moment.LANDED,
 ) -> Fault:
     """A fault of a part that keeps no robot from flying, whenever it strikes until `last`."""
     outcomes = during(Moment.POWERED, last, Outcome.FLIES)
-    return Fault(name, what, moment, strike, outcomes, noticed=noticed, morning=morning, part=part)
+    return Fault(name, what, moment, strike, outcomes, noticed=noticed, preflight=preflight, part=part)
 
 
 SENSOR_FAULTS = (
     _flies(
         "servo-dead",
         "The servo of joint 1 does not turn.",
-        lambda day: day.robot.faults.servo(1, "dead"),
+        _broken("servo", 1, "dead"),
         "did not move",
         (),
         _SERVO_1,
@@ -248,7 +253,7 @@ SENSOR_FAULTS = (
     _flies(
         "servo-slow",
         "The servo of joint 1 reaches a quarter of its rate.",
-        lambda day: day.robot.faults.servo(1, "slow"),
+        _broken("servo", 1, "slow"),
         "had not come to rest",
         (),
         _SERVO_1,
@@ -257,7 +262,7 @@ SENSOR_FAULTS = (
     _flies(
         "servo-reversed",
         "The servo of joint 1 turns the other way.",
-        lambda day: day.robot.faults.servo(1, "reversed"),
+        _broken("servo", 1, "reversed"),
         "wrong way",
         (),
         _SERVO_1,
@@ -266,15 +271,15 @@ SENSOR_FAULTS = (
     _flies(
         "gyro-dead",
         "The IMU of body 4 answers no more.",
-        lambda day: day.robot.faults.imu(4, "dead"),
+        _broken("imu", 4, "dead"),
         "body 4",
         ("gyros-present",),
         _IMU_4,
     ),
     _flies(
         "gyro-frozen",
-        "The IMU of body 4 gives the same numbers for ever.",
-        lambda day: day.robot.faults.imu(4, "frozen"),
+        "The IMU of body 4 repeats one reading.",
+        _broken("imu", 4, "frozen"),
         "body 4",
         ("gyros-present",),
         _IMU_4,
@@ -282,7 +287,7 @@ SENSOR_FAULTS = (
     _flies(
         "gyro-swapped",
         "The plugs of the IMUs of bodies 3 and 4 were exchanged after the calibration.",
-        lambda day: day.robot.faults.imu(4, "swapped", 3),
+        _broken("imu", 4, "swapped", 3),
         "IMUs of bodies 3 and 4 exchanged",
         ("gyros-agree",),
         _IMU_4,
@@ -291,7 +296,7 @@ SENSOR_FAULTS = (
     _flies(
         "gyro-saturated",
         "The gyro of body 4 shows ten times its rate, and clips.",
-        lambda day: day.robot.faults.imu(4, "saturated"),
+        _broken("imu", 4, "saturated"),
         "body 4",
         ("gyro-biases", "gyros-agree"),
         _IMU_4,
@@ -299,7 +304,7 @@ SENSOR_FAULTS = (
     _flies(
         "bus-glitch",
         "A disturbance spoils one transfer with the IMU of body 4: at most one of its samples is lost.",
-        lambda day: day.robot.faults.glitch(4),
+        _broken("glitch", 4),
         "",
         (),
         _IMU_4,
@@ -308,7 +313,7 @@ SENSOR_FAULTS = (
     _flies(
         "bus-stuck",
         "The bus of the IMUs of bodies 3 and 4 is held low.",
-        lambda day: day.robot.faults.bus(2, stuck=True),
+        _broken("bus", 2, True),
         "body 3",
         ("gyros-present",),
         "bus of the IMUs of bodies 3 and 4",
@@ -316,7 +321,7 @@ SENSOR_FAULTS = (
     _flies(
         "angle-sensor-slipped",
         f"The magnet of joint 1's first angle sensor slips by {SLIPPED_DEG:g} deg and wraps.",
-        lambda day: day.robot.faults.angle_sensor(1, "turned", SLIPPED_DEG),
+        _broken("angle_sensor", 1, "turned", SLIPPED_DEG),
         "joint 1",
         ("joint-sensors",),
         "first angle sensor of joint 1",
@@ -359,9 +364,9 @@ CARD_FAULTS = (
         "card-slow",
         f"Now and then the card is busy for {STALL_US // 1000} ms.",
         Moment.POWERED,
-        lambda day: day.robot.faults.card_stalls(STALL_US, EVERY_US),
+        _broken("card_stalls", STALL_US, EVERY_US),
         at_any_moment(Outcome.FLIES),
-        morning=(),
+        preflight=(),
         part="card",
     ),
     Fault(
@@ -377,12 +382,12 @@ CARD_FAULTS = (
     ),
     Fault(
         "card-full",
-        "Somebody's files fill the card.",
+        "Other files fill the card.",
         Moment.POWERED,
         lambda day: day.robot.card_slot.fill(0),
         _NOT_DROPPED,
         noticed="The card has no room",
-        morning=_NO_CARD[1:],
+        preflight=_NO_CARD[1:],
         part="card",
     ),
     Fault(
@@ -392,7 +397,7 @@ CARD_FAULTS = (
         lambda day: day.robot.card_slot.remove(),
         _NOT_DROPPED,
         noticed="No SD card answers",
-        morning=_NO_CARD,
+        preflight=_NO_CARD,
         part="card",
     ),
     Fault(
@@ -402,7 +407,7 @@ CARD_FAULTS = (
         lambda day: day.robot.card_slot.spoil(CardDefect.WRITE_PROTECTED),
         _NOT_DROPPED,
         noticed="The card forbids writing",
-        morning=_NO_CARD,
+        preflight=_NO_CARD,
         part="card",
     ),
     Fault(
@@ -412,7 +417,7 @@ CARD_FAULTS = (
         lambda day: day.robot.card_slot.remove(),
         {**_NOT_DROPPED, **during(Moment.RECORDING, Moment.LANDED, Outcome.FLIES)},
         noticed="in the logger's RAM only",
-        morning=_NO_CARD,
+        preflight=_NO_CARD,
         part="card",
     ),
     *POWER_CUTS,

@@ -152,7 +152,7 @@ class Judged:
         if self.drop.checked is None or fault.moment not in BEFORE_PREFLIGHT:
             return
         wrong = [check.name for check in self.drop.checked.wrong]
-        own = [name for name in wrong if name in (fault.morning or ())]
+        own = [name for name in wrong if name in (fault.preflight or ())]
         if own or (wrong and alone):
             yield Notice(PREFLIGHT, ", ".join(own or wrong), bool(own))
 
@@ -168,7 +168,7 @@ class Judged:
                 "outcome_of_all": designed.value,
                 "all_came_of_it": came_of(designed, drop),
                 "joints_moved_true_deg": moved_deg(drop).tolist(),
-                "to_be_noticed": bool(fault.noticed or fault.morning),
+                "to_be_noticed": bool(fault.noticed or fault.preflight),
                 "noticed_by": records(fields("who what by_name=certain"), self.notices(fault)),
             }
             for fault in drop.faults

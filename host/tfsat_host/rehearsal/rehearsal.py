@@ -27,7 +27,7 @@ from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import Judged, broke_design
 from tfsat_host.rehearsal.result import result_of
 from tfsat_host.rehearsal.run_folder import RunFolder
-from tfsat_host.rehearsal.truth import Truth, drawn_truth, truth_as_filed
+from tfsat_host.rehearsal.series import Series
 from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.run import reporting
 from tfsat_host.run.drop_evaluation import EvaluatedRun
@@ -138,16 +138,14 @@ class Rehearsal:
             options.part(),
         )
 
-    def truth(self, seed: int) -> Truth:
-        """The robot of a seed."""
-        if self.options.as_filed:
-            return truth_as_filed(self.filed, seed)
-        return drawn_truth(self.filed, seed, self.part)
-
-    def preflight(self, image: Path | None) -> Preflight:
-        """What every drop is checked against. Raises EnvelopeError."""
-        despite = self.options.despite_preflight
-        return Preflight.of(self.schedule, self.filed, load_tower(None), image, despite=despite)
+    def series(self, seed: int, image: Path | None) -> Series:
+        """Drops of the robots of a seed, the first of which `run` rehearses. Raises EnvelopeError."""
+        options = self.options
+        preflight = Preflight.of(
+            self.schedule, self.filed, load_tower(None), image, despite=options.despite_preflight
+        )
+        names = tuple(fault.name for fault in self.faults)
+        return Series(self.schedule, self.filed, seed, options.as_filed, image, names, self.part, preflight)
 
     def run(
         self, folder: Path, seed: int = 1, *, force: bool = False, notices: Notices = SILENT
@@ -165,18 +163,10 @@ class Rehearsal:
             TfsatError: the robot cannot be emulated, or the folder cannot be written.
         """
         kept = RunFolder(folder, force=force)
-        truth = self.truth(seed)
-        image = self.options.image(notices.note)
+        series = self.series(seed, self.options.image(notices.note))
+        truth = series.truth(1)
         with notices.progress("rehearsing", total=drops.STEPS) as advance:
-            drop = drops.rehearse(
-                self.schedule,
-                self.filed,
-                truth,
-                hex_path=image,
-                preflight=self.preflight(image),
-                faults=self.faults,
-                progress=lambda _: advance(1),
-            )
+            drop = series.rehearsed(truth, lambda _: advance(1))
         robot = self.filed.path.read_bytes()  # which may lie in this very folder
         with kept.replaced():
             log = kept.write(self.maneuver, drop, robot, truth_text(truth, drop, self.filed))
@@ -225,17 +215,7 @@ class Rehearsal:
             UsageError: the folder holds something else.
             TfsatError: the robot cannot be emulated, or the folder cannot be written.
         """
-        image = self.options.image(notices.note)
-        series = many.Series(
-            self.schedule,
-            self.filed,
-            seed,
-            as_filed=self.options.as_filed,
-            hex_path=image,
-            faults=tuple(fault.name for fault in self.faults),
-            part=self.part,
-            preflight=self.preflight(image),
-        )
+        series = self.series(seed, self.options.image(notices.note))
         kept = ResultFolder(folder, force=force)
         with notices.progress("rehearsing", total=runs) as advance:
             outcomes = many.fly_many(series, runs, progress=lambda: advance(1), stop=stop)

@@ -25,9 +25,10 @@ from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.verdict import verdict_of
 from tfsat_host.maneuver import Maneuver, Schedule, format_maneuver
 from tfsat_host.quantity import fields, record, records
+from tfsat_host.rehearsal import drop as drops
 from tfsat_host.rehearsal.comparison import Compared, compared
 from tfsat_host.rehearsal.day import DROPPED, Preflight
-from tfsat_host.rehearsal.drop import Drop, rehearse
+from tfsat_host.rehearsal.drop import Drop
 from tfsat_host.rehearsal.faults import fault_named
 from tfsat_host.rehearsal.folder import ResultFolder
 from tfsat_host.rehearsal.judgement import Judged, broke_design
@@ -73,6 +74,18 @@ class Series:
         """The robot of a drop."""
         seed = self.seed_of(number)
         return truth_as_filed(self.filed, seed) if self.as_filed else drawn_truth(self.filed, seed, self.part)
+
+    def rehearsed(self, truth: Truth, progress: Callable[[str], None] = lambda _: None) -> Drop:
+        """A drop of that robot. Raises TfsatError."""
+        return drops.rehearse(
+            self.schedule,
+            self.filed,
+            truth,
+            hex_path=self.hex_path,
+            preflight=self.preflight,
+            faults=tuple(map(fault_named, self.faults)),
+            progress=progress,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,14 +196,7 @@ def _environment(names: dict[str, str]) -> Iterator[None]:
 def fly(series: Series, number: int) -> Flown:
     """One of them, evaluated and compared with the truth."""
     truth = series.truth(number)
-    drop = rehearse(
-        series.schedule,
-        series.filed,
-        truth,
-        hex_path=series.hex_path,
-        preflight=series.preflight,
-        faults=tuple(map(fault_named, series.faults)),
-    )
+    drop = series.rehearsed(truth)
     judged = _judged(drop, series)
     numbers: dict[str, Any] = {}
     if judged.log is not None:
