@@ -19,11 +19,11 @@ Written by `python -m tests.rehearsal.faults_page`; do not edit. Each fault was 
     tfsat-host rehearse 59 70 --fault gyro-dead@powered
     tfsat-host rehearse 59 70 --fault gyro-swapped --despite-preflight
 
-A fault strikes at its own moment ("when"), or at one of those in the column "or @", typed behind an `@`. The tests repeat
-every row: the fault before the preflight, where that can be, and at its own moment whatever the preflight says.
+A fault strikes at its own moment ("when"), or at one of those in the column "or @", typed behind an `@`. The tests
+repeat every row: the fault before the preflight, where that can be, and at its own moment whatever the preflight says.
 
-- **Preflight**: the checks that say NO-GO (docs/preflight.md); "cannot find it": only a motion shows it; "comes later":
-  the fault cannot be there yet.
+- **Preflight**: the checks that say NO-GO (docs/preflight.md); "cannot find it": only a motion shows it; "comes
+  later": the fault cannot be there yet.
 - **The robot**: what it does, dropped all the same; and at other moments, where that differs.
 - **The recording** "to where it was cut off": every sample that had reached the card.
 - **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`), or
