@@ -26,8 +26,8 @@ repeat every row: the fault before the preflight, where that can be, and at its 
   later": the fault cannot be there yet.
 - **The robot**: what it does, dropped all the same; and at other moments, where that differs.
 - **The recording** "to where it was cut off": every sample that had reached the card.
-- **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`), or
-  their refusal to give numbers. A fault that changes nothing is not reported.
+- **Reported by**: a board's refusal, a board after the landing, the log (`decode`), the report (`evaluate`, `report`),
+  or their refusal to give numbers. A fault that changes nothing is not reported.
 
 | fault | what happens | when | or @ | preflight | the robot | the recording | reported by |
 | --- | --- | --- | --- | --- | --- | --- | --- |
