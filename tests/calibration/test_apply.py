@@ -19,7 +19,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts, Scales
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import swings
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
@@ -193,7 +193,7 @@ def test_the_covariance_is_how_rates_scatter() -> None:
 def test_a_die_that_is_warmer_than_when_it_rested_makes_its_bias_doubtful() -> None:
     """By the data sheet: within 20 deg/s over 62.5 deg C, evenly spread."""
     counts = counts_of(np.random.default_rng(6), 50)
-    found = Recording.from_counts(counts).temperature_c
+    found = SensorSamples.from_counts(counts).temperature_c
     calibration = whole_calibration()
     cold = tuple(
         replace(gyro, temperature_c=float(found[:, gyro.body - 1].min()) - 3.0) for gyro in calibration.gyros

@@ -178,7 +178,7 @@ def card(unix_us: int) -> bytes:
         (("scale", "--turn", "z", "36"), "90 to 720 deg"),
         (("scale", "--turn", "w", "360"), "no axis of a body"),
         (("scale", "--turn", "z", "once"), "not a number"),
-        (("scale", "--turn", "z", "360", "--jog"), "--turn is done by hand"),
+        (("scale", "--turn", "z", "360", "--jog"), "a turn is done by hand"),
         ((), "QUANTITY"),
     ],
 )

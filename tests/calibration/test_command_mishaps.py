@@ -15,8 +15,7 @@ from tests.calibration.scripted_person import COMMAND, FILE, FIRST, SECOND, Run,
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.progress import LONGEST_S
-from tfsat_host.calibration.steps.instructions import task
-from tfsat_host.calibration.steps.step import Step, rest, swings, turn
+from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
 from tfsat_host.cli.calibrate.command import MOST_TURN_DEG
 from tfsat_host.cli.calibrate.options import as_typed_here, resuming

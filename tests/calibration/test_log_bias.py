@@ -12,9 +12,8 @@ import pytest
 from tests.calibration.quiet_drop import quiet_drop
 from tests.sdlog.encoder import drop_with_release
 from tests.sdlog.test_values import write
-from tfsat_host.calibration.bias import estimate_biases
-from tfsat_host.calibration.quiet_log import quiet_before_release
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.bias import estimate_biases, quiet_before_release
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.sdlog import DropLog, load
 
 RATE_HZ = 280
@@ -77,7 +76,7 @@ def test_all_of_a_long_rest_is_taken(drop: DropLog) -> None:
     assert quiet is not None
     assert len(quiet.t_us) == 143 * RATE_HZ
     assert quiet.t_us[-1] < log.origin_us - 1_000_000
-    for one in estimate_biases(Recording.from_counts(quiet)):
+    for one in estimate_biases(SensorSamples.from_counts(quiet)):
         assert np.degrees(one.bias_rad_s) == pytest.approx(BIAS_COUNTS / 65.5, abs=0.003)
 
 
@@ -194,5 +193,5 @@ def test_the_wait_in_the_emulated_releaser(tmp_path: Path) -> None:
     quiet = quiet_before_release(load(card))
     assert quiet is not None
     assert 12.0 <= len(quiet.t_us) / RATE_HZ <= 13.5
-    for one in estimate_biases(Recording.from_counts(quiet)):
+    for one in estimate_biases(SensorSamples.from_counts(quiet)):
         assert np.degrees(one.bias_rad_s) == pytest.approx(np.degrees(truth[one.body - 1]), abs=0.02)

@@ -14,7 +14,7 @@ from tfsat_host.calibration.findings import axis_rows
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import PATTERNS, Step, StepKind, rest, swings, zero
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
@@ -33,8 +33,8 @@ class Bench:
         self.logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         self.operator = EmulatedOperator(robot)
 
-    def record(self, duration_s: float) -> Recording:
-        return Recording.from_counts(self.counts(duration_s))
+    def record(self, duration_s: float) -> SensorSamples:
+        return SensorSamples.from_counts(self.counts(duration_s))
 
     def counts(self, duration_s: float) -> Counts:
         samples: list[LiveSampleStream] = []

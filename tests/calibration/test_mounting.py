@@ -15,8 +15,7 @@ from tests.calibration.synthetic_gyro import (
     swings,
 )
 from tfsat_host.arrays import FloatArray
-from tfsat_host.calibration.mounting import Mounting, solve_mounting
-from tfsat_host.calibration.mounting_checks import described
+from tfsat_host.calibration.mounting import Mounting, described, solve_mounting
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.sensors.gyro import SCALE_STD
 from tfsat_host.calibration.statistics import few, mean_and_covariance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tfsat_host.calibration.steps.recording import at_sample_times
+from tfsat_host.calibration.steps.sensor_samples import at_sample_times
 
 T_S = np.arange(400) / 280.0
 OFFSET_S = np.array([0.0, 390e-6])

@@ -24,8 +24,8 @@ from tests.cli.process import RunCli
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
+from tfsat_host.calibration.servos.servo_findings import gain_of, left_by, offset_of
 from tfsat_host.calibration.servos.servo_map import settings_from_map
-from tfsat_host.calibration.servos.stroke_error import gain_of, left_by, offset_of
 from tfsat_host.calibration.servos.visits import at_stops, servo_map_of, servo_points
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps

@@ -19,11 +19,12 @@ from tfsat_host.calibration.servos.servo_map import (
     ServoPoint,
     arrivals,
     board_pulse_us,
+    expected_stroke_errors,
     matching_setting,
     servo_plan,
+    setting_error_rad,
     settings_from_map,
 )
-from tfsat_host.calibration.servos.stroke_error import expected_stroke_errors, setting_error_rad
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import FACTORY, ServoSettings, find_defect
 

@@ -11,9 +11,9 @@ import pytest
 from tfsat_host.calibration.progress import LONGEST_S, progress_of, stops_deg
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import Recording, find_rests
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import Step, rest, sweeps, swings, turn, zero
-from tfsat_host.cli.calibrate.recording import Picture, line_of
+from tfsat_host.cli.calibrate.step_display import Picture, line_of
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.hands import Hands
@@ -87,7 +87,7 @@ def test_a_joint_that_twitches_at_a_rest_has_rested_once() -> None:
     twitching = replace(still, imu_counts=still.imu_counts.copy())
     middle = len(still.t_us) // 2
     twitching.imu_counts[middle : middle + 30, 1:3, 4] += 500  # 8 deg/s for a tenth of a second
-    seen = Recording.from_counts(twitching)
+    seen = SensorSamples.from_counts(twitching)
     assert len(find_rests(seen.t_s, seen.rate_rad_s[:, 1, 0])) == 2
     assert progress_of(SWEEP, twitching, _NOTHING, MODEL).rests == 1
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 
-from tests.calibration_proof.page import COVERED, TARGETS, covered, page, rms
+from tests.calibration_proof.page import COVERED, TARGETS, covered, page, rms, robots_csv
 from tests.calibration_proof.robots import Errors, calibrated, errors_of, recorded_day
 from tfsat_host.emulated.build import ensure_built
 
@@ -34,6 +34,7 @@ def main() -> int:
         shown = Console(stderr=True)
         results = dict(track(pool.map(one, range(1, robots + 1)), "robots", total=robots, console=shown))
     (DOCS / "calibration-proof.md").write_text(page(results), encoding="utf-8")
+    (DOCS / "calibration-proof" / "robots.csv").write_text(robots_csv(results), encoding="utf-8")
     missed = 0
     for name, target in TARGETS.items():
         good = rms(results, name) <= target and COVERED[0] <= covered(results, name) <= COVERED[1]

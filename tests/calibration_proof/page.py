@@ -18,44 +18,38 @@ Results = Mapping[int, Mapping[str, Errors]]
 
 _HEAD = """# What the calibration was measured to do
 
-Written by `make calibration-report`; do not edit. {robots} emulated robots were each calibrated once, from nothing, by
-the steps of docs/calibration.md. The logger's own firmware sampled the sensors; the calibration saw its samples and the
-robot file, and nothing else.
+Written by `make calibration-report`; do not edit. {robots} emulated robots, each calibrated once from nothing by the
+steps of [calibration](calibration.md), through the logger's own firmware. Each robot, drawn from its number:
 
-Each robot, drawn from its number:
-
-- biases anywhere within 5 deg/s, scale factors within 3 %, misalignments of 0 to 5 deg about any axis, on top of a
-  mounting turned by right angles as its robot file says;
+- biases within 5 deg/s, scale factors within 3 %, misalignments to 5 deg, on a mounting turned by right angles;
 - noise, steps and low-pass (5 Hz) of an MPU-6050;
-- angle sensors with zero points anywhere in 360 deg, noise of 0.05 deg, 4096 steps a turn, and a bend of four
-  amplitudes of 0.05 deg each;
-- hands: tremor of 1 to 5 deg/s rms on what they move, 0.2 to 1 deg/s rms of sway in what they hold, which also gives
-  way by up to 1 % of the joint's angle; swings up to 1.5 times slower than asked; a turn that ends 0.1 deg rms off its
-  edge about an axis 0.1 deg rms off.
+- angle sensors: zero points anywhere, noise 0.05 deg, 4096 steps a turn, four amplitudes of bend of 0.05 deg each;
+- hands: tremor 1 to 5 deg/s rms, sway 0.2 to 1 deg/s rms of what they hold, which gives way by up to 1 %; swings up
+  to 1.5 times slower than asked; turns 0.1 deg rms off their edge, about an axis 0.1 deg rms off.
 
 | quantity | values | rms error | largest | wanted rms | stated std, median | 95 % intervals that hold the truth |
 | --- | --: | --: | --: | --: | --: | --: |
 """
 _TAIL = """
-Errors are those of every axis of every sensor by itself. Wanted of the intervals: 90 to 99 %.
-
-## Robot by robot
-
-Root mean square over each robot's sensors. The tests calibrate some of them anew and compare.
-
-| robot | bias, deg/s | misalignment, deg | scale, % | zero, deg |
-| --: | --: | --: | --: | --: |
+Errors of every axis of every sensor. Wanted of the intervals: 90 to 99 %. Each robot's root mean squares are in
+[robots.csv](calibration-proof/robots.csv); the tests calibrate some of them again and compare.
 """
 
 
 def page(results: Results) -> str:
     """The text of the page."""
+    summary = [_summary_row(results, name) for name in QUANTITIES]
+    return _HEAD.format(robots=len(results)) + "\n".join(summary) + "\n" + _TAIL
+
+
+def robots_csv(results: Results) -> str:
+    """A row for each robot: the root mean square over its sensors of each quantity's errors."""
     rows = [
-        f"| {seed} | " + " | ".join(f"{errors[name].rms:.5f}" for name in QUANTITIES) + " |"
+        ",".join((str(seed), *(f"{errors[name].rms:.5f}" for name in QUANTITIES)))
         for seed, errors in sorted(results.items())
     ]
-    summary = [_summary_row(results, name) for name in QUANTITIES]
-    return _HEAD.format(robots=len(results)) + "\n".join(summary) + "\n" + _TAIL + "\n".join(rows) + "\n"
+    heads = (f"{name} ({UNITS[name]})" for name in QUANTITIES)
+    return "\n".join((",".join(("robot", *heads)), *rows)) + "\n"
 
 
 def rms(results: Results, name: str) -> float:

@@ -12,7 +12,7 @@ from tests.evaluation import drops
 from tests.evaluation.corrupted import without_samples
 from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, certificate, flown, moved
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.evaluation.motion.attitude import BodyMotion
 from tfsat_host.evaluation.motion.motion import Motion
 from tfsat_host.evaluation.motion.samples import EvaluationError, samples_of
@@ -163,7 +163,7 @@ def test_the_log_names_them_and_their_temperatures_are_right(parts: bytes) -> No
     assert one.log.imu_valid[one.log.t_s > -1.0].all()
     for temperature_c in (
         one.log.temperature_c,
-        Recording.from_counts(Counts.from_log(one.log)).temperature_c,
+        SensorSamples.from_counts(Counts.from_log(one.log)).temperature_c,
     ):
         assert np.abs(np.nanmean(temperature_c, axis=0) - 25.0).max() < 0.1
 

@@ -34,59 +34,47 @@ _QUANTITIES = (
 
 _HEAD = """# Another IMU: what would it have gained?
 
-Written by `python -m tests.rehearsal.imus_page`; do not edit. The paper would fly an ADIS16465-2 in orbit. Here the
-same robots, of the same seeds, let go in the same way, are dropped with either part on all four bodies: 59/70, four
-strokes in 1.5 s of a fall of 2.5 s.
+Written by `python -m tests.rehearsal.imus_page`; do not edit. The same robots, dropped in the same way (59/70) with
+either part on all four bodies; the paper would fly an ADIS16465-2 in orbit.
 
     tfsat-host rehearse 59 70 --runs {runs}
     tfsat-host rehearse 59 70 --runs {runs} --imu adis16465_2
     tfsat-host rehearse 59 70 --imu mine.toml
 
-`--imu` takes a shipped part or a file like `host/tfsat_host/emulated/imus/mpu6050.toml`, in which each figure says
-where it is from. Several of the ADIS16465-2's are assumed, for table 1 of its data sheet was not at hand: their file
-says which.
+`--imu` takes a shipped part or a file like `host/tfsat_host/emulated/imus/mpu6050.toml`, which cites each figure.
+Some of the ADIS16465-2's are assumed; its file says which.
 
 ## In the drop tower
 
 """
 _BETWEEN = """
-The first line of each quantity is what was found less what is true, root mean square over the robots (and over its
-axes or strokes); the second is the median of the standard deviation that the evaluation states with it; the third the
-share of its 95 % intervals that hold the truth.
-
-Robot by robot, the error of the reorientation and the stated standard deviation:
+Error: found less true, over robots and axes or strokes; stated std: the median; last, the share of 95 % intervals
+that hold the truth. The first robots' reorientation, error and stated standard deviation:
 
 """
 _WORDS = """
-Each robot was calibrated on the bench: bias, scale factor, mounting. What is left for the fall is what a bench cannot
-know. Gravity makes a gyro show a rate, and the bench's bias has that in it; in the fall it is gone. Dies get warmer
-after power-up, biases wander, and readings are noisy.
+Each robot was calibrated on the bench. What is left: the rate that gravity makes a gyro show, which the bench's bias
+holds and the fall does not; dies that get warmer; biases that wander; noise.
 
-What this does **not** show, because the emulated chip stays a MPU-6050 at its registers:
+**Not** shown, for the emulated chip stays a MPU-6050 at its registers:
 
-- **Resolution.** The ADIS16465-2 has 32 bits where the MPU-6050 has 16: here both show steps of 1/65.5 deg/s. The
-  noise of either is larger than such a step, so that it averages out.
-- **Bandwidth.** Both go through the low-pass of the logger's settings. The ADIS16465-2's own is wider (550 Hz, assumed,
-  against 256 Hz at most).
-- **Its own certificate.** The calibration's uncertainty is the one that robots with MPU-6050s were calibrated to
-  (see [the proof](calibration-proof.md)), and the evaluation takes the MPU-6050's data sheet for what it is not told,
-  such as the drift with temperature. A quieter part could be calibrated better, and what is stated of it would be less.
+- **Resolution.** Both show steps of 1/65.5 deg/s, less than their noise; the ADIS16465-2 has 32 bits.
+- **Bandwidth.** Both go through the logger's low-pass; the ADIS16465-2's own is wider (550 Hz, assumed, against 256
+  Hz).
+- **Its own certificate.** Uncertainties are those of calibrated MPU-6050s ([the proof](calibration-proof.md)), and so
+  is the drift with temperature: what is stated of a quieter part would be less.
 
 ## In orbit
 
-A tower's fall lasts 2.5 s, a reorientation in orbit minutes, and there is no landing after which to look. So errors
-that a drop hides lead there. From the parts' figures, for one axis that is integrated over 10 min and that nothing
-else corrects, standard deviations in deg:
+From the parts' figures, one axis integrated over 10 min that nothing else corrects, standard deviations in deg:
 
 """
 _FORMULAS = """
-With the noise density d (one-sided) white noise integrates to the angle random walk d sqrt(t / 2), as in IEEE Std
-952-1997, annex C; the data sheet's deg/sqrt(h) is 60 d / sqrt(2). The bias instability is taken as a first-order
-Gauss-Markov process whose greatest Allan deviation is the part's figure, B = 0.618 s (the same annex), with the
-correlation time T of the emulated robot, 100 s, which is assumed; its integral has the variance
-2 s² T² (t / T - 1 + exp(-t / T)), twice the double integral of s² exp(-u / T). The last two grow with t. The bias that
-gravity takes along is there from the first second on and stays: it must be measured in orbit, by a star tracker or a
-sun sensor, whatever the IMU.
+White noise of the one-sided density d integrates to the angle random walk d sqrt(t / 2) (IEEE Std 952-1997, annex C);
+the data sheet's deg/sqrt(h) is 60 d / sqrt(2). The bias instability is a first-order Gauss-Markov process whose
+greatest Allan deviation is the part's figure, B = 0.618 s (the same annex), with a correlation time T of 100 s,
+assumed; its integral has the variance 2 s² T² (t / T - 1 + exp(-t / T)). The last two grow with t. The bias that
+gravity takes along must be measured in orbit, by a star tracker or a sun sensor, whatever the IMU.
 """
 
 

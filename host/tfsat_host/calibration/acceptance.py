@@ -13,7 +13,7 @@ from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.calibration.steps.recording import Recording, check_answers, check_complete
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples, check_answers, check_complete
 from tfsat_host.calibration.steps.step import Step, StepKind, bodies
 from tfsat_host.calibration.zero import estimate_zero
 from tfsat_host.robot import RobotModel
@@ -81,13 +81,13 @@ def check_step(evidence: Evidence, earlier: Iterable[Evidence], model: RobotMode
     _check_motion(step, rates, by_each)
 
 
-def _by_each(recording: Recording, sensors: JointSensors, model: RobotModel) -> FloatArray:
+def _by_each(recording: SensorSamples, sensors: JointSensors, model: RobotModel) -> FloatArray:
     """(n, 2) a joint's angle by each sensor, unwrapped; without a zero from where the recording begins."""
     shown = recording.sensor_angle_rad[:, sensor_columns(model, sensors.joint)]
     return sensors.from_start(np.unwrap(sensors.each(shown), axis=0))
 
 
-def _check_closed(recording: Recording, before: Solution, model: RobotModel) -> None:
+def _check_closed(recording: SensorSamples, before: Solution, model: RobotModel) -> None:
     """All bodies must be parallel in a turn, or each would turn about an axis of its own."""
     for sensors in before.joints:
         angle = _by_each(recording, sensors, model).mean(axis=1)

@@ -12,7 +12,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.robot import RobotModel
 from tfsat_host.units import STANDARD_GRAVITY_M_S2
 
@@ -76,7 +76,7 @@ def apply_calibration(counts: Counts, calibration: Calibration, model: RobotMode
         calibration: Read by `certificate.file.read_calibration`.
         model: For the sensors' places in the log.
     """
-    samples = Recording.from_counts(counts)
+    samples = SensorSamples.from_counts(counts)
     rates, covariances, jacobians, parameters, forces, deviations = [], [], [], [], [], []
     for gyro in calibration.gyros:
         readings = np.where(
@@ -136,7 +136,7 @@ def _forces(accel_m_s2: FloatArray, rotation: FloatArray) -> tuple[FloatArray, F
 
 
 def _joint_angles(
-    counts: Counts, samples: Recording, calibration: Calibration, model: RobotModel
+    counts: Counts, samples: SensorSamples, calibration: Calibration, model: RobotModel
 ) -> tuple[FloatArray, FloatArray]:
     angles, stds = [], []
     for sensors in calibration.joints:

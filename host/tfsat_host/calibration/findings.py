@@ -14,7 +14,7 @@ from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import AXES, StepKind
-from tfsat_host.quantity import Column, Columns, Table, fields, plus_minus, vector
+from tfsat_host.quantity import UNKNOWN, Column, Columns, Table, fields, plus_minus, records, vector
 from tfsat_host.robot import RobotModel
 
 Row = dict[str, Any]
@@ -129,10 +129,10 @@ def found_rows(
     return [row for one in steps for row in rows_of(now.gyros, one, model)]
 
 
-def found_table(
+def outcome(
     quantity: str, steps: Sequence[Evidence], before: Calibration | None, now: Calibration, model: RobotModel
-) -> tuple[str, Table]:
-    """The name in JSON of what a command of `calibrate` has found, and the table of it.
+) -> tuple[dict[str, Any], tuple[Table | str, ...]]:
+    """What a command of `calibrate` has found, for JSON and for people.
 
     Args:
         quantity: `bias`, `zero`, `misalignment` or `scale`.
@@ -144,7 +144,26 @@ def found_table(
     key, title, kinds, columns = _TABLES[quantity]
     counted = [one for one in steps if one.step.kind in kinds]
     joint = f" {counted[0].step.joint}" if quantity == "misalignment" else ""
-    return key, Table(f"{title}{joint}", columns, found_rows(counted, before, now, model))
+    table = Table(f"{title}{joint}", columns, found_rows(counted, before, now, model))
+    bends = bend_rows(now, steps) if quantity == "scale" else []
+    keys = {one.step.key for one in steps}
+    found: dict[str, Any] = {
+        key: records(columns, table.rows),
+        **({"sensors": bends} if quantity == "scale" else {}),
+        "emulated": now.subject.emulated,
+        "steps": [
+            {"key": one.step, "file": one.file, "sha256": one.sha256, "taken": one.taken.isoformat()}
+            for one in now.papers
+            if one.step in keys
+        ],
+        "missing": records(_MISSING, now.shortcomings()),
+    }
+    bent = (
+        f"The angle sensors of joint {joint} bend by at most {first:.2f} and {second:.2f} deg; the certificate takes "
+        "it off."
+        for joint, (first, second) in largest_bends_deg(bends).items()
+    )
+    return found, (table, *bent)
 
 
 def found_lines(step: Evidence, calibration: Calibration, model: RobotModel) -> list[str]:
@@ -222,6 +241,8 @@ def value_rows(calibration: Calibration, model: RobotModel) -> dict[str, Row]:
 
 def value_text(row: Mapping[str, Any]) -> str:
     """Value, standard deviation and unit of such a row; of several the largest deviation."""
+    if row["value"] is None:
+        return UNKNOWN
     values, stds = ([one] if isinstance(one, float) else one for one in (row["value"], row["std"]))
     slope = f"{row['slope_deg_per_us']:+.4f} deg/us, backlash " if "is" in row else ""
     return f"{slope}{vector(values, stds)} {'' if row['unit'] == '1' else row['unit']}".rstrip()
@@ -242,6 +263,10 @@ _LINES: Final[dict[StepKind, Callable[[Row], str]]] = {
     StepKind.SWEEP: _scale_line,
     StepKind.TURN: _scale_line,
 }
+_MISSING = (
+    *fields("name reason"),
+    Column("command", of=lambda one: f"tfsat-host calibrate {one.command}"),
+)
 _BODY = Column("body", "gyro", words=lambda row: f"body {row['body']}")
 _TABLES: Final[dict[str, tuple[str, str, tuple[StepKind, ...], Columns]]] = {
     "bias": (

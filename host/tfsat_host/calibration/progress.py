@@ -12,14 +12,19 @@ from scipy.integrate import cumulative_trapezoid
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import LEAST_RMS_RAD_S, MOST_HELD_FRACTION
 from tfsat_host.calibration.bias import STILL_RATE_RAD_S
-from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.response import main_line
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import joint_angles
-from tfsat_host.calibration.solution import Solution
+from tfsat_host.calibration.solution import Known
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.motion import Motion
-from tfsat_host.calibration.steps.recording import SHORTEST_S, SWEEP_SHARE, TURN_SHARE, Recording, find_rests
+from tfsat_host.calibration.steps.sensor_samples import (
+    SHORTEST_S,
+    SWEEP_SHARE,
+    TURN_SHARE,
+    SensorSamples,
+    find_rests,
+)
 from tfsat_host.calibration.steps.step import (
     DURATION_S,
     SWEEP_ROUNDS,
@@ -104,12 +109,12 @@ def stops_deg(step: Step) -> tuple[float, ...]:
     return ()
 
 
-def progress_of(step: Step, counts: Counts, known: Solution | Calibration, model: RobotModel) -> StepProgress:
+def progress_of(step: Step, counts: Counts, known: Known, model: RobotModel) -> StepProgress:
     """Where a step stands by all samples that have come so far, at least one.
 
     Rests are counted as the fit will find them, but only where the joint (or the robot) has come to another place.
     """
-    recording = Recording.from_counts(counts)
+    recording = SensorSamples.from_counts(counts)
     elapsed_s = float(recording.t_s[-1] - recording.t_s[0])
     longest_s = DURATION_S.get(step.kind, LONGEST_S)
     angles = joint_angles(recording.sensor_angle_rad, known.joints, model)
@@ -143,7 +148,7 @@ class Watch:
         self,
         step: Step,
         scales: LiveReply,
-        known: Solution | Calibration,
+        known: Known,
         model: RobotModel,
         show: Callable[[StepProgress], None],
     ) -> None:
@@ -165,7 +170,7 @@ class Watch:
         return progress.done
 
 
-def _levels(step: Step, recording: Recording, gyros: Sequence[GyroCalibration]) -> tuple[BodyLevel, ...]:
+def _levels(step: Step, recording: SensorSamples, gyros: Sequence[GyroCalibration]) -> tuple[BodyLevel, ...]:
     if step.kind in (StepKind.REST, StepKind.ZERO):
         recent = recording.rate_rad_s[recording.t_s >= recording.t_s[-1] - _RECENT_S]
         scatter = np.rad2deg(recent.std(axis=0).max(axis=1))
@@ -182,7 +187,7 @@ def _levels(step: Step, recording: Recording, gyros: Sequence[GyroCalibration]) 
     )
 
 
-def _rests(step: Step, recording: Recording, known: Solution | Calibration, model: RobotModel) -> int:
+def _rests(step: Step, recording: SensorSamples, known: Known, model: RobotModel) -> int:
     """Of the moved body that has the fewest."""
     t_s, place, share, apart_rad = recording.t_s, None, SWEEP_SHARE, _NEW_PLACE_RAD
     if step.kind == StepKind.TURN:

@@ -20,7 +20,7 @@ from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.statistics import few
 from tfsat_host.calibration.steps.motion import Motion
-from tfsat_host.calibration.steps.recording import TURN_SHARE, Recording, find_rests
+from tfsat_host.calibration.steps.sensor_samples import TURN_SHARE, SensorSamples, find_rests
 from tfsat_host.calibration.steps.step import AXES, Step
 
 TILT_STD_RAD = np.deg2rad(0.2)
@@ -173,7 +173,7 @@ def axis_response(motion: Motion, body: int) -> Response:
     return Response(found.axis_body, found.reading, project @ covariance @ project, False)
 
 
-def turn_response(recording: Recording, step: Step, gyro: GyroCalibration) -> Response:
+def turn_response(recording: SensorSamples, step: Step, gyro: GyroCalibration) -> Response:
     """How one gyro answers to turns of the whole robot by hand through a known angle, there and back.
 
     They are for the axis about which no joint turns.

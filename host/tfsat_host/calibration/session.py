@@ -9,7 +9,7 @@ from typing import Protocol
 from tfsat_host.calibration.certificate.campaign import Campaign
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.solution import Solution
+from tfsat_host.calibration.solution import Known
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Axis, Step, StepKind, rest, sweeps, swings, turn, zero
 
@@ -21,7 +21,7 @@ RESUME_WITHIN = timedelta(hours=1)
 class Operator(Protocol):
     """Who has the steps done and recorded, and is informed of them: a person at a terminal, or a program."""
 
-    def record(self, step: Step, known: Solution | Calibration) -> Evidence:
+    def record(self, step: Step, known: Known) -> Evidence:
         """Has a step done and reads the sensors meanwhile, with what is known of them."""
 
     def refused(self, error: CalibrationError) -> None:
@@ -72,6 +72,14 @@ class Session:
             if before is not None:
                 self._operator.resumed(number, before)
             self.kept.append(before or self._accepted(step))
+
+    @property
+    def kept_words(self) -> str:
+        """How many steps are kept, a sentence."""
+        kept, total = len(self.kept), len(self.steps)
+        if not kept:
+            return f"None of {total} steps was accepted; what was calibrated before is unchanged."
+        return f"{kept} of {total} steps {'is' if kept == 1 else 'are'} kept in {self._campaign.certificate}."
 
     def _accepted(self, step: Step) -> Evidence:
         anew = step.kind == StepKind.ZERO and not self._compare

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from tfsat_host.calibration.bias import estimate_biases, with_bias
-from tfsat_host.calibration.mounting import with_mounting
-from tfsat_host.calibration.mounting_checks import check_mounting, check_sense, check_turn_axis
+from tfsat_host.calibration.mounting import check_mounting, check_sense, check_turn_axis, with_mounting
 from tfsat_host.calibration.response import (
     Response,
     axis_response,
@@ -96,6 +95,18 @@ def _at(
     """The last one before, the first one where there is none."""
     before = [one for one in by_time if at is None or one[0].taken <= at]
     return before[-1] if before else by_time[0] if by_time else None
+
+
+class Known(Protocol):
+    """What is known of the sensors: a solution, or a certificate."""
+
+    @property
+    def gyros(self) -> tuple[GyroCalibration, ...]:
+        """Of bodies 1 to 4."""
+
+    @property
+    def joints(self) -> tuple[JointSensors, ...]:
+        """Sensors of joints 1 to 3."""
 
 
 @dataclass(frozen=True, eq=False)

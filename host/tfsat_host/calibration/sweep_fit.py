@@ -25,7 +25,7 @@ from tfsat_host.calibration.response import Response, rest_means
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.statistics import few
 from tfsat_host.calibration.steps.motion import Motion
-from tfsat_host.calibration.steps.recording import find_rests
+from tfsat_host.calibration.steps.sensor_samples import find_rests
 
 LEAST_RESTS = 6
 MOST_ONE_WAY = 0.95

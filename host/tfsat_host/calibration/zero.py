@@ -13,7 +13,7 @@ from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.statistics import mean_and_covariance
-from tfsat_host.calibration.steps.recording import Recording, check_answers
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples, check_answers
 from tfsat_host.robot import RobotModel
 
 MOST_MOTION_RAD = np.deg2rad(0.5)
@@ -40,7 +40,7 @@ class ZeroEstimate:
 
 
 def estimate_zero(
-    held: Recording, valid: NDArray[np.bool_], before: JointSensors, model: RobotModel
+    held: SensorSamples, valid: NDArray[np.bool_], before: JointSensors, model: RobotModel
 ) -> ZeroEstimate:
     """The zero points of one joint.
 

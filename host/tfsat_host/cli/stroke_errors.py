@@ -113,7 +113,7 @@ def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings)
     """What to expect of each stroke of a schedule on a board with these settings."""
     if known is None:
         return Expectation()
-    from tfsat_host.calibration.servos.stroke_error import expected_stroke_errors
+    from tfsat_host.calibration.servos.servo_map import expected_stroke_errors
 
     moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes]
     rows = [
@@ -143,8 +143,7 @@ def _without_map(joints: Sequence[int], known: ServoMaps) -> list[str]:
 
 def _off(joints: Sequence[int], known: ServoMaps, settings: ServoSettings) -> list[str]:
     """Where the board's settings are not what the maps ask for."""
-    from tfsat_host.calibration.servos.servo_map import matching_setting
-    from tfsat_host.calibration.servos.stroke_error import setting_error_rad
+    from tfsat_host.calibration.servos.servo_map import matching_setting, setting_error_rad
     from tfsat_host.present.stored_settings import servo_words
 
     notices = []

@@ -15,7 +15,7 @@ from tfsat_host.calibration.mounting import LANDING_TILT_STD_RAD
 from tfsat_host.calibration.sensors.gyro import GyroCalibration, by_design
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns, sensors_by_design
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.evaluation.rest import GUARD_S, Rest
 from tfsat_host.robot import RobotModel
@@ -116,7 +116,7 @@ def _hung(sensors: JointSensors, log: DropLog, model: RobotModel) -> JointSensor
     then, so that it counts as silent from there on."""
     columns = sensor_columns(model, sensors.joint)
     before = (log.t_s < -GUARD_S) & (log.t_s >= -GUARD_S - _HANGING_S)
-    shown = Recording.from_counts(Counts.from_log(log)).sensor_angle_rad[:, columns]
+    shown = SensorSamples.from_counts(Counts.from_log(log)).sensor_angle_rad[:, columns]
     zeros = np.full_like(sensors.zero_rad, np.nan)
     for k, column in enumerate(columns):
         rows = before & log.angle_valid[:, column]

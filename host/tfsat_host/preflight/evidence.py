@@ -16,7 +16,7 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Origin
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.zero import MOST_DISAGREEMENT_RAD
 from tfsat_host.devices.client import BoardIdentity
 from tfsat_host.devices.sequencer import StoredManeuver, StoredSettings
@@ -314,7 +314,7 @@ class Sensors:
     """
 
     live: LiveSamples
-    si: Recording
+    si: SensorSamples
 
     def answering(self) -> NDArray[np.intp]:
         """Bodies from 0 whose IMU gave anything, one at least. Raises Unreached: there is none."""
@@ -327,7 +327,7 @@ class Sensors:
 def sensors_of(evidence: Evidence) -> Sensors:
     """What came live. Raises Unreached: nothing did."""
     live = needed(needed(evidence.logger).live)
-    return Sensors(live, Recording.from_counts(live.counts))
+    return Sensors(live, SensorSamples.from_counts(live.counts))
 
 
 def certificate_of_these(evidence: Evidence) -> Calibration:

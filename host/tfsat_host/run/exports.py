@@ -144,8 +144,8 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
     """How long the gyros rested before the release, s."""
     import numpy as np
 
-    from tfsat_host.calibration.quiet_log import quiet_before_release
-    from tfsat_host.calibration.steps.recording import Recording
+    from tfsat_host.calibration.bias import quiet_before_release
+    from tfsat_host.calibration.steps.sensor_samples import SensorSamples
     from tfsat_host.run.certificate import origin_of_log, time_of_day
     from tfsat_host.run.certificate_notices import command_options
 
@@ -153,7 +153,7 @@ def _quiet_s(log: DropLog, file: Path | None, out: Output) -> float | None:
     if quiet is None:
         return None
     quiet_s = float(quiet.t_us[-1] - quiet.t_us[0]) * 1e-6
-    biases = np.rad2deg(Recording.from_counts(quiet).rate_rad_s.mean(axis=0))
+    biases = np.rad2deg(SensorSamples.from_counts(quiet).rate_rad_s.mean(axis=0))
     words = [f"body {body} {' '.join(f'{one:+.3f}' for one in bias)}" for body, bias in enumerate(biases, 1)]
     until = "" if log.release_us is None else " before the release"
     rested = f"The gyros rested for {quiet_s:.0f} s{until}: bias {', '.join(words)} deg/s. "

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
 
@@ -57,6 +56,8 @@ class GyroCalibration:
 
     def corrected(self, parameters: FloatArray) -> GyroCalibration:
         """With bias, rotation vector and scale off by (9,), in the order of `covariance`."""
+        from scipy.spatial.transform import Rotation  # half the time that reading a certificate takes
+
         turn = Rotation.from_rotvec(parameters[3:6]).as_matrix()
         return replace(
             self,

@@ -12,17 +12,15 @@ from numpy.typing import NDArray
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, harmonics, sensor_columns
-from tfsat_host.calibration.servos.fit import check_following, fit_servo_map
-from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, arrivals, board_pulse_us
+from tfsat_host.calibration.servos.fit import fit_servo_map
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint
 from tfsat_host.calibration.statistics import mean_and_covariance, root_of
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.evidence import Evidence, Visit
-from tfsat_host.calibration.steps.recording import Recording
-from tfsat_host.errors import RefusedError
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.protocol.limits import JOINT_ANGLE_MAX_CDEG, JOINT_ANGLE_MIN_CDEG
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.robot import RobotModel
-from tfsat_host.units import CDEG_PER_DEG
 
 REST_US: Final = 600_000
 """The last part of a visit: by then the servo has caught up with its pulses, and the joint has settled."""
@@ -85,7 +83,7 @@ def points_of(
     visits: Iterable[Visit], counts: Counts, sensors: JointSensors, model: RobotModel
 ) -> tuple[ServoPoint, ...]:
     """Where a joint with these sensors rested at each visit. Raises CalibrationError: see `servo_points`."""
-    recording = Recording.from_counts(counts)
+    recording = SensorSamples.from_counts(counts)
     columns = sensor_columns(model, sensors.joint)
     shown, valid = recording.sensor_angle_rad[:, columns], counts.angle_valid[:, columns]
     points = []
@@ -204,85 +202,3 @@ def _shared_errors(sensors: JointSensors, reached_rad: FloatArray) -> FloatArray
     return np.concatenate(
         [of_zero, np.concatenate(curves, axis=1) @ root_of(sensors.bend_covariance)], axis=1
     )
-
-
-START_WITHIN_DEG: Final = 10.0
-"""A joint farther from where its first pulse takes it would be thrown there."""
-LEAST_TELLING_US: Final = 20.0
-"""Pulses that differ by less do not tell whether the servo follows; 2 deg of most servos."""
-
-
-class Visits:
-    """The visits of one tour, and where the joint rested at each.
-
-    Args:
-        stops_cdeg: Angles that are commanded, 0.01 deg, in order.
-        servo: Setting of the joint on the board.
-        sensors: Of the joint, with a measured zero point.
-        model: For the sensors' places in the log.
-    """
-
-    def __init__(
-        self, stops_cdeg: Sequence[int], servo: ServoSetting, sensors: JointSensors, model: RobotModel
-    ) -> None:
-        self._stops_cdeg = stops_cdeg
-        self._servo = servo
-        self._sensors = sensors
-        self._model = model
-        self._rests = 0
-        self._visits: list[Visit] = []
-        self._reached_rad: list[float] = []
-
-    @property
-    def known(self) -> tuple[Visit, ...]:
-        """All but those to which it is unknown from which side the joint came."""
-        return tuple(visit for visit in self._visits if visit.direction)
-
-    def check_start(self, limp: Counts) -> None:
-        """Refuses to throw the joint to its first stop.
-
-        Args:
-            limp: At least `REST_US` of the joint as it lies, to the last sample.
-
-        Raises:
-            RefusedError: it is elsewhere.
-            CalibrationError: it moves, or its sensors do not tell where it is.
-        """
-        there_deg = float(np.rad2deg(self._rest(limp, 0)[1]))
-        start_deg = self._stops_cdeg[0] / CDEG_PER_DEG
-        if abs(there_deg - start_deg) <= START_WITHIN_DEG:
-            return
-        joint = self._sensors.joint
-        raise RefusedError(
-            what=f"Joint {joint} is at {there_deg:.0f} deg, and its first pulse would take it to {start_deg:g} deg at "
-            "the servo's full speed.",
-            meaning="Nothing was moved.",
-            next_step=f"Bring joint {joint} to {start_deg:g} deg by hand, then the same command again. If it is there, "
-            f"its zero point is wrong: tfsat-host calibrate zero --joint {joint}",
-        )
-
-    def rested(self, so_far: Counts) -> None:
-        """Takes the end of a rest into account; not of the first, in which the servo takes hold of the joint.
-
-        Args:
-            so_far: At least the last `REST_US` of it, to the last sample.
-
-        Raises:
-            CalibrationError: the joint did not rest, or does not follow its servo.
-        """
-        self._rests += 1
-        if self._rests == 1:
-            return
-        visit, reached_rad = self._rest(so_far, self._rests - 1)
-        self._visits.append(visit)
-        self._reached_rad.append(reached_rad)
-        pulse_us = np.array([one.pulse_us for one in self._visits])
-        if np.ptp(pulse_us) > LEAST_TELLING_US:
-            check_following(self._sensors.joint, pulse_us, np.array(self._reached_rad), self._servo)
-
-    def _rest(self, counts: Counts, stop: int) -> tuple[Visit, float]:
-        end_us = int(counts.t_us[-1])
-        pulse_us = board_pulse_us(self._servo, self._stops_cdeg[stop])
-        visit = Visit(pulse_us, arrivals(self._stops_cdeg)[stop], end_us - REST_US, end_us)
-        (point,) = points_of((visit,), counts, self._sensors, self._model)
-        return visit, point.reached_rad

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tfsat_host.calibration.steps.low_pass import LowPass
-from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT
+from tfsat_host.protocol.limits import ANGLE_SENSOR_COUNT, IMU_COUNT, SWITCH_COUNT
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream, LogHeader
 from tfsat_host.sdlog import DropLog
 from tfsat_host.sdlog.header import MPU_6050, parts_of
 
 COLUMNS = ("t_us", "imu_counts", "angle_counts", "imu_valid", "angle_valid", "clipped")
 """What `Counts` has of each sample."""
-_ANGLE_VALID_BIT = 4
-_CLIPPED_BIT = 12
+_FLAG_ENDS = np.cumsum([IMU_COUNT, ANGLE_SENSOR_COUNT, SWITCH_COUNT, IMU_COUNT])
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +89,16 @@ class Counts:
     def from_live(cls, samples: Sequence[LiveSampleStream], reply: LiveReply) -> Counts:
         """Of live samples, at least one, with the scales that the logger named."""
         flags = np.array([sample.sample.flags for sample in samples])
+        bits = flags[:, None] >> np.arange(_FLAG_ENDS[-1]) & 1 > 0
+        imu_valid, angle_valid, _, clipped, _ = np.split(bits, _FLAG_ENDS, axis=1)
         imus = [[(*imu.accel, imu.temperature, *imu.gyro) for imu in sample.sample.imu] for sample in samples]
         return cls(
             t_us=np.array([sample.time_us for sample in samples], dtype=np.int64),
             imu_counts=np.array(imus, dtype=np.int16),
             angle_counts=np.array([sample.sample.angle for sample in samples], dtype=np.uint16),
-            imu_valid=_bits(flags, 0, IMU_COUNT),
-            angle_valid=_bits(flags, _ANGLE_VALID_BIT, ANGLE_SENSOR_COUNT),
-            clipped=_bits(flags, _CLIPPED_BIT, IMU_COUNT),
+            imu_valid=imu_valid,
+            angle_valid=angle_valid,
+            clipped=clipped,
             samples_lost=samples[-1].index - samples[0].index + 1 - len(samples),
             scales=Scales.of(reply),
         )
@@ -128,7 +129,3 @@ class Counts:
             name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
         }
         return replace(parts[0], **columns)
-
-
-def _bits(flags: NDArray[np.int_], first: int, count: int) -> NDArray[np.bool_]:
-    return np.asarray(flags[:, None] >> np.arange(first, first + count) & 1 > 0)

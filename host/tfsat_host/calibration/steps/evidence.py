@@ -17,7 +17,7 @@ import numpy as np
 from tfsat_host import __version__
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.counts import COLUMNS, Counts, Scales
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import Step, StepKind
 from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.protocol.messages import LiveReply, LiveSampleStream
@@ -84,9 +84,9 @@ class Evidence:
     servo_setting: tuple[int, int, int] | None = None
 
     @cached_property
-    def recording(self) -> Recording:
+    def recording(self) -> SensorSamples:
         """In SI units."""
-        return Recording.from_counts(self.counts)
+        return SensorSamples.from_counts(self.counts)
 
 
 def file_name(evidence: Evidence) -> str:

@@ -21,7 +21,7 @@ class LowPass:
     """A setting, and the parts that have it; delays are the data sheets' (`protocol.imus` names them).
 
     Delays are those of the part that most IMUs are. Readings of the others are given for the time at which that part
-    would have shown them (`Recording.from_counts`), so that one lag holds for all.
+    would have shown them (`SensorSamples.from_counts`), so that one lag holds for all.
 
     Attributes:
         dlpf_cfg: As the logger has set it, 0 to 6.

@@ -11,7 +11,7 @@ import numpy as np
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.sensors.joint_sensors import JointSensors, joint_angles, sensor_columns
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.calibration.steps.step import Step
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
@@ -35,7 +35,7 @@ class Motion:
     """
 
     step: Step
-    recording: Recording
+    recording: SensorSamples
     gyros: Sequence[GyroCalibration]
     joints: Sequence[JointSensors]
     model: RobotModel

@@ -112,7 +112,7 @@ class EmulatedPerson:
 
 def announce(step: Step, out: Output) -> None:
     """The heading and the task of a step that is done by hand."""
-    from tfsat_host.calibration.steps.instructions import task, title
+    from tfsat_host.calibration.steps.step import task, title
 
     out.note("\n  ".join((f"\n{title(step)}", *task(step))))
 

@@ -1,36 +1,46 @@
-"""Options that every `calibrate` quantity has, and the command line that goes on where one ended."""
+"""Options that every `calibrate` quantity has, and commands in errors completed by them."""
 
 from __future__ import annotations
 
 import argparse
 import re
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from tfsat_host.calibration.errors import NotKeptError
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name, port_name
-from tfsat_host.devices.ports import BoardName
+from tfsat_host.errors import Interrupted, TfsatError
+from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.run.files import CERTIFICATE, EMULATED_CERTIFICATE
+
+if TYPE_CHECKING:
+    from tfsat_host.calibration.session import Session
 
 _REPEATED = ("joint", "turn", "all", "anew", "jog", "no_upload", "out", "robot")
 _COMMAND = re.compile(r"tfsat-host calibrate (?P<quantity>[a-z]+)(?: --[a-z]+| [0-9xyz]+)*")
 _OF_BOTH_BOARDS = ("scale", "servo")
 
 
-def add_campaign_options(parser: argparse.ArgumentParser, board: BoardName = "logger") -> None:
-    """Where the certificate is, of which robot, and how to begin or to go on; device and output options."""
+def add_certificate_options(parser: argparse.ArgumentParser, certificate: str) -> argparse._ArgumentGroup:
+    """`--out` and `--robot`; `certificate` says what the first one names."""
     group = parser.add_argument_group("certificate")
-    group.add_argument(
-        "--out",
-        metavar="FILE",
-        type=file_name,
-        help=f"the certificate that the steps go into (default {CERTIFICATE}; of an emulated robot "
-        f"{EMULATED_CERTIFICATE}); recordings are kept in a folder beside it",
-    )
-    group.add_argument(
-        "--robot", metavar="FILE", type=file_name, help="robot file (default: the drop tower robot)"
+    group.add_argument("--out", metavar="FILE", type=file_name, help=certificate)
+    robot = "robot file (default: the drop tower robot)"
+    group.add_argument("--robot", metavar="FILE", type=file_name, help=robot)
+    return group
+
+
+def add_campaign_options(parser: argparse.ArgumentParser) -> None:
+    """Where the certificate is, of which robot, and how to begin or to go on; device and output options."""
+    group = add_certificate_options(
+        parser,
+        f"the certificate that the steps go into (default {CERTIFICATE}; of an emulated robot "
+        f"{EMULATED_CERTIFICATE}); recordings are kept in a folder of its name",
     )
     group.add_argument(
         "--force", action="store_true", help="begin the certificate anew where it is of other sensors"
@@ -40,7 +50,7 @@ def add_campaign_options(parser: argparse.ArgumentParser, board: BoardName = "lo
         action="store_true",
         help="leave out steps of this command that were accepted within the last hour and since the last landing",
     )
-    add_device_options(parser, board)
+    add_device_options(parser, "logger")
 
 
 def add_sequencer_port(parser: argparse.ArgumentParser) -> None:
@@ -56,11 +66,10 @@ def add_sequencer_port(parser: argparse.ArgumentParser) -> None:
 
 def add_joint_option(parser: argparse._ActionsContainer, *, required: bool) -> None:
     """`--joint N`; not required where a group of options asks for one of them."""
-    joints = range(1, JOINT_COUNT + 1)
-    if required:
-        parser.add_argument("--joint", type=int, choices=joints, required=True, help="which joint")
-    else:
-        parser.add_argument("--joint", type=int, choices=joints, help="which joint")
+    needed: dict[str, Any] = (
+        {"required": True} if required else {}
+    )  # an option of a group must not have the word
+    parser.add_argument("--joint", type=int, choices=range(1, JOINT_COUNT + 1), help="which joint", **needed)
 
 
 def certificate_path(args: argparse.Namespace, *, emulated: bool) -> Path:
@@ -99,3 +108,39 @@ def _devices(args: argparse.Namespace, quantity: str) -> str:
         return " --emulated" if args.emulated else ""
     port = getattr(args, "sequencer_port", None) if quantity in _OF_BOTH_BOARDS else None
     return device_option(args) + ("" if port is None else f" --sequencer-port {shlex.quote(port)}")
+
+
+@contextmanager
+def commands_as_typed(
+    args: argparse.Namespace, out: Output, session: Session | None = None
+) -> Iterator[None]:
+    """Errors name complete commands; what ends a session says how much is kept, and what goes on behind that.
+
+    Raises:
+        KeyboardInterrupt, NotConfirmed: as they are, without a session.
+        Interrupted: a session was ended by Ctrl-C.
+        TfsatError: what ended it; an operator who did not go on ends it with exit code 1.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        if not out.json_mode:
+            out.note("")  # behind the prompt, and the terminal's ^C
+        if session is None:
+            raise
+        what, kept = "Interrupted.", session.kept_words
+        raise Interrupted(what=what, meaning=kept, next_step=resuming(args)) from None
+    except NotConfirmed:  # what it names is complete
+        if session is None:
+            raise
+        what, kept = "Ended before all steps were done.", session.kept_words
+        raise TfsatError(what=what, meaning=kept, next_step=resuming(args)) from None
+    except TfsatError as error:
+        error.next_step = as_typed_here(error.next_step, args)
+        if isinstance(error, NotKeptError):
+            error.next_step = f"Make room, or see that it may be written; then: {resuming(args)}"
+        elif session is not None and session.kept:
+            error.next_step += f"\nTo go on behind the steps that are kept: {resuming(args)}"
+        if session is not None and session.kept:
+            error.meaning = f"{error.meaning}\n{session.kept_words}"
+        raise

@@ -15,7 +15,7 @@ from tfsat_host.calibration.apply import apply_calibration, weightless
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.counts import Counts
-from tfsat_host.calibration.steps.recording import Recording
+from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.errors import TfsatError
 from tfsat_host.protocol.limits import FALL_US, SAMPLE_RATE_HZ
 from tfsat_host.robot import RobotModel
@@ -128,7 +128,7 @@ def samples_of(log: DropLog, calibration: Calibration, model: RobotModel) -> Sam
     counts = Counts.from_log(part)
     calibrated = apply_calibration(counts, calibration, model)
     # At the samples' times, which those of `DropLog` are not.
-    shown = np.where(part.angle_valid, Recording.from_counts(counts).sensor_angle_rad, np.nan)
+    shown = np.where(part.angle_valid, SensorSamples.from_counts(counts).sensor_angle_rad, np.nan)
     rates = np.where(answered[..., None], calibrated.rate_rad_s, np.nan)
     return Samples(
         part.t_s[kept],

@@ -17,7 +17,7 @@ _ACCEL, _TEMPERATURE, _GYRO = slice(0, 3), 3, slice(4, 7)
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class SensorSamples:
     """n samples of all sensors, each at its sample's time: when a sensor was really read, and that low-passes of
     different parts are late by different times, is taken into account here.
 
@@ -44,7 +44,7 @@ class Recording:
     angle_step_rad: float
 
     @classmethod
-    def from_counts(cls, counts: Counts) -> Recording:
+    def from_counts(cls, counts: Counts) -> SensorSamples:
         """In SI units, by the scales that came with the counts."""
         scales, low_pass = counts.scales, counts.scales.low_pass
         step_rad = 2 * np.pi / scales.angle_counts_per_turn
@@ -134,7 +134,7 @@ LONGEST_GAP_S = 0.05
 """A straight line over more would cut a corner of a motion."""
 
 
-def check_complete(recording: Recording, bodies: Iterable[int]) -> None:
+def check_complete(recording: SensorSamples, bodies: Iterable[int]) -> None:
     """The clock ran on, nearly every sample arrived, and the gyros of `bodies` (1 to 4) gave all of theirs.
 
     Raises:

@@ -6,22 +6,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from tfsat_host.calibration.steps.instructions import title
-from tfsat_host.calibration.steps.step import Step, StepKind, bodies
+from tfsat_host.calibration.steps.step import Step, StepKind, bodies, title
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-    from tfsat_host.calibration.certificate.certificate import Calibration
     from tfsat_host.calibration.progress import BodyLevel, StepProgress
-    from tfsat_host.calibration.solution import Solution
+    from tfsat_host.calibration.solution import Known
     from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.robot import RobotModel
 
+State = TypeVar("State")
 LINE_S = 5.0
 """Where there is no terminal, a line each."""
 _MET, _NOT_MET, _NAME = "green", "bold yellow", "bold"
@@ -89,39 +88,40 @@ def _right(step: Step) -> str:
 
 def _body_line(step: Step, level: BodyLevel, width: int) -> str:
     """With a bar that is full at twice the limit, which is marked in the middle."""
-    role = _role(step, level.body)
+    role = "moved" if level.body in step.moved else "held" if level.body in step.held else "along"
+    name = f"body {level.body} {role if step.moved else 'still':<5}"
+    rate = f"{level.rate_deg_s:6.1f} deg/s"
     if level.limit_deg_s is None:
-        return f"body {level.body} {role:<5}  {'':{width}}  {level.rate_deg_s:6.1f} deg/s"
+        return f"{name}  {'':{width}}  {rate}"
     full = "#" * round(width * min(1.0, level.rate_deg_s / level.limit_deg_s / 2.0))
     bar = f"{full:<{width}}"
-    bar = f"{bar[: width // 2]}|{bar[width // 2 + 1 :]}"
-    return f"body {level.body} {role:<5} [{bar}] {level.rate_deg_s:6.1f} deg/s, {_limit_words(level)}"
-
-
-def _role(step: Step, body: int) -> str:
-    if body in step.moved:
-        return "moved"
-    if not step.moved:
-        return "still"
-    return "held" if body in step.held else "along"
+    return f"{name} [{bar[: width // 2]}|{bar[width // 2 + 1 :]}] {rate}, {_limit_words(level)}"
 
 
 def _limit_words(level: BodyLevel) -> str:
     return f"{'at least' if level.at_least else 'at most'} {level.limit_deg_s:.1f}"
 
 
-def record(
-    step: Step, bench: Bench, known: Solution | Calibration, model: RobotModel, out: Output
-) -> Evidence:
+def record(step: Step, bench: Bench, known: Known, model: RobotModel, out: Output) -> Evidence:
     """Has the step done and reads it, until it is done or its time is over."""
     from tfsat_host.calibration.progress import Watch
     from tfsat_host.calibration.steps.evidence import LiveSource, pass_over, read_step
+
+    due_s = LINE_S
+
+    def due(progress: StepProgress) -> bool:
+        nonlocal due_s
+        now = progress.elapsed_s >= due_s or progress.done
+        due_s = progress.elapsed_s + LINE_S if now else due_s
+        return now
 
     bench.mover.begin(step)
     with bench.logger.live() as scales:
         live = LiveSource(bench.logger.live_samples, scales, bench.origin, lambda: datetime.now(UTC))
         pass_over(live, bench.mover.lead_s)
-        with _shown(step, out) as show:
+        with drawn_or_lines(
+            out, lambda now: Picture(step, now), lambda now: line_of(step, now), due, first="  Reading …"
+        ) as show:
             evidence = read_step(step, live, Watch(step, scales, known, model, show))
     warn_of_losses(evidence, out)
     return evidence
@@ -129,29 +129,27 @@ def record(
 
 def warn_of_losses(evidence: Evidence, out: Output) -> None:
     """Says how many samples never arrived."""
-    lost = evidence.counts.samples_lost
-    if lost:
+    if lost := evidence.counts.samples_lost:
         total = len(evidence.counts.t_us) + lost
         out.warn(f"{lost} of {total} samples never arrived ({title(evidence.step)}).")
 
 
 @contextmanager
-def _shown(step: Step, out: Output) -> Iterator[Callable[[StepProgress], None]]:
-    """A picture in place on a terminal; else a line at the start and one each `LINE_S`; nothing with `--json`."""
-    if out.json_mode:
-        yield lambda _progress: None
-        return
+def drawn_or_lines(
+    out: Output,
+    picture: Callable[[State], Picture | str],
+    line: Callable[[State], str],
+    due: Callable[[State], bool],
+    *,
+    first: str = "",
+) -> Iterator[Callable[[State], None]]:
+    """Shows a state: in place on a terminal, else a line whenever one is due; nothing with `--json`."""
     with out.live(diagnostic=True) as draw:
-        if draw is not None:
-            yield lambda progress: draw(Picture(step, progress))
-            return
-        out.note("  Reading …")
-        due_s = LINE_S
 
-        def say(progress: StepProgress) -> None:
-            nonlocal due_s
-            if progress.elapsed_s >= due_s or progress.done:
-                out.note(f"  {line_of(step, progress)}")
-                due_s = progress.elapsed_s + LINE_S
+        def say(state: State) -> None:
+            if due(state) and not out.json_mode:
+                out.note(f"  {line(state)}")
 
-        yield say
+        if draw is None and first and not out.json_mode:
+            out.note(first)
+        yield say if draw is None else lambda state: draw(picture(state))

@@ -1,0 +1,85 @@
+"""What a certificate says before a drop: the state of each quantity, and whether its recordings are as they were."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from tfsat_host.calibration.certificate.archive import recordings_folder
+from tfsat_host.calibration.certificate.certificate import Calibration, Paper, quantities
+from tfsat_host.calibration.findings import Row, value_rows
+from tfsat_host.calibration.steps.evidence import sha256
+from tfsat_host.protocol.limits import PROTOCOL_HASH
+from tfsat_host.robot import RobotModel
+
+CLOCKS_DIFFER = timedelta(minutes=2)
+_UNKNOWN = {"value": None, "std": None, "unit": None}
+
+
+def review(
+    file: Path, calibration: Calibration, model: RobotModel, options: str, now: datetime
+) -> dict[str, Any]:
+    """All that a drop needs, in the order in which it is measured, and what proves it; for `calibrate show --json`.
+
+    Args:
+        file: The certificate.
+        calibration: What it says.
+        model: The robot.
+        options: End every command.
+        now: Ages count to then.
+    """
+    rows = _quantity_rows(calibration, model, options, now)
+    lacking = [row for row in rows if row["state"] != "valid"]
+    papers = [
+        asdict(paper) | {"taken": paper.taken.isoformat(), "state": _state(file, paper)}
+        for paper in calibration.papers
+    ]
+    unproven = any(paper["state"] != "matches" for paper in papers)
+    return {
+        "file": file,
+        "subject": asdict(calibration.subject),
+        "written": calibration.written.isoformat(),
+        "tool_version": calibration.tool_version,
+        "protocol_hash": calibration.protocol_hash,
+        "same_protocol": calibration.protocol_hash == PROTOCOL_HASH.hex(),
+        "ready": not (lacking or unproven or any(map(in_future, rows))),
+        "quantities": rows,
+        "drawn": list(calibration.drawn),
+        "commands": list(dict.fromkeys(row["command"] for row in lacking)),
+        "recordings": papers,
+        "landings": [asdict(landing) | {"at": landing.at.isoformat()} for landing in calibration.landings],
+    }
+
+
+def in_future(row: Row) -> bool:
+    """Whether a quantity was measured later than now: a clock is wrong."""
+    return (row["age_s"] or 0.0) < -CLOCKS_DIFFER.total_seconds()
+
+
+def _quantity_rows(calibration: Calibration, model: RobotModel, options: str, now: datetime) -> list[Row]:
+    states = {one.name: one.reason for one in calibration.shortcomings()}
+    values = value_rows(calibration, model)
+    return [
+        {
+            "quantity": one.name,
+            "state": states.get(one.name, "valid"),
+            **(_UNKNOWN if one.taken is None else values[one.name]),
+            "taken": None if one.taken is None else one.taken.isoformat(),
+            "age_s": None if one.taken is None else (now - one.taken).total_seconds(),
+            "command": f"tfsat-host calibrate {one.command}{options}",
+        }
+        for one in quantities(calibration)
+    ]
+
+
+def _state(certificate: Path, paper: Paper) -> str:
+    """Whether a recording is as the certificate says."""
+    try:
+        data = (recordings_folder(certificate) / paper.file).read_bytes()
+    except FileNotFoundError:
+        return "gone"
+    except OSError:
+        return "unreadable"
+    return "matches" if sha256(data) == paper.sha256 else "changed"

@@ -1,0 +1,116 @@
+"""What the measurement of a servo has found, for JSON and for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from tfsat_host.calibration.servos.servo_map import ServoMap, ServoPoint, board_pulse_us, servo_plan
+from tfsat_host.protocol.messages import ServoSetting
+from tfsat_host.quantity import Column, Columns, Quantity, Table, fields, plus_minus, record
+from tfsat_host.servo_settings import NS_PER_US
+from tfsat_host.units import CDEG_PER_DEG
+
+_MAP = fields("backlash_deg backlash_std_deg repeatability_deg nonlinearity_deg places")
+_PLACES: Columns = (
+    Column("commanded_deg", "commanded", form=".1f"),
+    Column("pulse_us", "pulse", form="g"),
+    Column("opening_deg", "reached opening", form=".2f"),
+    Column("closing_deg", "reached closing", form=".2f"),
+)
+
+
+def servo_outcome(
+    servo_map: ServoMap, points: Sequence[ServoPoint], stopped: Sequence[bool]
+) -> tuple[dict[str, Any], tuple[Table | str, ...]]:
+    """The visits in order of time, and the map in figures that people compare; `stopped` are those it leaves out."""
+    gain, offset, places = gain_of(servo_map), offset_of(servo_map), places_of(points, servo_map.setting)
+    commanded = {row["pulse_us"]: row["commanded_deg"] for row in places}
+    visits = [
+        {
+            "commanded_deg": round(commanded[point.pulse_us], 3),
+            "pulse_us": point.pulse_us,
+            "direction": "opening" if point.direction > 0 else "closing",
+            "reached_deg": degrees(point.reached_rad),
+            "std_deg": degrees(point.std_rad),
+            "at_stop": met,
+        }
+        for point, met in zip(points, stopped, strict=True)
+    ]
+    figures = {
+        "gain": gain.value,
+        "gain_std": gain.std,
+        "offset_deg": offset.value,
+        "offset_std_deg": offset.std,
+    }
+    left_out = (
+        "Within half a degree of the ends of its range the joint may lie against its stop: those visits are left out.",
+    )
+    backlash = plus_minus(degrees(servo_map.backlash_rad), degrees(servo_map.backlash_std_rad))
+    parts = (
+        Table(f"Servo of joint {servo_map.joint}", _PLACES, places),
+        *(left_out if any(stopped) else ()),
+        f"gain            {gain.text()}",
+        f"offset          {offset.text()} deg at 0 deg",
+        f"backlash        {backlash} deg",
+        f"repeatability   {degrees(servo_map.repeatability_rad):.2f} deg, standard deviation of an arrival",
+        f"nonlinearity    {degrees(servo_map.nonlinearity_rad):.2f} deg, standard deviation of the places",
+    )
+    return {"points": visits, "map": {**record(_MAP, servo_map), **figures}}, parts
+
+
+def gain_of(servo_map: ServoMap) -> Quantity:
+    """Reached per commanded change, by the setting that was in force; 1 is exact."""
+    setting = servo_map.setting
+    us_per_deg = setting.ns_per_deg / NS_PER_US * (-1.0 if setting.reversed else 1.0)
+    std = float(np.sqrt(servo_map.covariance[1, 1])) * abs(us_per_deg)
+    return Quantity(degrees(servo_map.slope_rad_per_us * us_per_deg), degrees(std))
+
+
+def offset_of(servo_map: ServoMap) -> Quantity:
+    """Where it comes to rest when 0 deg is commanded, deg, on average of both directions; likewise."""
+    zero_us = float(servo_map.setting.zero_us)
+    return Quantity(
+        degrees(servo_map.reached_rad(zero_us, 0)), degrees(servo_map.std_rad(zero_us)), form="+.3f"
+    )
+
+
+def places_of(points: Sequence[ServoPoint], setting: ServoSetting) -> list[dict[str, Any]]:
+    """A row for each pulse, in order of the commanded angle.
+
+    `commanded_deg` is by the board's setting; `opening_deg` and `closing_deg` are where the joint came to rest on
+    average, from either side; None: never from there.
+    """
+    places = []
+    for pulse_us in {point.pulse_us for point in points}:
+        change_us = (pulse_us - setting.zero_us) * (-1.0 if setting.reversed else 1.0)
+        row: dict[str, Any] = {
+            "pulse_us": pulse_us,
+            "commanded_deg": change_us * NS_PER_US / setting.ns_per_deg,
+        }
+        for name, way in (("opening_deg", 1), ("closing_deg", -1)):
+            side = [one.reached_rad for one in points if (one.pulse_us, one.direction) == (pulse_us, way)]
+            row[name] = degrees(np.mean(side)) if side else None
+        places.append(row)
+    return sorted(places, key=lambda row: float(row["commanded_deg"]))
+
+
+def left_by(servo_map: ServoMap, setting: ServoSetting) -> dict[str, float]:
+    """How far the joint misses the angles that are commanded with a setting, over its limits.
+
+    `mean_deg` is at the worst place, on average of both directions: what rounding and old settings do; `side_deg` half
+    the backlash: it stops so far short, from either side; `scatter_deg` the standard deviation of one arrival, with the
+    bends of the servo.
+    """
+    off_deg = [
+        degrees(servo_map.reached_rad(board_pulse_us(setting, angle_cdeg), 0)) - angle_cdeg / CDEG_PER_DEG
+        for angle_cdeg in servo_plan(setting)
+    ]
+    return {
+        "mean_deg": max(map(abs, off_deg)),
+        "side_deg": degrees(abs(servo_map.backlash_rad)) / 2,
+        "scatter_deg": degrees(np.hypot(servo_map.repeatability_rad, servo_map.nonlinearity_rad)),
+    }
