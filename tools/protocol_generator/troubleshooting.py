@@ -1,4 +1,4 @@
-"""docs/guide/troubleshooting.md: prose from troubleshooting.in.md, a section for each error code."""
+"""docs/guide/troubleshooting.md: prose from troubleshooting.in.md, a row for each error code."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ _GROUPS = {"link": range(1, 4), "sequencer": range(4, 40), "logger": range(40, 2
 def generate(spec: Spec) -> str:
     """The page. Raises SpecError for a name between @ signs that nothing fills."""
     errors = spec.enums["ErrorCode"].values
-    values = {group: _sections(errors, numbers) for group, numbers in _GROUPS.items()}
+    values = {
+        group: "\n".join(_row(error) for error in errors if error.value in numbers)
+        for group, numbers in _GROUPS.items()
+    } | {"head": "| code | what happened | what to do |\n|---|---|---|"}
 
     def value(match: re.Match[str]) -> str:
         if match[1] not in values:
@@ -25,10 +28,7 @@ def generate(spec: Spec) -> str:
     return re.sub(r"@(\w+)@", value, _PROSE.read_text(encoding="utf-8"))
 
 
-def _sections(errors: tuple[EnumValue, ...], numbers: range) -> str:
-    return "\n\n".join(_section(error) for error in errors if error.value in numbers)
-
-
-def _section(error: EnumValue) -> str:
-    """What the screen says, word for word, so that it is found by any part of it."""
-    return f"### {error.value} {error.name}\n\n{error.doc} {error.meaning}\n\n**Do:** {error.remedy}"
+def _row(error: EnumValue) -> str:
+    """As the screen says it, so that it is found by any part of it."""
+    cells = (f"{error.value} `{error.name}`", error.doc, error.remedy)
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|').replace(chr(10), ' ') for cell in cells)} |"
