@@ -7,11 +7,12 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.evaluation.commanded import Said
@@ -20,16 +21,48 @@ from tfsat_host.calibration.certificate.file import format_calibration
 from tfsat_host.cli.main import main
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.file_hash import sha256_of
+from tfsat_host.json_values import jsonable
 from tfsat_host.maneuver import Schedule
+from tfsat_host.present.output import Output
+from tfsat_host.protocol.enums import BlockKind
+from tfsat_host.protocol.limits import BLOCK_BYTES
+from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE
+from tfsat_host.report import document_rounding
+from tfsat_host.report.contents import document_builder
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import drop_evaluation
 from tfsat_host.sdlog import DropLog
 
+_KIND = int(np.dtype(BLOCK_HEADER_DTYPE).fields["kind"][1])  # type: ignore[index]
 _MADE: dict[str, Evaluation] = {}
 
 
+def _once(
+    function: Callable[[Any], Any], of: Callable[[Any], Any] = lambda value: value
+) -> Callable[[Any], Any]:
+    """The same function, called once for each object, or for each that is `of` it."""
+    made: dict[int, tuple[Any, Any]] = {}
+
+    def kept(value: Any) -> Any:
+        key = of(value)
+        if id(key) not in made:
+            made[id(key)] = key, function(value)  # the object stays, and with it its id
+        return made[id(key)][1]
+
+    return kept
+
+
+_DRAWN = {
+    (document_builder, "charts_of"): _once(document_builder.charts_of, lambda found: found.motion),
+    (document_builder, "replay_of"): _once(document_builder.replay_of, lambda found: found.motion),
+    (document_builder, "plot_of"): _once(document_builder.plot_of),
+    (document_rounding, "_plot"): _once(document_rounding._plot),
+    (document_rounding, "_replay"): _once(document_rounding._replay),
+}
+
+
 def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same recording with the same files gives what it gave: evaluating it is not what is tested."""
+    """The same samples with the same files give what they gave: evaluating and drawing them is not what is tested."""
 
     def kept(
         log: DropLog,
@@ -38,25 +71,60 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
         schedule: Schedule | None,
         **others: Any,
     ) -> Evaluation:
-        certificate = None if calibration is None else format_calibration(calibration)
+        certificate = None if calibration is None else format_calibration(_of_no_robot(calibration))
         options = (others["recorded"], others["offsets"].names, others["swarm"], others["witnesses"])
-        key = repr((sha256_of(log.path), log.session, sha256_of(model.path), certificate, schedule, options))
+        header = replace(log.header, board_serial=(0,) * 8, image_crc=0)
+        samples = _sha256_of_samples(log.path)
+        key = repr((samples, header, log.session, sha256_of(model.path), certificate, schedule, options))
         if key not in _MADE:
             _MADE[key] = evaluate(log, model, calibration, schedule, **others)
         return replace(_MADE[key], log=log, model=model)
 
     monkeypatch.setattr(drop_evaluation, "evaluate", kept)
+    for (module, name), drawn in _DRAWN.items():
+        monkeypatch.setattr(module, name, drawn)
 
 
-def command(*args: object, expect: int = 0) -> Said:
+def _of_no_robot(calibration: Calibration) -> Calibration:
+    subject = replace(calibration.subject, logger_serial="", emulated=False)
+    return replace(calibration, subject=subject, drawn=())
+
+
+def _sha256_of_samples(card: Path) -> str:
+    """Of all blocks but the header's, which also says whose they are."""
+    data = card.read_bytes()
+    blocks = (data[at : at + BLOCK_BYTES] for at in range(0, len(data), BLOCK_BYTES))
+    return hashlib.sha256(b"".join(one for one in blocks if one[_KIND] != BlockKind.HEADER)).hexdigest()
+
+
+@dataclass(frozen=True)
+class Done(Said):
+    """What a command did, and the object that `--json` would print."""
+
+    result: Any = None
+
+
+def command(*args: object, expect: int = 0) -> Done:
     """Runs a command in the current folder."""
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    given: list[Any] = []
+    show = Output.result
+
+    def keep(self: Output, data: Mapping[str, Any], text: str | Callable[[], None] = "") -> None:
+        given.append(jsonable(data))
+        show(self, data, text)
+
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        patch.setattr(Output, "result", keep)
         code = main(list(map(str, args)))
-    said = Said(code, out.getvalue(), err.getvalue())
-    assert "Traceback" not in said.err and "a bug of its own" not in said.out + said.err, said
-    assert code == expect, (code, said.out[:3000], said.err)
-    return said
+    done = Done(code, out.getvalue(), err.getvalue(), given[0] if given else None)
+    assert "Traceback" not in done.err and "a bug of its own" not in done.out + done.err, done
+    assert code == expect, (code, done.out[:3000], done.err)
+    return done
 
 
 def result(*args: object, expect: int = 0) -> Any:

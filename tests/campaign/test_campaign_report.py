@@ -33,13 +33,13 @@ def added(*runs: str) -> None:
 def test_robots_are_compared_by_themselves(camp: Path) -> None:
     on_other_logger(Path("run3"), OTHER)
     added("run1", "run3", "run2")
-    first, other = result("campaign", "report", "camp")["comparisons"]
+    said = command("campaign", "report", "camp")
+    first, other = said.result["comparisons"]
     assert (first["drops"], other["drops"]) == ([1, 3], [2])
     assert first["comparison"]["agreement"]["agree"] is True and other["comparison"] is None
     assert other["logger_serial"] == OTHER.hex() != first["logger_serial"]
-    words = command("campaign", "report", "camp").words
-    assert "2 robots or robot files: none is combined with those of another" in words
-    assert f"Drop 2 is the only one of the emulated robot with logger {OTHER.hex()}" in words
+    assert "2 robots or robot files: none is combined with those of another" in said.words
+    assert f"Drop 2 is the only one of the emulated robot with logger {OTHER.hex()}" in said.words
 
 
 def test_drops_that_contradict_each_other_end_with_3(camp: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,8 +67,9 @@ def test_another_robot_file_from_the_start_is_compared_by_itself(camp: Path) -> 
     for run in ("run1", "run2", "run3"):
         (Path(run) / "robot.toml").write_text(text + ("# measured again\n" if run == "run3" else ""))
     added("run1", "run2", "run3")
-    assert [one["drops"] for one in result("campaign", "report", "camp")["comparisons"]] == [[1, 2], [3]]
-    assert "robot file" in command("campaign", "report", "camp").words
+    said = command("campaign", "report", "camp")
+    assert [one["drops"] for one in said.result["comparisons"]] == [[1, 2], [3]]
+    assert "robot file" in said.words
 
 
 def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
@@ -91,7 +92,8 @@ def test_what_is_signed_after_the_drop_came_in_is_named(camp: Path) -> None:
 def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     command("campaign", "add", "camp", "run1")
     command("campaign", "add", "camp", "run2", "--note", "the second")
-    said = result("campaign", "report", "camp")
+    done = command("campaign", "report", "camp")
+    said, words = done.result, done.words
     assert said["report"] == "camp/report.html"
     assert [drop["number"] for drop in said["drops"]] == [1, 2]
     turned_deg = [drop["evaluation"]["reorientation_deg"] for drop in said["drops"]]
@@ -103,7 +105,6 @@ def test_the_report_lays_all_drops_over_each_other(camp: Path) -> None:
     )
     page = (camp / "report.html").read_text()
     assert '"name":"drop-0001 (emulated)"' in page and '"name":"drop-0002 (emulated)"' in page
-    words = command("campaign", "report", "camp").words
     assert (
         "the second" in words
         and "Correction of the model, by all drops together" in words
@@ -124,9 +125,9 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
         assert ("EMULATED: no robot fell" in said.words) == (seed > 2), number
     listed = result("campaign", "list", "camp")["drops"]
     assert [drop["robot"] for drop in listed] == ["real", "emulated", "real", "emulated"]
-    told = result("campaign", "report", "camp")
-    assert [one["robot"] for one in told["comparisons"]] == ["real", "emulated"]
-    for one, numbers in zip(told["comparisons"], ((1, 3), (2, 4)), strict=True):
+    said = command("campaign", "report", "camp")
+    assert [one["robot"] for one in said.result["comparisons"]] == ["real", "emulated"]
+    for one, numbers in zip(said.result["comparisons"], ((1, 3), (2, 4)), strict=True):
         assert one["drops"] == list(numbers)
         drops = [left["drop"] for left in one["comparison"]["cross_validation"]]
         assert [f"drop-000{number}" in drop for number, drop in zip(numbers, drops, strict=True)] == [
@@ -140,7 +141,6 @@ def test_real_and_emulated_drops_are_never_taken_together(camp: Path) -> None:
         "Each drop by the corrections of the others",
     ):
         assert f"{title} (real robot)" in page and f"{title} (emulated robot)" in page
-    said = command("campaign", "report", "camp")
     assert "The drops of the real robot together:" in said.words
     assert "The drops of the emulated robot together:" in said.words
     mixed = evaluate("run1", "run3")
