@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -35,7 +34,8 @@ Computed = Callable[[str | None], None]
 
 def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drop_evaluation, "evaluate", evaluate)  # computed, and not kept
-    said = result("reproduce", bundle)
+    done = command("reproduce", bundle)
+    said = done.result
     assert (said["same"], said["complete"], said["incomplete"]) == (True, True, [])
     assert [(one["what"], one["differences"]) for one in said["compared"]] == [
         ("evaluation", []),
@@ -48,7 +48,7 @@ def test_a_bundle_gives_the_same_again(bundle: Path, monkeypatch: pytest.MonkeyP
     with zipfile.ZipFile(bundle) as opened:
         for name in opened.namelist():
             assert (folder / name).read_bytes() == opened.read(name), "computing changes nothing"
-    assert "SAME: " in command("reproduce", bundle, "--out", "other").out
+    assert "SAME: " in done.out
 
 
 def test_the_folder_must_be_new_and_the_bundle_one(
@@ -74,15 +74,14 @@ def test_a_number_that_differs_is_named_with_both_values(bundle: Path) -> None:
         values["initial_rate_deg_s"][0] *= 1.0 + 1e-6
 
     rewrite_json(bundle, "evaluation.json", change)
-    said = result("reproduce", bundle, expect=3)
-    assert said["same"] is False
-    evaluation, report, _ = said["compared"]
+    done = command("reproduce", bundle, expect=3)
+    assert done.result["same"] is False
+    evaluation, report, _ = done.result["compared"]
     keys = {one["key"]: one["relative"] for one in evaluation["differences"]}
     assert keys.keys() == {"reorientation_deg", "strokes[1].size_deg"}
     assert keys["reorientation_deg"] == pytest.approx(1e-4, rel=1e-3)
     assert report["differences"] == []
-    shutil.rmtree("run-reproduced")
-    words = command("reproduce", bundle, expect=3).words
+    words = done.words
     assert "Evaluation: 2 DIFFER" in words and "strokes[1].size_deg" in words and "NOT THE SAME" in words
 
 

@@ -21,20 +21,33 @@ def shell_examples(document: Path) -> list[str]:
 
 
 def test_examples_of_the_readme_run_in_order(tfsat_host: RunCli) -> None:
+    """What a rehearsal leaves is what the quick start names."""
     examples = shell_examples(ROOT / "README.md")
     assert len(examples) >= 5
     for example in examples:
         program, *arguments = shlex.split(example)
         assert program == "tfsat-host"
         tfsat_host(*arguments)
-    assert (tfsat_host.folder / "run" / "SD.csv").stat().st_size > 0
+    run = tfsat_host.folder / "run"
+    left = {path.name + "/" * path.is_dir() for path in run.iterdir() if not path.name.startswith(".")}
+    rows = re.findall(r"^\| (`.*?) \|", (ROOT / "docs/guide/quick-start.md").read_text("utf-8"), re.MULTILINE)
+    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == left
+
+
+def anchors(document: Path) -> set[str]:
+    """Of its headings, as GitHub and Sphinx make them."""
+    headings = re.findall(r"^#+ (.*)$", document.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(document: Path) -> None:
-    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", document.read_text(encoding="utf-8")):
-        if not target.startswith(("http:", "https:", "mailto:")):
-            assert (document.parent / target).exists(), target
+    text = document.read_text(encoding="utf-8")
+    for path, anchor in re.findall(r"\]\(([^)#]*)(?:#([^)]*))?\)", text):
+        if not path.startswith(("http:", "https:", "mailto:")):
+            target = document.parent / path if path else document
+            assert target.exists(), path
+            assert not anchor or target.suffix != ".md" or anchor in anchors(target), f"{path}#{anchor}"
 
 
 def test_commands_named_in_the_readme_exist(tfsat_host: RunCli) -> None:

@@ -12,6 +12,9 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from tests.bundle.commands import keep_evaluations
 from tests.contract.outline import file_outline, outline, without_moments, without_numbers
 from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
 from tests.emulate.served import Served
@@ -43,7 +46,12 @@ def results_of(scenario: str, folder: Path) -> list[dict[str, Any]]:
     for name in ("maneuver.toml", "robot.toml", "calibration-emulated.toml"):
         shutil.copy(folder / "run" / name, folder / "next")
     outlined: dict[str, str] = {}
-    with contextlib.chdir(folder), Served() if scenario in SERVED else contextlib.nullcontext():
+    with (
+        contextlib.chdir(folder),
+        pytest.MonkeyPatch.context() as patch,
+        Served() if scenario in SERVED else contextlib.nullcontext(),
+    ):
+        keep_evaluations(patch)
         results = [_result_of(line, folder, outlined) for line in SCENARIOS[scenario]]
     if scenario in MOMENTARY:
         return [{**without_numbers(result), "exit": result["exit"]} for result in results]

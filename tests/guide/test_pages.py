@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
+import warnings
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
+from tests.bundle.commands import keep_evaluations
 from tests.calibration.some_calibration import MEASURED, whole_calibration
-from tests.cli.process import RunCli
 from tests.evaluation.run_folder import run_folder
 from tests.guide.documents import GUIDE, ROOT
 from tfsat_host.calibration.certificate.certificate import Landing
@@ -114,31 +113,19 @@ def test_after_the_runbooks_commands_nothing_is_missing_for_a_first_drop_or_anot
     assert len(wanted) > 5 and wanted <= _calibrated(again)
 
 
-def test_the_quick_start_names_every_file_of_a_rehearsal_and_no_other(tfsat_host: RunCli) -> None:
-    (typed,) = re.findall(r"^    tfsat-host (rehearse 59 70)$", _text("quick-start.md"), re.MULTILINE)
-    tfsat_host(*typed.split())
-    left = {
-        path.name + "/" * path.is_dir()
-        for path in (tfsat_host.folder / "run").iterdir()
-        if not path.name.startswith(".")
-    }
-    rows = [line.split("|")[1] for line in _text("quick-start.md").splitlines() if line.startswith("| `")]
-    assert {name for row in rows for name in re.findall(r"`([^`]+)`", row)} == left
-
-
-def test_the_python_examples_run_one_after_the_other(tmp_path: Path) -> None:
+def test_the_python_examples_run_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     tasks = re.findall(r"```python\n(.*?)```", _text("python-api.md"), re.DOTALL)
     assert len(tasks) == 10
+    keep_evaluations(monkeypatch)
+    monkeypatch.chdir(tmp_path)
     run_folder(tmp_path / "run")
     run_folder(tmp_path / "run2", seed=2)
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", "\n".join(tasks)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    angle_rad, std_rad = map(float, done.stdout.splitlines()[0].split())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        exec("\n".join(tasks), {})
+    angle_rad, std_rad = map(float, capsys.readouterr().out.splitlines()[0].split())
     assert angle_rad == pytest.approx(0.48, abs=0.1)
     assert 0.0 < std_rad < 0.02
 

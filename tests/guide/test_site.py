@@ -66,7 +66,8 @@ def _pages_printed(page: Path, folder: Path) -> int:
     return len(re.findall(rb"/Type ?/Page\b", pdf.read_bytes()))
 
 
-# One test, for the site takes seconds to build.
+# One test, for the site takes seconds to build; `make test` looks at links and anchors in the Markdown.
+@pytest.mark.prove
 def test_the_site(tmp_path: Path) -> None:
     site = tmp_path / "site"
     options = ["-W", "--keep-going", "-q", "-c", "docs", "-d", str(tmp_path / "trees")]

@@ -26,10 +26,12 @@ HOSTILE = "<img src=x onerror=alert(1)>"
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A whole drop in the folder `run` of the current one; one figure stands for all, whose names are the same way."""
+    """A whole drop in the folder `run` of the current one; of figures and recordings only where they go is asked."""
     keep_evaluations(monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(reporting, "FIGURES", {DRAWN: None})
+    for write in ("write_evaluated_mcap", "write_figure"):
+        monkeypatch.setattr(reporting, write, lambda *given: given[-1].write_bytes(MARKER))
     run_folder(tmp_path / "run")
     return tmp_path / "run"
 
@@ -49,7 +51,7 @@ def test_the_page_lies_beside_the_recording_and_is_made_again(run: Path) -> None
     page.write_bytes(page.read_bytes().replace(b"<noscript>", b"<noscript>old "))
     words = command("report", "run/SD.bin", "--mcap=out/drop.mcap").out  # its own page it may replace
     assert b"<noscript>old" not in page.read_bytes()
-    assert words.startswith("run: GOOD. ") and Path("out/drop.mcap").stat().st_size > 100_000
+    assert words.startswith("run: GOOD. ") and Path("out/drop.mcap").is_file()
     assert words.splitlines()[-2:] == ["Written  run/report.html", "Written  out/drop.mcap"]
 
 
@@ -71,10 +73,8 @@ def test_a_file_of_somebody_else_is_kept_without_force_and_doubts_end_with_3(run
 
 
 def test_several_drops_lie_in_one_page_here_but_one_that_cannot_be_evaluated(
-    run: Path, browser: Browser, monkeypatch: pytest.MonkeyPatch
+    run: Path, browser: Browser
 ) -> None:
-    for write in ("write_evaluated_mcap", "write_figure"):  # where to is asked here, and not what
-        monkeypatch.setattr(reporting, write, lambda *given: given[-1].write_bytes(MARKER))
     run_folder(Path("second"), seed=2)
     Path("empty").mkdir()
     said = command("report", "run", "second", "empty", "--figures", "figures", "--mcap", "--json", expect=1)

@@ -51,7 +51,7 @@ def test_a_run_gives_what_the_command_gives(run: Path, capsys: pytest.CaptureFix
     assert capsys.readouterr() == ("", ""), "a library prints nothing"
     assert any("knows of the landing" in said for said in heard.said) and "Evaluating run" in heard.said
     assert read_calibration(run / CERTIFICATE).landings
-    said = json.loads(command("evaluate", run, "--masses", "--json").out)
+    said = command("evaluate", run, "--masses").result
     assert said["verdict"] == json.loads(json.dumps(done.verdict.as_dict()))
     assert said["calibration"] == done.calibration_facts
     kinds = {name for name, kind in _names(done) if kind == "mass"}
