@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.commanded import Said
+from tests.evaluation.drops import MORNING
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.certificate.file import format_calibration
 from tfsat_host.cli.main import main
@@ -87,7 +88,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _of_no_robot(calibration: Calibration) -> Calibration:
     subject = replace(calibration.subject, logger_serial="", emulated=False)
-    return replace(calibration, subject=subject, drawn=())
+    return replace(calibration, subject=subject, drawn=(), landings=(), written=MORNING)
 
 
 def _sha256_of_samples(card: Path) -> str:
