@@ -20,6 +20,7 @@ from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
 from tests.emulate.served import Served
 from tfsat_host.cli.main import HELPS, main
 from tfsat_host.cli.parser import parser_with
+from tfsat_host.report import figures
 
 HERE = Path(__file__).parent
 BUNDLE = HERE / "today/drop.tfsat.zip.xz"
@@ -52,6 +53,8 @@ def results_of(scenario: str, folder: Path) -> list[dict[str, Any]]:
         Served() if scenario in SERVED else contextlib.nullcontext(),
     ):
         keep_evaluations(patch)
+        # What figures show is proved by tests/report/test_figures.py; here only where they lie.
+        patch.setattr(figures, "_save", lambda _figure, _kind, path: path.write_bytes(figures.MARKER))
         results = [_result_of(line, folder, outlined) for line in SCENARIOS[scenario]]
     if scenario in MOMENTARY:
         return [{**without_numbers(result), "exit": result["exit"]} for result in results]
