@@ -29,7 +29,9 @@ from tfsat_host.protocol.enums import BlockKind
 from tfsat_host.protocol.limits import BLOCK_BYTES
 from tfsat_host.protocol.log_layout import BLOCK_HEADER_DTYPE
 from tfsat_host.report import document_rounding
-from tfsat_host.report.contents import document_builder
+from tfsat_host.report.contents.chart import plot_of
+from tfsat_host.report.contents.charts import charts_of
+from tfsat_host.report.contents.replay import replay_of
 from tfsat_host.robot import RobotModel
 from tfsat_host.run import drop_evaluation
 from tfsat_host.sdlog import DropLog
@@ -53,12 +55,13 @@ def _once(
     return kept
 
 
+_BUILDER = "tfsat_host.report.contents.document_builder"
 _DRAWN = {
-    (document_builder, "charts_of"): _once(document_builder.charts_of, lambda found: found.motion),
-    (document_builder, "replay_of"): _once(document_builder.replay_of, lambda found: found.motion),
-    (document_builder, "plot_of"): _once(document_builder.plot_of),
-    (document_rounding, "_plot"): _once(document_rounding._plot),
-    (document_rounding, "_replay"): _once(document_rounding._replay),
+    f"{_BUILDER}.charts_of": _once(charts_of, lambda found: found.motion),
+    f"{_BUILDER}.replay_of": _once(replay_of, lambda found: found.motion),
+    f"{_BUILDER}.plot_of": _once(plot_of),
+    "tfsat_host.report.document_rounding._plot": _once(document_rounding._plot),
+    "tfsat_host.report.document_rounding._replay": _once(document_rounding._replay),
 }
 
 
@@ -74,7 +77,7 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
     ) -> Evaluation:
         certificate = None if calibration is None else format_calibration(_of_no_robot(calibration))
         options = (others["recorded"], others["offsets"].names, others["swarm"], others["witnesses"])
-        header = replace(log.header, board_serial=(0,) * 8, image_crc=0)
+        header = replace(log.header, board_serial=bytes(8), image_crc=0)
         samples = _sha256_of_samples(log.path)
         key = repr((samples, header, log.session, sha256_of(model.path), certificate, schedule, options))
         if key not in _MADE:
@@ -82,8 +85,8 @@ def keep_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
         return replace(_MADE[key], log=log, model=model)
 
     monkeypatch.setattr(drop_evaluation, "evaluate", kept)
-    for (module, name), drawn in _DRAWN.items():
-        monkeypatch.setattr(module, name, drawn)
+    for name, drawn in _DRAWN.items():
+        monkeypatch.setattr(name, drawn)
 
 
 def _of_no_robot(calibration: Calibration) -> Calibration:
