@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import Multibody, path_rotation, rotation_angle_rad, rotation_vector_rad
 from tfsat_host.maneuver import schedule_maneuver
-from tfsat_host.plan.design import Summit, candidate, climb, design, find_optimum, search, value_and_gradient
+from tfsat_host.plan.design import Design, Summit, candidate, climb, find_optimum, search, value_and_gradient
+from tfsat_host.plan.design import design as designed
 from tfsat_host.plan.loops import Sequence, best_sequence, classes
 from tfsat_host.plan.problem import DesignError, DesignSettings, Problem
 from tfsat_host.plan.swarm import Found, minimize
 from tfsat_host.robot import RobotModel
+
+DEFAULT = DesignSettings()
+
+
+@functools.cache
+def design(robot: RobotModel, asked: DesignSettings = DEFAULT) -> Design:
+    """Each design once, for all tests that look at it."""
+    return designed(robot, asked)
+
 
 # The paper's displacements take 1.518 s at 170 deg/s, not its 1.50 s.
 PAPERS_TIME_S = 2 * (58.75 + 70.29) / 170.0
@@ -55,16 +66,14 @@ def test_a_short_time_has_an_optimum_too(drop_tower: RobotModel, time_limit_s: f
 
 def test_the_swarms_point_is_climbed_from_as_well(five_bodies: RobotModel) -> None:
     """Whatever a coarse grid misses, the optimum is never below the swarm."""
-    for time_limit_s in (1.5, 4.0):
-        settings = DesignSettings(joints=(0, 1, 3), time_limit_s=time_limit_s)
-        found = design(five_bodies, settings)
-        assert found.gap_deg is not None
-        assert found.gap_deg >= -1e-6
-        assert found.optimum.reorientation_deg > 0.0
+    found = design(five_bodies, DesignSettings(joints=(0, 1, 3)))
+    assert found.gap_deg is not None
+    assert found.gap_deg >= -1e-6
+    assert found.optimum.reorientation_deg > 0.0
 
 
 @pytest.mark.parametrize("alternating", [False, True])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.prove)])
 def test_the_swarm_comes_near_and_never_beats_the_optimum(
     drop_tower: RobotModel, seed: int, alternating: bool
 ) -> None:
@@ -74,13 +83,6 @@ def test_the_swarm_comes_near_and_never_beats_the_optimum(
     assert found.swarm.alpha_deg[2] == pytest.approx(0.0, abs=1.0)
     assert found.swarm.duration_s < 1.5 + 1e-4
     assert found.swarm.alpha_deg[:2] == pytest.approx([59.4, 68.1], abs=6.0)
-
-
-def test_a_seed_is_a_result_to_the_last_bit(drop_tower: RobotModel) -> None:
-    first, again = (design(drop_tower, DesignSettings(seed=11)) for _ in range(2))
-    assert (first.search.position == again.search.position).all()
-    assert first.optimum.reorientation_deg == again.optimum.reorientation_deg
-    assert first.maneuver(first.optimum) == again.maneuver(again.optimum)
 
 
 def test_no_point_of_a_fine_grid_beats_the_optimum(drop_tower: RobotModel) -> None:
@@ -100,8 +102,8 @@ def test_no_point_of_a_fine_grid_beats_the_optimum(drop_tower: RobotModel) -> No
 
 def test_another_grid_finds_the_same_optimum(drop_tower: RobotModel) -> None:
     problem = Problem.of(drop_tower, DesignSettings(time_limit_s=1.8))
-    coarse, _ = find_optimum(problem, grid_points=700)
-    fine, _ = find_optimum(problem, grid_points=5000)
+    coarse, _ = find_optimum(problem, grid_points=350)
+    fine, _ = find_optimum(problem, grid_points=1500)
     assert coarse.reorientation_rad == pytest.approx(fine.reorientation_rad, abs=1e-9)
 
 
@@ -139,10 +141,11 @@ def test_without_a_time_limit_joints_1_and_2_open_all_the_way(drop_tower: RobotM
 
 
 def test_more_time_gives_what_the_optimum_says_it_gives(drop_tower: RobotModel) -> None:
-    shorter, longer = (design(drop_tower, DesignSettings(time_limit_s=t)) for t in (1.49, 1.51))
-    middle = design(drop_tower, DesignSettings(time_limit_s=1.50))
-    gain = (longer.optimum.reorientation_deg - shorter.optimum.reorientation_deg) / 0.02
-    assert np.degrees(middle.summit.gain_rad_s) == pytest.approx(gain, rel=1e-3)
+    problems = [Problem.of(drop_tower, DesignSettings(time_limit_s=time_s)) for time_s in (1.49, 1.5, 1.51)]
+    start = np.radians([59.0, 68.0, 0.0])
+    shorter, middle, longer = (climb(problem, (1, 2, 3, -1, -2, -3), start) for problem in problems)
+    gain = (longer.reorientation_rad - shorter.reorientation_rad) / 0.02
+    assert middle.gain_rad_s == pytest.approx(gain, rel=1e-3)
 
 
 def test_the_gradient_is_that_of_the_angle(drop_tower: RobotModel) -> None:
@@ -218,6 +221,7 @@ def test_what_is_written_is_judged_as_it_is_written(drop_tower: RobotModel) -> N
     assert abs(found.optimum.reorientation_deg - flown.reorientation_deg) < 1e-4
 
 
+@settings(max_examples=40)
 @given(
     time_limit_s=st.floats(0.1, 3.0),
     shares=st.lists(st.floats(0.01, 1.0), min_size=3, max_size=3),
@@ -248,8 +252,8 @@ def test_turns_end_with_the_best_of_their_rounds(
         return replace(found, value=rounds[-1])
 
     monkeypatch.setattr("tfsat_host.plan.design.minimize", lessening)
-    settings = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
-    found, _ = search(Problem.of(drop_tower, settings), settings)
+    asked = DesignSettings(alternating=True, time_limit_s=2.2, seed=3)
+    found, _ = search(Problem.of(drop_tower, asked), asked)
     assert len(rounds) > 1
     assert found.value == min(rounds)
 
@@ -262,12 +266,6 @@ def test_the_penalty_is_the_papers(drop_tower: RobotModel) -> None:
     overtime = 2 * (59.0 + 68.67) / 170.0 - 1.5
     paid = np.degrees(problem.objective(loops, outside)[0] + loops.angles_rad(outside).max())
     assert paid == pytest.approx(1e11 * overtime**2, rel=1e-9)
-
-
-def test_the_search_alone_is_the_same_as_in_the_design(drop_tower: RobotModel) -> None:
-    settings = DesignSettings(seed=4)
-    found, _ = search(Problem.of(drop_tower, settings), settings)
-    assert (found.position == design(drop_tower, settings).search.position).all()
 
 
 def test_five_joints_are_too_many(drop_tower: RobotModel) -> None:

@@ -2,11 +2,34 @@
 
 from __future__ import annotations
 
+import functools
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from tests.cli.process import RunCli
+from tfsat_host.plan import design as planning
+from tfsat_host.plan.problem import DesignSettings
+from tfsat_host.robot import RobotModel, load_robot
+
+_design = planning.design
+
+
+@functools.cache
+def _designed(path: Path, asked: DesignSettings) -> planning.Design:
+    return _design(load_robot(path), asked)
+
+
+@pytest.fixture(autouse=True)
+def _each_design_once(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands that design the same share it, but for the test that compares two designs."""
+
+    def design(robot: RobotModel, asked: DesignSettings, _progress: object) -> planning.Design:
+        return _designed(robot.path, asked)
+
+    if "same_bytes" not in request.node.name:
+        monkeypatch.setattr(planning, "design", design)
 
 
 def test_the_file_is_taken_by_upload_sequence(tfsat_host: RunCli) -> None:

@@ -41,7 +41,7 @@ def test_a_path_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
     tmp_path: Path, size_deg: float
 ) -> None:
     worst_of_two_steps, rng = 0.0, np.random.default_rng(1)
-    for number in range(12):
+    for number in range(6):
         body = Multibody.of(load_robot(write_robot_file(random_tree(rng, 4), tmp_path / f"{number}.toml")))
         deltas = np.radians(size_deg) * np.array([[1, 1, -1, -1], [-1, 1, 1, -1.0]])
         joints = [int(j) for j in rng.permutation(3)[:2]] * 2
@@ -56,7 +56,7 @@ def test_a_path_is_right_to_a_ten_thousandth_of_a_degree_whatever_the_robot(
 def test_a_flight_is_within_its_tolerance_along_the_whole_way() -> None:
     body, history = maneuver()
     found = propagate_within(body, history, initial_rate_rad_s=FAST)
-    parts = propagate(body, history, initial_rate_rad_s=FAST, step_s=1e-3, order=6)
+    parts = propagate(body, history, initial_rate_rad_s=FAST, step_s=2e-3, order=6)
     assert found.within_tolerance and np.degrees(found.error_rad) < 1e-4
     for t_s in np.linspace(0.0, 1.2, 7):
         i, k = (int(np.abs(flight.t_s - t_s).argmin()) for flight in (found.flight, parts))
@@ -67,9 +67,9 @@ def test_a_flight_is_within_its_tolerance_along_the_whole_way() -> None:
 
 def test_the_estimate_is_no_smaller_than_the_error() -> None:
     body, history = maneuver()
-    exact = propagate(body, history, initial_rate_rad_s=FAST, step_s=1e-3, order=6).quaternion_xyzw[-1]
+    exact = propagate(body, history, initial_rate_rad_s=FAST, step_s=2e-3, order=6).quaternion_xyzw[-1]
     for order in (4, 6):
-        for step_s in (0.05, 0.025):
+        for step_s in (0.05,):
             found = propagate_within(
                 body, history, initial_rate_rad_s=FAST, step_s=step_s, order=4 if order == 4 else 6
             )

@@ -21,7 +21,7 @@ def looked_at(history: JointHistory) -> tuple[FloatArray, FloatArray]:
     return t_s, history.rates_rad_s(t_s)
 
 
-@settings(max_examples=80, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     delta_deg=st.floats(-180.0, 180.0).filter(lambda d: abs(d) > 1e-3),
     start_s=st.floats(-1.0, 3.0),

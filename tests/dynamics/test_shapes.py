@@ -84,7 +84,7 @@ def compare(
 
 
 @pytest.mark.parametrize("n", [1, 4])
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=10, deadline=None, derandomize=True)
 @given(shapes=broadcastable(8), seed=st.integers(0, 99))
 def test_shapes_of_what_depends_on_the_pose(
     trees: dict[int, Multibody], n: int, shapes: list[Shape], seed: int
@@ -99,7 +99,7 @@ def test_shapes_of_what_depends_on_the_pose(
     compare(kinetic_energy_j, body, [angles, rates, rng.normal(size=(*shapes[7], 3))], [1, 1, 1])
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=10, deadline=None, derandomize=True)
 @given(shapes=broadcastable(7), seed=st.integers(0, 99))
 def test_shapes_of_strokes_and_paths(trees: dict[int, Multibody], shapes: list[Shape], seed: int) -> None:
     rng = np.random.default_rng(seed)

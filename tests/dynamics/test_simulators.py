@@ -36,8 +36,17 @@ if sys.platform != "win32":  # for which Pinocchio has no wheels
     simulators.append(PinocchioRobot)
 
 every_simulator = pytest.mark.parametrize("simulator", simulators)
-every_case_in_closed_form = pytest.mark.parametrize("number", range(0, RANDOM_CASES + 1, 2))
-every_case = pytest.mark.parametrize("number", range(RANDOM_CASES + 1))
+# Chains and a tree, in closed form and sampled, with momentum and without, the drop tower robot; `make prove`: all.
+QUICK = (4, 9, 17, RANDOM_CASES)
+
+
+def of_cases(numbers: range) -> pytest.MarkDecorator:
+    marked = [pytest.param(n, marks=() if n in QUICK else pytest.mark.prove) for n in numbers]
+    return pytest.mark.parametrize("number", marked)
+
+
+every_case_in_closed_form = of_cases(range(0, RANDOM_CASES + 1, 2))
+every_case = of_cases(range(RANDOM_CASES + 1))
 
 
 @pytest.fixture(scope="module")

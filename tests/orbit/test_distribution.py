@@ -111,8 +111,9 @@ def test_an_impossible_grid_is_refused(cubesat: RobotModel, step_deg: float) -> 
         of(cubesat, step_deg)
 
 
-def test_the_step_that_a_refusal_names_works(cubesat: RobotModel) -> None:
+def test_the_step_that_a_refusal_names_works(cubesat: RobotModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tfsat_host.plan.grid._MOST_MANEUVERS", 10_000)
     with pytest.raises(OrbitError) as refusal:
-        of(cubesat, 0.1)
+        of(cubesat, 1.0)
     named = float(refusal.value.next_step.split("at least ")[1].split(" ")[0])
-    assert 900_000 < len(of(cubesat, named).joints) <= 1_000_000
+    assert 8_000 < len(of(cubesat, named).joints) <= 10_000

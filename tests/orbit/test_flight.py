@@ -19,7 +19,7 @@ def errors(flight: Flight) -> list[float]:
     return [flight.start_error_rad, *(step.error_rad for step in flight.steps)]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_greedy_lookup_never_loses_ground_when_the_model_is_right(
     nimble_table: PrimitiveTable, table: PrimitiveTable, seed: int
 ) -> None:
@@ -32,7 +32,7 @@ def test_greedy_lookup_never_loses_ground_when_the_model_is_right(
             assert np.degrees(step.error_rad) == pytest.approx(np.degrees(step.measured_error_rad))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.prove)])
 def test_a_nimble_robot_reaches_any_target_in_few_primitives(nimble_table: PrimitiveTable, seed: int) -> None:
     target = Rotation.random(random_state=seed).as_quat()
     start = Rotation.random(random_state=100 + seed).as_quat()
@@ -66,7 +66,7 @@ def test_the_steps_are_what_was_flown(cubesat: RobotModel, table: PrimitiveTable
     assert flight.duration_s == pytest.approx(sum(step.primitive.duration_s for step in flight.steps))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.prove)])
 def test_feedback_beats_open_loop_when_the_model_is_wrong(
     cubesat: RobotModel, table: PrimitiveTable, seed: int
 ) -> None:

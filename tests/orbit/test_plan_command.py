@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from pathlib import Path
@@ -9,7 +10,24 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
+from tfsat_host.plan import primitives
+from tfsat_host.robot import RobotModel, load_robot
 from tfsat_host.robot.path import find_robot
+
+_primitive_table = primitives.primitive_table
+
+
+@functools.cache
+def _table(path: Path, step_deg: float) -> primitives.PrimitiveTable:
+    return _primitive_table(load_robot(path), step_deg)
+
+
+@pytest.fixture(autouse=True)
+def _each_table_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def table(robot: RobotModel, step_deg: float) -> primitives.PrimitiveTable:
+        return _table(robot.path, step_deg)
+
+    monkeypatch.setattr(primitives, "primitive_table", table)
 
 
 def test_a_quarter_turn(tfsat_host: RunCli) -> None:
@@ -50,7 +68,7 @@ def test_a_tolerance_out_of_reach_ends_with_3_and_a_possible_one(tfsat_host: Run
 
 
 def test_a_wrong_model_and_noise_are_reproducible(tfsat_host: RunCli) -> None:
-    arguments = (
+    arguments = [
         "plan",
         "--target",
         "z:60",
@@ -61,7 +79,7 @@ def test_a_wrong_model_and_noise_are_reproducible(tfsat_host: RunCli) -> None:
         "--method",
         "greedy",
         "--seed",
-    )
+    ]
     first, again, other = (tfsat_host.json(*arguments, seed) for seed in (7, 7, 8))
     assert first == again != other
     assert first["open_loop_error_deg"] > first["error_deg"]
@@ -112,7 +130,7 @@ def test_a_grid_without_loops_is_refused(tfsat_host: RunCli) -> None:
     assert "smaller step" in tfsat_host("plan", "--target", "z:5", "--grid", "91", expect=1).stderr
 
 
-@pytest.mark.parametrize(("tolerance", "seed"), [(0.2, 1), (0.5, 2)])
+@pytest.mark.parametrize(("tolerance", "seed"), [pytest.param(0.2, 1, marks=pytest.mark.prove), (0.5, 2)])
 def test_noise_above_the_tolerance_does_not_lead_away_and_promises_nothing(
     tfsat_host: RunCli, tolerance: float, seed: int
 ) -> None:
@@ -130,20 +148,8 @@ def test_noise_above_the_tolerance_does_not_lead_away_and_promises_nothing(
 
 
 def test_noise_above_the_tolerance_is_named(tfsat_host: RunCli) -> None:
-    arguments = (
-        "plan",
-        "--target",
-        "z:90",
-        "--method",
-        "greedy",
-        "--noise",
-        "1",
-        "--tolerance",
-        0.5,
-        "--seed",
-        2,
-    )
-    shown = tfsat_host(*arguments, "--most", 4, expect=3).stdout
+    arguments = "plan --target z:90 --method greedy --noise 1 --tolerance 0.5 --seed 2 --most 4"
+    shown = tfsat_host(*arguments.split(), expect=3).stdout
     assert "--tolerance" not in shown and "No single loop" not in shown
     assert "below the noise" in shown and "measured to 1.7 deg" in shown
 
@@ -168,7 +174,7 @@ def test_at_the_target_rounding_is_not_shown(tfsat_host: RunCli) -> None:
     assert "at the start" in shown and "e-" not in shown
 
 
-@pytest.mark.parametrize("target", ["z:90", "x:2,z:-40", "z:0"])
+@pytest.mark.parametrize("target", ["x:2,z:-40", "z:0"])
 def test_simulate_arrives_where_the_plan_does(tfsat_host: RunCli, target: str) -> None:
     plan = tfsat_host.json("plan", "--target", target, "--history", "plan.csv")
     flown = tfsat_host.json("simulate", "--robot", "cubesat_3u", "--history", "plan.csv")

@@ -16,48 +16,29 @@ from tfsat_host.robot import load_robot
 PAGE = REPOSITORY / "docs" / "paper-numbers.md"
 
 
-def page() -> str:
-    """The whole page."""
-    robot, cubesat, tower = load_robot(), load_robot("cubesat_3u"), load_tower()
-    return "\n".join(
-        [
-            HEAD,
-            section(
-                "Maneuver design",
-                "The robot's model, the optimization of its maneuver, and the particle swarm with the "
-                "paper's coefficients, 48 particles and 50 "
-                f"iterations, from {SEEDS} seeds.",
-                maneuver_rows(robot),
-            ),
-            section(
-                "Experiment sequence",
-                "Each stroke starts when the one before has ended at 170 deg/s, rounded up to 10 ms.",
-                schedule_rows(),
-            ),
-            section(
-                "Drop tower and release",
-                "COSMOTORRE, the electromagnet, its spring and two OMRON SS-5GL switches.",
-                facility_rows(robot, tower),
-            ),
-            section(
-                "Result",
-                "The drop, and how well the model explained it. `tfsat-host evaluate` does the same with the "
-                "uncertainty that the paper does not give.",
-                result_rows(robot),
-            ),
-            section(
-                "On orbit",
-                "A 3U CubeSat whose joints move at 30 deg/s, by four-stroke loops of every ordered pair "
-                "of joints.",
-                orbit_rows(cubesat),
-            ),
-        ]
+def sections(*, quick: bool = False) -> list[str]:
+    """The page's sections in order; `quick` without those that take long, the design and the orbit."""
+    robot, tower = load_robot(), load_tower()
+    swarms = (
+        "The robot's model, the optimization of its maneuver, and the particle swarm with the paper's coefficients, 48 "
+        f"particles and 50 iterations, from {SEEDS} seeds."
     )
+    rule = "Each stroke starts when the one before has ended at 170 deg/s, rounded up to 10 ms."
+    orbit = (
+        "A 3U CubeSat whose joints move at 30 deg/s, by four-stroke loops of every ordered pair of joints."
+    )
+    return [
+        *([] if quick else [section("Maneuver design", swarms, maneuver_rows(robot))]),
+        section("Experiment sequence", rule, schedule_rows()),
+        section("Drop tower and release", "", facility_rows(robot, tower)),
+        section("Result", "", result_rows(robot)),
+        *([] if quick else [section("On orbit", orbit, orbit_rows(load_robot("cubesat_3u")))]),
+    ]
 
 
 def main() -> int:
     """Writes the page."""
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text("\n".join([HEAD, *sections()]), encoding="utf-8")
     print(f"wrote {PAGE.relative_to(REPOSITORY)}")
     return 0
 

@@ -37,24 +37,21 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "100",
             envelope.max_radius_mm,
             unit="mm",
-            why="The paper names neither the robot's outlines nor the line that it measures from. Ours is "
-            "the farthest corner of the boxes in "
-            f"drop_tower.toml (assumed) from the line of fall of the center of mass, "
-            f"{envelope.max_radius_body} at "
-            f"{envelope.max_radius_t_s:.2f} s; folded it is {envelope.folded_radius_mm:.0f} mm. With ours "
-            f"the permissible velocity is "
-            f"{permissible_transversal_velocity_mm_s(radius, envelope.max_radius_mm, tower.fall_s):.0f} "
-            f"mm/s, above the 7 mm/s that were observed.",
+            why="The paper names neither the robot's outlines nor the line that it measures from. Ours is the farthest "
+            "corner of the boxes in drop_tower.toml (assumed) from the line of fall of the center of mass, "
+            f"{envelope.max_radius_body} at {envelope.max_radius_t_s:.2f} s; folded it is "
+            f"{envelope.folded_radius_mm:.0f} mm. With ours the permissible velocity is "
+            f"{permissible_transversal_velocity_mm_s(radius, envelope.max_radius_mm, tower.fall_s):.0f} mm/s; 7 mm/s "
+            "were observed.",
         ),
         row(
             "least energy of both switches",
             "2.35",
             low_mj,
             unit="mJ",
-            why="The paper shows the area in a figure and prints no formula. Both numbers result from "
-            "this reading of it: from total travel to the "
-            "releasing position the force falls linearly from OF to RF, from there to the free position "
-            "it follows the pressing line.",
+            why="The paper prints no formula. Both numbers result from this reading of its figure: from total travel "
+            "to the releasing position the force falls linearly from OF to RF, from there to the free position it "
+            "follows the pressing line.",
         ),
         row("greatest energy of both switches", "3.12", high_mj, unit="mJ"),
         row(
@@ -62,8 +59,7 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "40.6",
             release_velocity_mm_s(low_mj, mass_kg),
             unit="mm/s",
-            why=f"The paper takes the root of the rounded energy: with 2.35 mJ it is "
-            f"{release_velocity_mm_s(2.35, mass_kg):.1f} mm/s.",
+            why=f"From the rounded 2.35 mJ it is {release_velocity_mm_s(2.35, mass_kg):.1f} mm/s.",
         ),
         row("greatest release velocity", "46.8", release_velocity_mm_s(high_mj, mass_kg), unit="mm/s"),
         row(
@@ -77,15 +73,13 @@ def facility_rows(robot: RobotModel, tower: DropTower) -> list[Row]:
             "11.1 N",
             f"{tower.spring_force_n:.1f} N",
             "given",
-            "A property of the spring; neither its rate nor its preload is printed. It exceeds the "
-            "residual force by 1.1 N.",
+            "Neither its rate nor its preload is printed. It exceeds the residual force by 1.1 N.",
         ),
         row(
             "pause before the first stroke",
             "0.7",
             pause_s(tower.clearance_mm, tower.observed_release_velocity_mm_s[0]),
             unit="s",
-            why="At the slowest release, 30 mm/s. The clearance of 21 mm is inferred from these two "
-            "numbers; the paper does not print it.",
+            why="At the slowest release, 30 mm/s. The clearance of 21 mm is inferred from these two numbers.",
         ),
     ]

@@ -41,12 +41,9 @@ def maneuver_rows(robot: RobotModel) -> list[Row]:
             "26.11",
             papers.reorientation_deg,
             unit="deg",
-            why="No independent test: the paper gives only the total mass. The bodies' masses in "
-            "drop_tower.toml were "
-            f"chosen near equal cross-sections so that this number results; before, it was "
-            f"{_untuned(robot):.2f} deg. The "
-            f"rotation vector is ({', '.join(f'{v:.2f}' for v in papers.rotation_vector_deg)}) deg: about "
-            f"-z, as in the paper.",
+            why=f"No independent test: the paper gives only the total mass, and the bodies' masses in drop_tower.toml "
+            f"were chosen so that this number results (before: {_untuned(robot):.2f} deg). The rotation vector is "
+            f"({', '.join(f'{v:.2f}' for v in papers.rotation_vector_deg)}) deg, about -z as in the paper.",
         ),
         *_time_rows(),
         *_optimum_rows(robot, problem, papers.reorientation_deg),
@@ -75,12 +72,9 @@ def _time_rows() -> list[Row]:
             "1.50",
             TRAVEL_DEG / SPEED_DEG_S,
             unit="s",
-            why=f"The paper's displacements take 1.518 s at its 170 deg/s; 1.50 s needs {needed:.2f} "
-            f"deg/s. With P = 1e11 its own "
-            f"objective would charge {1e11 * (TRAVEL_DEG / SPEED_DEG_S - 1.5) ** 2:.1e} deg for the "
-            f"overtime, so its optimization "
-            "must have run with another speed or another time. The rows below use the time that the "
-            "displacements take.",
+            why=f"1.50 s needs {needed:.2f} deg/s. With P = 1e11 the paper's objective would charge "
+            f"{1e11 * (TRAVEL_DEG / SPEED_DEG_S - 1.5) ** 2:.1e} deg for the overtime: its optimization must have had "
+            "another speed or time. The rows below use the time that the displacements take.",
         )
     ]
 
@@ -94,12 +88,9 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
     gaps = best_deg - swarms.reorientation_deg
     flat = (
         f"The objective is flat: the true optimum in the same time gives {best_deg:.3f} deg, "
-        f"{best_deg - papers_deg:.3f} deg more than "
-        f"the paper's point. {SEEDS} swarms with the paper's settings scatter by {first.std(ddof=1):.2f} "
-        f"deg in the first displacement "
-        f"({first.min():.1f} to {first.max():.1f}) and stay {np.median(gaps):.3f} deg behind the optimum "
-        f"(median; {gaps.max():.3f} at "
-        "most). Judged by what it turns, the paper's swarm did well."
+        f"{best_deg - papers_deg:.3f} deg more than the paper's point. {SEEDS} swarms with the paper's settings "
+        f"scatter by {first.std(ddof=1):.2f} deg in the first displacement ({first.min():.1f} to {first.max():.1f}) "
+        f"and stay {np.median(gaps):.3f} deg behind the optimum (median; at most {gaps.max():.3f})."
     )
     return [
         row("optimal displacement of joint 1", "58.75", float(alpha[0]), unit="deg", why=flat),
@@ -109,9 +100,8 @@ def _optimum_rows(robot: RobotModel, problem: Problem, papers_deg: float) -> lis
             "0.00",
             float(alpha[2]),
             unit="deg",
-            why=f"Of {SEEDS} swarms {int((third < 0.005).sum())} find 0.00 and the others at most "
-            f"{third.max():.2f} deg. The true optimum has "
-            f"none; joint 3 begins to help at {_third_joint_s(robot):.1f} s.",
+            why=f"Of {SEEDS} swarms {int((third < 0.005).sum())} find 0.00, the others at most {third.max():.2f} deg. "
+            f"Joint 3 begins to help at {_third_joint_s(robot):.1f} s.",
         ),
     ]
 
@@ -149,5 +139,5 @@ def _rounded_row(problem: Problem) -> Row:
         "not printed",
         f"{flown.reorientation_deg:.3f} deg",
         "",
-        "The paper rounds its displacements to whole degrees for its microprocessor.",
+        "Rounded to whole degrees for the microprocessor.",
     )

@@ -18,10 +18,8 @@ from tfsat_host.robot import RobotModel
 
 JOINT_RATE_DEG_S = 30.0
 _OTHER = (
-    'The paper\'s CubeSat is not described beyond "similar dimensions and joint configurations". Ours is '
-    "the drop tower robot "
-    "numbered from its other end, so that joints 3 and 2 are its joints 1 and 2; the difference is that "
-    "of the two spacecraft."
+    'The paper\'s CubeSat is not described beyond "similar dimensions and joint configurations". Ours is the drop tower'
+    " robot numbered from its other end: joints 3 and 2 are its joints 1 and 2."
 )
 
 
@@ -46,9 +44,8 @@ def orbit_rows(robot: RobotModel) -> list[Row]:
             f"{best.efficiency:.4f} ({best.alpha_deg:.0f}/{best.beta_deg:.0f})",
             f"{best.efficiency - 0.1092:+.4f}",
             f"Of {len(grid.angle_rad)} loops, joint {i} by {best.alpha_deg:.0f} deg and joint {j} by "
-            f"{best.beta_deg:.0f} deg is the most efficient, "
-            f"and turns by {best.reorientation_deg:.2f} deg; 90/90 is the one that turns farthest. The "
-            f"paper's star marks 90/90 for its CubeSat.",
+            f"{best.beta_deg:.0f} deg is the most efficient and turns by {best.reorientation_deg:.2f} deg; "
+            "90/90 turns farthest.",
         ),
         row(
             "average reorientation rate at 30 deg/s",
@@ -79,8 +76,6 @@ def _all_axes(robot: RobotModel) -> str:
     planner = Planner.of(primitive_table(robot, 5.0), "search", math.radians(1.0))
     flight = fly(planner, Rotation.from_euler("z", 90.0, degrees=True).as_quat())
     return (
-        "For the angle alone, with the best loop again and again. The loops tilt the axis a little, too: "
-        "to reach z:90 within "
-        f"1 deg in all three axes takes {flight.duration_s:.1f} s by {len(flight.steps)} loops "
-        f"(`tfsat-host plan --target z:90`)."
+        "For the angle alone, with the best loop again and again. The loops tilt the axis a little: z:90 within 1 deg "
+        f"in all axes takes {flight.duration_s:.1f} s by {len(flight.steps)} loops (`tfsat-host plan --target z:90`)."
     )

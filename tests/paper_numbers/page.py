@@ -10,10 +10,9 @@ HEAD = """\
 
 Written by `make paper-numbers`; do not edit. The paper is Kubo et al., *Model Evaluation of a Transformable CubeSat for
 Nonholonomic Attitude Reorientation Using a Drop Tower* (preprint doi:10.48550/arXiv.2501.17173). Ours are computed from
-[robots/drop_tower.toml](../robots/drop_tower.toml), [robots/cubesat_3u.toml](../robots/cubesat_3u.toml) and
-[robots/cosmotorre.toml](../robots/cosmotorre.toml). A difference is ours less the paper's. *Same* means:
-equal in every digit that the paper prints. *Given* means that the paper's own inputs do not determine the number: it is
-only used.
+[drop_tower.toml](../robots/drop_tower.toml), [cubesat_3u.toml](../robots/cubesat_3u.toml) and
+[cosmotorre.toml](../robots/cosmotorre.toml). A difference is ours less the paper's. *Same*: equal in every digit that
+the paper prints. *Given*: not determined by the paper's inputs, only used.
 """
 
 
@@ -52,19 +51,16 @@ def section(title: str, text: str, rows: list[Row]) -> str:
     lines = [
         f"## {title}",
         "",
-        *textwrap.wrap(text, 118),
-        "",
+        *([*textwrap.wrap(text, 118), ""] if text else []),
         "| number | paper | ours | difference | |",
         "|---|---|---|---|---|",
     ]
     notes: list[str] = []
     for one in rows:
-        mark = ""
-        if one.why:
-            notes.append(one.why)
-            mark = f"({len(notes)})"
+        notes += [one.why] if one.why else []
+        mark = f"({len(notes)})" if one.why else ""
         lines.append(f"| {one.what} | {one.paper} | {one.ours} | {one.verdict} | {mark} |")
     lines.append("")
     for number, note in enumerate(notes, start=1):
-        lines += [*textwrap.wrap(f"({number}) {note}", 118), ""]
-    return "\n".join(lines)
+        lines += textwrap.wrap(f"{number}. {note}", 118, subsequent_indent="   ")
+    return "\n".join([*lines, ""] if notes else lines)

@@ -31,17 +31,16 @@ def result_rows(robot: RobotModel) -> list[Row]:
             "23.3",
             turning,
             unit="deg",
-            why=f"Not to be reproduced: the paper prints the first of the four strokes as flown, and the initial rates "
-            f"without their body or instant. Ours is +{FIRST_STROKE_DEG}/+70/-{FIRST_STROKE_DEG}/-70 deg from "
-            f"joint 1 at +{HUNG_DEG:g} deg with those rates, at {FALL_S} s; without them it is {still:.1f} deg.",
+            why="Not to be reproduced: the paper prints one stroke as flown, and the initial rates without body or "
+            f"instant. Ours is +{FIRST_STROKE_DEG}/+70/-{FIRST_STROKE_DEG}/-70 deg from joint 1 at +{HUNG_DEG:g} deg "
+            f"with those rates, at {FALL_S} s; without them it is {still:.1f} deg.",
         ),
         Row(
             "first stroke, commanded 59 deg",
             f"{FIRST_STROKE_DEG} deg",
             "-",
             "given",
-            "`evaluate` gives every stroke's size with its uncertainty; `calibrate servo` takes most of such "
-            "an error away before the drop.",
+            "`evaluate` gives every stroke with its uncertainty; `calibrate servo` removes most of such an error.",
         ),
         Row(
             "initial rates about x, y, z",
@@ -62,7 +61,7 @@ def result_rows(robot: RobotModel) -> list[Row]:
             "0.31",
             before,
             unit="deg",
-            why="The norm of the three angles that the paper prints with two decimals each; it uses 0.314 later.",
+            why="The norm of the three angles, printed with two decimals each; the paper uses 0.314 later.",
         ),
         row(
             "final attitude error after it",
@@ -76,8 +75,8 @@ def result_rows(robot: RobotModel) -> list[Row]:
             "30",
             100.0 * (1.0 - 0.237 / 0.314),
             unit="%",
-            why="With the paper's own 0.314 and 0.237 deg. Its figure is the excess of the one over the other, "
-            f"{100.0 * (0.314 / 0.237 - 1.0):.0f} %, rounded. What such a difference can mean is in "
+            why="With the paper's 0.314 and 0.237 deg. Its figure is the excess of the one over the other, "
+            f"{100.0 * (0.314 / 0.237 - 1.0):.0f} %, rounded. What such a difference can mean: "
             "[evaluation-proof.md](evaluation-proof.md).",
         ),
         row("accuracy for 90 deg, before", "1.21", 0.314 * 90.0 / 23.3, unit="deg"),
@@ -86,7 +85,7 @@ def result_rows(robot: RobotModel) -> list[Row]:
             "0.92",
             0.237 * 90.0 / 23.3,
             unit="deg",
-            why="Scaled in proportion to the angle, as the paper does; errors of a path need not grow so.",
+            why="In proportion to the angle, as the paper does; errors of a path need not grow so.",
         ),
     ]
 

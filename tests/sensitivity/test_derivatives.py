@@ -74,7 +74,13 @@ _CHANGES: dict[str, tuple[float, Callable[[Robot, float], Robot]]] = {
 }
 
 
-@pytest.mark.parametrize("name", _CHANGES)
+_QUICK = ("joint 1 tilt about z", "stroke 2 end (joint 2)")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in _QUICK else pytest.mark.prove) for name in _CHANGES],
+)
 def test_derivatives_agree_with_an_independent_model(robot: RobotModel, name: str) -> None:
     plan = Plan.of(robot, _STROKES, RATE_RAD_S, until_s=_UNTIL_S)
     parameters = Parameters.of(robot, plan, _SPIN)

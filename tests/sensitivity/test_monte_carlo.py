@@ -36,15 +36,20 @@ def _same(one: Outcomes, other: Outcomes) -> bool:
     "stated",
     [
         Uncertainty(0.002, 2e-4, 0.003, 5e-5, 1e-3, 1e-3, 0.004, 0.002),
-        replace(EXACT, mass_relative=0.002),
-        replace(EXACT, inertia_relative=0.003),
-        replace(EXACT, joint_axis_rad=1e-3, joint_point_m=1e-4),
-        replace(EXACT, stroke_relative=0.004),
+        *(
+            pytest.param(one, marks=pytest.mark.prove)
+            for one in (
+                replace(EXACT, mass_relative=0.002),
+                replace(EXACT, inertia_relative=0.003),
+                replace(EXACT, joint_axis_rad=1e-3, joint_point_m=1e-4),
+                replace(EXACT, stroke_relative=0.004),
+            )
+        ),
     ],
     ids=["all", "mass", "inertia", "joints", "servo scale"],
 )
 def test_small_errors_spread_as_first_order_says(robot: RobotModel, stated: Uncertainty) -> None:
-    study = study_of(robot, stated, samples=1500, seed=5)
+    study = study_of(robot, stated, samples=1000, seed=5)
     found = derivatives(study.parameters)
     linear = linear_spread(found, study.sources)
     summed = summary(study, run_locally(study, workers=1), found.quaternion_xyzw, ())
@@ -143,9 +148,9 @@ def test_the_same_seed_gives_the_same_bits_and_another_seed_others(robot: RobotM
     assert not _same(one, other)
 
 
-def test_workers_change_no_bit(robot: RobotModel) -> None:
-    study = study_of(robot, stated_by(robot), samples=17 * CHUNK - 123)
-    assert study.chunks == 17, "enough for two processes"
+def test_workers_change_no_bit(robot: RobotModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tfsat_host.plan.study._WORTH_A_PROCESS", 1)
+    study = study_of(robot, stated_by(robot), samples=2 * CHUNK - 123)
     told: list[float] = []
     by_two = run_locally(study, workers=2, progress=told.append)
     assert _same(by_two, run_locally(study, workers=1))

@@ -176,7 +176,7 @@ def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) 
     robot = five_bodies(tmp_path)
     t_s = np.linspace(0.0, 1.0, 21)
     history = sampled(t_s, np.sin(np.outer(t_s, [3.0, 4.0, 5.0, 6.0])))
-    flight = fly(robot, history, until_s=1.0, initial_rate_rad_s=RATE_RAD_S, step_s=1e-3).flight
+    flight = fly(robot, history, until_s=1.0, initial_rate_rad_s=RATE_RAD_S, step_s=2e-3).flight
     attitudes, rates = body_attitudes(flight), body_rates_rad_s(flight)
     at = len(flight.t_s) // 2
     for body in range(5):
@@ -237,7 +237,7 @@ def test_a_history_is_flown_until_any_time_in_it() -> None:
     t_s = np.linspace(0.0, 2.0, 41)
     history = sampled(t_s, np.outer(np.sin(2.0 * t_s), [0.6, 0.9, 0.3]))
     whole = fly(robot, history, until_s=2.0, initial_rate_rad_s=RATE_RAD_S)
-    for until_s in (0.02, 0.35, 1.25, 2.0, 2.4):
+    for until_s in (0.35, 2.0, 2.4):
         part = fly(robot, history, until_s=until_s, initial_rate_rad_s=RATE_RAD_S)
         assert part.flight.t_s[-1] == until_s
         assert part.flight.angles_rad[-1] == pytest.approx(history.angles_rad(np.array(until_s)))

@@ -77,9 +77,13 @@ def run(args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing was planned.",
             next_step="tfsat-host plan --target z:90 --out plan.json --history plan.csv",
         )
-    for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER)):
-        if path is not None:
-            check_may_write(path, marker=marker, force=args.force)
+    named = {
+        path: marker
+        for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER))
+        if path is not None
+    }
+    for path, marker in named.items():
+        check_may_write(path, marker=marker, force=args.force)
     target = unit_quaternion(args.target, args.target_quaternion)
     robot = load_robot(args.robot)
     plant = drawn_robot(robot, args.model_error, args.seed) if args.model_error > 0.0 else None
@@ -90,14 +94,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
         result = {"made_by": "tfsat-host plan", "robot_file": str(args.robot)}
         result |= document(robot, planner, flight, plant)
     text = json.dumps(result, indent=2) + "\n"
-    primitives = [step.primitive for step in flight.steps]
-    files = []
-    if args.out is not None:
-        files.append(OutputFile(args.out, _MARKER, lambda to: to.write_text(text, encoding="utf-8")))
-    if args.history is not None:
-        motion = partial(write_joint_motion, robot, primitives)
-        files.append(OutputFile(args.history, _HISTORY_MARKER, motion))
-    write_all(files, force=args.force)
+    plan = partial(Path.write_text, data=text, encoding="utf-8")
+    motion = partial(write_joint_motion, robot, [step.primitive for step in flight.steps])
+    write = {_MARKER: plan, _HISTORY_MARKER: motion}
+    write_all([OutputFile(path, marker, write[marker]) for path, marker in named.items()], force=args.force)
     result |= {"file": args.out, "history": args.history}
     out.result(result, lambda: show(lines(result), out))
     return 0 if flight.reached else DataLossError.exit_code
@@ -105,18 +105,17 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _target(text: str) -> tuple[float, float, float]:
     """An argparse type: angles about z, y, x in deg. Raises ArgumentTypeError."""
-    angles: dict[str, float] = {}
-    for part in text.split(","):
-        match = _TARGET_PART.fullmatch(part)
-        if match is None:
-            raise argparse.ArgumentTypeError(f"{part!r} is no axis and angle, such as z:90")
-        axis, angle = match[1].lower(), number(match[2])
-        if axis in angles:
-            raise argparse.ArgumentTypeError(f"{axis} is given twice")
-        if not math.isfinite(angle):
-            raise argparse.ArgumentTypeError(f"{part!r} is no finite angle")
-        angles[axis] = angle
-    return angles.get("z", 0.0), angles.get("y", 0.0), angles.get("x", 0.0)
+    angles = {"z": 0.0, "y": 0.0, "x": 0.0}
+    matches = [_TARGET_PART.fullmatch(part) for part in text.split(",")]
+    for match in matches:
+        if match is None or not math.isfinite(number(match[2])):
+            raise argparse.ArgumentTypeError(
+                f"{text!r} is no attitude: write axes and angles, such as x:30,z:90"
+            )
+        angles[match[1].lower()] = number(match[2])
+    if len({match[1].lower() for match in matches if match}) < len(matches):
+        raise argparse.ArgumentTypeError(f"{text!r} gives an axis twice")
+    return angles["z"], angles["y"], angles["x"]
 
 
 def _above_zero(text: str) -> float:

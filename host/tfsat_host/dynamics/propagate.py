@@ -1,33 +1,31 @@
 """Attitude over time by conservation of angular momentum, for any joint history and any initial rate.
 
-The base turns at w = I^-1 (R^T H - A q') with the constant momentum H: dR/dt = R [w]. The equation is
-solved on the rotation group by Runge-Kutta-Munthe-Kaas methods: an ordinary tableau of order p in the rotation
-vector of each step, with the exact inverse of the exponential's differential, keeps the order p and
-the quaternion's length (Munthe-Kaas, "High order Runge-Kutta methods on manifolds", Applied Numerical
-Mathematics 29, 1999). Without momentum w does not depend on the attitude: then order 6 takes Magnus' series, which
-needs w at three instants of a step, not at six. Steps never cross a break of the history, so that jumping rates cost
-no order.
+With the constant momentum H the base turns at w = I^-1 (R^T H - A q'), and its attitude follows dR/dt = R [w]. Each
+step solves for the rotation vector of the step, by a Runge-Kutta-Munthe-Kaas method: an ordinary tableau of order p
+with the exact inverse of the exponential's differential keeps the order p and the quaternion's length (Munthe-Kaas,
+"High order Runge-Kutta methods on manifolds", Applied Numerical Mathematics 29, 1999). Without momentum w does not
+depend on the attitude; then order 6 takes Magnus' series, with w at three instants of a step, not six. Steps never
+cross a break of the history, so that jumping rates cost no order.
 
-Conservation of momentum cannot tell how good an integration is that computes its rates from it. Two step sizes
-can: at order p half the step leaves a 2^p-th of the error, so what still changes bounds what is still wrong.
+Conservation of momentum says nothing of the error, because the rates are computed from it. The step size does: at
+order p half the step leaves a 2^p-th of the error, so what changes when it is halved bounds what is still wrong.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import islice
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from tfsat_host.arrays import FloatArray, IntArray
-from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.components import matvec, solve_symmetric, transpose, upper
+from tfsat_host.dynamics.components import batch_last, matvec, solve_symmetric, transpose, upper
 from tfsat_host.dynamics.history import JointHistory
-from tfsat_host.dynamics.multibody import Columns, Multibody
+from tfsat_host.dynamics.momentum import gathered, inertia_and_joint_momentum, kinetic_energy_j
+from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.stroke import GAIN, GAUSS, TOLERANCE_RAD, magnus6
 
@@ -104,15 +102,14 @@ class Flight:
         steps: it says that inertia, joints and rates belong together, nothing of the integration's error
         (`propagate_within` estimates that).
         """
-        inertia = conserved.locked_inertia(self.body, self.angles_rad)
-        joints = conserved.joint_momentum(self.body, self.angles_rad)
+        inertia, joints = inertia_and_joint_momentum(self.body, self.angles_rad)
         own = np.einsum("mij,mj->mi", inertia, self.rate_rad_s)
         own += np.einsum("mij,mj->mi", joints, self.angle_rates_rad_s)
         return np.asarray(np.einsum("mij,mj->mi", self.attitude(), own))
 
     def kinetic_energy_j(self) -> FloatArray:
         """Kinetic energy (m,) about the center of mass, J."""
-        return conserved.kinetic_energy_j(self.body, self.angles_rad, self.angle_rates_rad_s, self.rate_rad_s)
+        return kinetic_energy_j(self.body, self.angles_rad, self.angle_rates_rad_s, self.rate_rad_s)
 
     def attitude(self, body: int | None = None) -> FloatArray:
         """(m, 3, 3) from the axes of body `body` (the base if None) to inertial axes."""
@@ -146,34 +143,8 @@ def propagate(
     Raises:
         ValueError: `step_s` is not positive, there is no such order, or the start is no attitude and rate.
     """
-    release = Release.of(initial_attitude_xyzw, initial_rate_rad_s)
-    course = Propagation(body, history, release, step_s=step_s, order=order)
-    return course.flight(1, np.array(list(course.attitudes())))
-
-
-class Release(NamedTuple):
-    """How the base starts: attitude (4,), and rate (3,) in base axes or None for no angular momentum."""
-
-    attitude: FloatArray
-    rate: FloatArray | None
-
-    @classmethod
-    def of(cls, attitude_xyzw: FloatArray | None, rate_rad_s: FloatArray | None) -> Release:
-        """Checked and of unit length.
-
-        Raises:
-            ValueError: these are no attitude and no rate.
-        """
-        attitude = (
-            quaternion.identity() if attitude_xyzw is None else np.array(attitude_xyzw, dtype=np.float64)
-        )
-        length = float(np.linalg.norm(attitude))
-        if attitude.shape != (4,) or not (np.isfinite(length) and length > 0.0):
-            raise ValueError(f"{attitude} is no attitude")
-        rate = None if rate_rad_s is None else np.asarray(rate_rad_s, dtype=np.float64)
-        if rate is not None and not (rate.shape == (3,) and np.isfinite(rate).all()):
-            raise ValueError(f"{rate} is no angular rate")
-        return cls(attitude / length, rate)
+    course = Propagation(body, history, initial_attitude_xyzw, initial_rate_rad_s, step_s=step_s, order=order)
+    return course.flight(1, course.attitudes())
 
 
 class Propagation:
@@ -182,16 +153,24 @@ class Propagation:
     Args:
         body: One robot, or a batch of one axis.
         history: What the joints do; of the same batch.
-        release: How every base starts.
+        attitude_xyzw: (4,) of every base at the start, of any length; none turned if None.
+        rate_rad_s: (3,) of every base at the start, base axes; None: no angular momentum.
         step_s: Longest step. Every robot of a batch takes as many steps as the slowest needs.
         order: 4 or 6.
 
     Raises:
-        ValueError: `step_s` is not positive, or there is no such order.
+        ValueError: `step_s` is not positive, there is no such order, or the start is no attitude and rate.
     """
 
     def __init__(
-        self, body: Multibody, history: JointHistory, release: Release, *, step_s: float, order: Literal[4, 6]
+        self,
+        body: Multibody,
+        history: JointHistory,
+        attitude_xyzw: FloatArray | None,
+        rate_rad_s: FloatArray | None,
+        *,
+        step_s: float,
+        order: Literal[4, 6],
     ) -> None:
         if not step_s > 0.0:
             raise ValueError(f"a step of {step_s} s leads nowhere")
@@ -200,8 +179,8 @@ class Propagation:
         self._body, self._history, self._tableau = body, history, TABLEAUS[order]
         batch = history.breaks_s.shape[1:]
         self._columns = body.columns(2 + len(batch))
-        self._start = np.multiply.outer(release.attitude, np.ones(batch))
-        self._momentum = self._of_release(release)
+        self._start = np.multiply.outer(_unit(attitude_xyzw), np.ones(batch))
+        self._momentum = None if rate_rad_s is None else self._initial_momentum(np.asarray(rate_rad_s))
         self._by_magnus = self._momentum is None and order == 6
         self._nodes = GAUSS if self._by_magnus else self._tableau.nodes
         self._spans_s = np.diff(history.breaks_s, axis=0)
@@ -213,16 +192,17 @@ class Propagation:
         """Number of steps."""
         return int(self._counts.sum())
 
-    def attitudes(self, parts: int = 1) -> Iterator[FloatArray]:
-        """(4, ...) at the start and after each step, with every step divided into `parts`."""
+    def attitudes(self, parts: int = 1, keep: int = 1) -> FloatArray:
+        """(m, 4, ...) at the start and after every `keep`-th step, with every step divided into `parts`."""
         piece, since, length = self._divided(parts)
-        latest = self._start
-        yield latest
+        latest, kept = self._start, [self._start]
         size = max(1, _BLOCK // (latest[0].size * len(self._nodes)))
         for first in range(0, len(piece), size):
             block = slice(first, first + size)
-            for attitude in self._after(latest, piece[block], since[block], length[block]):
-                yield (latest := attitude)
+            after = self._after_steps(latest, piece[block], since[block], length[block])
+            kept += [one for number, one in enumerate(after, first + 1) if number % keep == 0]
+            latest = after[-1]
+        return np.array(kept)
 
     def flight(self, parts: int, attitudes: FloatArray) -> Flight:
         """The whole motion of one robot with attitudes (m, 4) as `attitudes(parts)` has them."""
@@ -230,23 +210,22 @@ class Propagation:
         # Each instant is the end of a step, and shows the rates there; the first is the start of the first step.
         ends = np.append(piece[:1], piece), np.append(0.0, since + length)[:, None]
         angles, rates = self._history.in_piece(*ends)
-        spin = _Spin.of(self._body, self._columns, angles, rates)
-        momentum = None if self._momentum is None else self._momentum[:, None, None]
-        turning = spin.rate(attitudes.T[:, :, None], momentum)
+        in_base = None
+        if self._momentum is not None:
+            in_base = _in_base(attitudes.T, self._momentum[:, None])[..., None]
+        turning = _base_rate(*self._inertia_and_drive(angles, rates), in_base)
         t_s = np.append(self._history.breaks_s[piece] + since, self._history.breaks_s[-1])
         return Flight(self._body, t_s, attitudes, *(v[..., 0].T for v in (turning, angles, rates)))
 
-    def _of_release(self, release: Release) -> FloatArray | None:
-        """H (3, ...), inertial axes."""
-        if release.rate is None:
-            return None
+    def _initial_momentum(self, rate: FloatArray) -> FloatArray:
+        """H (3, 1, 1, ...), inertial axes, of a base that turns at `rate` (3,) when the history begins."""
+        if rate.shape != (3,) or not np.isfinite(rate).all():
+            raise ValueError(f"{rate} is no angular rate")
         start = np.zeros((1, 1, *self._start.shape[1:]))
-        angles, rates = self._history.in_piece(np.zeros(1, dtype=np.int64), start)
-        whole = _whole(self._body, self._columns, angles, rates)
-        own = matvec(whole.inertia, release.rate.reshape(3, *(1,) * start.ndim))
-        if whole.momentum is not None:
-            own = own + whole.momentum
-        return matvec(quaternion.to_matrix(self._start), own[:, 0, 0])
+        angles, rates = (v[:, 0, 0].T for v in self._history.in_piece(np.zeros(1, dtype=np.int64), start))
+        inertia, joints = inertia_and_joint_momentum(self._body, angles)
+        own = inertia @ rate + np.einsum("...ij,...j->...i", joints, rates)
+        return matvec(quaternion.to_matrix(self._start), batch_last(own))
 
     def _divided(self, parts: int) -> tuple[IntArray, FloatArray, FloatArray]:
         """Piece (m,), start within the piece (m, ...) and length (m, ...) of each step."""
@@ -256,77 +235,91 @@ class Propagation:
         length = (self._spans_s.T / counts).T[piece]
         return piece, (number * length.T).T, length
 
-    def _after(
+    def _after_steps(
         self, attitude: FloatArray, piece: IntArray, since: FloatArray, length: FloatArray
-    ) -> Iterator[FloatArray]:
+    ) -> list[FloatArray]:
         """(4, ...) after each of m steps, from `since` (m, ...) after the start of pieces (m,) on."""
         at = since[:, None] + self._nodes.reshape(-1, *(1,) * (attitude.ndim - 1)) * length[:, None]
         angles, rates = self._history.in_piece(piece, at)
         if self._momentum is None and not rates.any():
-            yield from [attitude] * len(piece)
-            return
-        spin = _Spin.of(self._body, self._columns, angles, rates)
-        turns = self._turns_at_once(spin.rate(), length) if self._momentum is None else None
+            return [attitude] * len(piece)
+        inertia, drive = self._inertia_and_drive(angles, rates)
+        if self._momentum is not None:
+            return self._stepwise(attitude, length, inertia, drive, self._momentum)
+        w = _base_rate(inertia, drive)  # no step depends on the one before
+        turns = magnus6(w, length) if self._by_magnus else self._turn(length, lambda node, _: w[:, :, node])
+        attitudes = []
+        for i in range(len(length)):
+            attitude = _turned(attitude, turns[:, i])
+            attitudes.append(attitude)
+        return attitudes
+
+    def _stepwise(
+        self,
+        attitude: FloatArray,
+        length: FloatArray,
+        inertia: FloatArray,
+        drive: FloatArray,
+        momentum: FloatArray,
+    ) -> list[FloatArray]:
+        """(4, ...) after each of m steps with momentum (3, ...); I (6, m, nodes, ...), A q' (3, m, nodes, ...)."""
+        attitudes = []
         for i, h in enumerate(length):
-            turn = self._turn(spin, i, h, attitude) if turns is None else turns[:, i]
-            attitude = quaternion.product(attitude, quaternion.exponential(turn))
-            attitude /= np.sqrt((attitude * attitude).sum(axis=0))
-            yield attitude
 
-    def _turns_at_once(self, rates: FloatArray, length: FloatArray) -> FloatArray:
-        """Rotation vectors (3, m, ...) of steps at base rates (3, m, nodes, ...) that no attitude changes."""
-        if self._by_magnus:
-            return magnus6(rates, length)
-        return _turn_of(length, self._tableau, lambda node, _: rates[:, :, node])
+            def rate(node: int, turn: FloatArray, i: int = i, start: FloatArray = attitude) -> FloatArray:
+                here = quaternion.product(start, quaternion.exponential(turn))
+                return _base_rate(inertia[:, i, node], drive[:, i, node], _in_base(here, momentum))
 
-    def _turn(self, spin: _Spin, step: int, h: FloatArray, attitude: FloatArray) -> FloatArray:
-        """Rotation vector (3, ...) of one step from an attitude (4, ...) with angular momentum."""
+            attitude = _turned(attitude, self._turn(h, rate))
+            attitudes.append(attitude)
+        return attitudes
 
-        def rate(node: int, turn: FloatArray) -> FloatArray:
-            here = quaternion.product(attitude, quaternion.exponential(turn))
-            return _Spin(spin.inertia[:, step, node], spin.drive[:, step, node]).rate(here, self._momentum)
+    def _turn(self, h: FloatArray, rate: Callable[[int, FloatArray], FloatArray]) -> FloatArray:
+        """Rotation vector (3, ...) of a step of length h (...); `rate` is of a node and of the turn until then."""
+        weights, stages = self._tableau.weights, self._tableau.stages
+        slopes = np.empty((len(weights), 3, *np.shape(h)))
+        for stage, node in enumerate(self._tableau.node_of_stage):
+            turn = h * np.tensordot(stages[stage, :stage], slopes[:stage], axes=1)
+            slopes[stage] = quaternion.inverse_differential(turn, rate(int(node), turn))
+        return np.asarray(h * np.tensordot(weights, slopes, axes=1))
 
-        return _turn_of(h, self._tableau, rate)
-
-
-class _Spin(NamedTuple):
-    """I as xx, xy, xz, yy, yz, zz, (6, ...), and A q', (3, ...)."""
-
-    inertia: FloatArray
-    drive: FloatArray
-
-    @classmethod
-    def of(cls, body: Multibody, columns: Columns, angles: FloatArray, rates: FloatArray) -> _Spin:
-        whole = _whole(body, columns, angles, rates)
-        entries = [np.broadcast_to(entry, rates.shape[1:]) for entry in upper(whole.inertia)]
+    def _inertia_and_drive(self, angles: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """I as xx, xy, xz, yy, yz, zz, (6, m, q, ...), and A q', (3, m, q, ...), of joints (n - 1, m, q, ...)."""
+        moving = [rate if rate.any() else None for rate in rates]
+        # A joint that rests is turned only once.
+        posed = [
+            angle[:1, :1] if rate is None and (angle == angle[:1, :1]).all() else angle
+            for angle, rate in zip(angles, moving, strict=True)
+        ]
+        whole = gathered(self._columns, self._body.base, self._body.steps, posed, moving)
+        inertia = np.stack([np.broadcast_to(entry, rates.shape[1:]) for entry in upper(whole.inertia)])
         drive = np.zeros((3, *rates.shape[1:]))
-        return cls(np.stack(entries), drive if whole.momentum is None else drive + whole.momentum)
-
-    def rate(self, attitude: FloatArray | None = None, momentum: FloatArray | None = None) -> FloatArray:
-        """Base rate (3, ...), base axes, at attitude (4, ...) and momentum (3, ...), or without momentum."""
-        own = -self.drive
-        if attitude is not None and momentum is not None:
-            own = matvec(transpose(quaternion.to_matrix(attitude)), momentum) + own
-        return solve_symmetric(self.inertia, own)
+        return inertia, drive if whole.momentum is None else drive + whole.momentum
 
 
-def _whole(body: Multibody, columns: Columns, angles: FloatArray, rates: FloatArray) -> conserved.Composite:
-    """The robot as one body at joint angles and rates (n - 1, m, q, ...); a joint that rests is turned only once."""
-    moving = [rate if rate.any() else None for rate in rates]
-    posed = [
-        angle[:1, :1] if rate is None and (angle == angle[:1, :1]).all() else angle
-        for angle, rate in zip(angles, moving, strict=True)
-    ]
-    return conserved.gathered(columns, body.base, body.steps, posed, moving)
+def _base_rate(inertia: FloatArray, drive: FloatArray, momentum: FloatArray | None = None) -> FloatArray:
+    """w (3, ...) by the inertia (6, ...), the joints' own and the whole momentum (3, ...), all in base axes."""
+    return solve_symmetric(inertia, -drive if momentum is None else momentum - drive)
 
 
-def _turn_of(h: FloatArray, tableau: Tableau, rate: Callable[[int, FloatArray], FloatArray]) -> FloatArray:
-    """Rotation vector (3, ...) of a step of length h (...); `rate` is of a node and the turn (3, ...) until then."""
-    slopes = np.empty((len(tableau.weights), 3, *np.shape(h)))
-    for stage, (row, node) in enumerate(zip(tableau.stages, tableau.node_of_stage, strict=True)):
-        turn = h * np.tensordot(row[:stage], slopes[:stage], axes=1)
-        slopes[stage] = quaternion.inverse_differential(turn, rate(int(node), turn))
-    return np.asarray(h * np.tensordot(tableau.weights, slopes, axes=1))
+def _turned(attitude: FloatArray, turn: FloatArray) -> FloatArray:
+    """The attitude (4, ...), of unit length, after a rotation vector (3, ...) in its own axes."""
+    after = quaternion.product(attitude, quaternion.exponential(turn))
+    return np.asarray(after / np.sqrt((after * after).sum(axis=0)))
+
+
+def _in_base(attitude: FloatArray, momentum: FloatArray) -> FloatArray:
+    """The momentum (3, ...), inertial axes, in the axes of a base with that attitude (4, ...)."""
+    return matvec(transpose(quaternion.to_matrix(attitude)), momentum)
+
+
+def _unit(attitude_xyzw: FloatArray | None) -> FloatArray:
+    """(4,) of unit length. Raises ValueError if it is no attitude."""
+    attitude = quaternion.identity() if attitude_xyzw is None else np.array(attitude_xyzw, dtype=np.float64)
+    length = float(np.linalg.norm(attitude))
+    if attitude.shape != (4,) or not (np.isfinite(length) and length > 0.0):
+        raise ValueError(f"{attitude} is no attitude")
+    return np.asarray(attitude / length)
 
 
 STEPS_MAX = 50_000
@@ -387,14 +380,15 @@ def propagate_within(
     """
     if not tolerance_rad > 0.0:
         raise ValueError(f"a tolerance of {tolerance_rad} rad cannot be kept")
-    release = Release.of(initial_attitude_xyzw, initial_rate_rad_s)
     duration_s = float(history.breaks_s[-1] - history.breaks_s[0])
     longest_s = max(2.0 * DEFAULT_STEP_S, duration_s / _FIRST_STEPS) if step_s is None else step_s
-    course = Propagation(body, history, release, step_s=longest_s, order=order)
+    course = Propagation(
+        body, history, initial_attitude_xyzw, initial_rate_rad_s, step_s=longest_s, order=order
+    )
     if step_s is None:
         parts, attitudes, error = _halved(course, tolerance_rad, steps_max)
     else:
-        parts, (attitudes, fine) = 1, (np.array(list(course.attitudes(parts))) for parts in (1, 2))
+        parts, attitudes, fine = 1, course.attitudes(), course.attitudes(2)
         error = _apart_rad(attitudes, fine[::2])
     return EstimatedFlight(course.flight(parts, attitudes), error, error <= tolerance_rad)
 
@@ -419,10 +413,9 @@ def final_attitudes(
         tolerance_rad: Greatest error of an attitude after any of the first, longest steps.
         steps_max: Most steps of a flight. Where they are not enough, the error is above the tolerance.
     """
-    release = Release.of(None, initial_rate_rad_s)
-    turning = 0.0 if release.rate is None else float(np.linalg.norm(release.rate))
+    turning = 0.0 if initial_rate_rad_s is None else float(np.linalg.norm(initial_rate_rad_s))
     step_s = _FIRST_TURN_RAD / turning if turning > 0.0 else math.inf
-    course = Propagation(body, history, release, step_s=step_s, order=6)
+    course = Propagation(body, history, None, initial_rate_rad_s, step_s=step_s, order=6)
     _, attitudes, change = _halved(course, GAIN * tolerance_rad, steps_max, every_instant=False)
     return FinalAttitudes(attitudes[-1], change / GAIN)
 
@@ -434,11 +427,10 @@ def _halved(
 
     Attitudes of every instant, or of those alone that the undivided steps have.
     """
-    parts, error = 1, math.inf
-    fine = np.array(list(course.attitudes()))
+    parts, error, fine = 1, math.inf, course.attitudes()
     while error > tolerance_rad and (parts == 1 or 2 * parts * course.steps <= steps_max):
         parts, coarse = 2 * parts, fine
-        fine = np.array(list(islice(course.attitudes(parts), 0, None, 1 if every_instant else parts)))
+        fine = course.attitudes(parts, keep=1 if every_instant else parts)
         error = _apart_rad(coarse, fine[:: 2 if every_instant else 1])
     return parts, fine, error
 
