@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from collections.abc import Callable
-from typing import Any
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -49,29 +44,6 @@ def test_the_energy_is_the_area_under_the_force_of_the_returning_lever(op_mm: fl
 @given(st.floats(8.0, 9.5), st.floats(1e-3, 0.1))
 def test_a_lower_operating_position_stores_more(op_mm: float, lower_mm: float) -> None:
     assert switch_energy_mj(SS_5GL, op_mm - lower_mm) > switch_energy_mj(SS_5GL, op_mm)
-
-
-@pytest.mark.parametrize(
-    ("function", "arguments", "words"),
-    [
-        (switch_energy_mj, (dataclasses.replace(SS_5GL, movement_differential_mm=4.1), 9.6), "pre-travel"),
-        *(
-            (release_velocity_mm_s, pair, "cannot move")
-            for pair in ((2.35, 0.0), (2.35, -1.0), (-1.0, 2.847))
-        ),
-        *((release_velocity_mm_s, pair, "cannot move") for pair in ((math.nan, 1.0), (1.0, math.nan))),
-        *((pause_s, (21.0, slowest), "never leaves") for slowest in (0.0, -30.0, math.nan)),
-        *(
-            (permissible_transversal_velocity_mm_s, (165.0, 100.0, time_s), "no velocity")
-            for time_s in (0.0, -1.0, math.nan)
-        ),
-    ],
-)
-def test_what_has_no_answer_is_refused(
-    function: Callable[..., float], arguments: tuple[Any, ...], words: str
-) -> None:
-    with pytest.raises(ValueError, match=words):
-        function(*arguments)
 
 
 @given(positive, positive)

@@ -81,6 +81,12 @@ def test_it_warns_where_the_integration_is_not_good_enough(
     assert "by the error of the integration" in notice
 
 
+def test_errors_too_large_for_first_order_are_a_notice(tfsat_host: RunCli) -> None:
+    large = ("--samples", 200, *_EXACT, "--sigma", "joint_axis_deg=40")
+    (notice,) = tfsat_host.json("sensitivity", 59, 70, *large)["notices"]
+    assert "too large for first order" in notice
+
+
 def test_sigma_overrides_what_the_file_states(tfsat_host: RunCli) -> None:
     result = tfsat_host.json(
         "sensitivity", 59, 70, "--samples", 100, *_EXACT, "--sigma", "stroke_relative=0.01"

@@ -14,7 +14,7 @@ from tests.sensitivity.studies import EXACT, RATE_RAD_S, parameters_of, stated_b
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import TimedMove, moved
 from tfsat_host.plan.parameters import Parameters, Plan, PlannedStroke, error_sources
-from tfsat_host.plan.study import derivatives, linear_spread
+from tfsat_host.plan.spread import derivatives, linear_spread
 from tfsat_host.robot import RobotModel
 
 _SPIN = np.radians([1.0, -2.0, 3.0])

@@ -9,17 +9,8 @@ import pytest
 
 from tests.sensitivity.studies import EXACT, parameters_of, scaled, stated_by, study_of
 from tfsat_host.plan.parameters import error_sources
-from tfsat_host.plan.study import (
-    CHUNK,
-    Outcomes,
-    Study,
-    TimeLimit,
-    derivatives,
-    linear_spread,
-    run_chunk,
-    run_locally,
-    summary,
-)
+from tfsat_host.plan.spread import TimeLimit, derivatives, linear_spread, summary
+from tfsat_host.plan.study import CHUNK, Outcomes, Study, run_chunk, run_locally
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import GREATEST_SHARE
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tfsat_host.plan.study import rank_correlation, share, spread, variance_shares
+from tfsat_host.plan.spread import rank_correlation, share, spread, variance_shares
 
 
 def test_ranks_are_spearman_s_ties_included() -> None:

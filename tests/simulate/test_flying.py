@@ -182,7 +182,7 @@ def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) 
     for body in range(5):
         turn = Rotation.from_matrix(attitudes[[at - 1, at + 1], body])
         mean = (turn[0].inv() * turn[1]).as_rotvec() / (flight.t_s[at + 1] - flight.t_s[at - 1])
-        assert rates[at, body] == pytest.approx(mean, abs=1e-4)
+        assert rates[at, body] == pytest.approx(mean, abs=4e-4)
 
 
 def test_a_sampled_maneuver_ends_where_its_strokes_end() -> None:

@@ -29,26 +29,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     asked = parser.add_argument_group("what is asked for")
     add_robot_option(asked)
-    asked.add_argument("--joints", metavar="N,N", type=_joints, help="joints that may move (default: all)")
-    shown = "time of all strokes together, s (default 1.5)"
-    asked.add_argument("--time-limit", metavar="S", type=number, help=shown)
-    shown = "average joint speed, deg/s (default: the servos')"
-    asked.add_argument("--speed", metavar="DEG_S", type=number, help=shown)
-    shown = "greatest displacement of each of the joints, deg"
-    asked.add_argument("--limit", metavar="DEG,DEG", type=_numbers, help=shown)
-    asked.add_argument("--penalty", metavar="P", type=number, help="P, deg/s^2 of overtime (default 1e11)")
     swarm = parser.add_argument_group("particle swarm")
     swarm.add_argument("--seed", metavar="N", type=seed, help="seed of its random numbers (default 1)")
-    for option, default in (("particles", 48), ("iterations", 50)):
-        shown, count = f"number of {option} (default {default})", whole_number(option, 1, 1_000_000)
-        swarm.add_argument(f"--{option}", metavar="N", type=count, help=shown)
-    for option, default_pair in (
-        ("inertia", "w: 0.9,0.4"),
-        ("own-best", "c1: 3.5,2.5"),
-        ("best-of-all", "c2: 0.5,3.5"),
+    for group, option, metavar, kind, shown in (
+        (asked, "joints", "N,N", _joints, "joints that may move (default: all)"),
+        (asked, "time-limit", "S", number, "time of all strokes together, s (default 1.5)"),
+        (asked, "speed", "DEG_S", number, "average joint speed, deg/s (default: the servos')"),
+        (asked, "limit", "DEG,DEG", _numbers, "greatest displacement of each of the joints, deg"),
+        (asked, "penalty", "P", number, "P, deg/s^2 of overtime (default 1e11)"),
+        (swarm, "particles", "N", whole_number("particles", 1, 1_000_000), "how many (default 48)"),
+        (swarm, "iterations", "N", whole_number("iterations", 1, 1_000_000), "how many (default 50)"),
+        (swarm, "inertia", "FIRST,LAST", _numbers, "coefficient w at first and last (default 0.9,0.4)"),
+        (swarm, "own-best", "FIRST,LAST", _numbers, "coefficient c1 (default 3.5,2.5)"),
+        (swarm, "best-of-all", "FIRST,LAST", _numbers, "coefficient c2 (default 0.5,3.5)"),
     ):
-        shown = f"coefficient at first and last (default {default_pair})"
-        swarm.add_argument(f"--{option}", metavar="FIRST,LAST", type=_numbers, help=shown)
+        group.add_argument(f"--{option}", metavar=metavar, type=kind, help=shown)
     shown = "optimize displacements and sequence in turns, instead of the best sequence of every particle"
     swarm.add_argument("--alternating", action="store_true", help=shown)
     result = parser.add_argument_group("result")
@@ -104,19 +99,17 @@ def _settings(args: argparse.Namespace) -> DesignSettings:
     from tfsat_host.plan.problem import DesignSettings, coefficient
     from tfsat_host.plan.swarm import SwarmSettings
 
-    swarm: dict[str, Any] = {
-        one: getattr(args, one) for one in ("particles", "iterations") if getattr(args, one)
-    }
+    swarm = {"particles": args.particles, "iterations": args.iterations}
     for name in ("inertia", "own_best", "best_of_all"):
-        if (pair := getattr(args, name)) is not None:
-            swarm[name] = coefficient(name, pair)
-    named = {"speed": "speed_deg_s", "time_limit": "time_limit_s", "limit": "limit_deg"}
-    options = ("joints", "penalty", "seed", *named)
-    return DesignSettings(
-        **{named.get(one, one): getattr(args, one) for one in options if getattr(args, one) is not None},
-        alternating=args.alternating,
-        swarm=SwarmSettings(**swarm),
-    )
+        pair = getattr(args, name)
+        swarm[name] = None if pair is None else coefficient(name, pair)
+    asked = {"joints": args.joints, "speed_deg_s": args.speed, "time_limit_s": args.time_limit}
+    asked |= {"limit_deg": args.limit, "penalty": args.penalty, "seed": args.seed}
+    return DesignSettings(**_given(asked), alternating=args.alternating, swarm=SwarmSettings(**_given(swarm)))
+
+
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _numbers(text: str) -> tuple[float, ...]:

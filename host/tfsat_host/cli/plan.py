@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import re
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from tfsat_host.present.terminal import show
 
 _MARKER = b'"made_by": "tfsat-host plan"'
 _HISTORY_MARKER = b"_deg,primitive"  # the end of its line of column names
-_TARGET_PART = re.compile(r"\s*([xyz])\s*:\s*(.+?)\s*", re.IGNORECASE)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "z-y-x Euler angles of the attitude, such as z:90 or x:30,y:-20,z:90: about z first, then about "
         "the new y, then about the newest x, in whatever order they are written"
     )
-    target.add_argument("--target", metavar="z:DEG", type=_target, help=shown)
+    target.add_argument("--target", metavar="z:DEG", help=shown)
     shown = "the same as a quaternion, scalar last, from body to inertial axes"
     target.add_argument("--target-quaternion", metavar=("X", "Y", "Z", "W"), nargs=4, type=number, help=shown)
     shown = "a robot file, or the name of a robot that tfsat brings along (default: cubesat_3u)"
@@ -77,13 +75,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
             meaning="Nothing was planned.",
             next_step="tfsat-host plan --target z:90 --out plan.json --history plan.csv",
         )
-    named = {
-        path: marker
-        for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER))
-        if path is not None
-    }
-    for path, marker in named.items():
-        check_may_write(path, marker=marker, force=args.force)
+    for path, marker in ((args.out, _MARKER), (args.history, _HISTORY_MARKER)):
+        if path is not None:
+            check_may_write(path, marker=marker, force=args.force)
     target = unit_quaternion(args.target, args.target_quaternion)
     robot = load_robot(args.robot)
     plant = drawn_robot(robot, args.model_error, args.seed) if args.model_error > 0.0 else None
@@ -94,28 +88,16 @@ def run(args: argparse.Namespace, out: Output) -> int:
         result = {"made_by": "tfsat-host plan", "robot_file": str(args.robot)}
         result |= document(robot, planner, flight, plant)
     text = json.dumps(result, indent=2) + "\n"
-    plan = partial(Path.write_text, data=text, encoding="utf-8")
     motion = partial(write_joint_motion, robot, [step.primitive for step in flight.steps])
-    write = {_MARKER: plan, _HISTORY_MARKER: motion}
-    write_all([OutputFile(path, marker, write[marker]) for path, marker in named.items()], force=args.force)
+    files = []
+    if args.out is not None:
+        files.append(OutputFile(args.out, _MARKER, lambda to: to.write_text(text, encoding="utf-8")))
+    if args.history is not None:
+        files.append(OutputFile(args.history, _HISTORY_MARKER, motion))
+    write_all(files, force=args.force)
     result |= {"file": args.out, "history": args.history}
     out.result(result, lambda: show(lines(result), out))
     return 0 if flight.reached else DataLossError.exit_code
-
-
-def _target(text: str) -> tuple[float, float, float]:
-    """An argparse type: angles about z, y, x in deg. Raises ArgumentTypeError."""
-    angles = {"z": 0.0, "y": 0.0, "x": 0.0}
-    matches = [_TARGET_PART.fullmatch(part) for part in text.split(",")]
-    for match in matches:
-        if match is None or not math.isfinite(number(match[2])):
-            raise argparse.ArgumentTypeError(
-                f"{text!r} is no attitude: write axes and angles, such as x:30,z:90"
-            )
-        angles[match[1].lower()] = number(match[2])
-    if len({match[1].lower() for match in matches if match}) < len(matches):
-        raise argparse.ArgumentTypeError(f"{text!r} gives an axis twice")
-    return angles["z"], angles["y"], angles["x"]
 
 
 def _above_zero(text: str) -> float:

@@ -50,14 +50,14 @@ def run(args: argparse.Namespace, out: Output) -> int:
     """Differentiates, draws, and shows what spreads and why."""
     import time
 
-    from tfsat_host.dynamics import simulation_result
     from tfsat_host.dynamics.simulation import robot_limits
     from tfsat_host.maneuver.schedule import servo_speed_notices
     from tfsat_host.plan import study_result
     from tfsat_host.plan.cluster import run_study
     from tfsat_host.plan.facility import load_tower
     from tfsat_host.plan.parameters import Parameters, Plan, error_sources, uncertainty_of
-    from tfsat_host.plan.study import Study, derivatives, linear_spread, summary, time_limits
+    from tfsat_host.plan.spread import derivatives, linear_spread, summary, time_limits
+    from tfsat_host.plan.study import Study
     from tfsat_host.robot import load_robot
 
     rate = given.initial_rate_rad_s(args)
@@ -78,22 +78,20 @@ def run(args: argparse.Namespace, out: Output) -> int:
     outcomes = run_study(study, out, workers=args.workers, address=args.dask)
     seconds = time.perf_counter() - begun_s
     error_deg = math.degrees(max(found.error_rad, outcomes.error_rad))
-    if error_deg > simulation_result.ERROR_DEG:
-        notices.append(
-            f"An attitude may be wrong by {error_deg:.2g} deg by the error of the integration: give a lower "
-            "--initial-rate, or a maneuver that ends earlier."
-        )
-        out.warn(notices[-1])
+    linear = linear_spread(found, study.sources)
     spread = summary(study, outcomes, found.quaternion_xyzw, limits)
+    late = study_result.notices(linear, spread, args.samples, error_deg)
+    for notice in late:
+        out.warn(notice)
     result = {
-        **study_result.document(study, found, linear_spread(found, study.sources), spread),
+        **study_result.document(study, found, linear, spread),
         "robot": robot.name,
         "base": robot.body_names[robot.base],
         "schedule": schedule.as_rows(),
         "speed_deg_s": schedule.speed_deg_s,
         "initial_rate_deg_s": args.initial_rate,
         "uncertainty": stated.stated(),
-        "notices": notices,
+        "notices": [*notices, *late],
         "seconds": seconds,
         "integration_error_deg": error_deg,
         "files": {} if args.out is None else {"csv": str(args.out)},

@@ -70,15 +70,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
     turns = 0.0 if rate is None else until_s * math.hypot(*rate) / math.tau
     slow = steps >= _SLOW_STEPS or turns >= _SLOW_TURNS
     with out.progress("Simulating") if slow else nullcontext():
-        simulation = fly(
-            robot,
-            motion,
-            until_s=until_s,
-            base=base,
-            initial_rate_rad_s=rate,
-            step_s=args.step,
-            order=args.order,
-        )
+        how = {"step_s": args.step, "order": args.order}
+        simulation = fly(robot, motion, until_s=until_s, base=base, initial_rate_rad_s=rate, **how)
     result = document(simulation, args.initial_rate)
     result["notices"] = notices(simulation, maneuver, step_s=args.step)
     for notice in result["notices"]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tfsat_host.cli.options import file_name
 from tfsat_host.errors import TfsatError, UsageError
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
 COLUMNS = ("misses by / deg", "std / deg")
 
 
-@dataclass(frozen=True, slots=True)
-class ServoMaps:
+class ServoMaps(NamedTuple):
     """The servos by a calibration.
 
     Attributes:
@@ -34,8 +32,7 @@ class ServoMaps:
     maps: tuple[ServoMap, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Expectation:
+class Expectation(NamedTuple):
     """What to expect of a maneuver's strokes.
 
     Attributes:
@@ -57,13 +54,11 @@ class Expectation:
 
 def add_calibration_option(group: argparse._ArgumentGroup) -> None:
     """`--calibration`, the certificate whose servo maps are used."""
-    group.add_argument(
-        "--calibration",
-        metavar="FILE",
-        type=file_name,
-        help="also show how far each stroke will miss, by this calibration's servo maps "
-        f"(default: {CERTIFICATE}, with --emulated {EMULATED_CERTIFICATE}, where it is there)",
+    shown = (
+        "also show how far each stroke will miss, by this calibration's servo maps "
+        f"(default: {CERTIFICATE}, with --emulated {EMULATED_CERTIFICATE}, where it is there)"
     )
+    group.add_argument("--calibration", metavar="FILE", type=file_name, help=shown)
 
 
 def find_servo_maps(args: argparse.Namespace) -> tuple[ServoMaps | None, list[str]]:
@@ -116,6 +111,7 @@ def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings)
     from tfsat_host.calibration.servos.servo_map import expected_stroke_errors
 
     moves = [(stroke.joint, stroke.angle_cdeg) for stroke in schedule.strokes]
+    joints = sorted({joint for joint, _ in moves})
     rows = [
         {
             "stroke": error.stroke,
@@ -126,9 +122,7 @@ def expect(schedule: Schedule, known: ServoMaps | None, settings: ServoSettings)
         }
         for error in expected_stroke_errors(moves, known.maps, settings)
     ]
-    joints = sorted({joint for joint, _ in moves})
-    notices = (*_without_map(joints, known), *_off(joints, known, settings))
-    return Expectation(rows or None, notices)
+    return Expectation(rows or None, (*_without_map(joints, known), *_off(joints, known, settings)))
 
 
 def _without_map(joints: Sequence[int], known: ServoMaps) -> list[str]:

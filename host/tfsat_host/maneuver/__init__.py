@@ -3,8 +3,17 @@
 Pure: knows nothing of ports, terminals or boards.
 """
 
-from tfsat_host.maneuver.file import format_maneuver, parse_maneuver, read_maneuver, write_maneuver
-from tfsat_host.maneuver.maneuver import Defect, Maneuver, ManeuverError, Stroke, four_stroke
+from tfsat_host.maneuver.maneuver import (
+    Defect,
+    Maneuver,
+    ManeuverError,
+    Stroke,
+    format_maneuver,
+    four_stroke,
+    parse_maneuver,
+    read_maneuver,
+    write_maneuver,
+)
 from tfsat_host.maneuver.schedule import SEQUENCER, Limits, Schedule, TimedStroke, schedule_maneuver
 
 __all__ = [

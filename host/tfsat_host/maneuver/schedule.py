@@ -17,7 +17,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from tfsat_host.config import Table, read_config
-from tfsat_host.maneuver.maneuver import Defect, Maneuver, ManeuverError, shortened
+from tfsat_host.config.table import shown
+from tfsat_host.maneuver.maneuver import Defect, Maneuver, ManeuverError
 from tfsat_host.protocol.limits import (
     FALL_US,
     JOINT_ANGLE_MAX_CDEG,
@@ -111,13 +112,12 @@ def check_strokes(maneuver: Maneuver, limits: Limits) -> CheckedStrokes:
     speed_cdeg_s = _speed_cdeg_s(maneuver.speed_deg_s, limits, notices)
     for number, stroke in enumerate(maneuver.strokes, 1):
         if not 1 <= stroke.joint <= limits.joint_count:
-            joint = shortened(str(stroke.joint))
             known = {0: "no joints", 1: "joint 1 only"}.get(
                 limits.joint_count, f"joints 1 to {limits.joint_count}"
             )
             raise ManeuverError(
                 Defect.UNKNOWN_JOINT,
-                what=f"Stroke {number} moves joint {joint}; the robot has {known}.",
+                what=f"Stroke {number} moves joint {shown(stroke.joint)}; the robot has {known}.",
                 next_step=f"Correct the joint's number; {limits.numbering}.",
                 stroke=number,
             )

@@ -8,6 +8,7 @@ measured nearest is known exactly, whatever the robot: the same loops backwards.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -27,6 +28,7 @@ from tfsat_host.robot import RobotModel, Uncertainty
 
 Outcome = Literal["within tolerance", "no progress", "given up", "primitives used up"]
 
+_ANGLE = re.compile(r"\s*([xyz])\s*:\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*", re.ASCII | re.IGNORECASE)
 # While more primitives are to come, a chain may miss the target by so much: a short one corrects it at the end.
 _DRIFT_RAD = math.radians(1.0)
 # Plans without progress before the flight gives up: noise may hide it once or twice.
@@ -266,20 +268,26 @@ def _unit(values: FloatArray) -> FloatArray:
     return np.asarray(array / np.linalg.norm(array))
 
 
-def unit_quaternion(euler_zyx_deg: Sequence[float] | None, xyzw: Sequence[float] | None) -> FloatArray:
-    """A target (4,) by its Euler angles, or by a quaternion of any length.
+def unit_quaternion(euler_zyx: str | None, xyzw: Sequence[float] | None) -> FloatArray:
+    """A target (4,) by its z-y-x Euler angles, such as "x:30,z:90" in deg, or by a quaternion of any length.
 
     Raises:
-        UsageError: the quaternion has no direction.
+        UsageError: the text gives no angles, or one twice; the quaternion has no direction.
     """
-    if euler_zyx_deg is not None:
-        return np.asarray(Rotation.from_euler("ZYX", euler_zyx_deg, degrees=True).as_quat())
-    length = float(np.linalg.norm(np.array(xyzw)))
-    if not (math.isfinite(length) and length > 0.0):
+    what = ""
+    if euler_zyx is not None:
+        parts = [_ANGLE.fullmatch(part) for part in euler_zyx.split(",")]
+        deg = {part[1].lower(): float(part[2]) for part in parts if part}
+        if len(deg) == len(parts):
+            angles = [deg.get(axis, 0.0) for axis in "zyx"]
+            return np.asarray(Rotation.from_euler("ZYX", angles, degrees=True).as_quat())
+        what = f"--target {euler_zyx} is no attitude: it takes an angle in deg for each of some axes."
+    length = float(np.linalg.norm(np.array(xyzw, dtype=np.float64)))
+    if what or not (math.isfinite(length) and length > 0.0):
         raise UsageError(
-            what="--target-quaternion is no rotation: its four numbers have no direction.",
+            what=what or "--target-quaternion is no rotation: its four numbers have no direction.",
             meaning="Nothing was planned.",
-            next_step="tfsat-host plan --target-quaternion 0 0 0.7071 0.7071",
+            next_step="tfsat-host plan --target x:30,z:90   or   --target-quaternion 0 0 0.7071 0.7071",
         )
     return np.asarray(np.array(xyzw) / length)
 

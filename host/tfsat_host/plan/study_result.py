@@ -12,12 +12,15 @@ from typing import Any
 import numpy as np
 
 from tfsat_host.arrays import FloatArray
+from tfsat_host.dynamics import simulation_result
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
-from tfsat_host.plan.study import Derivatives, LinearSpread, Outcomes, Study, Summary, outputs_of
+from tfsat_host.plan.spread import Derivatives, LinearSpread, Summary, outputs_of
+from tfsat_host.plan.study import Outcomes, Study
 from tfsat_host.quantity import Column, Columns, Table
 
 _SHOWN = 15  # parameters in the table for people; --json has them all
 _BAR = 50
+_ENOUGH = 100  # samples, for a standard deviation to be compared
 _MARKER = b"sample,reorientation_deg,rotation_x_deg,rotation_y_deg,rotation_z_deg,attitude_error_deg"
 _KINDS = {
     "mass": "masses",
@@ -121,6 +124,24 @@ def document(study: Study, found: Derivatives, linear: LinearSpread, summed: Sum
             },
         },
     }
+
+
+def notices(linear: LinearSpread, summed: Summary, samples: int, error_deg: float) -> list[str]:
+    """Where the integration is not good enough, or first order differs from the samples by more than a quarter."""
+    found = []
+    if error_deg > simulation_result.ERROR_DEG:
+        found.append(
+            f"An attitude may be wrong by {error_deg:.2g} deg by the error of the integration: give a lower "
+            "--initial-rate, or a maneuver that ends earlier."
+        )
+    drawn = summed.outputs["reorientation_deg"].std
+    apart = abs(linear.reorientation_deg - drawn.value)
+    if samples >= _ENOUGH and apart > 0.25 * drawn.value + 4.0 * drawn.standard_error:
+        found.append(
+            f"To first order the standard deviation is {linear.reorientation_deg:.3g} deg, by the samples "
+            f"{drawn.value:.3g}: the errors are too large for first order, go by the samples."
+        )
+    return found
 
 
 def _rows(**columns: FloatArray | tuple[str, ...]) -> list[dict[str, Any]]:
