@@ -1,10 +1,10 @@
-"""The emulated robot's library in its cache: whole or built anew, and errors that say what to do."""
+"""The emulated robot's library in its cache: whole or built again, and errors that say what to do."""
 
 from __future__ import annotations
 
 import ctypes
 import os
-import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,14 +13,15 @@ from tfsat_host.emulated.build import BuildError, ensure_built
 
 
 class Compiler:
-    """Stands in the compiler's place: counts its calls and makes any file it is asked for."""
+    """A compiler that counts its calls and links the library that the tests have."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, linked: Path) -> None:
         self.path = folder / "c++"
         self._calls = folder / "calls"
         self._calls.write_text("")
         self.path.write_text(
-            f'#!/bin/sh\necho x >> {self._calls}\nwhile [ "$1" != -o ]; do shift; done\necho library > "$2"\n'
+            f'#!/bin/sh\necho x >> {self._calls}\nfrom=/dev/null\n[ "$1" = -shared ] && from={linked}\n'
+            'while [ "$1" != -o ]; do shift; done\ncp $from "$2"\n'
         )
         self.path.chmod(0o755)
 
@@ -31,53 +32,36 @@ class Compiler:
 
 @pytest.fixture
 def compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Compiler:
-    made = Compiler(tmp_path)
+    made = Compiler(tmp_path, ensure_built())
     monkeypatch.setenv("CXX", str(made.path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return made
 
 
-def test_it_is_built_once_and_where_the_environment_says(compiler: Compiler, tmp_path: Path) -> None:
+def test_it_is_built_once_where_the_environment_says_and_again_where_it_is_damaged(
+    compiler: Compiler, tmp_path: Path
+) -> None:
     library = ensure_built()
     assert library.parent == tmp_path / "cache" / "tfsat"
-    calls = compiler.calls
+    stamp = library.with_name(f"{library.name}.sha256")
+    whole, calls = library.read_bytes(), compiler.calls
     assert calls > 10
     assert ensure_built() == library
     assert compiler.calls == calls
-    assert sorted(path.name for path in library.parent.iterdir()) == [library.name, f"{library.name}.sha256"]
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda library: os.truncate(library, 3),
-        lambda library: library.write_bytes(b"lebrary\n"),
-        lambda library: library.with_name(f"{library.name}.sha256").unlink(),
-        lambda library: library.with_name(f"{library.name}.sha256").write_bytes(b"\xff"),
-        lambda library: library.unlink(),
-    ],
-    ids=["truncated", "changed", "no stamp", "bad stamp", "gone"],
-)
-def test_a_damaged_library_is_built_anew(compiler: Compiler, damage: object) -> None:
-    library = ensure_built()
-    whole, calls = library.read_bytes(), compiler.calls
-    assert callable(damage)
-    damage(library)
-    assert ensure_built() == library
-    assert compiler.calls == 2 * calls
-    assert library.read_bytes() == whole
-
-
-def test_a_real_library_that_was_cut_short_is_mended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    built = ensure_built()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    copy = tmp_path / "tfsat" / built.name
-    copy.parent.mkdir()
-    for name in (built.name, f"{built.name}.sha256"):
-        shutil.copy(built.with_name(name), copy.with_name(name))
-    os.truncate(copy, built.stat().st_size // 2)
-    assert ensure_built() == copy
-    assert ctypes.CDLL(str(copy)).tfsat_config_bytes() > 0
+    assert sorted(path.name for path in library.parent.iterdir()) == [library.name, stamp.name]
+    damages: list[Callable[[], object]] = [
+        lambda: os.truncate(library, len(whole) // 2),
+        lambda: library.write_bytes(b"lebrary\n"),
+        stamp.unlink,
+        lambda: stamp.write_bytes(b"\xff"),
+        library.unlink,
+    ]
+    for number, damage in enumerate(damages):
+        damage()
+        assert ensure_built() == library
+        assert compiler.calls == (2 + number) * calls
+        assert library.read_bytes() == whole
+    assert ctypes.CDLL(str(library)).tfsat_config_bytes() > 0
 
 
 @pytest.mark.usefixtures("compiler")

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from tests.rehearsal.days import dropped
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
 from tfsat_host.emulated.transport import EmulatedTransport
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
+from tfsat_host.rehearsal.drop import session_seed
+from tfsat_host.rehearsal.truth import truth_as_filed
+from tfsat_host.robot import load_robot
 
 
 def first_session(**seeds: int) -> int:
@@ -14,6 +21,11 @@ def first_session(**seeds: int) -> int:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         return logger.start_recording().session
+
+
+def session_seed_of(first_deg: float, seed: int, rate_rad_s: tuple[float, float, float]) -> int:
+    truth = replace(truth_as_filed(load_robot(), seed), rate_rad_s=np.array(rate_rad_s))
+    return session_seed(schedule_maneuver(four_stroke(first_deg, 70)), truth, None, ())
 
 
 def rehearsed_session(first_deg: float, seed: int, rate_rad_s: tuple[float, float, float]) -> int:
@@ -34,10 +46,7 @@ def test_a_seed_repeats_it_and_a_session_seed_alone_decides() -> None:
 def test_two_rehearsals_share_one_only_if_they_are_the_same_drop() -> None:
     still, turning = (0.0, 0.0, 0.0), (0.01, 0.0, 0.0)
     base = rehearsed_session(59, 1, still)
-    assert rehearsed_session(59, 1, still) == base
-    others = [
-        rehearsed_session(58, 1, still),
-        rehearsed_session(59, 2, still),
-        rehearsed_session(59, 1, turning),
-    ]
-    assert len({base, *others}) == 4
+    drops = [(59, 1, still), (58, 1, still), (59, 2, still), (59, 1, turning)]
+    seeds = [session_seed_of(*one) for one in drops]
+    assert len(set(seeds)) == 4 and seeds == [session_seed_of(*one) for one in drops]
+    assert rehearsed_session(59, 1, turning) != base

@@ -76,6 +76,7 @@ def load_library(path: Path) -> ctypes.CDLL:
         ),
         "board_set_extended_fuse": (None, [board, ctypes.c_uint8]),
         "board_peek": (ctypes.c_uint8, [board, ctypes.c_uint16]),
+        "board_copy": (None, [board, ctypes.c_uint16, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t]),
         "board_poke": (None, [board, ctypes.c_uint16, ctypes.c_uint8]),
     }
     for name, (result, arguments) in signatures.items():
@@ -228,6 +229,12 @@ class AvrBoard:
     def peek(self, address: int) -> int:
         """One byte of the data space, as a debugger would read it."""
         return int(self._library.board_peek(self._handle, address))
+
+    def copy(self, addresses: range) -> bytes:
+        """Bytes that follow each other."""
+        out = (ctypes.c_uint8 * len(addresses))()
+        self._library.board_copy(self._handle, addresses.start, out, len(out))
+        return bytes(out)
 
     def poke(self, address: int, value: int) -> None:
         """Changes it."""

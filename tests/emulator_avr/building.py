@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.cpp.compiling import compile_objects, compiler, run
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 SEQUENCER = "firmware/arduino_sequencer"
 _HERE = Path(__file__).resolve().parent
@@ -61,12 +63,11 @@ def build_changed_sequencer(edits: Iterable[Edit], folder: Path, like: Path) -> 
 
 
 def build_board_library(folder: Path) -> Path:
-    """The emulated board as a shared library for `AvrBoard`. Raises BuildError."""
+    """The emulated board as a shared library for `AvrBoard`."""
     output = folder / "libavr_board.so"
-    sources = [str(_HERE / "harness.cpp"), *sorted(str(path) for path in _BOARDS.glob("avr_*.cpp"))]
-    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    _run("g++", "-std=c++17", "-O2", *warnings, "-shared", "-fPIC", "-I", str(_BOARDS.parent), *sources,
-         "-o", str(output), "-lsimavr", "-lelf")  # fmt: skip
+    sources = [_HERE / "harness.cpp", *sorted(_BOARDS.glob("avr_*.cpp"))]
+    objects = compile_objects(sources, [], ["-std=c++17", "-O2", "-fPIC"])
+    run([compiler(), "-shared", *objects, "-o", output, "-lsimavr", "-lelf"])
     return output
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import fcntl
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,9 +11,12 @@ import pytest
 
 from tests.emulator_avr.avr_board import AvrBoard, load_library
 from tests.emulator_avr.board_link import eeprom_after_upload
-from tests.emulator_avr.building import SEQUENCER, build_board_library, build_sketch
+from tests.emulator_avr.building import REPOSITORY, build_board_library, build_sketch
+from tfsat_host.emulated import build
 
 pytest.register_assert_rewrite("tests.emulator_avr.flight")
+LOCK = REPOSITORY / "build" / "avr.lock"
+"""Of all processes that build."""
 
 
 @pytest.fixture(scope="session")
@@ -21,13 +25,19 @@ def build_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def probe_hex(build_folder: Path) -> Path:
-    return build_sketch("tests/emulator_avr/probe", build_folder / "probe")
+def probe_hex() -> Path:
+    """Built once a checkout."""
+    with LOCK.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return build_sketch("tests/emulator_avr/probe", REPOSITORY / "build" / "probe")
 
 
 @pytest.fixture(scope="session")
-def sequencer_hex(build_folder: Path) -> Path:
-    return build_sketch(SEQUENCER, build_folder / "sequencer")
+def sequencer_hex() -> Path:
+    """That of `make firmware`."""
+    with LOCK.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return build.sequencer_hex()
 
 
 @pytest.fixture(scope="session")

@@ -82,6 +82,9 @@ void board_set_serial(AvrSequencer* board, const uint8_t* serial) {
 void board_set_extended_fuse(AvrSequencer* board, uint8_t fuse) { board->set_extended_fuse(fuse); }
 uint64_t board_cycles(AvrSequencer* board) { return board->cycles(); }
 uint8_t board_peek(AvrSequencer* board, uint16_t address) { return board->peek(address); }
+void board_copy(AvrSequencer* board, uint16_t from, uint8_t* out, size_t n) {
+  for (size_t i = 0; i < n; ++i) out[i] = board->peek(static_cast<uint16_t>(from + i));
+}
 void board_poke(AvrSequencer* board, uint16_t address, uint8_t value) {
   board->poke(address, value);
 }

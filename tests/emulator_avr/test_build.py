@@ -9,12 +9,20 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.emulator_avr.building import REPOSITORY, build_sketch
+import pytest
+
+from tests.emulator_avr.building import REPOSITORY, build_changed_sequencer, build_sketch
 
 REPORT = REPOSITORY / "tools" / "firmware" / "image_report.py"
 
 
 def test_another_folder_gives_the_same_bytes(sequencer_hex: Path, tmp_path: Path) -> None:
+    again = build_changed_sequencer([], tmp_path, sequencer_hex)
+    assert again.read_bytes() == sequencer_hex.read_bytes()
+
+
+@pytest.mark.prove
+def test_and_with_the_arduino_core_compiled_there(sequencer_hex: Path, tmp_path: Path) -> None:
     sketch = tmp_path / "elsewhere" / "arduino_sequencer"
     shutil.copytree(REPOSITORY / "firmware" / "arduino_sequencer", sketch)
     again = build_sketch(str(sketch), tmp_path / "build")

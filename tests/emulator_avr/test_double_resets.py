@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import pytest
+
 from tests.emulator_avr.avr_board import AvrBoard, ResetCause
 from tests.emulator_avr.board_link import connect
 from tests.emulator_avr.flight import pulses, run_until_lines_are_low
@@ -11,6 +13,7 @@ from tfsat_host.protocol.enums import ErrorCode, SequencerState
 
 # Start-up reaches what it kept of the run before, and then the servos, about 3 ms after a reset.
 BETWEEN_RESETS_US = range(2660, 3800, 45)
+GRID = pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.prove)])
 WATCHED_US = 120_000
 FEWEST_PULSES = 5
 
@@ -62,9 +65,10 @@ def assert_held(outcomes: dict[int, Outcome], held: Outcome) -> None:
     assert {at: outcome for at, outcome in outcomes.items() if outcome != held} == {}
 
 
-def test_a_run_that_is_reset_twice_holds_its_joints_where_they_are(sequencer: AvrBoard) -> None:
+@GRID
+def test_a_run_that_is_reset_twice_holds_its_joints_where_they_are(sequencer: AvrBoard, every: int) -> None:
     outcomes = {}
-    for between_us in BETWEEN_RESETS_US:
+    for between_us in BETWEEN_RESETS_US[::every]:
         arm(sequencer)
         for index in (0, 1):
             sequencer.switch(index, closed=False)
@@ -74,9 +78,12 @@ def test_a_run_that_is_reset_twice_holds_its_joints_where_they_are(sequencer: Av
     assert_held(outcomes, held)
 
 
-def test_an_armed_board_that_is_reset_twice_holds_its_joints_at_the_start_pose(sequencer: AvrBoard) -> None:
+@GRID
+def test_an_armed_board_that_is_reset_twice_holds_its_joints_at_the_start_pose(
+    sequencer: AvrBoard, every: int
+) -> None:
     outcomes = {}
-    for between_us in BETWEEN_RESETS_US:
+    for between_us in BETWEEN_RESETS_US[::every]:
         arm(sequencer)
         outcomes[between_us] = dip_twice(sequencer, between_us)
     held = Outcome(SequencerState.ARMED, ErrorCode.NONE, START_POSE)

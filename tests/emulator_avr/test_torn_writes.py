@@ -36,10 +36,10 @@ def retained_ram(elf: Path) -> range:
 
 def images(board: AvrBoard, addresses: range, duration_us: int) -> list[bytes]:
     """Each image of this RAM in the time to come that differs from the one before."""
-    found = [bytes(map(board.peek, addresses))]
+    found = [board.copy(addresses)]
     for cycle in range(board.cycles, board.cycles + duration_us * CYCLES_PER_US, 2):
         board.run_to_cycle(cycle)
-        if (image := bytes(map(board.peek, addresses))) != found[-1]:
+        if (image := board.copy(addresses)) != found[-1]:
             found.append(image)
     return found
 

@@ -44,10 +44,11 @@ def page(seen: Days, no_go: Checks) -> str:
         seen: What became of a fault's day.
         no_go: Which checks stand against the drop when it is there before the preflight.
     """
-    return _HEAD + "".join(_row(fault, seen(fault), no_go) for fault in FAULTS)
+    return _HEAD + "".join(row(fault, seen(fault), no_go) for fault in FAULTS)
 
 
-def _row(fault: Fault, found: Day, no_go: Checks) -> str:
+def row(fault: Fault, found: Day, no_go: Checks) -> str:
+    """Of the table."""
     where = ", ".join(who for who, words in found.said.items() if fault.noticed and fault.noticed in words)
     kept = "none" if found.log is None else "whole" if fault.complete else "to where it was cut off"
     cells = (

@@ -84,6 +84,7 @@ def test_who_noticed_is_counted_over_the_drops() -> None:
     assert "crane-jolt. It struck in 2 and was noticed in 2 of them" in shown
 
 
+@pytest.mark.usefixtures("here")
 def test_what_was_flown_when_it_was_stopped_is_kept() -> None:
     """The wish comes after the first drop: what flies then is flown to its end, and nothing more begins."""
     landed: list[int] = []

@@ -120,7 +120,7 @@ def rehearse(
         truth.model,
         imperfections=truth.imperfections,
         seed=truth.seed,
-        session_seed=_session_seed(schedule, truth, hex_path, faults),
+        session_seed=session_seed(schedule, truth, hex_path, faults),
         hex_path=hex_path,
     ) as robot:
         progress("on the bench; the gyros' biases are taken")
@@ -261,7 +261,7 @@ def _fetched_ram(day: Day) -> bytes:
     return bytes(image)
 
 
-def _session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
+def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
     """Another one for everything that makes another drop, the same for the same drop."""
     image = b"" if hex_path is None else hex_path.read_bytes()
     names = tuple(fault.name for fault in faults)
