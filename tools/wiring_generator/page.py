@@ -26,7 +26,6 @@ def generate(wiring: Wiring) -> str:
         "parts": _parts(wiring),
         "checks": _checks(wiring, checks),
         "pullups": _pullups(wiring),
-        "ranges": _ranges(wiring),
         "sources": _sources(wiring),
         "opening_us": f"{opening[0] * 1e6:.0f} to {opening[1] * 1e6:.0f}",
         "closing_us": f"{closing[0] * 1e6:.0f} to {closing[1] * 1e6:.0f}",
@@ -110,28 +109,8 @@ def _pullups(wiring: Wiring) -> str:
     )
 
 
-def _ranges(wiring: Wiring) -> str:
-    return _table(
-        "| what | least | most | of |",
-        [
-            f"| {value.why} | {_number(value.low, value.unit)} | {_number(value.high, value.unit)} "
-            f"| {_name(wiring, value.source)} |"
-            for value in wiring.ranges.values()
-        ],
-    )
-
-
-def _number(value: float, unit: str) -> str:
-    if unit == "Ω":
-        return f"{value / 1e3:g} kΩ"
-    return f"{value * 1e6:g} µA" if unit == "A" else f"{value:g} {unit}"
-
-
 def _sources(wiring: Wiring) -> str:
     return _table(
-        "| | document | where in it | read for this page |",
-        [
-            f"| {_name(wiring, name)} | {source.title} | {source.place} | {source.read} |"
-            for name, source in wiring.sources.items()
-        ],
+        "| | document |",
+        [f"| {_name(wiring, name)} | {source.title} |" for name, source in wiring.sources.items()],
     )
