@@ -146,6 +146,7 @@ def test_another_protocol_is_disarmed_after_a_question(
 def test_a_silent_board_needs_force_and_an_answer(
     desk: Desk, image: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("tfsat_host.devices.client.ATTEMPT_TIMEOUT_S", 0.05)
     desk.image_bytes = len(IMAGE)
     desk.sketch.silent = True
     error = flash_json(capsys, "--hex", image, "--yes", expect=4)["error"]

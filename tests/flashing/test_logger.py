@@ -1,4 +1,4 @@
-"""`tfsat-host flash logger` with a stand-in for PJRC's loader, and a Teensy at a pseudo-terminal."""
+"""`tfsat-host flash logger` with a replacement of PJRC's loader, and a Teensy at a pseudo-terminal."""
 
 from __future__ import annotations
 

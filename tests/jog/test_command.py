@@ -26,18 +26,20 @@ from tfsat_host.protocol.limits import JOG_IDLE_MS
 JOG = ("jog", "--joint", "1", "--from", "0", "--to", "20")
 
 
-@pytest.fixture(params=["native", "avr"])
+@pytest.fixture
 def robot(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[Served]:
+    """The core, native; the sequencer's very image where a test asks for it, in what the board alone decides."""
     monkeypatch.chdir(tmp_path)
-    with Served("--sequencer", request.param) as process:
+    with Served("--sequencer", getattr(request, "param", "native")) as process:
         process.control("hold 3")
         yield process
 
 
+BOTH_SEQUENCERS = pytest.mark.parametrize("robot", ["native", "avr"], indirect=True)
 LAG_DEG = 5.0
-"""Between what the servo is told, as the program saw it last, and where its joint comes to rest."""
+"""Between the last commanded angle, as the program saw it, and where its joint comes to rest."""
 
 
 @contextmanager
@@ -57,7 +59,7 @@ def jogging(robot: Served, *options: str) -> Iterator[subprocess.Popen[str]]:
         yield process
 
 
-def told_deg(said: str) -> float:
+def commanded_deg_of(said: str) -> float:
     found = re.search(r"Joint 1 was last commanded to ([\d.]+) deg and was let go", said)
     assert found, said
     return float(found[1])
@@ -78,6 +80,7 @@ def is_limp(robot: Served) -> bool:
     return robot.control("wait 120ms", "swing 1 5 0.1 1")[-1].startswith("ok")
 
 
+@BOTH_SEQUENCERS
 def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: RunCli) -> None:
     (before,) = robot.control("time")
     done = tfsat_host.json(*JOG, "--hold", "0.5", "--yes", "--port", robot.sequencer)
@@ -89,29 +92,27 @@ def test_over_a_port_it_moves_slowly_and_ends_limp(robot: Served, tfsat_host: Ru
     assert tfsat_host.json("status", "--port", robot.sequencer)["sequencer"]["state"] == "safe"
 
 
-def test_ctrl_c_lets_it_go(robot: Served, tfsat_host: RunCli) -> None:
-    with jogging(robot) as process:
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_ctrl_c_lets_it_go(robot: Served, options: tuple[str, ...]) -> None:
+    with jogging(robot, *options) as process:
         process.send_signal(signal.SIGINT)
         said_out, said = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
-    assert said_out == ""
-    assert "was let go on its way; the sequencer is safe" in said
     assert "Traceback" not in said
+    if options:
+        error = json.loads(said_out)["error"]
+        assert error["joint"] == 1
+        commanded_deg = error["last_angle_deg"]
+    else:
+        assert said_out == ""
+        assert "was let go on its way; the sequencer is safe" in said
+        commanded_deg = commanded_deg_of(said)
     assert 3 < joint_1_deg(robot) < 80
-    assert told_deg(said) == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
+    assert commanded_deg == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
     assert is_limp(robot)
 
 
-def test_json_says_where_ctrl_c_left_the_joint(robot: Served) -> None:
-    with jogging(robot, "--json") as process:
-        process.send_signal(signal.SIGINT)
-        said_out, _ = process.communicate(timeout=TIMEOUT_S)
-    error = json.loads(said_out)["error"]
-    assert process.returncode == 130
-    assert error["joint"] == 1
-    assert error["last_angle_deg"] == pytest.approx(joint_1_deg(robot), abs=LAG_DEG)
-
-
+@BOTH_SEQUENCERS
 def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
     with jogging(robot) as process:
         process.send_signal(signal.SIGSTOP)
@@ -125,7 +126,7 @@ def test_a_frozen_host_stops_the_jog(robot: Served) -> None:
     assert process.returncode == 1
     assert "This computer was away for" in said
     assert "did not restart" in said
-    assert 0 < told_deg(said) <= stopped_deg + LAG_DEG
+    assert 0 < commanded_deg_of(said) <= stopped_deg + LAG_DEG
     assert is_limp(robot)
 
 
@@ -142,7 +143,7 @@ def test_ctrl_z_lets_it_go_before_the_program_stops(robot: Served) -> None:
         _, said = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
     assert "Error: The jog has ended: Ctrl-Z let the joint go" in said
-    assert told_deg(said) == pytest.approx(left_deg, abs=LAG_DEG)
+    assert commanded_deg_of(said) == pytest.approx(left_deg, abs=LAG_DEG)
 
 
 def test_it_says_what_will_move_and_demands_the_word(

@@ -1,6 +1,6 @@
 """The logger's core, drivers and sketch compile and link for the Teensy 4.1, and fit into it.
 
-The stand-ins of ``tests/standins`` declare the calls that the drivers use, as Teensyduino 1.59 does, and
+The stubs of ``tests/teensy_stubs`` declare the calls that the drivers use, as Teensyduino 1.59 does, and
 no others: that the build succeeds shows that the sketch uses nothing else.
 """
 

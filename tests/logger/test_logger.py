@@ -9,7 +9,7 @@ from tests.logger.golden_blocks import write_header
 
 HERE = Path(__file__).parent
 SOURCES = REPOSITORY / "firmware" / "teensy_logger" / "src"
-STAND_INS = REPOSITORY / "tests" / "standins"
+STUBS = REPOSITORY / "tests" / "teensy_stubs"
 OTHERS = [SOURCES / "release/release_detector.cpp", SOURCES / "drivers/lpi2c_bus.cpp"]
 EMULATED = [
     "sensors/mpu6050",
@@ -25,5 +25,5 @@ def test_core(tmp_path: Path) -> None:
     write_header(tmp_path / "golden_blocks.h")
     sources = [*HERE.glob("*.cpp"), *(SOURCES / "core").glob("*.cpp"), *OTHERS]
     sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in EMULATED]
-    said = run([build_program(sorted(sources), tmp_path / "core", [tmp_path, STAND_INS])])
+    said = run([build_program(sorted(sources), tmp_path / "core", [tmp_path, STUBS])])
     assert said.count("\nok ") > 100

@@ -1,4 +1,4 @@
-"""A morning on which nothing is wrong yet."""
+"""A robot with which nothing is wrong yet."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.preflight.morning import Morning, morning_of
+from tests.preflight.ready_robot import ReadyRobot, ready_robot
 
 
 @pytest.fixture
-def morning(
+def ready(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Iterator[Morning]:
-    with morning_of(tmp_path / "run", monkeypatch, capsys) as made:
+) -> Iterator[ReadyRobot]:
+    with ready_robot(tmp_path / "run", monkeypatch, capsys) as made:
         yield made

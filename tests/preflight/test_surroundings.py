@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.preflight.morning import CERTIFICATE, MANEUVER, Morning, check, found_wrong, not_made
+from tests.preflight.ready_robot import CERTIFICATE, MANEUVER, ReadyRobot, check, found_wrong, not_made
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.cli.main import main
 from tfsat_host.devices.client import Client
@@ -29,29 +29,29 @@ from tfsat_host.protocol.enums import Board
         ("usable_vertical_travel_mm = 250.0", "usable_vertical_travel_mm = 100.0", "envelope"),
     ],
 )
-def test_a_maneuver_beyond_the_facility(morning: Morning, entry: str, value: str, red: str) -> None:
+def test_a_maneuver_beyond_the_facility(ready: ReadyRobot, entry: str, value: str, red: str) -> None:
     text = default_facility_path().read_text(encoding="utf-8")
     assert f"\n{entry}" in text
-    facility = morning.folder / "tower.toml"
+    facility = ready.folder / "tower.toml"
     facility.write_text(text.replace(f"\n{entry}", f"\n{value}"), encoding="utf-8")
-    result = morning.preflight("--facility", str(facility), expect=4)
+    result = ready.preflight("--facility", str(facility), expect=4)
     assert (found_wrong(result), not_made(result)) == ({red}, set())
 
 
-def test_a_card_that_is_pulled_during_the_trial(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_card_that_is_pulled_during_the_trial(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     taken = LoggerClient.wait_for_card
 
     def pulled(self: LoggerClient) -> Any:
         status = taken(self)
-        morning.robot.card_slot.remove()
+        ready.robot.card_slot.remove()
         return status
 
     monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
-    result = morning.preflight(expect=4)
+    result = ready.preflight(expect=4)
     assert found_wrong(result) == {"card", "card-writing"}
 
 
-def test_samples_that_come_unevenly(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_that_come_unevenly(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     made = Counts.from_live
 
     def uneven(*args: Any) -> Counts:
@@ -60,20 +60,20 @@ def test_samples_that_come_unevenly(morning: Morning, monkeypatch: pytest.Monkey
         return replace(counts, t_us=counts.t_us + noise)
 
     monkeypatch.setattr(Counts, "from_live", uneven)
-    result = morning.preflight(expect=4)
+    result = ready.preflight(expect=4)
     assert (found_wrong(result), not_made(result)) == ({"sampling"}, set())
 
 
-def test_a_host_of_another_release(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
-    morning.set_clock = None
+def test_a_host_of_another_release(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    ready.set_clock = None
     monkeypatch.setattr("tfsat_host.devices.client.PROTOCOL_HASH", b"another!")
-    result = morning.preflight(expect=4)
+    result = ready.preflight(expect=4)
     assert found_wrong(result) == {"protocol"}
     assert {"maneuver", "switches", "card", "sampling"} <= not_made(result)
 
 
 @pytest.fixture
-def flashed(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> Morning:
+def flashed(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> ReadyRobot:
     """The boards say that they run images, as real ones do; the certificate is of real ones."""
     identify = Client.identify
     images = {Board.SEQUENCER: "5e0e0ce2", Board.LOGGER: "10660001"}
@@ -83,9 +83,9 @@ def flashed(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> Morning:
         return replace(identity, image_crc=images[identity.board])
 
     monkeypatch.setattr(Client, "identify", as_flashed)
-    subject = replace(morning.calibration.subject, emulated=False)
-    morning.certify(replace(morning.calibration, subject=subject))
-    return morning
+    subject = replace(ready.calibration.subject, emulated=False)
+    ready.certify(replace(ready.calibration, subject=subject))
+    return ready
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def flashed(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> Morning:
     ],
 )
 def test_images(
-    flashed: Morning, sequencer: str, logger: str | None, red: set[str], in_the_dark: set[str]
+    flashed: ReadyRobot, sequencer: str, logger: str | None, red: set[str], in_the_dark: set[str]
 ) -> None:
     certificate = ("--calibration", str(flashed.folder / "calibration-emulated.toml"))
     images = ["--sequencer-image", sequencer, *(["--logger-image", logger] if logger else [])]
@@ -106,24 +106,24 @@ def test_images(
     assert (found_wrong(result), not_made(result)) == (red, in_the_dark)
 
 
-def test_an_image_of_the_arduino_ide_can_be_named(flashed: Morning) -> None:
+def test_an_image_of_the_arduino_ide_can_be_named(flashed: ReadyRobot) -> None:
     certificate = ("--calibration", str(flashed.folder / CERTIFICATE))
     result = flashed.preflight(*certificate, "--sequencer-image", "5e0e0ce3", expect=4)
     assert "--sequencer-image 5e0e0ce2" in check(result, "sequencer-image")["next_step"]
 
 
-def calibrated_with(flashed: Morning, image: str) -> tuple[str, ...]:
+def calibrated_with(flashed: ReadyRobot, image: str) -> tuple[str, ...]:
     """Options of a preflight with a certificate that was taken while the logger ran that image."""
     flashed.certify(replace(flashed.calibration, logger_image=image))
     return ("--calibration", str(flashed.folder / CERTIFICATE), "--sequencer-image", "5e0e0ce2")
 
 
-def test_a_logger_that_runs_what_it_ran_when_it_was_calibrated(flashed: Morning) -> None:
+def test_a_logger_that_runs_what_it_ran_when_it_was_calibrated(flashed: ReadyRobot) -> None:
     result = flashed.preflight(*calibrated_with(flashed, "10660001"), expect=0)
     assert "as when it was calibrated" in check(result, "logger-image")["sentence"]
 
 
-def test_a_logger_that_was_flashed_since_it_was_calibrated(flashed: Morning) -> None:
+def test_a_logger_that_was_flashed_since_it_was_calibrated(flashed: ReadyRobot) -> None:
     options = calibrated_with(flashed, "0ddba110")
     result = flashed.preflight(*options, expect=4)
     image = check(result, "logger-image")
@@ -132,32 +132,32 @@ def test_a_logger_that_was_flashed_since_it_was_calibrated(flashed: Morning) -> 
     flashed.preflight(*options, "--logger-image", "10660001", expect=0)
 
 
-def test_the_image_of_another_logger_says_nothing(flashed: Morning) -> None:
+def test_the_image_of_another_logger_says_nothing(flashed: ReadyRobot) -> None:
     subject = replace(flashed.calibration.subject, logger_serial="0123456789abcdef")
     flashed.certify(replace(flashed.calibration, subject=subject))
     result = flashed.preflight(*calibrated_with(flashed, "0ddba110"), expect=4)
     assert found_wrong(result) == {"calibration"} and "logger-image" in not_made(result)
 
 
-def test_a_logger_that_is_not_there(morning: Morning) -> None:
-    morning.robot.set_cable(BoardIndex.LOGGER, False)
-    morning.set_clock = None
-    result = morning.preflight(expect=4)
+def test_a_logger_that_is_not_there(ready: ReadyRobot) -> None:
+    ready.robot.set_cable(BoardIndex.LOGGER, False)
+    ready.set_clock = None
+    result = ready.preflight(expect=4)
     assert found_wrong(result) == set()
     assert {"gyros-present", "card", "clock", "switches", "calibration", "protocol"} <= not_made(result)
     assert check(result, "maneuver")["verdict"] == "go"
 
 
-def test_boards_that_are_not_there_are_said_once_each(morning: Morning) -> None:
+def test_boards_that_are_not_there_are_said_once_each(ready: ReadyRobot) -> None:
     """And what was found wrong is not lost among what could not be looked at."""
-    text = (morning.folder / "maneuver.toml").read_text(encoding="utf-8")
-    (morning.folder / "maneuver.toml").write_text(text.replace("170", "17000"), encoding="utf-8")
-    morning.links = {
+    text = (ready.folder / "maneuver.toml").read_text(encoding="utf-8")
+    (ready.folder / "maneuver.toml").write_text(text.replace("170", "17000"), encoding="utf-8")
+    ready.links = {
         board: PortError(PortProblem.NONE_FOUND, what=f"No {board} found.", next_step=f"Plug the {board} in.")
         for board in ("sequencer", "logger")
     }
-    assert main(["preflight", str(morning.folder)]) == 4
-    said = morning.capture.readouterr().out
+    assert main(["preflight", str(ready.folder)]) == 4
+    said = ready.capture.readouterr().out
     text = " ".join(word for word in said.split() if word != "MADE")  # of the column beside it
     for board in ("sequencer", "logger"):
         assert text.count(f"No {board} found.") == text.count(f"Plug the {board} in.") == 1, said
@@ -167,41 +167,41 @@ def test_boards_that_are_not_there_are_said_once_each(morning: Morning) -> None:
     (verdict,) = (line for line in said.splitlines() if line.startswith("NO-GO:"))
     assert verdict.startswith("NO-GO: calibration, protocol, pause, duration, envelope. ")
     assert "could not be made" in verdict and "battery" not in verdict and len(verdict) < 120
-    result = morning.preflight(expect=4)
+    result = ready.preflight(expect=4)
     assert len(result["reasons"]) > 20, "all of them, for programs"
 
 
-def test_a_sequencer_that_is_not_there(morning: Morning) -> None:
-    morning.robot.set_power(BoardIndex.SEQUENCER, False)
-    result = morning.preflight(expect=4)
+def test_a_sequencer_that_is_not_there(ready: ReadyRobot) -> None:
+    ready.robot.set_power(BoardIndex.SEQUENCER, False)
+    result = ready.preflight(expect=4)
     assert found_wrong(result) == set()
     assert {"maneuver", "sequencer-state", "restarts", "switches", "protocol"} <= not_made(result)
     assert check(result, "card-writing")["verdict"] == "go"
 
 
 def test_a_logger_whose_cable_is_pulled_in_the_middle_is_said_to_keep_a_recording(
-    morning: Morning, monkeypatch: pytest.MonkeyPatch
+    ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     taken = LoggerClient.wait_for_card
 
     def pulled(self: LoggerClient) -> Any:
         status = taken(self)
-        morning.robot.set_cable(BoardIndex.LOGGER, False)
+        ready.robot.set_cable(BoardIndex.LOGGER, False)
         return status
 
     monkeypatch.setattr(LoggerClient, "wait_for_card", pulled)
-    result = morning.preflight(expect=4)
+    result = ready.preflight(expect=4)
     assert "card-writing" in not_made(result)
     assert "still on the" in result["left_on_the_boards"]
 
 
-def test_no_maneuver_in_the_run(morning: Morning) -> None:
-    (morning.folder / "maneuver.toml").unlink()
-    result = morning.preflight(expect=4)
+def test_no_maneuver_in_the_run(ready: ReadyRobot) -> None:
+    (ready.folder / "maneuver.toml").unlink()
+    result = ready.preflight(expect=4)
     assert (found_wrong(result), not_made(result)) == (set(), {"maneuver", "pause", "duration", "envelope"})
 
 
-def test_a_maneuver_of_another_speed_is_another_maneuver(morning: Morning) -> None:
+def test_a_maneuver_of_another_speed_is_another_maneuver(ready: ReadyRobot) -> None:
     other = replace(MANEUVER, speed_deg_s=171.0)
-    (morning.folder / "maneuver.toml").write_text(format_maneuver(other), encoding="utf-8")
-    assert "maneuver" in found_wrong(morning.preflight(expect=4))
+    (ready.folder / "maneuver.toml").write_text(format_maneuver(other), encoding="utf-8")
+    assert "maneuver" in found_wrong(ready.preflight(expect=4))

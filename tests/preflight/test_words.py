@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.preflight.morning import CERTIFICATE, Morning, check
+from tests.preflight.ready_robot import CERTIFICATE, ReadyRobot, check
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
 from tfsat_host.cli.preflight_boards import transports
@@ -78,14 +78,14 @@ def test_an_explicit_port_scans_no_others(monkeypatch: pytest.MonkeyPatch) -> No
         assert all(isinstance(one, PortError) for one in found.values())
 
 
-def test_of_many_commands_that_are_wanted_the_one_is_named_that_lists_them(morning: Morning) -> None:
+def test_of_many_commands_that_are_wanted_the_one_is_named_that_lists_them(ready: ReadyRobot) -> None:
     """What is cut off can be had."""
-    landed = Landing(morning.calibration.written + timedelta(minutes=30), "recording 1a2b3c4d")
-    morning.certify(replace(morning.calibration, landings=(landed,)))
-    wanted = {one.command for one in morning.calibration.shortcomings()}
-    step = check(morning.preflight(expect=4), "calibration")["next_step"]
+    landed = Landing(ready.calibration.written + timedelta(minutes=30), "recording 1a2b3c4d")
+    ready.certify(replace(ready.calibration, landings=(landed,)))
+    wanted = {one.command for one in ready.calibration.shortcomings()}
+    step = check(ready.preflight(expect=4), "calibration")["next_step"]
     assert len(wanted) > 3 and " more" not in step
-    typed = f"tfsat-host calibrate show --out {morning.folder / CERTIFICATE}"
+    typed = f"tfsat-host calibrate show --out {ready.folder / CERTIFICATE}"
     assert step.startswith(f"{typed} names all {len(wanted)} commands")
 
 
@@ -94,13 +94,13 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_verdicts_are_green_and_red_on_a_terminal(morning: Morning, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verdicts_are_green_and_red_on_a_terminal(ready: ReadyRobot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NO_COLOR")
     monkeypatch.setenv("TERM", "xterm")
     terminal = Terminal()
     monkeypatch.setattr("sys.stdout", terminal)
-    morning.robot.set_switch(1, False)
-    assert main(["preflight", str(morning.folder)]) == 4
+    ready.robot.set_switch(1, False)
+    assert main(["preflight", str(ready.folder)]) == 4
     said = terminal.getvalue()
     assert "\x1b[32mGO" in said and "\x1b[1;31mNO-GO" in said
 

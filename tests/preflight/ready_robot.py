@@ -1,4 +1,4 @@
-"""The morning of a drop on an emulated robot: everything is right, until a test breaks one thing."""
+"""An emulated robot that is ready for its drop: everything is right, until a test breaks one thing."""
 
 from __future__ import annotations
 
@@ -31,17 +31,19 @@ SEED = 4
 TRUTH = draw_as_built(SEED)
 CERTIFICATE = "calibration-emulated.toml"
 MANEUVER = four_stroke(59.0, 70.0)
+WATCH_S = 2.0
+"""A third of the command's own: enough for every fault here."""
 
 
 @dataclass(eq=False)
-class Morning:
+class ReadyRobot:
     """A robot in its releaser, and a run's folder.
 
     Attributes:
         robot: Settled, the maneuver uploaded.
         folder: With maneuver and certificate.
         calibration: What the certificate says.
-        set_clock: Somebody tells the logger the time of day before the preflight, so many seconds off; None: nobody.
+        set_clock: The logger's clock is set before the preflight, so many seconds off; None: it is not.
         links: What the command finds at the ends of its cables; those that are not here are the robot's.
     """
 
@@ -97,32 +99,33 @@ def certificate_of(robot: EmulatedRobot, truth: Imperfections, taken: datetime) 
 
 
 @contextmanager
-def morning_of(
+def ready_robot(
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
     capture: pytest.CaptureFixture[str],
     truth: Imperfections = TRUTH,
     certified: Imperfections | None = None,
-) -> Iterator[Morning]:
+) -> Iterator[ReadyRobot]:
     """A robot of these errors, with a certificate that was taken an hour ago of it (or of `certified`)."""
     folder.mkdir(exist_ok=True)
     monkeypatch.chdir(folder.parent)
     (folder / "maneuver.toml").write_text(format_maneuver(MANEUVER), encoding="utf-8")
+    monkeypatch.setattr("tfsat_host.preflight.logger.WATCH_S", WATCH_S)
     with EmulatedRobot(imperfections=truth, seed=SEED) as robot:
         robot.advance(SETTLE_US)
         taken = (datetime.now(UTC) - timedelta(hours=1)).replace(microsecond=0)
-        morning = Morning(robot, folder, certificate_of(robot, certified or truth, taken), capture)
-        morning.certify(morning.calibration)
-        morning.sequencer().upload(schedule_maneuver(MANEUVER))
+        ready = ReadyRobot(robot, folder, certificate_of(robot, certified or truth, taken), capture)
+        ready.certify(ready.calibration)
+        ready.sequencer().upload(schedule_maneuver(MANEUVER))
         robot.advance(3_000_000)  # the logger has looked at its card
 
         def transports(*_: object) -> dict[str, Transport | TfsatError]:
-            if morning.set_clock is not None:
-                now_s = datetime.now(UTC).timestamp() + morning.set_clock
-                morning.logger().set_clock(round(now_s * 1e6))
+            if ready.set_clock is not None:
+                now_s = datetime.now(UTC).timestamp() + ready.set_clock
+                ready.logger().set_clock(round(now_s * 1e6))
             return {board.name.lower(): EmulatedTransport(robot, board) for board in BoardIndex} | (
-                morning.links or {}
+                ready.links or {}
             )
 
         monkeypatch.setattr("tfsat_host.cli.preflight_boards.transports", transports)
-        yield morning
+        yield ready
