@@ -116,11 +116,11 @@ def test_a_bias_that_is_wrong_while_the_robot_hangs_is_still_seen() -> None:
     one, used = flown(1), certificate(flown(1), 1)
     found = motion(1)
     rest = hanging_before_release(one.log, used, one.model)
-    of = consistency_of(found, rest, LowPass.of(one.log.header), used, one.model)
-    std = np.sqrt(np.diag(stated_errors(of).covariance))
+    data = consistency_of(found, rest, LowPass.of(one.log.header), used, one.model)
+    std = np.sqrt(np.diag(stated_errors(data).covariance))
     for body in range(4):
-        assert (np.rad2deg(std[of.at_rest(body)]) < 0.02).all()
-        assert (np.rad2deg(std[of.off_axis(min(body, 2))]) > SENSITIVITY_DEG_S_G).all(), (
+        assert (np.rad2deg(std[data.at_rest(body)]) < 0.02).all()
+        assert (np.rad2deg(std[data.off_axis(min(body, 2))]) > SENSITIVITY_DEG_S_G).all(), (
             "of two gyros that fall"
         )
 

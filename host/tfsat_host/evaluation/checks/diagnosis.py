@@ -1,4 +1,4 @@
-"""The likely cause of a contradiction: the one hypothesis that ends it, if there is one and only one.
+"""The likely cause of a contradiction: the hypothesis that ends it, if exactly one does.
 
 Hypotheses with more unknown numbers fit better by that alone; Schwarz's criterion (Ann. Statist. 6, 1978) charges each
 of them the logarithm of the number of data.
@@ -21,11 +21,11 @@ CLEARLY = 10.0
 """Ahead of every other by so much of Schwarz's criterion: "very strong" (Kass and Raftery, JASA 90, 1995)."""
 _LOOK = "Look at the samples: tfsat-host decode"
 _RIDGE = 1e-10
-"""Of columns of length one: two that are the same are then no error."""
+"""Of columns of length one, so that two equal ones are no error."""
 
 
 class _Tried(NamedTuple):
-    """A hypothesis with the numbers that fit best, and what it then leaves: chi-square a degree of freedom."""
+    """A hypothesis at its best fit; `left` is its chi-square per degree of freedom."""
 
     hypothesis: Hypothesis
     numbers: FloatArray
@@ -37,11 +37,11 @@ class _Tried(NamedTuple):
         return self.hypothesis.cause(self.numbers)
 
 
-def diagnose(of: Consistency, stated: StatedErrors) -> tuple[str, str]:
+def diagnose(data: Consistency, stated: StatedErrors) -> tuple[str, str]:
     """The cause in words, beginning with `unknown` where no hypothesis ends the contradiction alone; what to do."""
-    as_they_are = stated.whitened(of.own_vector)
+    as_they_are = stated.whitened(data.residual)
     before = float((as_they_are**2).mean())
-    tried = sorted((_tried(one, stated) for one in hypotheses(of, stated)), key=lambda one: one.criterion)
+    tried = sorted((_tried(one, stated) for one in hypotheses(data, stated)), key=lambda one: one.criterion)
     best = tried[0]
     rival = next(one for one in tried if one.hypothesis.family != best.hypothesis.family)
     if best.criterion > float(as_they_are @ as_they_are) - CLEARLY:
@@ -56,9 +56,9 @@ def diagnose(of: Consistency, stated: StatedErrors) -> tuple[str, str]:
 
 
 def _tried(one: Hypothesis, stated: StatedErrors) -> _Tried:
-    left = stated.whitened(one.left)
-    free = one.free[stated.known]
-    # Columns of zeros are of data that are missing: no number is unknown for them.
+    left = stated.whitened(one.residual)
+    free = one.jacobian[stated.known]
+    # Columns of zeros belong to missing data: they cost no degree of freedom.
     present = np.abs(free).max(axis=0, initial=0.0) > 0.0
     columns = stated.whitening @ free[:, present]
     numbers = np.zeros(free.shape[1])

@@ -40,14 +40,14 @@ def checks_of(
     """
     complete = list(completeness_checks(log, motion, model))
     hanging = hanging_before_release(log, calibration, model)
-    of = consistency_of(motion, hanging, LowPass.of(log.header), calibration, model)
-    stated = stated_errors(of)
-    rest = [*rest_checks(of, stated), noise_check(motion.densities_rad_s_rthz)]
+    data = consistency_of(motion, hanging, LowPass.of(log.header), calibration, model)
+    stated = stated_errors(data)
+    rest = [*rest_checks(data, stated), noise_check(motion.densities_rad_s_rthz)]
     sensors = [
-        *neighbour_checks(of, stated),
-        *pair_checks(of, stated),
-        *sensed_checks(of, stated, motion.joints),
-        *scale_checks(of, stated),
+        *neighbour_checks(data, stated),
+        *pair_checks(data, stated),
+        *sensed_checks(data, stated, motion.joints),
+        *scale_checks(data, stated),
         lag_check(motion, calibration),
         attitude_check(motion, calibration, model),
     ]
@@ -56,7 +56,7 @@ def checks_of(
         check for check in (*rest, *sensors) if check.name not in (GRAVITY.name, DOWN.name, NOISE.name)
     ]
     if any(check.failed for check in contradictory):
-        cause, next_step = diagnose(of, stated)
+        cause, next_step = diagnose(data, stated)
         # Accelerometers and noise have causes of their own.
         rest = [check.caused_by(cause, next_step) if check.name == BIAS.name else check for check in rest]
         sensors = [check.caused_by(cause, next_step) for check in sensors]

@@ -1,4 +1,4 @@
-"""What may be wrong with a sensor, and how the consistency vector would look if that were put right."""
+"""What may be wrong with a sensor: the residual of a drop with that fault put right."""
 
 from __future__ import annotations
 
@@ -30,35 +30,35 @@ Shifted = Callable[[float], FloatArray]
 
 
 class Hypothesis(NamedTuple):
-    """One thing that may be wrong, put right.
+    """One fault, put right.
 
     Attributes:
-        family: What it is, and of which sensor: two of one family are the same cause to a person.
-        left: (size,) the vector then.
-        free: (size, q) what q unknown numbers add to it.
-        cause: In words, by those numbers (q,) as they fit best.
+        family: Kind of fault and sensor: two of one family are the same cause to a reader.
+        residual: (size,) without the fault.
+        jacobian: (size, q) of it by the fault's q unknown numbers.
+        cause: In words, by those numbers (q,) at their best fit.
         next_step: What to do about it.
     """
 
     family: tuple[str, ...]
-    left: FloatArray
-    free: FloatArray
+    residual: FloatArray
+    jacobian: FloatArray
     cause: Cause
     next_step: str
 
 
-def hypotheses(of: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
+def hypotheses(data: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
     """All that can be tried on one drop."""
-    yield from _exchanged_axes(of)
-    yield from _turned_mountings(of)
-    yield from _wrong_orders(of)
-    yield from _changed_gyros(of, stated)
-    yield from _reversed_sensors(of)
-    yield from _moved_zeros(of)
-    yield from _exchanged_sensors(of)
-    yield from _late_sensors(of, stated)
-    yield from _other_low_passes(of)
-    yield from _one_left_out(of)
+    yield from _exchanged_axes(data)
+    yield from _turned_mountings(data)
+    yield from _wrong_orders(data)
+    yield from _changed_gyros(data, stated)
+    yield from _reversed_sensors(data)
+    yield from _moved_zeros(data)
+    yield from _exchanged_sensors(data)
+    yield from _late_sensors(data, stated)
+    yield from _other_low_passes(data)
+    yield from _one_left_out(data)
 
 
 def _fixed(family: tuple[str, ...], left: FloatArray, cause: str, next_step: str) -> Hypothesis:
@@ -93,46 +93,43 @@ def _in_words(exchange: FloatArray) -> str:
     return ", ".join(parts)
 
 
-def _exchanged_axes(of: Consistency) -> Iterator[Hypothesis]:
-    """Of each gyro, in the data: its bias moves with the axes."""
+def _exchanged_axes(data: Consistency) -> Iterator[Hypothesis]:
+    """Axes of a gyro exchanged in the data: its bias moves with them."""
     exchanges = signed_exchanges()
-    for body in range(of.bodies):
+    for body in range(data.bodies):
         # What was shown is the exchange of the truth: its transpose undoes it.
-        gyro, rest = (
-            readings[..., body, :] @ exchanges
-            for readings in (of.readings.gyro_rad_s, of.readings.rest_rad_s)
-        )
-        yield from _reread(of, body, exchanges, gyro, rest)
+        gyro, rest = (readings[..., body, :] @ exchanges for readings in (data.gyro_rad_s, data.rest_rad_s))
+        yield from _reread(data, body, exchanges, gyro, rest)
 
 
-def _turned_mountings(of: Consistency) -> Iterator[Hypothesis]:
-    """Of each gyro, by a right angle since it was calibrated: its bias stays with the sensor."""
+def _turned_mountings(data: Consistency) -> Iterator[Hypothesis]:
+    """A gyro turned by a right angle since its calibration: its bias stays with the sensor."""
     exchanges = signed_exchanges()
     turns = exchanges[np.linalg.det(exchanges) > 0.0]
-    for body, calibrated in enumerate(of.calibration.gyros):
-        true = (of.readings.gyro_rad_s[:, body] - calibrated.bias_rad_s) / calibrated.scale
+    for body, calibrated in enumerate(data.calibration.gyros):
+        true = (data.gyro_rad_s[:, body] - calibrated.bias_rad_s) / calibrated.scale
         gyro = (true @ turns) * calibrated.scale + calibrated.bias_rad_s
-        rest = np.broadcast_to(of.readings.rest_rad_s[body], (len(turns), 3))
-        yield from _reread(of, body, turns, gyro, rest)
+        rest = np.broadcast_to(data.rest_rad_s[body], (len(turns), 3))
+        yield from _reread(data, body, turns, gyro, rest)
 
 
 def _reread(
-    of: Consistency, body: int, exchanges: FloatArray, gyro: FloatArray, rest: FloatArray
+    data: Consistency, body: int, exchanges: FloatArray, gyro: FloatArray, rest: FloatArray
 ) -> Iterator[Hypothesis]:
-    others = of.own_vector - of.own_parts[body]
-    for one, part in zip(exchanges, of.of_readings(body, gyro, rest), strict=True):
+    others = data.residual - data.gyro_parts[body]
+    for one, part in zip(exchanges, data.gyro_part(body, gyro, rest), strict=True):
         cause = f"gyro of body {body + 1}: {_in_words(one)}"
         yield _fixed(("frame", cause), others + part, cause, _REMOUNT)
 
 
-def _wrong_orders(of: Consistency) -> Iterator[Hypothesis]:
-    """Every order of the IMUs but the right one."""
-    gyro, rest = np.moveaxis(of.readings.gyro_rad_s, 1, 0), of.readings.rest_rad_s
-    # What place k of the log adds if it is body b's.
-    parts = [of.of_readings(b, gyro, rest) for b in range(of.bodies)]
-    angles = of.own_vector - of.own_parts.sum(axis=0)
-    for order in permutations(range(of.bodies)):
-        moved = [b for b in range(of.bodies) if order[b] != b]
+def _wrong_orders(data: Consistency) -> Iterator[Hypothesis]:
+    """IMUs in another order."""
+    gyro, rest = np.moveaxis(data.gyro_rad_s, 1, 0), data.rest_rad_s
+    # [b][k]: what place k of the log adds as the gyro of body b.
+    parts = [data.gyro_part(b, gyro, rest) for b in range(data.bodies)]
+    angles = data.residual - data.gyro_parts.sum(axis=0)
+    for order in permutations(range(data.bodies)):
+        moved = [b for b in range(data.bodies) if order[b] != b]
         if not moved:
             continue
         cause = f"IMUs of bodies {moved[0] + 1} and {moved[1] + 1} exchanged"
@@ -143,16 +140,16 @@ def _wrong_orders(of: Consistency) -> Iterator[Hypothesis]:
         yield _fixed(("order", *map(str, order)), left, cause, _REWIRE)
 
 
-def _changed_gyros(of: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
-    """Numbers that are not the certificate's, three each: bias, its jump at the release, mounting, scale."""
-    for body, calibrated in enumerate(of.calibration.gyros):
-        taken, columns = calibrated.bias_taken, stated.by_gyros[:, body]
+def _changed_gyros(data: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
+    """Another bias, a jump of it at the release, another mounting or scale: three numbers each."""
+    for body, calibrated in enumerate(data.calibration.gyros):
+        taken, columns = calibrated.bias_taken, stated.gyro_jacobian[:, body]
         gyro, since = f"gyro of body {body + 1}:", f" since {taken:%Y-%m-%d %H:%M} UTC" if taken else ""
         in_fall = columns[:, :3].copy()
-        in_fall[of.at_rest(body)] = 0.0
-        # Where the reading as a whole is scaled, as by a wrong range, its bias is too.
+        in_fall[data.at_rest(body)] = 0.0
+        # A wrong range scales the whole reading, its bias too.
         whole = columns[:, 6:] + columns[:, :3] * (calibrated.bias_rad_s / calibrated.scale)
-        # The columns were taken at the rates as shown, which are too large by the very factor.
+        # The Jacobian is taken at the rates as shown, which are off by the same factor.
         scaled = _filled(
             f"{gyro} its scale factor is {{}} % beside the calibrated one",
             lambda numbers: _listed(100.0 * numbers / (1.0 - numbers)),
@@ -182,7 +179,7 @@ def _changed_gyros(of: Consistency, stated: StatedErrors) -> Iterator[Hypothesis
             ("scale", columns[:, 6:], scaled, "tfsat-host calibrate scale"),
             ("scale", whole, scaled, "tfsat-host calibrate scale"),
         ):
-            yield Hypothesis((kind, str(body)), of.own_vector, free, cause, step)
+            yield Hypothesis((kind, str(body)), data.residual, free, cause, step)
 
 
 def _listed(numbers: FloatArray) -> str:
@@ -194,104 +191,104 @@ def _listed_deg(numbers: FloatArray) -> str:
     return _listed(np.rad2deg(numbers))
 
 
-def _offset(of: Consistency, joint: int, sensor: int) -> FloatArray:
-    """(size, 1) what a wrong zero point of one sensor adds."""
-    column = np.zeros((of.size, 1))
-    column[of.along(joint, sensor)] = 1.0
+def _offset(data: Consistency, joint: int, sensor: int) -> FloatArray:
+    """(size, 1) the residual by the zero point of one sensor."""
+    column = np.zeros((data.size, 1))
+    column[data.along(joint, sensor)] = 1.0
     return column
 
 
-def _with_one(of: Consistency, joint: int, sensor: int, angle_rad: FloatArray) -> FloatArray:
-    """(size,) the vector, were that (n,) what one sensor shows of its joint's angle."""
-    sensed = list(of.own_sensed)
+def _with_one(data: Consistency, joint: int, sensor: int, angle_rad: FloatArray) -> FloatArray:
+    """(size,) the residual if one sensor showed the joint angle (n,)."""
+    sensed = list(data.sensed_angles)
     sensed[joint] = sensed[joint].copy()
     sensed[joint][sensor] = angle_rad
-    return of.with_sensed(sensed)
+    return data.residual_with_angles(sensed)
 
 
-def _reversed_sensors(of: Consistency) -> Iterator[Hypothesis]:
-    """Each sensor, in its counts or on its shaft; one that was turned round has another zero point, too."""
-    for joint, sensor in np.ndindex(of.joints, 2):
+def _reversed_sensors(data: Consistency) -> Iterator[Hypothesis]:
+    """A sensor that counts backwards, or was turned round on its shaft, which moves its zero point too."""
+    for joint, sensor in np.ndindex(data.joints, 2):
         cause = _filled(f"{sensor_name(joint, sensor)}: its direction is reversed", str)
         step = f"Compare its direction {_ROBOT}; then tfsat-host calibrate zero --joint {joint + 1}"
-        in_counts = of.sensed(joint, np.mod(-of.readings.shown_rad, 2 * np.pi))[sensor]
-        for angle in (in_counts, -of.own_sensed[joint][sensor]):
-            left = _with_one(of, joint, sensor, angle)
+        in_counts = data.sensed(joint, np.mod(-data.shown_rad, 2 * np.pi))[sensor]
+        for angle in (in_counts, -data.sensed_angles[joint][sensor]):
+            left = _with_one(data, joint, sensor, angle)
             family = ("reversed", str(joint), str(sensor))
-            yield Hypothesis(family, left, _offset(of, joint, sensor), cause, step)
+            yield Hypothesis(family, left, _offset(data, joint, sensor), cause, step)
 
 
-def _moved_zeros(of: Consistency) -> Iterator[Hypothesis]:
-    """Of each joint: which of its two sensors has moved the other one cannot tell."""
-    for joint in range(of.joints):
+def _moved_zeros(data: Consistency) -> Iterator[Hypothesis]:
+    """A zero point moved; which of a joint's two sensors it is, is not observable."""
+    for joint in range(data.joints):
         cause = _filled(
             f"angle sensors of joint {joint + 1}: stale calibration, the zero point of one has moved by {{:.2f}} deg "
             "against the other's",
             lambda numbers: abs(np.rad2deg(numbers[0])),
         )
         step = f"tfsat-host calibrate zero --joint {joint + 1}"
-        yield Hypothesis(("zero", str(joint)), of.own_vector, _offset(of, joint, 0), cause, step)
+        yield Hypothesis(("zero", str(joint)), data.residual, _offset(data, joint, 0), cause, step)
 
 
-def _exchanged_sensors(of: Consistency) -> Iterator[Hypothesis]:
-    """Every two of different joints; those of one joint tell the same."""
-    for first, second in combinations(np.ndindex(of.joints, 2), 2):
+def _exchanged_sensors(data: Consistency) -> Iterator[Hypothesis]:
+    """Angle sensors of different joints exchanged."""
+    for first, second in combinations(np.ndindex(data.joints, 2), 2):
         if first[0] == second[0]:
             continue
-        columns = [of.sensors(joint)[sensor] for joint, sensor in (first, second)]
-        shown = of.readings.shown_rad.copy()
+        columns = [data.sensors(joint)[sensor] for joint, sensor in (first, second)]
+        shown = data.shown_rad.copy()
         shown[:, columns] = shown[:, columns[::-1]]
-        sensed = list(of.own_sensed)
+        sensed = list(data.sensed_angles)
         for joint, _ in (first, second):
-            sensed[joint] = of.sensed(joint, shown)
+            sensed[joint] = data.sensed(joint, shown)
         yield _fixed(
             ("sensors", *map(str, columns)),
-            of.with_sensed(sensed),
+            data.residual_with_angles(sensed),
             f"{sensor_name(*first)} and {sensor_name(*second)} exchanged",
             f"Compare the cables of the angle sensors {_ROBOT}",
         )
 
 
-def _late_sensors(of: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
-    """One after the other, and all gyros against all angle sensors."""
-    for body in range(of.bodies):
-        yield _late(("late gyro", str(body)), f"gyro of body {body + 1}", stated, _gyros_later(of, [body]))
-    slip, every = "clock slip: all gyros against the angle sensors", range(of.bodies)
-    yield _late(("late gyros",), slip, stated, _gyros_later(of, every))
-    for joint, sensor in np.ndindex(of.joints, 2):
+def _late_sensors(data: Consistency, stated: StatedErrors) -> Iterator[Hypothesis]:
+    """Each sensor delayed, and all gyros against all angle sensors."""
+    for body in range(data.bodies):
+        yield _late(("late gyro", str(body)), f"gyro of body {body + 1}", stated, _gyros_later(data, [body]))
+    slip, every = "clock slip: all gyros against the angle sensors", range(data.bodies)
+    yield _late(("late gyros",), slip, stated, _gyros_later(data, every))
+    for joint, sensor in np.ndindex(data.joints, 2):
         family = ("late sensor", str(joint), str(sensor))
-        yield _late(family, sensor_name(joint, sensor), stated, _sensor_later(of, joint, sensor))
+        yield _late(family, sensor_name(joint, sensor), stated, _sensor_later(data, joint, sensor))
 
 
-def _gyros_later(of: Consistency, bodies: Sequence[int]) -> Shifted:
-    others = of.own_vector - of.own_parts[list(bodies)].sum(axis=0)
+def _gyros_later(data: Consistency, bodies: Sequence[int]) -> Shifted:
+    others = data.residual - data.gyro_parts[list(bodies)].sum(axis=0)
 
     def vector(late_s: float) -> FloatArray:
         left = others.copy()
         for body in bodies:
-            columns = [np.interp(of.t_s + late_s, of.t_s, column) for column in of.own_rates[body].T]
-            left += of.of_body(body, np.column_stack(columns), of.own_turns)
-            left += of.of_rest(body, of.readings.rest_rad_s[body])
+            columns = [np.interp(data.t_s + late_s, data.t_s, column) for column in data.rates[body].T]
+            left += data.rate_part(body, np.column_stack(columns), data.rotations)
+            left += data.rest_part(body, data.rest_rad_s[body])
         return np.asarray(left)
 
     return vector
 
 
-def _sensor_later(of: Consistency, joint: int, sensor: int) -> Shifted:
-    angle = of.own_sensed[joint][sensor]
+def _sensor_later(data: Consistency, joint: int, sensor: int) -> Shifted:
+    angle = data.sensed_angles[joint][sensor]
     known = np.isfinite(angle)
 
     def vector(late_s: float) -> FloatArray:
         shifted = np.full_like(angle, np.nan)
         if known.any():
-            shifted[known] = np.interp(of.t_s[known] + late_s, of.t_s[known], angle[known])
-        return _with_one(of, joint, sensor, shifted)
+            shifted[known] = np.interp(data.t_s[known] + late_s, data.t_s[known], angle[known])
+        return _with_one(data, joint, sensor, shifted)
 
     return vector
 
 
 def _late(family: tuple[str, ...], name: str, stated: StatedErrors, shifted: Shifted) -> Hypothesis:
-    """With the delay that fits best, by Gauss and Newton."""
+    """With the delay that fits best, by Gauss-Newton."""
 
     def at(late_s: float) -> tuple[FloatArray, FloatArray]:
         left = shifted(late_s)
@@ -314,56 +311,56 @@ def _late(family: tuple[str, ...], name: str, stated: StatedErrors, shifted: Shi
     return Hypothesis(family, left, slope[:, None], cause, _CLOCK)
 
 
-def _other_low_passes(of: Consistency) -> Iterator[Hypothesis]:
-    """Every setting but the header's."""
-    angles = of.own_vector - of.own_parts.sum(axis=0)
-    for setting in range(len(of.low_pass.parts[0].gyro_delay_us)):
-        if setting == of.low_pass.dlpf_cfg:
+def _other_low_passes(data: Consistency) -> Iterator[Hypothesis]:
+    """Another low-pass than the header's."""
+    angles = data.residual - data.gyro_parts.sum(axis=0)
+    for setting in range(len(data.low_pass.parts[0].gyro_delay_us)):
+        if setting == data.low_pass.dlpf_cfg:
             continue
-        other = replace(of.low_pass, dlpf_cfg=setting)
-        gyro, rest = sheet_lag(other).removed(of.t_s, of.late_rad_s), of.readings.rest_rad_s
+        other = replace(data.low_pass, dlpf_cfg=setting)
+        gyro, rest = sheet_lag(other).removed(data.t_s, data.lagging_rad_s), data.rest_rad_s
         yield _fixed(
             ("low-pass", str(setting)),
-            angles + sum(of.of_readings(b, gyro[:, b], rest[b]) for b in range(of.bodies)),
+            angles + sum(data.gyro_part(b, gyro[:, b], rest[b]) for b in range(data.bodies)),
             f"the gyros lag by {1e3 * other.gyro_delay_s:.1f} ms as with DLPF_CFG {setting}, "
-            f"but the header says DLPF_CFG {of.low_pass.dlpf_cfg}",
+            f"but the header says DLPF_CFG {data.low_pass.dlpf_cfg}",
             "Set the low-pass and record again: tfsat-host logger-settings",
         )
 
 
-def _one_left_out(of: Consistency) -> Iterator[Hypothesis]:
-    """The hypothesis that remains: one sensor is wrong in an unknown way, and all the others agree without it."""
-    for body in range(of.bodies):
-        parts = [of.at_rest(body)]
-        for joint in range(of.joints):
-            if body in of.pair(joint):
-                parts += [of.off_axis(joint), of.along(joint, 0), of.along(joint, 1)]
-        readings = of.late_rad_s[:, body]
-        yield _without(of, ("gyro", str(body)), f"gyro of body {body + 1}", of.own_vector, parts, readings)
-    for joint, sensor in np.ndindex(of.joints, 2):
+def _one_left_out(data: Consistency) -> Iterator[Hypothesis]:
+    """The last resort: one sensor is wrong in an unknown way, and all the others agree without it."""
+    for body in range(data.bodies):
+        parts = [data.at_rest(body)]
+        for joint in range(data.joints):
+            if body in data.pair(joint):
+                parts += [data.off_axis(joint), data.along(joint, 0), data.along(joint, 1)]
+        readings = data.lagging_rad_s[:, body]
+        yield _without(data, ("gyro", str(body)), f"gyro of body {body + 1}", data.residual, parts, readings)
+    for joint, sensor in np.ndindex(data.joints, 2):
         family, name = ("angle", str(joint), str(sensor)), sensor_name(joint, sensor)
-        left = _with_one(of, joint, sensor, np.full(len(of.t_s), np.nan))
-        shown = of.readings.shown_rad[:, of.sensors(joint)[sensor], None]
-        yield _without(of, family, name, left, [of.along(joint, sensor)], shown)
+        left = _with_one(data, joint, sensor, np.full(len(data.t_s), np.nan))
+        shown = data.shown_rad[:, data.sensors(joint)[sensor], None]
+        yield _without(data, family, name, left, [data.along(joint, sensor)], shown)
 
 
 def _without(
-    of: Consistency,
+    data: Consistency,
     family: tuple[str, ...],
     name: str,
     left: FloatArray,
     parts: Sequence[slice],
     readings: FloatArray,
 ) -> Hypothesis:
-    stuck_s = _stuck_from_s(of.t_s, readings)
+    stuck_s = _stuck_from_s(data.t_s, readings)
     cause = f"unknown; it lies with the {name}, all the others agree without it"
     if stuck_s is not None:
         cause = f"{name} repeats one reading from {stuck_s:.2f} s on"
-    return Hypothesis(family, left, np.eye(of.size)[:, of.rows(*parts)], lambda _: cause, _LOOK)
+    return Hypothesis(family, left, np.eye(data.size)[:, data.rows(*parts)], lambda _: cause, _LOOK)
 
 
 def _stuck_from_s(t_s: FloatArray, readings: FloatArray) -> float | None:
-    """When the longest row of equal readings (n, k) begins, if it is long enough to be a fault."""
+    """When the longest run of equal readings (n, k) begins, if it is long enough to be a fault."""
     changed = np.flatnonzero((np.diff(readings, axis=0) != 0.0).any(axis=1))
     edges = np.concatenate([[-1], changed, [len(t_s) - 1]])
     longest = int(np.diff(edges).argmax())

@@ -35,15 +35,15 @@ BEFORE_RELEASE_S = 0.02
 """The releaser's springs may move a joint that is on its way out."""
 
 
-def rest_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
+def rest_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
     """Of one drop."""
-    if of.rest is None:
+    if data.rest is None:
         why = "The robot never hung still before the release, or that was not recorded."
         yield from (kind.not_possible(why) for kind in (GRAVITY, DOWN, BIAS))
         return
-    yield _gravity(of.rest)
-    yield _down(of.rest, of.model)
-    yield _bias(of, stated)
+    yield _gravity(data.rest)
+    yield _down(data.rest, data.model)
+    yield _bias(data, stated)
 
 
 def _gravity(rest: Hanging) -> Check:
@@ -113,14 +113,14 @@ def _axis(vector: FloatArray) -> str:
     return f"{'-' if vector[axis] < 0 else '+'}{'xyz'[axis]}"
 
 
-def _bias(of: Consistency, stated: StatedErrors) -> Check:
-    rows = np.flatnonzero(of.rows(*map(of.at_rest, range(of.bodies))) & stated.known)
+def _bias(data: Consistency, stated: StatedErrors) -> Check:
+    rows = np.flatnonzero(data.rows(*map(data.at_rest, range(data.bodies))) & stated.known)
     if not len(rows):
         return BIAS.not_possible("No gyro answered before the release.")
     limits = z_limit(len(rows)) * np.sqrt(np.diag(stated.covariance)[rows])
-    worst = int((np.abs(of.own_vector[rows]) / limits).argmax())
-    body, axis = divmod(int(rows[worst]) - of.at_rest(0).start, 3)
-    off_deg, taken = np.rad2deg(of.own_vector[rows[worst]]), of.calibration.gyros[body].bias_taken
+    worst = int((np.abs(data.residual[rows]) / limits).argmax())
+    body, axis = divmod(int(rows[worst]) - data.at_rest(0).start, 3)
+    off_deg, taken = np.rad2deg(data.residual[rows[worst]]), data.calibration.gyros[body].bias_taken
     against = "no bias at all, for none was calibrated"
     if taken:
         against = f"the bias of {taken:%Y-%m-%d %H:%M} UTC"

@@ -30,17 +30,17 @@ ATTITUDE_FLOOR_RAD = np.deg2rad(0.1)
 """Of each axis: what frames give, and the 0.2 % by which a gyro's scale bends, over strokes of 70 deg and back."""
 
 
-def neighbour_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
+def neighbour_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
     """Off its axis a joint does not turn: there its two gyros must agree."""
-    for joint in range(of.joints):
-        inner, outer = sorted(body + 1 for body in of.pair(joint))
+    for joint in range(data.joints):
+        inner, outer = sorted(body + 1 for body in data.pair(joint))
         kind = Kind(f"gyros of bodies {inner} and {outer}", STATED, _RATES)
-        rows = of.rows(of.off_axis(joint))
-        chi_square, count = stated.surprise(of.own_vector, rows)
+        rows = data.rows(data.off_axis(joint))
+        chi_square, count = stated.chi_square_of(data.residual, rows)
         if not count:
             yield kind.not_possible(f"One of the {kind.name} did not answer.")
             continue
-        rms = np.rad2deg(np.sqrt((of.own_vector[rows & stated.known] ** 2).mean()))
+        rms = np.rad2deg(np.sqrt((data.residual[rows & stated.known] ** 2).mean()))
         value = float(np.sqrt(chi_square / count))
         sentence = (
             f"Off the axis of joint {joint + 1} the {kind.name} differ by {rms:.3f} deg/s rms, "
@@ -49,32 +49,36 @@ def neighbour_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
         yield kind.judged(value, rms_limit(count), sentence)
 
 
-def pair_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
+def pair_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
     """The two angle sensors of a joint."""
-    for joint in range(of.joints):
+    for joint in range(data.joints):
         kind = Kind(f"angle sensors of joint {joint + 1}", "deg", _ANGLES)
-        first, second = (np.flatnonzero(of.rows(of.along(joint, k))) for k in range(2))
+        first, second = (np.flatnonzero(data.rows(data.along(joint, k))) for k in range(2))
         both = stated.sensed[first] & stated.sensed[second]
         if not both.any():
             yield kind.not_possible(
                 f"One of the two {kind.name} did not answer, or its zero was never calibrated."
             )
             continue
-        apart = np.rad2deg((of.own_vector[first] - of.own_vector[second])[both])
+        apart = np.rad2deg((data.residual[first] - data.residual[second])[both])
         a, b = first[both], second[both]
         variance = np.diag(stated.covariance)
         std = np.rad2deg(np.sqrt(variance[a] + variance[b] - 2.0 * stated.covariance[a, b]))
         worst = int((np.abs(apart) / std).argmax())
-        at_s = of.t_s[of.block.edges[both][worst]]
+        at_s = data.t_s[data.block.edges[both][worst]]
         sentence = f"The two {kind.name} differ by {apart[worst]:+.3f} deg at {at_s:.1f} s."
         yield kind.judged(float(abs(apart[worst])), float(z_limit(len(apart)) * std[worst]), sentence)
 
 
-def sensed_checks(of: Consistency, stated: StatedErrors, joints: tuple[JointMotion, ...]) -> Iterator[Check]:
+def sensed_checks(
+    data: Consistency, stated: StatedErrors, joints: tuple[JointMotion, ...]
+) -> Iterator[Check]:
     """The angle sensors of a joint, and what its gyros have turned."""
     for joint, motion in enumerate(joints):
         kind = Kind(f"angle sensors and gyros of joint {joint + 1}", STATED, _ANGLES)
-        chi_square, count = stated.surprise(of.own_vector, of.rows(of.along(joint, 0), of.along(joint, 1)))
+        chi_square, count = stated.chi_square_of(
+            data.residual, data.rows(data.along(joint, 0), data.along(joint, 1))
+        )
         if not count:
             yield kind.not_possible(
                 f"Not all {kind.name} answered throughout the fall, or were ever calibrated."
@@ -89,12 +93,12 @@ def sensed_checks(of: Consistency, stated: StatedErrors, joints: tuple[JointMoti
         yield kind.judged(value, rms_limit(count), sentence)
 
 
-def scale_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
+def scale_checks(data: Consistency, stated: StatedErrors) -> Iterator[Check]:
     """How far a joint turned by its gyros over how far by its angle sensors."""
-    turned = np.sum([of.of_body(b, rates, of.own_turns) for b, rates in enumerate(of.own_rates)], axis=0)
-    for joint in range(of.joints):
+    turned = np.sum([data.rate_part(b, rates, data.rotations) for b, rates in enumerate(data.rates)], axis=0)
+    for joint in range(data.joints):
         kind = Kind(f"gyro scale at joint {joint + 1}", "%", (*_RATES, "strokes"))
-        rows = of.rows(of.along(joint, 0), of.along(joint, 1)) & stated.known
+        rows = data.rows(data.along(joint, 0), data.along(joint, 1)) & stated.known
         if not rows.any():
             yield kind.not_possible(
                 f"Not all sensors of joint {joint + 1} answered throughout the fall, or were ever calibrated."
@@ -104,9 +108,9 @@ def scale_checks(of: Consistency, stated: StatedErrors) -> Iterator[Check]:
         else:
             weighted = np.linalg.solve(stated.among(rows), turned[rows])
             information = float(weighted @ turned[rows])
-            off = 100.0 * float(weighted @ of.own_vector[rows]) / information
+            off = 100.0 * float(weighted @ data.residual[rows]) / information
             sentence = f"The gyros at joint {joint + 1} show {off:+.2f} % more than its angle sensors."
-            yield kind.judged(abs(off), 100.0 * z_limit(of.joints) / information**0.5, sentence)
+            yield kind.judged(abs(off), 100.0 * z_limit(data.joints) / information**0.5, sentence)
 
 
 def lag_check(motion: Motion, calibration: Calibration) -> Check:

@@ -1,4 +1,4 @@
-"""What the consistency vector may be by the errors that calibration and data sheets state: its covariance."""
+"""Covariance of a drop's residual by the errors that calibration and data sheets state."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ _ANGLE_STEP_RAD = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class StatedErrors:
-    """What is to be expected of the vector; k rows of it are known.
+    """Of the residual; k rows of it are known.
 
     Attributes:
         known: (size,) rows that rest on enough readings.
         sensed: (size,) rows of which the angle sensor answered; its gyros may not have.
         covariance: (size, size).
-        whitening: (k, k) makes numbers of variance one of the known rows.
-        by_gyros: (size, 4, 9) the vector by each gyro's parameters.
+        whitening: (k, k) makes independent numbers of variance one of the known rows.
+        gyro_jacobian: (size, 4, 9) the residual by each gyro's parameters.
     """
 
     known: BoolArray
     sensed: BoolArray
     covariance: FloatArray
     whitening: FloatArray
-    by_gyros: FloatArray
+    gyro_jacobian: FloatArray
 
     def whitened(self, rows: FloatArray) -> FloatArray:
         """(..., k) of vectors (..., size)."""
@@ -58,98 +58,98 @@ class StatedErrors:
         """Covariance of some rows (size,)."""
         return np.asarray(self.covariance[np.ix_(rows, rows)])
 
-    def surprise(self, vector: FloatArray, rows: BoolArray) -> tuple[float, int]:
-        """Chi-square of those of some rows (size,) that are known, by themselves, and how many they are."""
+    def chi_square_of(self, vector: FloatArray, rows: BoolArray) -> tuple[float, int]:
+        """Chi-square of those of some rows (size,) that are known, without the others, and how many they are."""
         chosen = rows & self.known
         left = vector[chosen]
         return float(left @ np.linalg.solve(self.among(chosen), left)) if len(left) else 0.0, len(left)
 
 
-def stated_errors(of: Consistency) -> StatedErrors:
+def stated_errors(data: Consistency) -> StatedErrors:
     """Noise, parameters of gyros and angle sensors, lags, and the floors of this module."""
-    by_gyros, (by_delay, by_second) = _by_gyros(of), _by_lag(of)
-    # The sheet tells nothing of the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
-    second_std_s2 = 0.25 * sheet_lag(of.low_pass).delay_s ** 2
-    roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in of.parameter_covariance]
-    in_fall = by_gyros.copy()
-    for body in range(of.bodies):
-        in_fall[of.at_rest(body)] = 0.0
+    gyro_jacobian, (by_delay, by_second) = _gyro_jacobian(data), _by_lag(data)
+    # The data sheet does not state the second moment: one pole to a pure delay, as in `motion/gyro_signal.py`.
+    second_std_s2 = 0.25 * sheet_lag(data.low_pass).delay_s ** 2
+    roots = [np.linalg.cholesky(c + np.diag(GYRO_FLOOR**2)) for c in data.parameter_covariance]
+    in_fall = gyro_jacobian.copy()
+    for body in range(data.bodies):
+        in_fall[data.at_rest(body)] = 0.0
     design = np.concatenate(
         [
-            *(by_gyros[:, b] @ root for b, root in enumerate(roots)),
-            *(in_fall[:, b] @ root_of(changed) for b, changed in enumerate(of.fall_covariance)),
+            *(gyro_jacobian[:, b] @ root for b, root in enumerate(roots)),
+            *(in_fall[:, b] @ root_of(changed) for b, changed in enumerate(data.fall_covariance)),
             by_delay * READ_APART_STD_S,
             by_delay.sum(axis=1, keepdims=True) * DELAY_STD_S,
             by_second.sum(axis=1, keepdims=True) * second_std_s2,
-            *_by_sensors(of),
-            _by_fallback(of),
+            *_by_sensors(data),
+            _by_fallback(data),
         ],
         axis=1,
     )
-    covariance = design @ design.T + _noise(of)
-    known, sensed = _known(of)
+    covariance = design @ design.T + _noise(data)
+    known, sensed = _known(data)
     root = np.linalg.cholesky(covariance[np.ix_(known, known)])
-    return StatedErrors(known, sensed, covariance, np.linalg.inv(root), by_gyros)
+    return StatedErrors(known, sensed, covariance, np.linalg.inv(root), gyro_jacobian)
 
 
-def _by_gyros(of: Consistency) -> FloatArray:
+def _gyro_jacobian(data: Consistency) -> FloatArray:
     """(size, 4, 9)."""
-    out = np.zeros((of.size, of.bodies, 9))
-    for body in range(of.bodies):
-        out[:, body] = of.of_body(body, np.moveaxis(of.jacobian[:, body], 2, 0), of.own_turns).T
-        # At rest a gyro shows its bias: what the certificate's has too much is missing there.
-        out[of.at_rest(body), body, :3] = -np.eye(3)
+    out = np.zeros((data.size, data.bodies, 9))
+    for body in range(data.bodies):
+        out[:, body] = data.rate_part(body, np.moveaxis(data.jacobian[:, body], 2, 0), data.rotations).T
+        # At rest a gyro shows its bias, from which the certificate's is subtracted.
+        out[data.at_rest(body), body, :3] = -np.eye(3)
     return out
 
 
-def _by_lag(of: Consistency) -> tuple[FloatArray, FloatArray]:
+def _by_lag(data: Consistency) -> tuple[FloatArray, FloatArray]:
     """(size, 4) by the delay of each gyro's low-pass, s, and by its second moment, s^2; see `motion/gyro_signal.py`."""
-    first = [derivative(of.t_s, rates) for rates in of.own_rates]
-    second = [derivative(of.t_s, change) for change in first]
+    first = [derivative(data.t_s, rates) for rates in data.rates]
+    second = [derivative(data.t_s, change) for change in first]
     by_delay, by_second = (
-        np.stack([of.of_body(b, change, of.own_turns) for b, change in enumerate(changes)], axis=1)
+        np.stack([data.rate_part(b, change, data.rotations) for b, change in enumerate(changes)], axis=1)
         for changes in (first, second)
     )
     return by_delay, by_second
 
 
-def _by_fallback(of: Consistency) -> FloatArray:
-    """(size, p): a joint without angle sensors begins at an unknown angle, and its integral wanders."""
-    knots = np.arange(0.0, of.t_s[-1] + _WANDER_KNOT_S, _WANDER_KNOT_S)
-    hats = [np.interp(of.t_s, knots, row) for row in np.eye(len(knots))]
-    errors = [(np.ones_like(of.t_s), UNSENSED_STD_RAD), *((hat, WANDER_STD_RAD) for hat in hats)]
+def _by_fallback(data: Consistency) -> FloatArray:
+    """(size, p) for each joint without angle sensors: its start is unknown, and the integral of its gyros drifts."""
+    knots = np.arange(0.0, data.t_s[-1] + _WANDER_KNOT_S, _WANDER_KNOT_S)
+    hats = [np.interp(data.t_s, knots, row) for row in np.eye(len(knots))]
+    errors = [(np.ones_like(data.t_s), UNSENSED_STD_RAD), *((hat, WANDER_STD_RAD) for hat in hats)]
     columns = [
-        std * _by_angle(of, joint, error)
-        for joint, pair in enumerate(of.own_sensed)
+        std * _by_angle(data, joint, error)
+        for joint, pair in enumerate(data.sensed_angles)
         if not np.isfinite(pair).any()
         for error, std in errors
     ]
-    return np.stack(columns, axis=1) if columns else np.zeros((of.size, 0))
+    return np.stack(columns, axis=1) if columns else np.zeros((data.size, 0))
 
 
-def _by_angle(of: Consistency, joint: int, error: FloatArray) -> FloatArray:
-    """(size,) the vector by an error (n,) of a joint's angle that only gyros tell."""
-    out = np.zeros(of.size)
+def _by_angle(data: Consistency, joint: int, error: FloatArray) -> FloatArray:
+    """(size,) the residual by an error (n,) of the angle of a joint without angle sensors."""
+    out = np.zeros(data.size)
     for sign in (1.0, -1.0):
-        turns = list(of.own_turns)
-        turns[joint] = of.turned_by(joint, (of.by_gyros(joint) + sign * _ANGLE_STEP_RAD * error)[None])
-        added = np.sum([of.of_body(b, rates, turns) for b, rates in enumerate(of.own_rates)], axis=0)
+        turns = list(data.rotations)
+        turns[joint] = data.rotation_by(joint, (data.by_gyros(joint) + sign * _ANGLE_STEP_RAD * error)[None])
+        added = np.sum([data.rate_part(b, rates, turns) for b, rates in enumerate(data.rates)], axis=0)
         out += sign * added / (2.0 * _ANGLE_STEP_RAD)
     return out
 
 
-def _by_sensors(of: Consistency) -> list[FloatArray]:
-    """Columns of the joints' starts, and of the zero points and bends of their sensors, each of variance one."""
+def _by_sensors(data: Consistency) -> list[FloatArray]:
+    """(size, q) for each joint: its start, zero points and bends of its sensors, each of variance one."""
     columns = []
-    for joint, sensors in enumerate(of.calibration.joints):
-        start, zeros, bends = np.zeros((of.size, 1)), np.zeros((of.size, 2)), np.zeros((of.size, 8))
-        shown = of.readings.shown_rad[:, of.sensors(joint)]
+    for joint, sensors in enumerate(data.calibration.joints):
+        start, zeros, bends = np.zeros((data.size, 1)), np.zeros((data.size, 2)), np.zeros((data.size, 8))
+        shown = data.shown_rad[:, data.sensors(joint)]
         for k in range(2):
-            rows = of.along(joint, k)
+            rows = data.along(joint, k)
             start[rows] = _START_STD_RAD
             zeros[rows, k] = -sensors.direction[k]
             curve = np.nan_to_num(-sensors.direction[k] * sensors.bend_curve(k, shown[:, k]))
-            bends[rows, 4 * k : 4 * k + 4] = of.mean(curve.T).T
+            bends[rows, 4 * k : 4 * k + 4] = data.mean(curve.T).T
         columns += [
             start,
             zeros @ root_of(sensors.zero_covariance),
@@ -158,51 +158,51 @@ def _by_sensors(of: Consistency) -> list[FloatArray]:
     return columns
 
 
-def _noise(of: Consistency) -> FloatArray:
-    """(size, size): of readings, and of what is the same in no two blocks."""
-    out = np.zeros((of.size, of.size))
-    counts = of.block.counts
-    centers = of.block.edges + counts // 2
-    for joint in range(of.joints):
-        outer, inner = of.pair(joint)
-        sample = of.variance[:, inner] + of.variance[:, outer]
-        askew = _askew(of, inner) + _askew(of, outer)
-        rows = np.arange(of.size)[of.off_axis(joint)]
-        out[rows, rows] = np.tile(of.mean(sample) / counts + of.mean(askew) ** 2, 2) + RATE_FLOOR_RAD_S**2
-        walked = np.cumsum(sample * np.gradient(of.t_s) ** 2)[centers]
+def _noise(data: Consistency) -> FloatArray:
+    """(size, size) of the readings, and of errors that are independent from block to block."""
+    out = np.zeros((data.size, data.size))
+    counts = data.block.counts
+    centers = data.block.edges + counts // 2
+    for joint in range(data.joints):
+        outer, inner = data.pair(joint)
+        sample = data.variance[:, inner] + data.variance[:, outer]
+        askew = _askew(data, inner) + _askew(data, outer)
+        rows = np.arange(data.size)[data.off_axis(joint)]
+        out[rows, rows] = np.tile(data.mean(sample) / counts + data.mean(askew) ** 2, 2) + RATE_FLOOR_RAD_S**2
+        walked = np.cumsum(sample * np.gradient(data.t_s) ** 2)[centers]
         walk = np.minimum.outer(walked, walked)
-        bent = np.cumsum(askew * np.gradient(of.t_s))[centers]
+        bent = np.cumsum(askew * np.gradient(data.t_s))[centers]
         walk = walk + np.outer(bent, bent)
-        sensed = of.calibration.joints[joint].each(of.readings.shown_rad[:, of.sensors(joint)])
+        sensed = data.calibration.joints[joint].each(data.shown_rad[:, data.sensors(joint)])
         for k, m in np.ndindex(2, 2):
-            out[of.along(joint, k), of.along(joint, m)] += walk
+            out[data.along(joint, k), data.along(joint, m)] += walk
         for k in range(2):
-            rows = np.arange(of.size)[of.along(joint, k)]
+            rows = np.arange(data.size)[data.along(joint, k)]
             out[rows, rows] += sample_noise_rad(sensed[:, k]) ** 2 / counts + SENSOR_FLOOR_RAD**2
-    for body in range(of.bodies):
-        std = np.zeros(3) if of.rest is None else np.nan_to_num(of.rest.reading_std_rad_s[body])
-        rows = np.arange(of.size)[of.at_rest(body)]
+    for body in range(data.bodies):
+        std = np.zeros(3) if data.rest is None else np.nan_to_num(data.rest.reading_std_rad_s[body])
+        rows = np.arange(data.size)[data.at_rest(body)]
         out[rows, rows] = std**2
     return out
 
 
-def _askew(of: Consistency, body: int) -> FloatArray:
-    """(n,) rate that a turned mounting adds beyond its first order: for a gyro without calibration."""
-    turned = np.trace(of.parameter_covariance[body, 3:6, 3:6])
-    return np.asarray(turned * np.linalg.norm(of.own_rates[body], axis=1))
+def _askew(data: Consistency, body: int) -> FloatArray:
+    """(n,) rate error of second order in the mounting, which counts for a gyro without calibration."""
+    turned = np.trace(data.parameter_covariance[body, 3:6, 3:6])
+    return np.asarray(turned * np.linalg.norm(data.rates[body], axis=1))
 
 
-def _known(of: Consistency) -> tuple[BoolArray, BoolArray]:
-    """(size,) rows that rest on enough readings, an integral on all of them; and those whose angle sensor answered."""
-    out, shown = np.zeros(of.size, dtype=bool), np.zeros(of.size, dtype=bool)
-    share = of.mean(of.answered.T.astype(np.float64))
-    through = bool(np.diff(of.t_s).max() <= LONGEST_HOLE_S)
-    for joint in range(of.joints):
-        whole = (share[list(of.pair(joint))] >= LEAST_ANSWERED).all(axis=0)
-        out[of.off_axis(joint)] = np.tile(whole, 2)
-        for k, angles in enumerate(of.own_sensed[joint]):
-            shown[of.along(joint, k)] = of.mean(np.isfinite(angles).astype(np.float64)) >= LEAST_ANSWERED
-            out[of.along(joint, k)] = shown[of.along(joint, k)] & whole.all() & through
-    for body in range(of.bodies):
-        out[of.at_rest(body)] = np.isfinite(of.readings.rest_rad_s[body])
+def _known(data: Consistency) -> tuple[BoolArray, BoolArray]:
+    """(size,) rows with enough readings, of an integral with all of them; and rows whose angle sensor answered."""
+    out, shown = np.zeros(data.size, dtype=bool), np.zeros(data.size, dtype=bool)
+    share = data.mean(data.answered.T.astype(np.float64))
+    through = bool(np.diff(data.t_s).max() <= LONGEST_HOLE_S)
+    for joint in range(data.joints):
+        whole = (share[list(data.pair(joint))] >= LEAST_ANSWERED).all(axis=0)
+        out[data.off_axis(joint)] = np.tile(whole, 2)
+        for k, angles in enumerate(data.sensed_angles[joint]):
+            shown[data.along(joint, k)] = data.mean(np.isfinite(angles).astype(np.float64)) >= LEAST_ANSWERED
+            out[data.along(joint, k)] = shown[data.along(joint, k)] & whole.all() & through
+    for body in range(data.bodies):
+        out[data.at_rest(body)] = np.isfinite(data.rest_rad_s[body])
     return out, shown
