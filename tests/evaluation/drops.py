@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
+from _pytest.mark import ParameterSet
 from scipy.spatial.transform import Rotation
 
 from tfsat_host.arrays import FloatArray
@@ -43,6 +45,15 @@ RATE_RAD_S = tuple(np.deg2rad([-0.73, -0.48, -0.77]).tolist())
 RAMPS_DEG = 0.03
 """What two moments of a low-pass leave of a servo's ramp in a joint's angle."""
 STDS = 4.0
+
+
+def few_of(first: object, *more: object, least: int = 1) -> list[ParameterSet]:
+    """Parameters of a test: `make test` takes the first (`least` of them), `make prove` the others."""
+    rows = [one if isinstance(one, tuple) else (one,) for one in (first, *more)]
+    marks: list[tuple[pytest.MarkDecorator, ...]] = [
+        () if at < least else (pytest.mark.prove,) for at in range(len(rows))
+    ]
+    return [pytest.param(*row, marks=mark) for row, mark in zip(rows, marks, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)

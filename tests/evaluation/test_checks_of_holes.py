@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.evaluation.corrupted import Flown, failed, healthy_drop, unanswered, without_samples
+from tests.evaluation.drops import few_of
 from tfsat_host.sdlog import DropLog
 
 HOLES, ANSWERS = "holes in the fall", "answers in the fall"
@@ -58,7 +59,7 @@ def test_lost_samples_are_a_hole_of_the_recording(healthy: Flown) -> None:
     assert "Joint 2 moved at its ends" in found[HOLES].sentence
 
 
-@pytest.mark.parametrize("from_s", [1.045, 1.155, 1.355])
+@pytest.mark.parametrize("from_s", few_of(1.045, 1.155, 1.355))
 def test_an_angle_sensor_that_misses_part_of_a_stroke_contradicts_nobody(
     healthy: Flown, from_s: float
 ) -> None:
@@ -67,7 +68,7 @@ def test_an_angle_sensor_that_misses_part_of_a_stroke_contradicts_nobody(
     assert found.keys() <= {ANSWERS}
 
 
-@pytest.mark.parametrize(("body", "from_s"), [(1, 1.045), (2, 1.045), (2, 1.355), (3, 1.355)])
+@pytest.mark.parametrize(("body", "from_s"), few_of((2, 1.045), (1, 1.045), (2, 1.355), (3, 1.355)))
 def test_a_gyro_that_misses_part_of_a_stroke_contradicts_nobody(
     healthy: Flown, body: int, from_s: float
 ) -> None:

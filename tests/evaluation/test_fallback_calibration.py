@@ -8,7 +8,7 @@ from datetime import timedelta
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DROPPED, MORNING, Drop, certificate, flown, moved
+from tests.evaluation.drops import DROPPED, MORNING, Drop, certificate, few_of, flown, moved
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing
 from tfsat_host.evaluation.fallback_calibration import Fallback, with_fallbacks
 from tfsat_host.evaluation.motion.samples import EvaluationError
@@ -36,7 +36,7 @@ def test_a_whole_calibration_is_used_as_it_is() -> None:
     ]
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", few_of(1, 2, 3))
 def test_without_a_calibration_the_rest_before_the_release_tells_the_biases(seed: int) -> None:
     """Four gyros and six angle sensors tell each other's mountings and scale factors, from the drop itself."""
     one = flown(seed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, few_of, fitted
 from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, averaged_momentum, cutoff_hz, moving_average
 
 RATE_HZ = 280.0
@@ -82,7 +82,7 @@ def test_the_objective_is_the_papers_sum() -> None:
     assert found.objective == pytest.approx(6.0)
 
 
-@pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
+@pytest.mark.parametrize("dlpf_cfg", few_of(DLPF_42_HZ, DLPF_5_HZ))
 def test_the_true_robots_momentum_stays(dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
         one = fitted(seed, dlpf_cfg)

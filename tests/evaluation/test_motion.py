@@ -10,7 +10,7 @@ import pytest
 
 from tests.evaluation import drops
 from tests.evaluation.corrupted import without_samples
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, certificate, flown, moved
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, Drop, certificate, few_of, flown, moved
 from tfsat_host.calibration.steps.counts import Counts
 from tfsat_host.calibration.steps.sensor_samples import SensorSamples
 from tfsat_host.evaluation.motion.attitude import BodyMotion
@@ -33,7 +33,7 @@ def off_deg(one: Drop, body: int, track: BodyMotion) -> tuple[float, float]:
 
 
 @FILTERS
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", few_of(1, 2, 3))
 def test_every_body_ends_where_it_was_seen_to_end(seed: int, dlpf_cfg: int) -> None:
     one, found = motion(seed, dlpf_cfg)
     for body, track in enumerate(found.bodies, 1):

@@ -22,6 +22,7 @@ from tests.evaluation.drops import (
     angle_off_deg,
     assert_angle_holds,
     certificate,
+    few_of,
     flown,
     motion,
     moved,
@@ -38,9 +39,9 @@ from tfsat_host.evaluation.motion.motion import Motion, notes_of
 from tfsat_host.sdlog import DropLog
 
 HOLE_S = 0.05
-HOLES = pytest.mark.parametrize(("seed", "from_s"), [(1, 1.045), (2, 1.10), (3, 1.38)])
+HOLES = pytest.mark.parametrize(("seed", "from_s"), few_of((1, 1.045), (2, 1.10), (3, 1.38)))
 """The first stroke of joint 2 begins in the first, lasts all through the second, and ends in or after the third."""
-SEEDS = pytest.mark.parametrize("seed", [1, 2, 3])
+SEEDS = pytest.mark.parametrize("seed", few_of(1, 2, 3))
 
 
 def motion_in(one: Drop, seed: int, log: DropLog) -> Motion:
@@ -106,7 +107,7 @@ def test_over_a_hole_at_the_release_the_robot_turns_on_evenly(seed: int) -> None
         assert np.hypot(turn_off(one, motion(seed), body).std_deg, 0.015) < off.std_deg < 0.1
 
 
-@pytest.mark.parametrize(("seed", "body", "joint"), [(1, 1, 1), (2, 4, 3), (3, 1, 1)])
+@pytest.mark.parametrize(("seed", "body", "joint"), few_of((1, 1, 1), (2, 4, 3), (3, 1, 1)))
 def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_right(
     seed: int, body: int, joint: int
 ) -> None:
@@ -120,7 +121,7 @@ def test_beside_a_dead_gyro_of_an_end_body_the_joint_angle_is_less_sure_and_righ
 
 
 @pytest.mark.parametrize(
-    ("seed", "column", "by_deg"), [(1, 0, 20.0), (1, 3, -30.0), (2, 1, 20.0), (2, 2, 8.0)]
+    ("seed", "column", "by_deg"), few_of((1, 0, 20.0), (1, 3, -30.0), (2, 1, 20.0), (2, 2, 8.0), least=2)
 )
 def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
     seed: int, column: int, by_deg: float
@@ -139,7 +140,9 @@ def test_an_angle_sensor_that_slipped_before_the_release_is_named_and_not_used(
         assert_angle_holds(one, found, other, widest_deg=0.02)
 
 
-@pytest.mark.parametrize(("column", "from_s", "by_deg"), [(0, 0.9, 20.0), (1, 1.9, -8.0), (3, 1.2, 8.0)])
+@pytest.mark.parametrize(
+    ("column", "from_s", "by_deg"), few_of((0, 0.9, 20.0), (1, 1.9, -8.0), (3, 1.2, 8.0))
+)
 def test_a_check_fails_where_an_angle_sensor_slips_in_the_fall(
     column: int, from_s: float, by_deg: float
 ) -> None:
@@ -152,7 +155,7 @@ def test_a_check_fails_where_an_angle_sensor_slips_in_the_fall(
 
 @pytest.mark.parametrize(
     ("seed", "column", "from_s", "by_deg"),
-    [(1, 0, 0.3, 20.0), (1, 3, 0.9, 20.0), (2, 1, 1.2, -30.0), (2, 2, 1.9, 20.0)],
+    few_of((1, 0, 0.3, 20.0), (1, 3, 0.9, 20.0), (2, 1, 1.2, -30.0), (2, 2, 1.9, 20.0), least=2),
 )
 def test_an_angle_sensor_that_slips_in_the_fall_is_named_and_not_used(
     seed: int, column: int, from_s: float, by_deg: float
@@ -169,7 +172,7 @@ def test_an_angle_sensor_that_slips_in_the_fall_is_named_and_not_used(
 
 UNKNOWN_SCALE = 0.03
 """Scale factors of a chip that nobody calibrated (PS-MPU-6000A rev. 3.4, section 6.1)."""
-DROPS = pytest.mark.parametrize(("seed", "body"), [(1, 1), (2, 3)])
+DROPS = pytest.mark.parametrize(("seed", "body"), few_of((1, 1), (2, 3)))
 
 
 def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
@@ -251,7 +254,7 @@ def test_gyros_that_contradict_each_other_are_named_and_none_corrects_another(se
     )
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", few_of(1, 2, 3))
 def test_healthy_gyros_do_not(seed: int) -> None:
     found = drops.motion(seed)
     assert not found.contradicted

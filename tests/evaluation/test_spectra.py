@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, fitted
+from tests.evaluation.drops import DLPF_5_HZ, DLPF_42_HZ, few_of, fitted
 from tfsat_host.arrays import FloatArray
 from tfsat_host.evaluation.com_fit.momentum import inertial_momentum
 from tfsat_host.evaluation.spectra import (
@@ -142,7 +142,7 @@ def test_what_has_no_spectrum_is_refused(t_s: FloatArray, values: FloatArray, ma
 
 
 @pytest.mark.parametrize("window", WINDOWS)
-@pytest.mark.parametrize("dlpf_cfg", [DLPF_42_HZ, DLPF_5_HZ])
+@pytest.mark.parametrize("dlpf_cfg", few_of(DLPF_42_HZ, DLPF_5_HZ))
 def test_the_correction_takes_the_momentum_below_the_cutoff(window: Window, dlpf_cfg: int) -> None:
     for seed in (1, 2, 3):
         one = fitted(seed, dlpf_cfg)

@@ -15,76 +15,66 @@ from tests.evaluation_proof.tables import csv_text, figures, percent, rms, table
 
 _HEAD = """# What the evaluation was measured to do
 
-Written by `make evaluation-report`; do not edit. {robots} emulated robots were each calibrated once, from
-nothing, by the steps of docs/calibration.md, and dropped twice with the maneuver 59/70: with the gyros'
-low-pass at 42 Hz and at 5 Hz. `evaluate` saw the logger's recording, the robot file, the calibration and the
-schedule, and nothing else.
+Written by `make evaluation-report`; do not edit. {robots} emulated robots (those of docs/calibration-proof.md) were
+each calibrated once by the steps of docs/calibration.md and dropped twice with the maneuver 59/70: with the gyros'
+low-pass at 42 Hz and at 5 Hz. `evaluate` had the recording, the robot file, the calibration and the schedule. Of each
+robot
 
-Each robot, drawn from its number, is one of docs/calibration-proof.md, and besides
+- the centers of mass of bodies 1 to 3 lie within 10 mm, along each axis, of where its file has them;
+- servos are 5 % off in gain, with up to 1 deg of play; each board's clock is off by 20 ppm rms;
+- the rates at the release are 0.7 deg/s rms about each axis;
+- gyros have what no calibration finds: 0.1 deg/s for each g, a bias that wanders and follows the die's temperature.
 
-- its centers of mass of bodies 1 to 3 lie anywhere within 10 mm, along each axis, of where its file has them;
-- its servos are 5 % off in gain and up to 1 deg in play; each board's clock is off by 20 ppm rms;
-- it leaves the release with rates of 0.7 deg/s rms about each axis;
-- its gyros have the errors of a MPU-6050's data sheet that no calibration finds: 0.1 deg/s for each g that they feel
-  on the bench and hanging, a bias that wanders and that follows the die's temperature.
-
-Masses and inertias are those of the file, and nothing shakes the robot.
+Masses and inertias are those of the file.
 
 ## Targets
 
 """
 _ERRORS = """
-At 5 Hz the intervals of strokes do not hold. The second IMU of a bus is read 0.39 ms after the first, while all chips
-here renew their registers at the same moments, 1 kHz by the logger's own clock: 280 Hz then meets the same seven
-phases again and again, and the ages of the two readings differ by up to 0.1 ms on the mean. With registers that are
-renewed at 8 kHz the strokes of the first robot at 5 Hz are 0.005 to 0.018 deg off instead of 0.027 to 0.035. A real
-chip's clock runs on its own, within 1 %. Without a calibration this costs most. Until chips have clocks of their own
-here, and the evaluation an error for each, 42 Hz (the logger's factory setting) is the low-pass to drop with.
+At 5 Hz the intervals of strokes do not hold. The second IMU of a bus is read 0.39 ms after the first, and all
+emulated chips renew their registers at the same moments, 1 kHz by the logger's clock: 280 Hz meets the same seven
+phases again and again, and the ages of the two readings differ by up to 0.1 ms on the mean. With registers renewed at
+8 kHz the strokes of the first robot are 0.005 to 0.018 deg off instead of 0.027 to 0.035. A real chip's clock runs
+free, within 1 %. Until emulated chips have clocks of their own, 42 Hz (the logger's factory setting) is the low-pass
+to drop with.
 
 ## Errors and intervals
 
-Of every value by itself: error, the standard deviation stated for it, the rms of the error in such deviations
-(z: 1 if the deviations are right), and how often the 95 % interval holds the truth. Reorientation is the angle
-between release and 0.05 s before the landing; joint angles are those at both ends of that time; `measured less
-predicted` are the z-y-x Euler angles of body 1 beside those of the corrected model, at the end. deg, deg/s, and
-mm for CoM. Axis by axis: [axes.csv](evaluation-proof/axes.csv); drop by drop, rms over the values of a drop:
-[drops.csv](evaluation-proof/drops.csv), some of which the tests repeat and compare.
-
+deg, deg/s, and mm for CoM. z: rms of the error in stated standard deviations (1: they are right); 95 % hold: how
+often the interval holds the truth. Reorientation is from the release to 0.05 s before the landing, joint angles are
+at both ends of that, `measured less predicted` are the Euler angles z-y-x of body 1 less those of the corrected
+model, at the end. By quantity: [errors.csv](evaluation-proof/errors.csv); axis by axis:
+[axes.csv](evaluation-proof/axes.csv); drop by drop: [drops.csv](evaluation-proof/drops.csv).
 """
 _MODEL = """
-## Did the model know?
+## Does the corrected model predict better?
 
-Measured less predicted attitude of body 1, the norm of three Euler angles as in the paper, in deg: median over
-the drops, at the end and rms over the fall. "Other drop": corrected by what the robot's drop at the other
-low-pass told, so that no number was fitted to what it is compared with. Nearer: share of the drops in which the
-corrected model ends nearer to the measurement than the model of the file. `excess` is how much more the fit
-leaves over than the sensors' noise, 1 if the model explains all.
+Measured less predicted attitude of body 1, norm of three Euler angles, deg: median over the drops, at the end and rms
+over the fall. Other drop: corrected by the robot's drop at the other low-pass. Nearer: share of the drops that the
+correction brings nearer to the measurement. Excess: variance left by the fit over that of the sensors' noise.
 
 """
 _SWARM = """
 ## Gauss-Newton and the paper's swarm
 
-The same recordings, with the same calibrated sensors: error of the nine offsets, rms over the drops, in mm, is in
-[swarm.csv](evaluation-proof/swarm.csv). The swarm minimizes the paper's objective with N = 25 over the same bounds:
-the best of ten searches of 48 particles and 50 iterations. Spread: standard deviation of what the ten found in one
-drop, rms. Least: where a descent from there to the end finds the objective least. With calibrated sensors the
-objective is right, and the swarm stops long before its minimum.
+[swarm.csv](evaluation-proof/swarm.csv): error of the nine offsets from the same recordings, rms, mm. The swarm
+minimizes the paper's objective, N = 25, over the same bounds: the best of ten searches of 48 particles and 50
+iterations. Spread: standard deviation over the ten. Least: where a descent from there ends. With calibrated sensors
+the objective is right; the swarm stops long before its minimum.
 """
 _BARE = """
 ## No calibration at all
 
-The same drops once more, evaluated as if nobody had ever calibrated a sensor: mountings to 5 deg, scale factors to 3 %,
-biases from the rest before the release, joints taken to hang within 6 deg of where their servos start. Four gyros
-measure twelve numbers of a motion that has six, and the angle sensors three of these twice more; with the model that is
-enough to calibrate them from the drop itself. A joint's angle is then known but for where it began. Errors as above:
-[uncalibrated.csv](evaluation-proof/uncalibrated.csv).
+[uncalibrated.csv](evaluation-proof/uncalibrated.csv): the same drops with mountings known to 5 deg, scale factors to
+3 %, biases from the rest before the release, joints within 6 deg of where their servos start. Four gyros measure
+twelve numbers of a motion that has six; that and the angle sensors calibrate them from the drop itself, but for where
+a joint began.
 """
 _DEAF = """
 ## A dead gyro
 
-The drops at 42 Hz of {robots} robots once more, had the gyro of one body not answered at all: its body's rate
-is that of its neighbours and of the angle sensors between them. Errors as above; rms, z and how often the
-interval holds the truth: [dead-gyro.csv](evaluation-proof/dead-gyro.csv).
+[dead-gyro.csv](evaluation-proof/dead-gyro.csv): the drops at 42 Hz of {robots} robots with the gyro of one body
+silent, its body's rate from its neighbours and the angle sensors between them.
 """
 ROW_COLUMNS = (
     "reorientation",
@@ -104,6 +94,7 @@ ROW_COLUMNS = (
 def files(proofs: Proofs) -> dict[str, str]:
     """The page and its tables, by their paths in docs/."""
     tables = {
+        "errors": _errors(proofs),
         "axes": _axes(proofs),
         "swarm": _swarm(proofs),
         "uncalibrated": _bare(proofs),
@@ -124,7 +115,6 @@ def _page(proofs: Proofs) -> str:
             _HEAD.format(robots=len(proofs)),
             table(("quantity", "found", "wanted", "met"), targets),
             _ERRORS,
-            _errors(proofs),
             _MODEL,
             _model(proofs),
             _SWARM,
@@ -143,7 +133,7 @@ def _errors(proofs: Proofs) -> str:
         for found in [errors(proofs, low_pass, quantity)]
     ]
     columns = ("quantity", "low-pass", "values", "rms", "largest", "stated std, median", "z", "95 % hold")
-    return table(columns, rows, 2)
+    return csv_text(columns, rows)
 
 
 def _axes(proofs: Proofs) -> str:

@@ -18,24 +18,21 @@ PAPER_BODY_2_Z_MM, PAPER_BEFORE_DEG, PAPER_AFTER_DEG = 7.10, 0.31, 0.24
 _HEAD = """
 ## The paper's setting replayed
 
-The paper calibrates biases, zero points and misalignments, and no scale factors; its low-pass is at 5 Hz; the
-angle sensors give where the joints begin, and the gyros how they go on; nine offsets are searched on the averaged
-momentum, N = 25, by a swarm of which it says no more: here it is that of its maneuver design, once a drop. The same
-robots, with scale factors that are off by up to 3 % and taken for one, are evaluated like that. Each flies twice:
-with its centers of mass up to 10 mm off ("10 mm off"), and exactly as its model says, with the paper's initial rates
-("exact"). There every correction is an error, and every difference between measurement and model is the sensors'.
+The paper calibrates biases, zero points and misalignments, no scale factors; its low-pass is at 5 Hz; a swarm searches
+nine offsets on the averaged momentum (N = 25; here that of its maneuver design, once a drop). The same robots, with
+scale factors up to 3 % off and taken for one, are evaluated like that. Each flies twice: with centers of mass up to
+10 mm off ("10 mm off"), and exactly as its model says, with the paper's initial rates ("exact"): there every correction
+is an error, and every difference between measurement and model is the sensors'.
 
 """
 _OFFSETS = """
-Error of the nine offsets, rms over the robots, in mm, is in [paper-offsets.csv](evaluation-proof/paper-offsets.csv):
-the swarm's; that of where its objective is really least; our fit's of the same data, which is told how far the scale
-factors may be off, with the median of what it states and z; and our fit's with everything calibrated. Robot by robot,
-body 2 z and the rms of the other eight offsets, in mm, and final differences in deg:
-[paper-drops.csv](evaluation-proof/paper-drops.csv).
+Offset by offset, rms in mm: [paper-offsets.csv](evaluation-proof/paper-offsets.csv), the swarm's, the least of its
+objective, our fit's of the same data with unknown scale factors, and our fit's with everything calibrated. Robot by
+robot, mm and deg: [paper-drops.csv](evaluation-proof/paper-drops.csv).
 """
 _MODEL = """
-Final difference of body 1 between measurement and model, norm of the Euler angles in deg, median over the
-robots (5 % to 95 %). The last two columns judge the swarm's model by calibrated sensors.
+Final difference of body 1 between measurement and model, norm of the Euler angles, deg: median (5 % to 95 %). The last
+two columns judge by calibrated sensors.
 
 """
 OFFSET_COLUMNS = ("drops", "offset", "swarm", "least", "our fit", "stated std", "z", "our fit, calibrated")
@@ -108,30 +105,26 @@ def _conclusions(off: list[Replay], exact: list[Replay]) -> str:
     judged = np.median([one.judged_after.final_deg for one in exact])
     learnt = np.median([one.learnt.final_deg for one in exact])
     calibrated = np.median([one.judged_before.final_deg for one in exact])
-    return filled(f"""**The offsets.** With a model that is exact the swarm still moves the center of mass of body
-2 along z by {body_2_z:.1f} mm rms, in {beyond} of the drops by the paper's {PAPER_BODY_2_Z_MM:.2f} mm or more,
-and the other eight by {others:.1f} mm. Part of that is the search, which stops early: searched to the end, the
-objective is least {least_2_z:.1f} mm rms from the truth there, and {least_others:.1f} mm for the others. That much
-the unknown scale factors do, and most where the paper's largest correction is: nobody can tell its 7.10 mm from
-them. It is not the recording that is to blame. An evaluation that has the scale factors among its unknowns finds, from
-the same drops, body 2 z to {ours_2_z:.2f} mm and all nine to {rms(ours.error):.2f} mm (z = {z_rms(ours):.1f}), and with
-all sensors calibrated to {rms(_joined(exact, "calibrated_fit").error):.2f} mm.
+    return filled(f"""**The offsets.** With an exact model the swarm still moves
+the center of mass of body 2 along z by
+{body_2_z:.1f} mm rms, in {beyond} of the drops by the paper's {PAPER_BODY_2_Z_MM:.2f} mm or more, and the other
+eight by {others:.1f} mm. Part of that is the search, which stops early: the least of the objective is
+{least_2_z:.1f} mm rms from the truth there, and {least_others:.1f} mm for the others. That much the unknown
+scale factors do. A fit that has them among its unknowns finds, from the same drops, body 2 z to {ours_2_z:.2f}
+mm and all nine to {rms(ours.error):.2f} mm (z = {z_rms(ours):.1f}), and with all sensors calibrated to
+{rms(_joined(exact, "calibrated_fit").error):.2f} mm.
 
-**The model's error, {PAPER_BEFORE_DEG} deg.** An exact model, seen by gyros whose scale factors are
-unknown, is {middle:.2f} deg from the measurement (median), and in {same_before} of the drops at least
-the paper's {PAPER_BEFORE_DEG} deg; seen by calibrated ones it is {calibrated:.3f} deg from it, and by gyros
-whose scale factors are learnt from the same drop, as `evaluate` does, {learnt:.3f} deg.
-So {PAPER_BEFORE_DEG} deg is what the paper's sensors make of a perfect model. It may conclude that its
-model is right to about a degree, which is what it says; it cannot say how much better, nor that any of
-the {PAPER_BEFORE_DEG} deg is the model's.
+**The model's error, {PAPER_BEFORE_DEG} deg.** Seen by gyros of unknown scale factors an exact model is
+{middle:.2f} deg from the measurement (median), in {same_before} of the drops at least the paper's
+{PAPER_BEFORE_DEG} deg; by calibrated ones {calibrated:.3f} deg, and by gyros whose scale factors are fitted to
+the same drop {learnt:.3f} deg. So the paper's sensors make {PAPER_BEFORE_DEG} deg of a perfect model: it may
+conclude that its model is right to about a degree, which is what it says, and no more.
 
-**The improvement, {PAPER_BEFORE_DEG} to {PAPER_AFTER_DEG} deg.** With the exact model, where there is
-nothing to correct, the swarm's offsets shrink the difference by as great a share in {as_good} of the
-drops. Judged by calibrated sensors they have made that model worse in
-{worse_exact} of the drops, from {calibrated:.3f} to {judged:.2f} deg. Where the centers of mass are
-really off by up to 10 mm, they bring the model nearer in {nearer_off}. A step from {PAPER_BEFORE_DEG}
-to {PAPER_AFTER_DEG} deg lies far inside what unknown scale factors do by chance: it shows neither that
-the correction is right nor that it is wrong.
+**The improvement, {PAPER_BEFORE_DEG} to {PAPER_AFTER_DEG} deg.** With the exact model, where nothing is to be
+corrected, the swarm's offsets shrink the difference by as great a share in {as_good} of the drops. Judged by
+calibrated sensors they make that model worse in {worse_exact} of the drops, from {calibrated:.3f} to
+{judged:.2f} deg. Where centers of mass are off by up to 10 mm, they bring the model nearer in {nearer_off}. A
+step from {PAPER_BEFORE_DEG} to {PAPER_AFTER_DEG} deg lies far inside what unknown scale factors do by chance.
 """)
 
 
