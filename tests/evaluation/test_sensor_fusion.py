@@ -188,10 +188,10 @@ def with_unknown_scale(calibration: Calibration, body: int) -> Calibration:
 
 def gyro_learnt(found: Motion, body: int) -> tuple[FloatArray, FloatArray]:
     """(9,) what was taken off the parameters of a gyro, and (9,) how far they may still be off."""
-    spread, solved = found.fusion.spread, found.solved
-    root = spread.gyro_root[9 * (body - 1) : 9 * body]
-    covariance = root @ solved.slow.covariance[spread.gyro, spread.gyro] @ root.T
-    return spread.parameters_of(solved.errors)[body - 1], np.sqrt(np.diag(covariance))
+    prior, solved = found.fusion.prior, found.solved
+    root = prior.gyro_root[9 * (body - 1) : 9 * body]
+    covariance = root @ solved.jacobians.covariance[prior.gyro, prior.gyro] @ root.T
+    return prior.parameters_of(solved.errors)[body - 1], np.sqrt(np.diag(covariance))
 
 
 @DROPS

@@ -64,12 +64,12 @@ class _Left:
         blocks = Blocks.of(t, BLOCK_S)
         mean = blocks.mean
         found = fit.derivatives
-        unfitted = fit.left_over_rad_s - found.by_errors @ fit.errors - found.by_offsets @ fit.values
+        unfitted = fit.residual_rad_s - found.by_errors @ fit.errors - found.by_offsets @ fit.values
         by_momentum = mean(found.by_momentum)
         unit = _MOMENTUM_STD_RAD_S / np.abs(by_momentum).max()
         return cls(
             t[blocks.edges],
-            mean(fit.left_over_rad_s),
+            mean(fit.residual_rad_s),
             mean(unfitted),
             mean(found.noise) / blocks.counts[:, None, None] + RATE_FLOOR_RAD_S**2 * np.eye(3),
             by_momentum,
@@ -102,7 +102,7 @@ def _before_after(motion: Motion, fit: ModelFit, base: int) -> Check:
     if min(t[moving[0]] - t[0], t[-1] - t[moving[-1]]) < LEAST_QUIET_S:
         return BEFORE_AFTER.not_possible("The joints did not stand long enough before and after.")
     own = motion.bodies[base]
-    inertial = own.attitude[np.flatnonzero(own.t_s >= SETTLED_S)].apply(fit.left_over_rad_s)
+    inertial = own.attitude[np.flatnonzero(own.t_s >= SETTLED_S)].apply(fit.residual_rad_s)
     change = inertial[after].mean(axis=0) - inertial[before].mean(axis=0)
     # A sample's noise is much the same in all directions: the greatest serves for each.
     noise = np.linalg.eigvalsh(fit.derivatives.noise)[:, -1]

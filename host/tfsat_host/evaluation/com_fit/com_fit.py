@@ -69,7 +69,7 @@ class ModelFit:
     derivatives: Derivatives
 
     @property
-    def left_over_rad_s(self) -> FloatArray:
+    def residual_rad_s(self) -> FloatArray:
         """(m, 3) unexplained after the fit."""
         return self.derivatives.residual_rad_s
 

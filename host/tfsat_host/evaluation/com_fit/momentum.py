@@ -104,14 +104,14 @@ class OwnGyros:
 
     Attributes:
         rate_rad_s: (m, 4, 3) as the gyros show it, late by their low-pass; bridged where one did not answer.
-        seen: (m, 4, 3, 6) each body's rate by base and joint rates.
+        gyro_map: (m, 4, 3, 6) each body's rate by base and joint rates.
         errors: (m, 4, 3, r) what is left over, by the sensors' errors.
         variance: (m, 4) of a sample.
         bridged: (m, 4) the gyro did not answer: nothing is left over.
     """
 
     rate_rad_s: FloatArray
-    seen: FloatArray
+    gyro_map: FloatArray
     errors: FloatArray
     variance: FloatArray
     bridged: BoolArray
@@ -119,16 +119,16 @@ class OwnGyros:
 
 def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
     """Collects from a motion what a model needs, with errors (r,) of its sensors taken off in earnest."""
-    root = root_of(motion.solved.slow.covariance)
+    root = root_of(motion.solved.jacobians.covariance)
     if taken is None:
         taken, solved = np.zeros(len(root)), motion.solved
     else:
         solved = motion.fusion.without(motion.solved, root @ taken)
     fall = motion.t_s >= SETTLED_S
-    fused, slow = solved.fused, solved.slow
+    fused, jacobians = solved.fused, solved.jacobians
     t, base = motion.t_s[fall], fused.base_rate_rad_s[fall]
     holes = holes_of(t, base, motion.samples.rate_hz)
-    left = np.where(fused.bridged[..., None, None], 0.0, slow.gyros - slow.bodies)
+    left = np.where(fused.bridged[..., None, None], 0.0, jacobians.gyros - jacobians.bodies)
     return Flown(
         t,
         solved.angles_rad[fall],
@@ -137,13 +137,13 @@ def flown_of(motion: Motion, taken: FloatArray | None = None) -> Flown:
         fused.covariance[fall],
         integrate_rates(t, base).as_matrix(),
         taken,
-        slow.rates[fall] @ root,
-        slow.angles[fall] @ root,
-        slow.in_own_units @ root,
+        jacobians.rates[fall] @ root,
+        jacobians.angles[fall] @ root,
+        jacobians.in_own_units @ root,
         holes.variance_between(np.full_like(t, t[0]), t),
         OwnGyros(
             _shown(motion, solved)[fall],
-            fused.seen[fall],
+            fused.gyro_map[fall],
             left[fall] @ root,
             motion.variance[fall],
             fused.bridged[fall],

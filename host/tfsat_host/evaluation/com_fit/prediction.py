@@ -145,7 +145,7 @@ def attitude_error(
         covariance: (m, 3, 3) by `difference_covariance`, of the same body.
     """
     shown = flown.own.rate_rad_s[:, body]
-    joint_part = np.einsum("nij,nj->ni", flown.own.seen[:, body, :, 3:], flown.joint_rate_rad_s)
+    joint_part = np.einsum("nij,nj->ni", flown.own.gyro_map[:, body, :, 3:], flown.joint_rate_rad_s)
     exact = np.einsum("nji,nj->ni", rotation, prediction.rate_rad_s) + joint_part
     seen = lag.applied(flown.t_s, exact)
     ours, theirs = integrate_rates(flown.t_s, shown), integrate_rates(flown.t_s, seen)
@@ -193,7 +193,7 @@ def difference_covariance(
     explained = columns + found.by_momentum @ taken
     steps = np.gradient(flown.t_s)[:, None, None]
     turned = np.cumsum((flown.attitude @ (explained + rotation @ left)) * steps, axis=0)
-    fused = own.seen[:, body] @ flown.rate_covariance @ own.seen[:, body].swapaxes(1, 2)
+    fused = own.gyro_map[:, body] @ flown.rate_covariance @ own.gyro_map[:, body].swapaxes(1, 2)
     apart = own.bridged[:, body, None, None]
     alone = np.where(apart, 0.0, own.variance[:, body, None, None] * np.eye(3) - fused)
     noise = (

@@ -55,7 +55,7 @@ class BodyMotion:
         t_s: (m,) after the release.
         rate_rad_s: (m, 3) body axes, the gyro's lag taken off.
         attitude: m rotations, from body axes to inertial axes.
-        by_errors: (m, 3, r) the attitude's error, inertial axes, by the slow errors.
+        by_errors: (m, 3, r) the attitude's error, inertial axes, by the lasting errors.
         error_covariance: (r, r) of those.
         noise_covariance: (m, 3, 3) of the attitude from noise and gaps.
         bridged: (m,) its own gyro did not answer.
@@ -78,7 +78,7 @@ class BodyMotion:
         """How far it has turned since the release, and the standard deviation of that."""
         turn = self.attitude[index].as_rotvec()
         angle = float(np.linalg.norm(turn))
-        # Without a turn any direction is as good as another: the worst one tells.
+        # Without a turn the axis is undefined: the worst one counts.
         if angle < 1e-9:
             return angle, float(np.sqrt(np.linalg.eigvalsh(self.covariance(index)).max()))
         axis = turn / angle
@@ -91,7 +91,7 @@ class Rates:
 
     Attributes:
         rate_rad_s: (n, 3) body axes.
-        by_errors: (n, 3, r) by the slow errors.
+        by_errors: (n, 3, r) by the lasting errors.
         variance: (n, 3, 3) of each sample's noise.
         bridged: (n,) from other bodies' gyros.
     """

@@ -1,8 +1,8 @@
-"""Joint angles: what the angle sensors show of them, and one least squares that binds the slow errors by that.
+"""Joint angles: what the angle sensors measure, and the least-squares step over the lasting errors.
 
 The paper takes the initial angle from the absolute sensors and integrates the relative rate of adjacent gyros from
-there. Here the sensors go on helping: their samples bind the integrals' slow errors, the gyros bind the sensors' noise
-and bend, each by its uncertainty:
+there. Here the sensors' samples bound the drift of the integrals throughout, and the gyros the sensors' noise and bend,
+each by its uncertainty:
 
     sensor k of joint j:  angle j + zero error + bend error + noise
     angle j:              start + integral of the joint's rate + walk
@@ -116,7 +116,7 @@ def errors_by_sensors(
     angles_rad: FloatArray,
     by_errors: FloatArray,
     errors: FloatArray,
-    learnt: BoolArray,
+    free: BoolArray,
     known: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """(r,) the errors and (r, r) their covariance.
@@ -126,7 +126,7 @@ def errors_by_sensors(
         angles_rad: (n, 3) with the errors as they are believed to be.
         by_errors: (n, 3, r) what more of them does to the angles.
         errors: (r,) as believed; each of variance one around zero before.
-        learnt: (r,) which ones the sensors may tell; the others keep their variance.
+        free: (r,) which ones the sensors may tell; the others keep their variance.
         known: (r, r) information from elsewhere, and (r,) its right-hand side.
     """
     r, extra = len(errors), _NUISANCES * len(joints)
@@ -140,7 +140,7 @@ def errors_by_sensors(
         for k in range(2):
             there = np.isfinite(joint.angle_rad[:, k])
             rows = np.zeros((int(there.sum()), r + extra))
-            rows[:, :r] = by_errors[there, j] * learnt
+            rows[:, :r] = by_errors[there, j] * free
             off = (joint.angle_rad[:, k] - angles_rad[:, j])[there] + rows[:, :r] @ errors
             rows[:, nuisance[k]] = -joint.sensors.direction[k]
             bend = nuisance[2 + 4 * k : 6 + 4 * k]
@@ -259,7 +259,7 @@ class JointMotion:
     Attributes:
         joint: 1 to 3.
         angle_rad: (n,).
-        basis: (n, r) the angle by the slow errors.
+        basis: (n, r) the angle by the lasting errors.
         covariance: (r, r) of those.
         noise_rad: (2,) standard deviation of a sample of either sensor.
         smoothing_rad: (n,) what is left of that noise in the angle, where no gyro tells the joint's rate; else 0.
@@ -285,7 +285,7 @@ class JointMotion:
         covariance: FloatArray,
         smoothing_rad: FloatArray,
     ) -> JointMotion:
-        """Of its angle (n,), what the slow errors do to it, and what noise is left in it."""
+        """Of its angle (n,), that by the lasting errors (n, r), and the noise that is left in it."""
         disagreements = tuple(_disagreement(sensed, k, angle_rad) for k in range(2))
         joint = sensed.sensors.joint
         noise = sensed.noise_rad

@@ -98,7 +98,11 @@ def motion_of(
     left = fusion.smoothing_rad(solved.fused)
     joints = tuple(
         JointMotion.of(
-            one, solved.angles_rad[:, j], solved.slow.angles[:, j], solved.slow.covariance, left[:, j]
+            one,
+            solved.angles_rad[:, j],
+            solved.jacobians.angles[:, j],
+            solved.jacobians.covariance,
+            left[:, j],
         )
         for j, one in enumerate(sensed)
     )
@@ -107,19 +111,19 @@ def motion_of(
 
 def _bodies(samples: Samples, solved: Solved, variance: FloatArray) -> tuple[BodyMotion, ...]:
     """Each by its own gyro, and where that did not answer by the others."""
-    fused, slow = solved.fused, solved.slow
+    fused, jacobians = solved.fused, solved.jacobians
     bridge = fused.body_rates()
     found = []
     for b in range(variance.shape[1]):
         bridged = fused.bridged[:, b]
         apart = bridged[:, None, None]
-        by_errors = np.where(apart, slow.bodies[:, b], slow.gyros[:, b])
-        spread = fused.seen[:, b] @ fused.covariance @ fused.seen[:, b].swapaxes(1, 2)
+        by_errors = np.where(apart, jacobians.bodies[:, b], jacobians.gyros[:, b])
+        spread = fused.gyro_map[:, b] @ fused.covariance @ fused.gyro_map[:, b].swapaxes(1, 2)
         spread = np.where(apart, spread, variance[:, b, None, None] * np.eye(3))
         rate = np.where(bridged[:, None], bridge[:, b], solved.rates_rad_s[:, b])
         found.append(
             body_motion(
-                samples.t_s, Rates(rate, by_errors, spread, bridged), slow.covariance, samples.rate_hz
+                samples.t_s, Rates(rate, by_errors, spread, bridged), jacobians.covariance, samples.rate_hz
             )
         )
     return tuple(found)

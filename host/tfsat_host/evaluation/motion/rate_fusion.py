@@ -28,8 +28,8 @@ class Fused:
         covariance: (n, 6, 6) of both, from the noise given.
         by_slopes: (n, 3) how much of a joint's rate is the angle sensors': 0 if gyros tell it, 1 if they do not.
         gains: (n, 6, 12) what each gyro's number has to do with them.
-        seen: (n, 4, 3, 6) what each gyro sees of them (`gyro_map`).
-        left_over_rad_s: (n, 4, 3) reading less what the fused rates explain, body axes; NaN without a reading.
+        gyro_map: (n, 4, 3, 6) what each gyro sees of them (`gyro_map`).
+        residual_rad_s: (n, 4, 3) reading less what the fused rates explain, body axes; NaN without a reading.
         bridged: (n, 4) the gyro did not answer: its body's rate is from the others.
     """
 
@@ -38,8 +38,8 @@ class Fused:
     covariance: FloatArray
     by_slopes: FloatArray
     gains: FloatArray
-    seen: FloatArray
-    left_over_rad_s: FloatArray
+    gyro_map: FloatArray
+    residual_rad_s: FloatArray
     bridged: BoolArray
 
     @property
@@ -49,7 +49,7 @@ class Fused:
 
     def body_rates(self) -> FloatArray:
         """(n, 4, 3) of each body in its own axes, by all gyros together."""
-        return np.asarray(np.einsum("nbij,nj->nbi", self.seen, self.rates))
+        return np.asarray(np.einsum("nbij,nj->nbi", self.gyro_map, self.rates))
 
 
 def fuse(
@@ -134,13 +134,13 @@ def rates_by_angles(
     n, joints = angles_rad.shape
     steps = _STEP_RAD * np.concatenate([np.eye(joints), -np.eye(joints)])
     high, low = gyro_map(body, (angles_rad + steps[:, None]).reshape(-1, joints)).reshape(
-        2, joints, n, *fused.seen.shape[1:]
+        2, joints, n, *fused.gyro_map.shape[1:]
     )
     turned = (high - low).reshape(joints, n, -1, 3 + joints) / (2.0 * _STEP_RAD)
-    weighted = (np.nan_to_num(fused.left_over_rad_s) / variance[..., None]).reshape(n, -1)
+    weighted = (np.nan_to_num(fused.residual_rad_s) / variance[..., None]).reshape(n, -1)
     direct = np.moveaxis(turned @ fused.rates[..., None], 0, -1)[:, :, 0]
     both = fused.covariance @ np.einsum("knij,ni->njk", turned, weighted) - fused.gains @ direct
-    bodies = direct.reshape(*fused.seen.shape[:3], joints) + fused.seen @ both[:, None]
+    bodies = direct.reshape(*fused.gyro_map.shape[:3], joints) + fused.gyro_map @ both[:, None]
     return both, bodies
 
 
@@ -158,7 +158,7 @@ def information_by_neighbours(
     left_by_errors: FloatArray,
     variance: FloatArray,
     errors: FloatArray,
-    learnt: BoolArray,
+    free: BoolArray,
 ) -> tuple[FloatArray, FloatArray]:
     """(r, r) information on the errors in the fall, and (r,) the right-hand side to go with it.
 
@@ -171,14 +171,14 @@ def information_by_neighbours(
         left_by_errors: (n, 4, 3, r) what more of them does to what is left over.
         variance: (n, 4) of each axis of a gyro's sample.
         errors: (r,) as believed.
-        learnt: (r,) which ones may be estimated.
+        free: (r,) which ones may be estimated.
     """
     fall = t_s >= 0.0
     n, r = int(fall.sum()), len(errors)
     bridged = fused.bridged[fall]
     weights = np.where(bridged, 0.0, 1.0 / np.sqrt(variance[fall]))[..., None]
-    left = (np.nan_to_num(fused.left_over_rad_s[fall]) * weights).reshape(n, -1)
-    rows = (left_by_errors[fall] * weights[..., None]).reshape(n * left.shape[1], r) * learnt
+    left = (np.nan_to_num(fused.residual_rad_s[fall]) * weights).reshape(n, -1)
+    rows = (left_by_errors[fall] * weights[..., None]).reshape(n * left.shape[1], r) * free
     measured = float((~bridged).sum(axis=1).mean()) * 3.0
     unexplained = max(measured - fused.base_rate_rad_s.shape[1] - fused.joint_rate_rad_s.shape[1], 0.0)
     if unexplained == 0.0:

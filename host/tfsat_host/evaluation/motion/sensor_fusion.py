@@ -1,7 +1,7 @@
-"""Gyros and angle sensors together: what each may be off is learnt from the other, as far as its calibration allows.
+"""Gyros and angle sensors together: least squares over their lasting errors, with the calibration as prior.
 
-Gauss and Newton over the slow errors. Each pass takes them off the gyros' rates, fuses those over the joint angles that
-they make, and lets the angle sensors and the neighbouring gyros correct them.
+Gauss-Newton. Each step subtracts the errors from the gyros' rates, fuses the rates over the joint angles that follow
+from them, and updates the errors by the residuals of angle sensors and neighbouring gyros.
 """
 
 from __future__ import annotations
@@ -16,6 +16,14 @@ from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
 from tfsat_host.calibration.steps.low_pass import LowPass
 from tfsat_host.dynamics.multibody import Multibody
+from tfsat_host.evaluation.motion.error_model import (
+    ErrorJacobians,
+    Prior,
+    RandomWalk,
+    error_jacobians,
+    gyro_errors,
+    random_walk,
+)
 from tfsat_host.evaluation.motion.gyro_signal import (
     LEAST_STROKE_RAD,
     PLAUSIBLE_STDS,
@@ -34,38 +42,29 @@ from tfsat_host.evaluation.motion.joints import (
 )
 from tfsat_host.evaluation.motion.rate_fusion import Fused, fuse, information_by_neighbours, rates_by_angles
 from tfsat_host.evaluation.motion.samples import Readings, Samples, holes_of, turned_from
-from tfsat_host.evaluation.motion.slow_errors import (
-    RandomWalk,
-    SlowErrors,
-    Spread,
-    gyro_errors,
-    random_walk,
-    slow_errors,
-)
 from tfsat_host.robot import RobotModel
 
-_PASSES = 12
+_MOST_STEPS = 12
 _CLOSE_RAD = 1e-5
-"""Far below what any sensor tells."""
+"""Far below the resolution of any sensor."""
 _PLAUSIBLE_SQUARES = 80.0
-"""Of the gyros' 36 errors as learnt from angle sensors and neighbours, in units of their standard deviations by the
-calibration: the sum of squares of 36 such numbers exceeds it by chance once in 30,000 drops, and what is learnt only
-in part is smaller. Beyond it no gyro's parameters are corrected."""
+"""Chi-square of the gyros' 36 errors by their calibration: exceeded by chance once in 30,000 drops at most. Beyond it no
+gyro's parameters are corrected."""
 _BY_SLOPE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """What gyros and angle sensors agree on, at n samples.
+    """The least-squares solution, at n samples.
 
     Attributes:
-        errors: (r,) the slow errors that were taken off.
+        errors: (r,) lasting errors, already subtracted.
         lag: Of the gyros.
-        rates_rad_s: (n, 4, 3) of each gyro, its lag and its errors taken off; NaN without a reading.
-        late_rate_rad_s: (n, 4, 3) the same as late as they were; bridged over holes.
-        fused: Of those.
+        rates_rad_s: (n, 4, 3) of each gyro without lag and errors; NaN without a reading.
+        late_rate_rad_s: (n, 4, 3) the same with the lag in them; bridged over holes.
+        fused: Rates of base and joints from `rates_rad_s`.
         angles_rad: (n, 3) of the joints.
-        slow: What the errors may still be.
+        jacobians: What the errors may still be.
         contradicted: See `Motion`.
     """
 
@@ -75,7 +74,7 @@ class Solved:
     late_rate_rad_s: FloatArray
     fused: Fused
     angles_rad: FloatArray
-    slow: SlowErrors
+    jacobians: ErrorJacobians
     contradicted: bool = False
 
 
@@ -93,7 +92,7 @@ class SensorFusion:
         sheet: The lag by the data sheet.
         start_rad: (3,) where each joint is taken to begin before any sensor is asked.
         geometry_rad: (n, 3) joint angles good enough to begin with.
-        spread: Of the slow errors.
+        prior: Of the lasting errors.
     """
 
     samples: Samples
@@ -105,7 +104,7 @@ class SensorFusion:
     sheet: Lag
     start_rad: FloatArray
     geometry_rad: FloatArray
-    spread: Spread
+    prior: Prior
 
     @classmethod
     def of(
@@ -133,98 +132,100 @@ class SensorFusion:
         fused = fuse(body, geometry, rates, variance, slopes.rate_rad_s, slopes.variance)
         neighbours = [[int(model.joint_outer[j]), int(model.joint_inner[j])] for j in range(len(joints))]
         walks = [_walk(samples, fused, j, densities[pair], slopes) for j, pair in enumerate(neighbours)]
-        spread = Spread.of(samples, sheet, np.where(answered, np.pi, UNSENSED_STD_RAD), walks)
+        prior = Prior.of(samples, sheet, np.where(answered, np.pi, UNSENSED_STD_RAD), walks)
         start = np.where(answered, 0.0, held)
-        return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, spread)
+        return cls(samples, joints, body, readings, variance, slopes, sheet, start, geometry, prior)
 
     def solved(self) -> Solved:
-        """With what each sensor tells of the others, unless that is more than can be."""
-        learnt = np.ones(len(self.spread), bool)
-        found = self._passed(learnt)
+        """The solution. An implausible delay, or implausible errors of the gyros, keep their prior values."""
+        free = np.ones(len(self.prior), bool)
+        found = self._gauss_newton(free)
         implausible_s = None
         if abs(found.lag.delay_s - self.sheet.delay_s) > PLAUSIBLE_STDS * self.sheet.delay_std_s:
-            # Something else is wrong, and taken off as a delay it would spoil every rate.
+            # Another fault; as a delay it would spoil every rate.
             implausible_s = found.lag.delay_s
-            learnt[self.spread.moments] = False
-            found = self._passed(learnt)
-        contradicted = bool((found.errors[self.spread.gyro] ** 2).sum() > _PLAUSIBLE_SQUARES)
+            free[self.prior.moments] = False
+            found = self._gauss_newton(free)
+        contradicted = bool((found.errors[self.prior.gyro] ** 2).sum() > _PLAUSIBLE_SQUARES)
         if contradicted:
-            learnt[self.spread.gyro] = False
-            found = self._passed(learnt)
+            free[self.prior.gyro] = False
+            found = self._gauss_newton(free)
         measured = implausible_s is None and self._moved()
         lag = replace(found.lag, measured=measured, implausible_s=implausible_s)
         return replace(found, lag=lag, contradicted=contradicted)
 
     def without(self, solved: Solved, errors: FloatArray) -> Solved:
-        """The same with so much more of the slow errors (r,) taken off."""
-        total, angles = solved.errors + errors, solved.angles_rad + solved.slow.angles @ errors
-        return self._carried(total, angles, solved.slow.covariance)
+        """The same with further lasting errors (r,) subtracted."""
+        total, angles = solved.errors + errors, solved.angles_rad + solved.jacobians.angles @ errors
+        return self._integrated(total, angles, solved.jacobians.covariance)
 
     def smoothing_rad(self, fused: Fused) -> FloatArray:
-        """(n, 3) standard deviation of what smoothing leaves of the angle sensors' noise where they tell the rate."""
+        """(n, 3) standard deviation of the angle sensors' smoothed noise, where a joint's rate is theirs."""
         return np.where(fused.by_slopes > _BY_SLOPE, SMOOTHED_SHARE * self.slopes.angle_std_rad, 0.0)
 
     def _moved(self) -> bool:
-        """A joint with angle sensors moved far enough to tell of the lag."""
+        """A joint with angle sensors moved far enough to measure the lag."""
         ranges = [np.nanmax(j.mean_rad) - np.nanmin(j.mean_rad) for j in self.joints if j.answered]
         return bool(max(ranges, default=0.0) > LEAST_STROKE_RAD)
 
-    def _passed(self, learnt: BoolArray) -> Solved:
-        errors, angles = np.zeros(len(self.spread)), self.geometry_rad
+    def _gauss_newton(self, free: BoolArray) -> Solved:
+        errors, angles = np.zeros(len(self.prior)), self.geometry_rad
         covariance = np.eye(len(errors))
-        # What the lag does is a derivative of the rates, so of their noise: noise times itself would bias it.
-        no_lag = learnt & ~self.spread.is_lag
+        # The lag's columns are derivatives of noisy rates: neighbours, of the same noise, would bias it.
+        no_lag = free & ~self.prior.is_lag
         last_rad = np.inf
-        for _ in range(_PASSES):
+        for _ in range(_MOST_STEPS):
             here = self._at(errors, angles)
             columns = self._columns(here, covariance)
             left = columns.gyros - np.where(here.fused.bridged[..., None, None], 0.0, columns.bodies)
             known = information_by_neighbours(
                 self.samples.t_s, here.fused, left, self.variance, errors, no_lag
             )
-            found, spread = errors_by_sensors(self.joints, here.angles, columns.angles, errors, learnt, known)
+            found, posterior = errors_by_sensors(
+                self.joints, here.angles, columns.angles, errors, free, known
+            )
             proposed = here.angles + columns.angles @ (found - errors)
             change_rad = float(np.abs(proposed - angles).max())
-            # With sensors that contradict each other, as under another robot's certificate, it may diverge.
+            # It diverges where sensors contradict each other, as with another robot's certificate.
             if change_rad > max(last_rad, np.pi):
                 break
-            errors, angles, covariance, last_rad = found, proposed, spread, change_rad
+            errors, angles, covariance, last_rad = found, proposed, posterior, change_rad
             if change_rad < _CLOSE_RAD:
                 break
-        return self._carried(errors, angles, covariance)
+        return self._integrated(errors, angles, covariance)
 
-    def _carried(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> Solved:
-        """Everything with those errors taken off, from joint angles that are nearly those."""
+    def _integrated(self, errors: FloatArray, angles: FloatArray, covariance: FloatArray) -> Solved:
+        """The solution with those errors, from joint angles near its own."""
         here = self._at(errors, angles)
-        for _ in range(_PASSES):
+        for _ in range(_MOST_STEPS):
             if np.abs(here.angles - here.fused_over).max() < _CLOSE_RAD:
                 break
             here = self._at(errors, here.angles)
-        first = self.spread.moments.start
-        std_s = float(self.spread.lag[0] * np.sqrt(covariance[first, first]))
+        first = self.prior.moments.start
+        std_s = float(self.prior.lag[0] * np.sqrt(covariance[first, first]))
         lag = replace(here.lag, delay_std_s=std_s)
-        slow = self._columns(here, covariance)
-        return Solved(errors, lag, here.rates, here.shown, here.fused, here.angles, slow)
+        jacobians = self._columns(here, covariance)
+        return Solved(errors, lag, here.rates, here.shown, here.fused, here.angles, jacobians)
 
-    def _at(self, errors: FloatArray, angles: FloatArray) -> _Pass:
-        """Rates without those errors, fused over joint angles (n, 3), and the joint angles that they make."""
-        t, lag = self.samples.t_s, self.spread.lag_of(self.sheet, errors)
-        gyros = self.readings.without(self.spread.parameters_of(errors))
+    def _at(self, errors: FloatArray, angles: FloatArray) -> _Step:
+        """Rates without those errors, fused over joint angles (n, 3), and the joint angles that follow."""
+        t, lag = self.samples.t_s, self.prior.lag_of(self.sheet, errors)
+        gyros = self.readings.without(self.prior.parameters_of(errors))
         shown = self.readings.rates(gyros)
         rates = np.where(self.readings.usable[..., None], lag.removed(t, shown), np.nan)
         fused = fuse(self.body, angles, rates, self.variance, self.slopes.rate_rad_s, self.slopes.variance)
-        turned = turned_from(t, fused.joint_rate_rad_s) + self.spread.own_angles(errors)
-        return _Pass(gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
+        turned = turned_from(t, fused.joint_rate_rad_s) + self.prior.own_angles(errors)
+        return _Step(gyros, lag, shown, rates, fused, angles, self.start_rad + turned)
 
-    def _columns(self, here: _Pass, covariance: FloatArray) -> SlowErrors:
+    def _columns(self, here: _Step, covariance: FloatArray) -> ErrorJacobians:
         by_parameters = self.readings.by_parameters(here.gyros)
-        gyros = gyro_errors(self.spread, self.samples.t_s, here.lag, here.shown, by_parameters)
+        gyros = gyro_errors(self.prior, self.samples.t_s, here.lag, here.shown, by_parameters)
         by_angles = rates_by_angles(self.body, here.fused_over, here.fused, self.variance)
-        return slow_errors(self.spread, self.samples.t_s, here.fused, gyros, by_angles, covariance)
+        return error_jacobians(self.prior, self.samples.t_s, here.fused, gyros, by_angles, covariance)
 
 
-class _Pass(NamedTuple):
-    """Rates and angles with some errors taken off: gyros corrected, their lag, what they show, and what follows."""
+class _Step(NamedTuple):
+    """Rates and angles at one step: corrected gyros, their lag, rates with and without it, fusion, joint angles."""
 
     gyros: tuple[GyroCalibration, ...]
     lag: Lag
@@ -236,7 +237,7 @@ class _Pass(NamedTuple):
 
 
 def _geometry(t_s: FloatArray, joints: tuple[SensedJoint, ...], held_rad: FloatArray) -> FloatArray:
-    """(n, 3) by the angle sensors; a joint of which none answered stands still until its gyros turn it."""
+    """(n, 3) joint angles by the angle sensors; a joint without any is taken to stand where its servo holds it."""
     columns = []
     for joint, held in zip(joints, held_rad, strict=True):
         angle = joint.mean_rad

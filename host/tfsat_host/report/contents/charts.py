@@ -88,7 +88,7 @@ def unexplained_chart(found: Evaluation) -> Chart:
     explained, flown = found.explained, found.explained.driven.flown
     rows = found.motion.t_s >= flown.t_s[0]
     before = residual_rate(explained.driven.offsets.body, flown, explained.before.prediction.momentum_kg_m2_s)
-    values = (before, explained.fit.left_over_rad_s)
+    values = (before, explained.fit.residual_rad_s)
     filed, corrected = (np.rad2deg(padded(rows, rates)) for rates in values)
     sides: list[Side] = [("before", filed, None), ("after", corrected, None)]
     return Chart(
@@ -210,7 +210,7 @@ def commanded_rad(found: Evaluation) -> FloatArray | None:
 
 def gyro_residual_chart(found: Evaluation) -> Chart:
     """The residual of each gyro against the motion that fits all of them."""
-    left = np.rad2deg(found.motion.fused.left_over_rad_s)
+    left = np.rad2deg(found.motion.fused.residual_rad_s)
     left = np.where(found.motion.samples.fall[:, None, None], left, np.nan)
     averaged = np.stack([_averaged(body) for body in left.swapaxes(0, 1)], axis=1)
     return Chart(

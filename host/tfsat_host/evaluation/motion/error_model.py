@@ -1,9 +1,8 @@
-"""Every error that is the same at many samples, as one vector, and what it does to rates and joint angles.
+"""Lasting errors of the sensors as one vector, its prior, and the Jacobians of rates and joint angles by it.
 
-The gyros' biases, mountings and scale factors, what their delay is off, where the joints began, and how the integrals
-of their rates wander: each by its standard deviation before angle sensors and neighbours were asked, so that all are
-independent and of variance one. A gyro's error is in every rate, every joint angle and every attitude; as one vector it
-is counted once.
+In it are the gyros' biases, mountings and scale factors, two moments of their lag, the joints' initial angles, and the
+random walks of their integrated rates, each in standard deviations of its prior, so that all are independent and of
+variance one. A gyro's error is in every rate, joint angle and attitude; as one vector it is counted once.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ from tfsat_host.evaluation.motion.rate_fusion import Fused
 from tfsat_host.evaluation.motion.samples import Holes, Samples, turned_from
 
 _CARRIED = 3
-"""What a wrong angle makes of the rates that then make it: each time a seventh of the time before."""
+"""Rounds for the errors that wrong angles make in rates, and these in angles: each is a seventh of the one before."""
 
 
 @dataclass(frozen=True, eq=False)
-class SlowErrors:
-    """What r independent errors of variance one do at n samples.
+class ErrorJacobians:
+    """By r independent errors of variance one, at n samples.
 
     Attributes:
         gyro_root: (36, 36) the gyros' parameters by the first 36 of them: bias, rotation vector, scale of each.
@@ -34,7 +33,7 @@ class SlowErrors:
         rates: (n, 6, r) base and joint rates from all gyros.
         bodies: (n, 4, 3, r) the bodies' rates that follow.
         angles: (n, 3, r) of the joints.
-        covariance: (r, r) of them, now that angle sensors and neighbours have been asked.
+        covariance: (r, r) of the errors after the fusion.
     """
 
     gyro_root: FloatArray
@@ -46,15 +45,15 @@ class SlowErrors:
 
     @property
     def in_own_units(self) -> FloatArray:
-        """(r, r) the errors with the gyros' parameters in units of those."""
+        """(r, r) the errors in physical units, as far as they are parameters of gyros."""
         units = np.eye(len(self.covariance))
         units[: len(self.gyro_root), : len(self.gyro_root)] = self.gyro_root
         return units
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
-    """How large each error is before angle sensors and neighbours are asked, and where it stands in the vector.
+class Prior:
+    """Standard deviations before the fusion, and where each error stands in the vector.
 
     Attributes:
         gyro_root: (36, 36) of the covariance of the gyros' parameters.
@@ -69,7 +68,7 @@ class Spread:
     walks: tuple[RandomWalk, ...]
 
     @classmethod
-    def of(cls, samples: Samples, lag: Lag, start: FloatArray, walks: Sequence[RandomWalk]) -> Spread:
+    def of(cls, samples: Samples, lag: Lag, start: FloatArray, walks: Sequence[RandomWalk]) -> Prior:
         """Of one drop; `lag` as the data sheet has it."""
         roots = [root_of(covariance) for covariance in samples.parameter_covariance]
         moments = np.array([lag.delay_std_s, 0.25 * lag.delay_s**2])
@@ -87,7 +86,7 @@ class Spread:
 
     @property
     def is_lag(self) -> BoolArray:
-        """(r,) the errors of the delay and of its second moment, which angle sensors tell and neighbours do not."""
+        """(r,) the two moments of the lag, which angle sensors measure and neighbours do not."""
         places = np.arange(len(self))
         return np.asarray((places >= self.moments.start) & (places < self.moments.stop))
 
@@ -114,49 +113,49 @@ class Spread:
         return replace(sheet, delay_s=sheet.delay_s + float(delay), second_s2=sheet.second_s2 + float(second))
 
     def own_angles(self, errors: FloatArray) -> FloatArray:
-        """(n, 3) what of the joint angles is no integral of rates."""
+        """(n, 3) joint angles from initial angles and random walks alone."""
         starts = self.start * errors[self.starts]
         walked = [walk.angle @ errors[self.walk(joint)] for joint, walk in enumerate(self.walks)]
         return np.asarray(starts + np.column_stack(walked))
 
 
 def gyro_errors(
-    spread: Spread, t_s: FloatArray, lag: Lag, shown: FloatArray, by_parameters: FloatArray
+    prior: Prior, t_s: FloatArray, lag: Lag, shown: FloatArray, by_parameters: FloatArray
 ) -> FloatArray:
-    """(n, 4, 3, r) what the errors do to each gyro's rate once its lag is taken off.
+    """(n, 4, 3, r) each gyro's rate, its lag taken off, by the errors.
 
     Args:
-        spread: Of the errors.
+        prior: Of the errors.
         t_s: (n,).
         lag: As taken off.
         shown: (n, 4, 3) what the gyros show, body axes.
         by_parameters: (n, 4, 3, 9) that by each gyro's parameters.
     """
     n, bodies = shown.shape[:2]
-    errors = np.zeros((n, bodies, 3, len(spread)))
-    # What a wrong scale factor adds follows the rate at once: it is as late in the reading as the rate is.
+    errors = np.zeros((n, bodies, 3, len(prior)))
+    # An error in proportion to the rate lags as the rate does.
     by_own = lag.removed(t_s, by_parameters)
     for body in range(bodies):
         own = slice(9 * body, 9 * body + 9)
-        errors[:, body, :, own] = by_own[:, body] @ spread.gyro_root[own, own]
+        errors[:, body, :, own] = by_own[:, body] @ prior.gyro_root[own, own]
     first = derivative(t_s, shown)
     moments = np.stack([first, derivative(t_s, first)], axis=-1)
-    errors[..., spread.moments] = moments * spread.lag
+    errors[..., prior.moments] = moments * prior.lag
     return errors
 
 
-def slow_errors(
-    spread: Spread,
+def error_jacobians(
+    prior: Prior,
     t_s: FloatArray,
     fused: Fused,
     gyros: FloatArray,
     by_angles: tuple[FloatArray, FloatArray],
     covariance: FloatArray,
-) -> SlowErrors:
-    """What they do to everything that follows from the gyros.
+) -> ErrorJacobians:
+    """Of everything that follows from the gyros.
 
     Args:
-        spread: Of the errors.
+        prior: Of the errors.
         t_s: (n,) after the release.
         fused: Rates from all gyros.
         gyros: (n, 4, 3, r) by `gyro_errors`.
@@ -165,24 +164,24 @@ def slow_errors(
     """
     n = len(t_s)
     gyros = np.where(fused.bridged[..., None, None], 0.0, gyros)
-    direct = fused.gains @ gyros.reshape(n, -1, len(spread))
-    own = np.zeros((n, len(spread.start), len(spread)))
-    for joint, walk in enumerate(spread.walks):
-        direct[:, 3 + joint, spread.walk(joint)] += walk.rate
-        own[:, joint, spread.starts][:, joint] = spread.start[joint]
-        own[:, joint, spread.walk(joint)] = walk.angle
+    direct = fused.gains @ gyros.reshape(n, -1, len(prior))
+    own = np.zeros((n, len(prior.start), len(prior)))
+    for joint, walk in enumerate(prior.walks):
+        direct[:, 3 + joint, prior.walk(joint)] += walk.rate
+        own[:, joint, prior.starts][:, joint] = prior.start[joint]
+        own[:, joint, prior.walk(joint)] = walk.angle
     # The walk's rate is in its angle already.
     walked = direct[:, 3:].copy()
-    for joint in range(len(spread.walks)):
-        walked[:, joint, spread.walk(joint)] -= spread.walks[joint].rate
+    for joint in range(len(prior.walks)):
+        walked[:, joint, prior.walk(joint)] -= prior.walks[joint].rate
     own += turned_from(t_s, walked)
     both_by_angles, bodies_by_angles = by_angles
     angles = own
     for _ in range(_CARRIED):
         angles = own + turned_from(t_s, both_by_angles[:, 3:] @ angles)
     rates = direct + both_by_angles @ angles
-    bodies = fused.seen @ direct[:, None] + bodies_by_angles @ angles[:, None]
-    return SlowErrors(spread.gyro_root, gyros, rates, bodies, angles, covariance)
+    bodies = fused.gyro_map @ direct[:, None] + bodies_by_angles @ angles[:, None]
+    return ErrorJacobians(prior.gyro_root, gyros, rates, bodies, angles, covariance)
 
 
 KNOT_S = 0.2
