@@ -158,7 +158,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
         return MANEUVER.not_possible("No file says what was to be flown.")
     edges_s = stroke_edges(log)
     if len(edges_s) > MOST_EDGES:
-        return MANEUVER.not_possible("The stroke line chatters: no stroke can be told from it.")
+        return MANEUVER.not_possible("The stroke line chatters: no stroke can be identified by it.")
     wrong = _off_time(log, strokes) | _other_joint(motion, strokes)
     surplus = [t_s for t_s in edges_s if not any(abs(one.logged_s - t_s) < 1e-6 for one in strokes)]
     unseen = {one.number for one in strokes if not np.isfinite(one.logged_s)}
@@ -173,7 +173,7 @@ def maneuver_check(log: DropLog, motion: Motion, strokes: Sequence[FlownStroke])
         )
         sentence = (
             f"Another maneuver was flown than the file says. The file: {filed}. Flown, by the stroke line and the "
-            f"angle sensors: {flown}. What is said of single strokes compares these two."
+            f"angle sensors: {flown}. Single strokes are compared with the file."
         )
     return MANEUVER.judged(float(len(wrong)), 0.0, sentence).caused_by(
         "the file is not the one that was uploaded last, or the cables of two servos are exchanged",

@@ -48,7 +48,7 @@ _MOST_STEPS = 12
 _CLOSE_RAD = 1e-5
 """Far below the resolution of any sensor."""
 _PLAUSIBLE_SQUARES = 80.0
-"""Chi-square of the gyros' 36 errors by their calibration: exceeded by chance once in 30,000 drops at most. Beyond it no
+"""Chi-square of the gyros' 36 errors by their calibration: exceeded by chance in one drop of 30,000. Beyond it no
 gyro's parameters are corrected."""
 _BY_SLOPE = 0.5
 
