@@ -15,12 +15,21 @@ import pytest
 
 from tests.cli.process import RunCli
 from tests.emulate.served import TIMEOUT_S, Served
-from tests.log_transfer.served_robot import LoggerAtPort
+from tests.log_transfer.served_robot import LoggerAtPort, robot_here
+from tests.sdlog.encoder import recording
 from tfsat_host.protocol.limits import BLOCK_BYTES
 
 
 @pytest.fixture
 def logger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LoggerAtPort]:
+    monkeypatch.chdir(tmp_path)
+    with robot_here(monkeypatch) as robot:
+        yield LoggerAtPort(robot, RunCli(tmp_path))
+
+
+@pytest.fixture
+def served_logger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LoggerAtPort]:
+    """Behind a true port, in real time."""
     monkeypatch.chdir(tmp_path)
     with Served() as served:
         yield LoggerAtPort(served, RunCli(tmp_path))
@@ -46,7 +55,7 @@ def test_from_a_recording_to_an_erased_card(logger: LoggerAtPort) -> None:
     assert logger("log", "list")["logs"][1]["fetched_to"] == str(path)
     assert logger("log", "fetch", "all")["logs"][0]["fetched"] is False, "it is there already"
 
-    assert "Erase DROP0001.BIN" in logger.said("log", "erase", 1, expect=2), "it asks"
+    assert "Erase DROP0001.BIN" in logger.printed("log", "erase", 1, expect=2), "it asks"
     assert logger("log", "erase", 1, "--yes")["copy"] == str(path)
     assert [each["number"] for each in logger("log", "list")["logs"]] == [0]
     assert logger("log", "fetch", 1, expect=1)["error"]["code"] == "no_such_log"
@@ -68,31 +77,31 @@ def test_a_copy_that_changed_is_no_copy(logger: LoggerAtPort) -> None:
 
 
 def test_the_table_for_people(logger: LoggerAtPort) -> None:
-    assert "No recordings." in logger.said("log", "list")
+    assert "No recordings." in logger.printed("log", "list")
     logger.record()
-    said = logger.said("log", "list")
+    said = logger.printed("log", "list")
     assert "(in RAM)" in said and "DROP0001.BIN" in said and "MiB free" in said
-    fetched = logger.said("log", "fetch", 1, "--out", "a folder/drop.bin")
+    fetched = logger.printed("log", "fetch", 1, "--out", "a folder/drop.bin")
     assert "every block checked" in fetched and "complete: " in fetched
     assert (logger.folder / "a folder" / "drop.bin").exists()
 
 
-def test_a_fetch_goes_on_where_its_cable_was_pulled(logger: LoggerAtPort) -> None:
+def test_a_fetch_goes_on_where_its_cable_was_pulled(served_logger: LoggerAtPort) -> None:
     """A power cut left 32 MiB: the pull comes while they cross."""
-    logger("record", "start")
-    logger.hand("wait 3", "power logger off", "power logger on", "wait 1")
-    part = logger.folder / "DROP0001.BIN.part"
-    error = fetch_and_pull(logger, part)
+    served_logger("record", "start")
+    served_logger.hand("wait 3", "power logger off", "power logger on", "wait 1")
+    part = served_logger.folder / "DROP0001.BIN.part"
+    error = fetch_and_pull(served_logger, part)
     assert str(part.name) in error["meaning"] and "are kept in" in error["meaning"]
     assert "goes on from there" in error["next_step"]
     kept = part.read_bytes()
     assert len(kept) == 32 * 2**20
-    logger.hand("cable logger plug")
-    (copy,) = logger("log", "fetch", 1, expect=3)["logs"]
+    served_logger.hand("cable logger plug")
+    (copy,) = served_logger("log", "fetch", 1, expect=3)["logs"]
     assert copy["verdict"] == "truncated"
     assert copy["resumed_blocks"] * BLOCK_BYTES <= len(kept)
     assert copy["resumed_blocks"] > 100
-    assert (logger.folder / "DROP0001.BIN").read_bytes() == logger.card_file(1)
+    assert (served_logger.folder / "DROP0001.BIN").read_bytes() == served_logger.card_file(1)
     assert not part.exists()
 
 
@@ -117,7 +126,7 @@ def test_no_recording_begins_with_a_bad_card(logger: LoggerAtPort) -> None:
 def test_a_drop_without_a_card_is_kept_until_it_is_fetched(logger: LoggerAtPort) -> None:
     logger.hand("card remove")
     logger("record", "start", expect=1)
-    asked = logger.said("log", "fetch", "ram", expect=2)
+    asked = logger.printed("log", "fetch", "ram", expect=2)
     assert "a drop after it would not be recorded" in asked
     logger.hand("wait 1.5", "drop", "wait 300ms")
     # In the middle of the fall: the command waits, and ends nothing.
@@ -136,13 +145,13 @@ def test_ram_is_not_overwritten_and_not_given_up_by_accident(logger: LoggerAtPor
     logger.hand("card remove")
     logger("record", "start", expect=1)
     logger.hand("wait 1", "drop", "wait 6", "card insert", "seat", "wait 2.5")
-    status = logger.said("status")
+    status = logger.printed("status")
     assert "RAM HOLDS A DROP" in status and "tfsat-host log fetch ram --port" in status
     assert logger("status")["logger"]["ram_holds_drop"] is True
     refused = logger("record", "start", expect=4)["error"]
     assert refused["code"] == "ram_holds_drop"
     assert "tfsat-host log fetch ram --port" in refused["next_step"]
-    assert "RAM HOLDS A DROP" in logger.said("log", "list")
+    assert "RAM HOLDS A DROP" in logger.printed("log", "list")
     logger("log", "erase", "ram", "--yes", expect=4)
     assert logger("status")["logger"]["ram_holds_drop"] is True
     logger("log", "erase", "ram", "--yes", "--force")
@@ -165,13 +174,13 @@ def test_settings_change_what_is_named_and_nothing_else(logger: LoggerAtPort) ->
     assert "250, 500, 1000, 2000 deg/s" in refused["what"]
     assert "Nothing to set" in logger("logger-settings", "set", expect=2)["error"]["what"]
     assert logger("logger-settings", "show")["settings"] == done["settings"]
-    said = logger.said("logger-settings")
+    said = logger.printed("logger-settings")
     assert "1000 Hz leaves 1000 us" in said
 
 
-def test_the_monitor_shows_the_true_rate(logger: LoggerAtPort) -> None:
-    logger("logger-settings", "set", "--rate", 1000)
-    done = logger.run("monitor", "--for", 3, "--json", "--port", logger.served.logger)
+def test_the_monitor_shows_the_true_rate(served_logger: LoggerAtPort) -> None:
+    served_logger("logger-settings", "set", "--rate", 1000)
+    done = served_logger.run("monitor", "--for", 3, "--json", "--port", served_logger.robot.logger)
     last = json.loads(done.stdout.splitlines()[-1])["logger"]
     assert last["measured_rate_hz"] == pytest.approx(1000.0, rel=0.001)
     assert last["rate_hz"] == 1000
@@ -199,15 +208,13 @@ def test_what_a_served_robot_stores_is_there_at_the_next_start(
 def test_the_emulated_robots_card_and_settings_last(tfsat_host: RunCli) -> None:
     card = Path(os.environ["XDG_STATE_HOME"]) / "tfsat" / "emulated" / "card"
     assert tfsat_host.json("log", "list", "--emulated")["logs"] == []
-    drop = tfsat_host.json("rehearse", "59", "70", "--out", "rehearsed", expect=0)
-    recording = next(tfsat_host.folder.glob("rehearsed/*.bin"))
-    assert drop
+    image = recording(4).image()
     card.mkdir(parents=True, exist_ok=True)
-    (card / "DROP0003.BIN").write_bytes(recording.read_bytes())
+    (card / "DROP0003.BIN").write_bytes(image)
     (entry,) = tfsat_host.json("log", "list", "--emulated")["logs"]
     assert entry["number"] == 3
     tfsat_host.json("log", "fetch", "3", "--emulated")
-    assert (tfsat_host.folder / "DROP0003.BIN").read_bytes() == recording.read_bytes()
+    assert (tfsat_host.folder / "DROP0003.BIN").read_bytes() == image
     tfsat_host.json("log", "erase", "3", "--emulated", "--yes")
     assert not list(card.iterdir())
     tfsat_host.json("logger-settings", "--emulated", "set", "--rate", "100")
@@ -218,7 +225,7 @@ def fetch_and_pull(logger: LoggerAtPort, part: Path) -> dict[str, Any]:
     """Starts to fetch recording 1 and pulls the cable once something of it is there; the error."""
     command = [sys.executable, "-m", "tfsat_host", "log", "fetch", "1", "--json"]
     with subprocess.Popen(
-        [*command, "--port", str(logger.served.logger)],
+        [*command, "--port", str(logger.robot.logger)],
         cwd=logger.folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
-from tests.emulate.served import Served
 from tests.log_transfer.bench import Bench
-from tests.log_transfer.served_robot import LoggerAtPort
+from tests.log_transfer.served_robot import LoggerAtPort, robot_here
 from tfsat_host.cli.main import main
 from tfsat_host.devices.log_copies import PartialLog, PartialLogError
 from tfsat_host.devices.ports import PortError
@@ -23,8 +22,8 @@ from tfsat_host.protocol.messages import LogEntry
 @pytest.fixture
 def logger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LoggerAtPort]:
     monkeypatch.chdir(tmp_path)
-    with Served() as served:
-        made = LoggerAtPort(served, RunCli(tmp_path))
+    with robot_here(monkeypatch) as robot:
+        made = LoggerAtPort(robot, RunCli(tmp_path))
         made.record()
         yield made
 
@@ -80,7 +79,7 @@ def test_a_full_disk_keeps_what_came(
     monkeypatch.chdir(logger.folder)
     with monkeypatch.context() as full:
         full.setattr(PartialLog, "put", put_until_full)
-        assert main(["log", "fetch", "1", "--json", "--port", str(logger.served.logger)]) == 1
+        assert main(["log", "fetch", "1", "--json", "--port", str(logger.robot.logger)]) == 1
     error = json.loads(capsys.readouterr().out)["error"]
     assert error["what"] == "DROP0001.BIN.part: No space left on device."
     assert error["meaning"].startswith("7 of ") and "are kept in DROP0001.BIN.part" in error["meaning"]

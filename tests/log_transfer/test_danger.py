@@ -10,40 +10,27 @@ from typing import Any
 import pytest
 
 from tests.cli.process import RunCli
-from tests.emulate.served import Served
+from tests.log_transfer.served_robot import LoggerAtPort, robot_here
 
 
-class Tower:
-    """Both boards of a served robot, as the environment names them."""
-
-    def __init__(self, served: Served, run: RunCli) -> None:
-        self.served = served
-        self._run = run
-        self._environ = {
-            "TFSAT_SEQUENCER_PORT": served.announced["sequencer"],
-            "TFSAT_LOGGER_PORT": served.announced["logger"],
-        }
+class Tower(LoggerAtPort):
+    """Both boards, as the environment names them."""
 
     def __call__(self, *words: object, expect: int = 0) -> Any:
-        """The command's JSON."""
-        return self._run.json(*words, expect=expect, environ=self._environ)
+        return self.run.json(*words, expect=expect)
 
-    def said(self, *words: object, expect: int = 0) -> str:
-        """Both streams, in one line."""
-        done = self._run(*words, expect=expect, environ=self._environ)
+    def printed(self, *words: object, expect: int = 0) -> str:
+        done = self.run(*words, expect=expect)
         return " ".join((done.stdout + done.stderr).split())
-
-    def hand(self, *lines: str) -> None:
-        """What a person does; each must succeed."""
-        replies = self.served.control(*lines)
-        assert all(reply.startswith("ok") for reply in replies), replies
 
 
 @pytest.fixture
 def tower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Tower]:
     monkeypatch.chdir(tmp_path)
-    with Served() as served:
-        made = Tower(served, RunCli(tmp_path))
+    with robot_here(monkeypatch) as robot:
+        monkeypatch.setenv("TFSAT_SEQUENCER_PORT", str(robot.sequencer))
+        monkeypatch.setenv("TFSAT_LOGGER_PORT", str(robot.logger))
+        made = Tower(robot, RunCli(tmp_path))
         made("upload-sequence", 59, 70)
         yield made
 
@@ -60,15 +47,15 @@ def test_a_card_that_goes_in_the_lift_refuses_the_arming(tower: Tower) -> None:
     assert "tfsat-host arm --unrecorded" in refused["next_step"]
     assert tower("status")["sequencer"]["state"] == "safe"
 
-    said = tower.said("status")
+    said = tower.printed("status")
     assert "Warning: The logger records, but its card is missing." in said
     assert "nothing stands against it" not in said
     assert "arming would be refused because of the logger." in said
     assert tower("status")["sequencer"]["arm_refusal"]["what"] == refused["what"]
-    monitored = tower.said("monitor", "--for", "0.5")
+    monitored = tower.printed("monitor", "--for", "0.5")
     assert "The logger records, but its card is missing. A drop now would not be on the card" in monitored
 
-    armed = tower.said("arm", "--yes", "--unrecorded")
+    armed = tower.printed("arm", "--yes", "--unrecorded")
     assert "Warning: The logger records, but its card is missing." in armed and "Armed" in armed
     tower("disarm")
     tower.hand("card insert", "wait 1")
@@ -93,22 +80,22 @@ def test_a_card_that_is_pulled_in_the_fall_is_shouted_about_at_once(tower: Tower
     tower("record", "start")
     tower.hand("wait 1", "drop", "wait 500ms", "card remove", "wait 300ms")
     shout = "THE CARD IS MISSING AND THE DROP IS IN RAM ONLY"
-    said = tower.said("status")
+    said = tower.printed("status")
     assert f"Warning: {shout}" in said and "keep it on" in said
     listed = tower("log", "list", expect=4)["error"]
     assert shout in listed["meaning"]
     assert "Wait a second" not in json.dumps(listed)
-    assert shout in tower.said("monitor", "--for", "0.5")
+    assert shout in tower.printed("monitor", "--for", "0.5")
     tower.hand("wait 5")
     assert tower("status")["logger"]["state"] in ("recording", "stopping")
-    assert shout in tower.said("status")
+    assert shout in tower.printed("status")
     tower("record", "stop", expect=1)
     fetched = tower("log", "fetch", "all", expect=3)
     (copy,) = fetched["logs"]
     assert copy["in_ram"] and copy["samples_lost"] == 0
     assert fetched["ram_released"]
-    listed = tower.said("log", "list")
+    listed = tower.printed("log", "list")
     assert "Card: MISSING." in listed and "MiB free" not in listed
-    assert "RAM is free for the next recording; what it held is safe: " in tower.said(
+    assert "RAM is free for the next recording; what it held is safe: " in tower.printed(
         "log", "erase", "ram", "--yes"
     )
