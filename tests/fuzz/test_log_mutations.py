@@ -15,7 +15,7 @@ from tests.fuzz.log_mutations import Script, check, mutated, pristine
 from tfsat_host.sdlog import blocks, copies
 from tfsat_host.sdlog.block_decoder import Footers
 
-RUNS = 600
+RUNS = 300
 
 
 def scripts(count: int) -> Iterator[bytes]:
@@ -24,8 +24,8 @@ def scripts(count: int) -> Iterator[bytes]:
         yield chance.randbytes(chance.randint(0, 60))
 
 
-def outcomes(folder: Path, count: int = RUNS) -> Counter[str]:
-    return Counter(check(script, folder / "SD.bin") for script in scripts(count))
+def outcomes(folder: Path) -> Counter[str]:
+    return Counter(check(script, folder / "SD.bin") for script in scripts(RUNS))
 
 
 def test_every_damaged_log_is_right_or_flagged(tmp_path: Path) -> None:
@@ -66,4 +66,4 @@ def test_a_second_end_that_is_overlooked_is_found(tmp_path: Path, monkeypatch: p
 
     monkeypatch.setattr(Footers, "add", no_end_counts)
     with pytest.raises(AssertionError):
-        assert "complete" in outcomes(tmp_path)
+        assert check(b"", tmp_path / "SD.bin") == "complete"

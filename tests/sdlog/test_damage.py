@@ -42,11 +42,15 @@ def check(log: DropLog, recorder: Recorder) -> None:
         assert log.sample_index.tolist() == list(range(len(log)))
 
 
-def test_every_truncation(reference: Recorder, tmp_path: Path) -> None:
+@pytest.mark.parametrize("step", [29, pytest.param(1, marks=pytest.mark.prove)])
+def test_every_truncation(reference: Recorder, tmp_path: Path, step: int) -> None:
+    """By the byte under `make prove`; else some of each block, and both sides of each block's end."""
     data = reference.image()
+    ends = {end + i for end in range(0, len(data), BLOCK_BYTES) for i in (-1, 0, 1)}
+    sizes = sorted({*range(0, len(data), step), *ends} & {*range(len(data))}, reverse=True)
     path = write(tmp_path / "SD.bin", data)
     verdicts = []
-    for size in reversed(range(len(data))):
+    for size in sizes:
         os.truncate(path, size)
         try:
             log = load(path)
@@ -57,7 +61,7 @@ def test_every_truncation(reference: Recorder, tmp_path: Path) -> None:
         check(log, reference)
         assert log.verdict == "truncated"
         verdicts.append(log.verdict)
-    assert verdicts == ["truncated"] * (len(data) - 1024) + ["refused"] * 1024
+    assert verdicts == ["truncated" if size >= 2 * BLOCK_BYTES else "refused" for size in sizes]
 
 
 def test_every_flipped_bit(reference: Recorder, tmp_path: Path) -> None:

@@ -64,16 +64,10 @@ def test_a_sparse_card_image_of_many_gigabytes(tmp_path: Path) -> None:
 
 def test_a_long_recording_and_a_whole_copy_of_it(tmp_path: Path) -> None:
     path = tmp_path / "SD.bin"
-    image = long_recording(400_000)
-    path.write_bytes(image)
+    path.write_bytes(2 * long_recording(250_000))
     used, said = above_output(path)
     assert used < ALLOWED_BYTES
-    assert said == ["truncated", 2_399_994, 0]
-    with path.open("ab") as file:
-        file.write(image)
-    used, said = above_output(path)
-    assert used < ALLOWED_BYTES
-    assert said == ["truncated", 2_399_994, 400_000]
+    assert said == ["truncated", 1_499_994, 250_000]
 
 
 def test_blocks_in_any_order(tmp_path: Path) -> None:
@@ -102,8 +96,9 @@ def test_a_file_of_copies_of_one_block(tmp_path: Path, monkeypatch: pytest.Monke
         return read_into(source, target, offset)
 
     monkeypatch.setattr(LogSource, "read_into", counted)
+    path.write_bytes(header + data * 40_000 + b"".join(rest))
     load(path)
-    assert reads < 300
+    assert reads < 30
 
 
 def test_one_block_written_again_with_other_content(tmp_path: Path) -> None:

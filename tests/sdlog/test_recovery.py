@@ -235,7 +235,7 @@ def _head(block: bytes) -> tuple[int, int, int, int]:
     return number, kind, count, first
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(data=st.data())
 def test_any_loss_gives_right_values_and_right_counts(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
