@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from tests.cli.process import RunCli
 from tests.emulate.served import Served
 from tfsat_host.emulated.control import execute
-from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot, Reset
+from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
+from tfsat_host.emulated.server import RobotServer
 from tfsat_host.emulated.transport import EmulatedTransport
 
 _STEP_US = 10_000
 
 
 class RobotHere:
-    """An emulated robot in this process whose ports are two files of the current folder; a `control.Bench`."""
+    """An emulated robot in this process whose ports are two files of the current folder, for `control.execute`."""
 
     def __init__(self, robot: EmulatedRobot) -> None:
         self.robot = robot
@@ -32,7 +33,7 @@ class RobotHere:
         """As `Served.control`; waiting is virtual."""
         replies = []
         for line in lines:
-            reply = execute(line, self)
+            reply = execute(line, cast(RobotServer, self))
             assert reply is not None
             while reply.due is not None and not reply.due():
                 self.robot.advance(_STEP_US)
@@ -45,15 +46,9 @@ class RobotHere:
     def set_cable(self, board: BoardIndex, plugged: bool) -> None:
         self.robot.set_cable(board, plugged)
 
-    def reset(self, cause: Reset) -> None:
-        self.robot.reset(cause)
-
     def save_card(self, path: Path | None) -> tuple[Path, int]:
         assert path is not None
         return path, path.write_bytes(self.robot.card())
-
-    def stop(self) -> None:
-        raise NotImplementedError
 
 
 @contextmanager
