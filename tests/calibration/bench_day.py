@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tests.calibration.emulated_day import DAY_BEGINS, all_steps, recorded
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
@@ -22,7 +23,6 @@ from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, StepKind, rest, sweeps, swings, turn, zero
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator
-from tfsat_host.emulated.calibration_day import MORNING, all_steps, recorded
 from tfsat_host.emulated.hands import Hands, Leg, Motion
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.robot import SETTLE_US, BoardIndex, EmulatedRobot
@@ -66,15 +66,16 @@ def record(
     hands: Hands = HANDS,
     motion: Callable[[EmulatedRobot], None] | None = None,
     last_s: float = 0.0,
+    seed: int = 7,
 ) -> Evidence:
     """One step on a robot of its own; with `motion` this is done for `last_s` instead of what the step says."""
-    with EmulatedRobot(MODEL, imperfections=truth, seed=7) as robot:
+    with EmulatedRobot(MODEL, imperfections=truth, seed=seed) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         operator = EmulatedOperator(robot, hands) if motion is None else Doing(robot, hands, motion, last_s)
         evidence = recorded(robot, logger, operator, step)
     minutes = STEPS.index(step) if step in STEPS else len(STEPS)
-    return replace(evidence, taken=MORNING + timedelta(minutes=minutes))
+    return replace(evidence, taken=DAY_BEGINS + timedelta(minutes=minutes))
 
 
 @cache

@@ -18,7 +18,13 @@ from tfsat_host.emulated.transport import EmulatedTransport
 
 
 @pytest.fixture
-def short_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def few_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step that is read is looked at four times less often."""
+    monkeypatch.setattr("tfsat_host.calibration.progress.LOOK_S", 2.0)
+
+
+@pytest.fixture
+def short_steps(few_looks: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Rests and swings last a quarter to a half: where their numbers are not what is proved."""
     for kind, duration_s in ((StepKind.REST, 5.0), (StepKind.ZERO, 2.0), (StepKind.SWING, 6.0)):
         monkeypatch.setitem(DURATION_S, kind, duration_s)

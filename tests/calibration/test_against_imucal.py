@@ -21,7 +21,7 @@ from tfsat_host.calibration.mounting import solve_mounting, wahba
 from tfsat_host.calibration.response import Response, direction, length_between_rests, with_length
 from tfsat_host.calibration.statistics import mean_and_covariance
 
-SEEDS = range(20)
+SEEDS = [*range(4), *(pytest.param(seed, marks=pytest.mark.prove) for seed in range(4, 20))]
 ROTATION_DEG = 0.02
 SCALE = 0.0005
 

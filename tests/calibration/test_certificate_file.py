@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.calibration.some_calibration import MEASURED, drawn_calibration, whole_calibration
@@ -40,6 +40,7 @@ def assert_same(found: Any, wanted: Any, where: str = "calibration") -> None:
         assert found == wanted, where
 
 
+@settings(max_examples=15)
 @given(st.integers(0, 2**32))
 def test_what_is_read_is_what_was_written_also_a_second_time(seed: int) -> None:
     calibration = drawn_calibration(seed)

@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.calibration.quiet_drop import quiet_drop
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.file import format_calibration, read_calibration
-from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.imperfections import draw_as_built
-from tfsat_host.emulated.robot import DEFAULT_SEED, SETTLE_US, BoardIndex, EmulatedRobot
-from tfsat_host.emulated.transport import EmulatedTransport
+from tfsat_host.emulated.robot import DEFAULT_SEED
 from tfsat_host.robot import load_robot
 
 TRUTH = draw_as_built(DEFAULT_SEED)
 FILE = "calibration-emulated.toml"
 
 
+@pytest.mark.usefixtures("few_looks")
 def test_one_certificate_takes_the_steps_of_all_commands(tfsat_host: RunCli) -> None:
     def calibrate(*args: object) -> dict[str, object]:
         result = tfsat_host.json("calibrate", *args, "--emulated")
@@ -90,6 +90,7 @@ def check_scale(
     assert np.abs(off).max() < 0.003
 
 
+@pytest.mark.usefixtures("short_steps")
 def test_what_a_person_is_told_where_there_is_no_terminal(tfsat_host: RunCli) -> None:
     done = tfsat_host("calibrate", "scale", "--joint", 3, "--emulated")
     for words in (
@@ -142,30 +143,15 @@ def test_the_certificate_of_another_robot_is_refused(tfsat_host: RunCli) -> None
 def test_a_bias_out_of_a_recording(tfsat_host: RunCli) -> None:
     recording = tfsat_host.folder / "DROP0001.BIN"
     began = datetime(2026, 5, 4, 10, tzinfo=UTC)
-    recording.write_bytes(card(round(began.timestamp() * 1e6)))
+    recording.write_bytes(quiet_drop(4, unix_us=round(began.timestamp() * 1e6), as_built=True)[0])
     result = tfsat_host.json("calibrate", "bias", "--log", recording)
     check_bias(result)
     (step,) = result["steps"]
     assert abs((datetime.fromisoformat(step["taken"]) - began).total_seconds()) < 5.0
     assert result["file"] == FILE, "the log says that it is an emulated robot's"
-    recording.write_bytes(card(0))
+    recording.write_bytes(quiet_drop(4, as_built=True)[0])
     refused = tfsat_host("calibrate", "bias", "--log", recording, "--out", "new.toml", expect=1)
     assert "at what time of day" in refused.stderr and not Path(tfsat_host.folder / "new.toml").exists()
-
-
-def card(unix_us: int) -> bytes:
-    """A recording in which the robot waits for 14 s and falls."""
-    with EmulatedRobot(imperfections=TRUTH, seed=4) as robot:
-        robot.advance(SETTLE_US)
-        logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
-        logger.start_recording(unix_us=unix_us)
-        robot.advance(14_000_000)
-        robot.drop()
-        while robot.falling:
-            robot.advance(10_000)
-        robot.advance(1_500_000)
-        logger.stop_recording()
-        return robot.card()
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence, Origin
 from tfsat_host.calibration.steps.step import DURATION_S, Step, StepKind, zero
 from tfsat_host.cli.calibrate.bench import LEAD_S, Bench
-from tfsat_host.cli.calibrate.step_display import record
+from tfsat_host.cli.calibrate.operator import record
 from tfsat_host.cli.main import main
 from tfsat_host.devices.logger import LoggerClient
 from tfsat_host.emulated.bench import EmulatedOperator

@@ -17,8 +17,8 @@ from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.calibration.progress import LONGEST_S
 from tfsat_host.calibration.steps.step import Step, rest, swings, task, turn
 from tfsat_host.cli.calibrate.bench import PERSON_SEED
-from tfsat_host.cli.calibrate.command import MOST_TURN_DEG
-from tfsat_host.cli.calibrate.options import as_typed_here, resuming
+from tfsat_host.cli.calibrate.next_commands import as_typed_here, resuming
+from tfsat_host.cli.calibrate.options import MOST_TURN_DEG
 from tfsat_host.cli.main import main
 from tfsat_host.emulated.bench import EmulatedOperator
 from tfsat_host.emulated.hands import Hands

@@ -6,6 +6,7 @@ import io
 import signal
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +24,12 @@ from tests.calibration.servo_rig import (
 from tests.cli.process import RunCli
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
+from tfsat_host.calibration.sensors.joint_sensors import JointSensors, sensor_columns
 from tfsat_host.calibration.servos.servo_findings import gain_of, left_by, offset_of
 from tfsat_host.calibration.servos.servo_map import settings_from_map
 from tfsat_host.calibration.servos.visits import at_stops, servo_map_of, servo_points
 from tfsat_host.calibration.solution import solve
+from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import Step, rest, servo, sweeps
 from tfsat_host.cli.calibrate.jog import TourInterrupted, sweep
 from tfsat_host.cli.main import main
@@ -41,30 +43,37 @@ from tfsat_host.servo_settings import FACTORY
 # What is found
 
 
-@pytest.mark.parametrize("joint", [1, 3])
-def test_the_map_is_the_servos_own_and_the_new_settings_make_its_angles_true(joint: int) -> None:
+@cache
+def measured_twice(joint: int) -> tuple[Evidence, Evidence, tuple[JointSensors, ...]]:
+    """With the factory's settings and with those that follow; and the sensors."""
     with rig(wrong()) as here:
         sensors = here.solution().joints
         evidence = here.measured(joint)
-        assert len(evidence.visits) == 24
-        before = FACTORY.of(joint)
-        assert evidence.servo_setting == (before.zero_us, before.ns_per_deg, before.reversed)
-        found = servo_map_of(evidence, sensors, MODEL)
-        assert gain_of(found).value == pytest.approx(GAINS[joint - 1], rel=0.003)
-        assert offset_of(found).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
-        assert np.rad2deg(found.backlash_rad) == pytest.approx(BACKLASHES_DEG[joint - 1], abs=0.2)
-        after = settings_from_map(found, FACTORY)
-        here.bench.jog.write_settings(after)
-        again = servo_map_of(here.measured(joint), sensors, MODEL)
-        left = left_by(again, after.of(joint))
-        assert left["mean_deg"] < 0.1 + 2 * np.rad2deg(found.repeatability_rad)
+        here.bench.jog.write_settings(settings_from_map(servo_map_of(evidence, sensors, MODEL), FACTORY))
+        again = here.measured(joint)
         assert here.is_let_go(joint)
+    return evidence, again, sensors
 
 
-def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does() -> None:
-    """Six robots as they are built: errors over their standard deviations."""
+@pytest.mark.parametrize("joint", [1, 3])
+def test_the_map_is_the_servos_own_and_the_new_settings_make_its_angles_true(joint: int) -> None:
+    evidence, again, sensors = measured_twice(joint)
+    assert len(evidence.visits) == 24
+    before = FACTORY.of(joint)
+    assert evidence.servo_setting == (before.zero_us, before.ns_per_deg, before.reversed)
+    found = servo_map_of(evidence, sensors, MODEL)
+    assert gain_of(found).value == pytest.approx(GAINS[joint - 1], rel=0.003)
+    assert offset_of(found).value == pytest.approx(OFFSETS_DEG[joint - 1], abs=0.15)
+    assert np.rad2deg(found.backlash_rad) == pytest.approx(BACKLASHES_DEG[joint - 1], abs=0.2)
+    left = left_by(servo_map_of(again, sensors, MODEL), settings_from_map(found, FACTORY).of(joint))
+    assert left["mean_deg"] < 0.1 + 2 * np.rad2deg(found.repeatability_rad)
+
+
+@pytest.mark.parametrize("robots", [1, pytest.param(6, marks=pytest.mark.prove)])
+def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does(robots: int) -> None:
+    """Robots as they are built: errors over their standard deviations."""
     ratios = []
-    for seed in range(6):
+    for seed in range(robots):
         built = replace(draw_as_built(seed), angle_nonlinearity_rad=np.zeros((6, 4)))
         with rig(built, Hands.human(seed), seed) as here:
             found = servo_map_of(here.measured(1), here.solution().joints, MODEL)
@@ -73,8 +82,10 @@ def test_intervals_hold_what_a_scattering_servo_in_a_persons_hands_does() -> Non
             ratios.append((offset.value - np.rad2deg(built.servo_offset_rad[0])) / offset.std)
             ratios.append((found.backlash_rad - built.servo_backlash_rad[0]) / found.backlash_std_rad)
             assert found.repeatability_rad == pytest.approx(built.servo_repeat_rad[0], rel=0.6)
-    assert np.mean(np.abs(ratios) < 2.0) >= 0.8
-    assert 0.4 < np.sqrt(np.mean(np.square(ratios))) < 1.6
+    assert np.max(np.abs(ratios)) < 4.0
+    if robots > 1:
+        assert np.mean(np.abs(ratios) < 2.0) >= 0.8
+        assert 0.4 < np.sqrt(np.mean(np.square(ratios))) < 1.6
 
 
 # What must not go on
@@ -169,8 +180,7 @@ def test_a_board_that_restarts_ends_the_tour(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_sensor_that_slipped_or_fell_silent_is_named() -> None:
-    with rig(wrong()) as here:
-        evidence, sensors = here.measured(3), here.solution().joints
+    evidence, _, sensors = measured_twice(3)
     slipped = replace(sensors[2], zero_rad=sensors[2].zero_rad + np.deg2rad([0.0, 3.0]))
     with pytest.raises(CalibrationError, match="The two sensors of joint 3 disagree"):
         servo_points(evidence, (*sensors[:2], slipped), MODEL)
@@ -201,8 +211,7 @@ def test_a_joint_that_its_stop_keeps_from_closing_is_not_measured_there() -> Non
 
 
 def test_what_the_zero_point_is_not_known_by_is_in_the_offset() -> None:
-    with rig(wrong()) as here:
-        evidence, sensors = here.measured(1), here.solution().joints
+    evidence, _, sensors = measured_twice(1)
     unsure = replace(sensors[0], zero_covariance=np.diag(np.deg2rad([2.0, 2.0]) ** 2))
     offset = offset_of(servo_map_of(evidence, (unsure, *sensors[1:]), MODEL))
     assert offset.std == pytest.approx(np.sqrt(2.0), rel=0.05), "the mean of two sensors"

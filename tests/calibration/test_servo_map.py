@@ -28,7 +28,7 @@ from tfsat_host.calibration.servos.servo_map import (
 from tfsat_host.protocol.messages import ServoSetting
 from tfsat_host.servo_settings import FACTORY, ServoSettings, find_defect
 
-SEEDS = range(300)
+SEEDS = range(150)
 STROKES_CDEG = (5900, -5900)
 MOVES = [(1, angle_cdeg) for angle_cdeg in STROKES_CDEG]
 TRUE = SimulatedServo(gain=0.95, offset_deg=2.0, backlash_deg=1.2, repeatability_deg=0.5, noise_deg=0.05)
@@ -381,7 +381,7 @@ def test_a_gear_that_slips_once() -> None:
 
 
 def test_a_servo_that_scatters_much_is_not_called_bent() -> None:
-    for seed in range(1000):
+    for seed in range(200):
         _measured(replace(TRUE, repeatability_deg=2.5, seed=seed))
 
 

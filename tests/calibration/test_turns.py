@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,28 +16,27 @@ from tests.calibration.bench_day import (
     SWINGS,
     TRUTH,
     TURN,
+    Change,
     accept,
     add_angle,
     changed,
     done,
-    hands_turn,
     known,
     record,
     refused,
     turn_sensor,
 )
+from tests.calibration.cases import case, check_refused, turned
 from tfsat_host.calibration.solution import solve
 from tfsat_host.calibration.steps.evidence import Evidence
 from tfsat_host.calibration.steps.step import turn
 
 BACK_AND_FORTH = [360.0, 0.0] * 3
+BY = partial(partial, turned, TURN)
 
 
-def turned(
-    angles_deg: list[float], about: tuple[float, float, float] = (0.0, 0.0, 1.0), rest_s: float = 1.0
-) -> Evidence:
-    move, last_s = hands_turn(angles_deg, 3.0, rest_s, about)
-    return record(TURN, motion=move, last_s=last_s)
+def opened(deg: float) -> Evidence:
+    return changed(done(TURN), add_angle(3, deg), add_angle(4, -deg))
 
 
 def test_scale_factors_within_their_intervals() -> None:
@@ -47,66 +48,43 @@ def test_scale_factors_within_their_intervals() -> None:
         assert set(gyro.axes) == {"z"}
 
 
-def test_a_turn_about_another_axis_as_asked() -> None:
-    step = turn("x", 360.0)
-    move, last_s = hands_turn(BACK_AND_FORTH, 3.0, 1.0, (1.0, 0.0, 0.0))
-    accept(record(step, motion=move, last_s=last_s), known())
-
-
-@pytest.mark.parametrize("angle_deg", [180.0, 270.0, 400.0])
-def test_another_angle(angle_deg: float) -> None:
-    error = refused(turned([angle_deg, 0.0] * 3), known())
-    assert error.what.startswith("Turn ")
-    assert "not of +360 deg" in error.what or "not of -360 deg" in error.what
-    assert "Turn it by 360 deg, counter-clockwise" in error.next_step
-
-
-def test_the_wrong_way_round() -> None:
-    error = refused(turned([-360.0, 0.0] * 3), known())
-    assert error.what.startswith("Turn 1 was one of -3")
-    assert error.what.endswith("not of +360 deg.")
-
-
-def test_on_and_on_instead_of_back() -> None:
-    error = refused(turned([360.0, 720.0, 1080.0, 1440.0, 1800.0, 2160.0]), known())
-    assert "not of -360 deg" in error.what
-    assert "then back" in error.next_step
-
-
-@pytest.mark.parametrize("about", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.5, 0.8660254)])
-def test_about_another_axis(about: tuple[float, float, float]) -> None:
-    error = refused(turned(BACK_AND_FORTH, about), known())
-    assert error.what.startswith("The robot was turned about another axis")
-    assert "its z axis is upright" in error.next_step
-
-
-def test_a_robot_that_lies_a_little_wrongly_is_not_refused() -> None:
+def test_turns_that_are_taken() -> None:
+    accept(turned(turn("x", 360.0), BACK_AND_FORTH, (1.0, 0.0, 0.0)), known())
     accept(record(TURN, hands=replace(HANDS, tilt_deg=0.3, placing_deg=0.3)), known())
+    accept(opened(1.0), known())
+    accept(done(TURN), known(*map(done, SWINGS[:3])))  # judged by what the swings say
 
 
-def test_too_few_turns() -> None:
-    error = refused(turned([360.0, 0.0, 360.0, 0.0]), known())
-    assert error.what == "The robot was turned 4 times; at least 5 turns are needed."
-    assert "three times" in error.next_step
+ABOUT = "The robot was turned about another axis"
 
 
-def test_no_rest_between_the_turns() -> None:
-    error = refused(turned(BACK_AND_FORTH, rest_s=0.0), known())
-    assert "at least 5 turns are needed" in error.what
-    assert "resting a second at each end" in error.next_step
+@pytest.mark.parametrize(
+    "row",
+    [
+        case("180 deg", BY([180.0, 0.0] * 3), "0 deg, not of +360 deg", "Turn it by 360 deg", quick=False),
+        case("270 deg", BY([270.0, 0.0] * 3), "Turn 1 was one of +2", "counter-clockwise"),
+        case("400 deg", BY([400.0, 0.0] * 3), "Turn 1 was one of +", "Turn it by 360 deg", quick=False),
+        case("the wrong way round", BY([-360.0, 0.0] * 3), "Turn 1 was one of -3", "counter-clockwise"),
+        case("on and on", BY(list(360.0 * np.arange(1, 7))), "not of -360 deg", "then back"),
+        case("about x", BY(BACK_AND_FORTH, (1.0, 0.0, 0.0)), ABOUT, "its z axis is upright", quick=False),
+        case("about y", BY(BACK_AND_FORTH, (0.0, 1.0, 0.0)), ABOUT, "its z axis is upright", quick=False),
+        case("askew", BY(BACK_AND_FORTH, (0.0, 0.5, 0.8660254)), ABOUT, "its z axis is upright"),
+        case("too few", BY([360.0, 0.0] * 2), "turned 4 times; at least 5 turns are needed", "three times"),
+        case("no rests", BY(BACK_AND_FORTH, rest_s=0.0), "at least 5 turns", "resting a second at each end"),
+        case("not brought back", BY([360.0, 60.0] * 3), "Turn ", "from edge to edge"),
+        case("interrupted", BY([180.0, 360.0, 180.0, 0.0] * 2), "Turn 1 was one of +1", quick=False),
+        case("a joint is open", lambda: opened(10.0), "Joint 2 was 1", "Close all joints"),
+    ],
+)
+def test_what_is_no_turn_is_refused(row: Any) -> None:
+    check_refused(row)
 
 
-def test_not_brought_back_to_where_it_lay() -> None:
-    error = refused(turned([360.0, 60.0] * 3), known())
-    assert "from edge to edge" in error.next_step
+def mounted(body: int, *rotvec_deg: float) -> Change:
+    return turn_sensor(body, np.rint(Rotation.from_rotvec(rotvec_deg, degrees=True).as_matrix()))
 
 
-def test_an_interrupted_turn() -> None:
-    error = refused(turned([180.0, 360.0, 180.0, 0.0] * 2), known())
-    assert error.what.startswith("Turn 1 was one of +1")
-
-
-@pytest.mark.parametrize("body", [1, 3])
+@pytest.mark.parametrize("body", [1, pytest.param(3, marks=pytest.mark.prove)])
 @pytest.mark.parametrize(
     ("rotvec_deg", "how"),
     [
@@ -118,19 +96,6 @@ def test_an_interrupted_turn() -> None:
 def test_one_sensor_that_is_mounted_otherwise_is_named(
     body: int, rotvec_deg: tuple[int, ...], how: str
 ) -> None:
-    rotation = np.rint(Rotation.from_rotvec(rotvec_deg, degrees=True).as_matrix())
-    error = refused(changed(done(TURN), turn_sensor(body, rotation)), known())
+    error = refused(changed(done(TURN), mounted(body, *rotvec_deg)), known())
     assert error.what.startswith(f"The sensor on body {body} looks mounted {how}")
     assert "about the body's z axis" in error.what
-
-
-def test_a_joint_that_is_open() -> None:
-    opened = changed(done(TURN), add_angle(3, 10.0), add_angle(4, -10.0))
-    error = refused(opened, known())
-    assert error.what.startswith("Joint 2 was 1")
-    assert "Close all joints" in error.next_step
-    accept(changed(done(TURN), add_angle(3, 1.0), add_angle(4, -1.0)), known())
-
-
-def test_after_the_swings_the_turn_is_judged_by_what_they_told() -> None:
-    accept(done(TURN), known(*map(done, SWINGS[:3])))

@@ -45,7 +45,15 @@ def loose(joint: int, most_deg: float) -> Change:
     return change
 
 
-@pytest.mark.parametrize("shown_deg", [0.0, 0.04, 89.9, 180.0, 359.9, 359.95, 359.99])
+@pytest.mark.parametrize(
+    "shown_deg",
+    [
+        0.0,
+        180.0,
+        359.95,
+        *(pytest.param(deg, marks=pytest.mark.prove) for deg in (0.04, 89.9, 359.9, 359.99)),
+    ],
+)
 def test_zero_points_anywhere_and_at_the_wrap(shown_deg: float) -> None:
     """The sensors' noise takes them across the wrap from one sample to the next."""
     design = np.array([sensor.zero_offset_rad for sensor in MODEL.angle_sensors])

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tests.calibration.emulated_day import CalibrationDay, calibration_day
 from tfsat_host.angles import wrapped
 from tfsat_host.arrays import FloatArray
 from tfsat_host.calibration.acceptance import check_step
 from tfsat_host.calibration.sensors.joint_sensors import harmonics
 from tfsat_host.calibration.solution import Solution, solve
 from tfsat_host.calibration.steps.evidence import Evidence
-from tfsat_host.emulated.calibration_day import CalibrationDay, calibration_day
 from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import draw_as_built
 from tfsat_host.robot import RobotModel, load_robot

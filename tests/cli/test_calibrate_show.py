@@ -13,9 +13,9 @@ from tests.calibration.some_calibration import MEASURED, whole_calibration
 from tests.cli.process import RunCli
 from tfsat_host.calibration.certificate.certificate import Calibration, Landing, Paper, with_landing
 from tfsat_host.calibration.certificate.file import format_calibration
+from tfsat_host.calibration.review import age_words
 from tfsat_host.calibration.sensors.gyro import by_design
 from tfsat_host.calibration.steps.evidence import sha256
-from tfsat_host.cli.calibrate.show import age_words
 
 HOUR = timedelta(hours=1)
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tests.calibration.emulated_day import DAY_BEGINS, CalibrationDay, calibration_day
 from tests.calibration_proof.robots import calibrated, design
 from tests.evaluation.drops import with_com_offsets
 from tfsat_host.calibration.certificate.certificate import Calibration, Subject
 from tfsat_host.calibration.sensors.gyro import SCALE_STD, GyroCalibration
 from tfsat_host.calibration.solution import Solution
 from tfsat_host.calibration.steps.step import StepKind
-from tfsat_host.emulated.calibration_day import MORNING, CalibrationDay, calibration_day
 from tfsat_host.emulated.hands import Hands
 from tfsat_host.emulated.imperfections import Imperfections, draw_as_built
 from tfsat_host.emulated.imu_part import imperfections_with, load_imu
@@ -68,7 +68,7 @@ def _certificate(
 ) -> Calibration:
     origin = day.evidence[0].origin
     subject = Subject(day.model.name, origin.logger_serial, origin.who_am_i, True)
-    return Calibration(subject, tuple(gyros or found.gyros), found.joints, (), (), (), (), MORNING)
+    return Calibration(subject, tuple(gyros or found.gyros), found.joints, (), (), (), (), DAY_BEGINS)
 
 
 def _scale_unknown(gyro: GyroCalibration) -> GyroCalibration:

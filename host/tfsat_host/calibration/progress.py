@@ -155,15 +155,17 @@ class Watch:
         self._scales = scales
         self._look = partial(progress_of, step, known=known, model=model)
         self._show = show
+        self._fresh: list[LiveSampleStream] = []
         self._parts: list[Counts] = []
         self._due_us = 0
 
     def __call__(self, fresh: Sequence[LiveSampleStream]) -> bool:
         """Whether these samples were the last that the step needs."""
-        self._parts.append(Counts.from_live(fresh, self._scales))
+        self._fresh += fresh
         if fresh[-1].time_us < self._due_us:
             return False
-        self._parts = [Counts.joined(self._parts)]
+        self._parts = [Counts.joined([*self._parts, Counts.from_live(self._fresh, self._scales)])]
+        self._fresh = []
         progress = self._look(self._parts[0])
         self._show(progress)
         self._due_us = fresh[-1].time_us + round(min(LOOK_S, progress.left_s) * 1e6)

@@ -15,6 +15,7 @@ from tfsat_host.protocol.limits import PROTOCOL_HASH
 from tfsat_host.robot import RobotModel
 
 CLOCKS_DIFFER = timedelta(minutes=2)
+_AGES = ((timedelta(hours=2), timedelta(minutes=1), "min"), (timedelta(days=2), timedelta(hours=1), "h"))
 _UNKNOWN = {"value": None, "std": None, "unit": None}
 
 
@@ -83,3 +84,26 @@ def _state(certificate: Path, paper: Paper) -> str:
     except OSError:
         return "unreadable"
     return "matches" if sha256(data) == paper.sha256 else "changed"
+
+
+def landing_words(calibration: Calibration, now: datetime) -> str:
+    """The last landing, a sentence."""
+    if not calibration.landings:
+        return (
+            "No landing since the campaign began, as far as is known: decode and evaluate tell of landings."
+        )
+    *earlier, last = calibration.landings
+    more = f" ({len(earlier)} earlier)" if earlier else ""
+    return (
+        f"Last landing: {last.at:%Y-%m-%d %H:%M:%S} UTC, {age_words(now - last.at)}, by {last.told_by}{more}."
+    )
+
+
+def age_words(age: timedelta) -> str:
+    """Such as `3 h ago`."""
+    if age < timedelta(minutes=-1):
+        return "in the future"
+    if age < timedelta(minutes=2):
+        return "just now"
+    older = (f"{age // step} {unit} ago" for limit, step, unit in _AGES if age < limit)
+    return next(older, f"{age.days} days ago")

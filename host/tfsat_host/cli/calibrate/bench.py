@@ -8,11 +8,11 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from tfsat_host.calibration.steps.step import Step, StepKind, task, title, zero
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.steps.evidence import Origin
-    from tfsat_host.calibration.steps.step import Step
     from tfsat_host.devices.jogging import JogClient
     from tfsat_host.devices.logger import LoggerClient
     from tfsat_host.emulated.bench import EmulatedOperator
@@ -98,8 +98,6 @@ class EmulatedPerson:
 
     def begin(self, step: Step) -> None:
         """At once; where the servo moves the joint, closes that and holds the rest."""
-        from tfsat_host.calibration.steps.step import Step, StepKind, zero
-
         if self._jogging and step.joint is not None:
             self._operator.wait_until_limp()  # the servo of the sweep before has let go
             self._operator.begin(zero(step.joint))
@@ -112,8 +110,6 @@ class EmulatedPerson:
 
 def announce(step: Step, out: Output) -> None:
     """The heading and the task of a step that is done by hand."""
-    from tfsat_host.calibration.steps.step import task, title
-
     out.note("\n  ".join((f"\n{title(step)}", *task(step))))
 
 
@@ -149,11 +145,9 @@ def open_bench(
     with kept_robot(out.note, model=model, as_built=True) as robot:
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         person = EmulatedPerson(EmulatedOperator(robot, Hands.human(PERSON_SEED)), out, jogging=jog)
-        if not jog:
-            yield Bench(logger, person, origin_of(logger))
-            return
-        sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER))
-        with explained(sequencer, argparse.Namespace(emulated=True, port=None)):
+        sequencer = JogClient.connect(EmulatedTransport(robot, BoardIndex.SEQUENCER)) if jog else None
+        here = argparse.Namespace(emulated=True, port=None)
+        with nullcontext() if sequencer is None else explained(sequencer, here):
             yield Bench(logger, person, origin_of(logger), sequencer)
 
 

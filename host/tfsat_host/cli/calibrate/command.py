@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from typing import cast
 
-from tfsat_host.calibration.steps.step import AXES, Axis
 from tfsat_host.cli.calibrate.options import (
     add_campaign_options,
     add_certificate_options,
     add_joint_option,
     add_sequencer_port,
+    turned,
 )
-from tfsat_host.cli.options import add_output_options, file_name, number
+from tfsat_host.cli.options import add_output_options, file_name
 from tfsat_host.cli.subcommands import add_subcommands
-from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 
-LEAST_TURN_DEG, MOST_TURN_DEG = 90.0, 720.0
 _QUANTITIES = {
     "bias": ("what the gyros read at rest", "Read all gyros while the robot lies still."),
     "zero": (
@@ -107,30 +104,4 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     if args.quantity == "bias" and args.log is not None:
         return flow.take_from_log(args, out)
-    return flow.measure(args, _turned(args), out)
-
-
-def _turned(args: argparse.Namespace) -> tuple[Axis, float] | None:
-    """Axis and angle in deg of a turn by hand. Raises UsageError."""
-    words = getattr(args, "turn", None)
-    if words is None:
-        return None
-    problem = ""
-    if args.jog:
-        problem = "with --jog a servo moves a joint; a turn is done by hand: leave one of them out"
-    elif words[0] not in AXES:
-        problem = f"{words[0]!r} is no axis of a body: write x, y or z"
-    else:
-        try:
-            angle_deg = number(words[1])
-        except argparse.ArgumentTypeError as error:
-            problem = str(error)
-        else:
-            if LEAST_TURN_DEG <= abs(angle_deg) <= MOST_TURN_DEG:
-                return cast("Axis", words[0]), angle_deg
-            problem = f"a turn is {LEAST_TURN_DEG:g} to {MOST_TURN_DEG:g} deg either way, not {words[1]}"
-    raise UsageError(
-        what=f"Argument --turn: {problem}.",
-        meaning="Nothing was measured.",
-        next_step="tfsat-host calibrate scale --help",
-    )
+    return flow.measure(args, turned(args), out)

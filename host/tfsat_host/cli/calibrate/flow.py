@@ -9,8 +9,9 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError
-from tfsat_host.cli.calibrate.operator import Terminal, give_result
-from tfsat_host.cli.calibrate.options import as_typed_here, certificate_path, commands_as_typed
+from tfsat_host.cli.calibrate.next_commands import as_typed_here, commands_as_typed
+from tfsat_host.cli.calibrate.operator import Terminal, give_result, record
+from tfsat_host.cli.calibrate.options import certificate_path
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ def measure(args: argparse.Namespace, turned: tuple[Axis, float] | None, out: Ou
     from tfsat_host.calibration.steps.step import StepKind
     from tfsat_host.cli.calibrate import jog
     from tfsat_host.cli.calibrate.bench import open_bench
-    from tfsat_host.cli.calibrate.step_display import record
     from tfsat_host.robot import load_robot
 
     model = load_robot(args.robot)

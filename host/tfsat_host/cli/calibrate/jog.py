@@ -7,7 +7,8 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.calibrate.step_display import drawn_or_lines, warn_of_losses
+from tfsat_host.cli.calibrate.operator import warn_of_losses
+from tfsat_host.cli.calibrate.step_display import drawn_or_lines
 from tfsat_host.cli.stopping import stop_wish, suspend_now
 from tfsat_host.errors import Interrupted, RefusedError
 from tfsat_host.present.output import NotConfirmed, Output
@@ -48,9 +49,8 @@ def sweep(step: Step, bench: Bench, out: Output) -> Evidence:
     from tfsat_host.calibration.servos.tour import SWEEP_HOLD_S, sweep_stops_cdeg
     from tfsat_host.devices.jogging import JogTour
 
-    joint = step.moving_joint
-    stops_cdeg = sweep_stops_cdeg(bench.jog.settings().settings.of(joint))
-    return drive(JogTour(joint, stops_cdeg, SWEEP_HOLD_S), step, bench, out)
+    stops_cdeg = sweep_stops_cdeg(bench.jog.settings().settings.of(step.moving_joint))
+    return drive(JogTour(step.moving_joint, stops_cdeg, SWEEP_HOLD_S), step, bench, out)
 
 
 def measure_servo(
@@ -81,8 +81,7 @@ def measure_servo(
     from tfsat_host.calibration.steps.step import servo as servo_step
     from tfsat_host.devices.jogging import JogTour
 
-    servo = settings.of(joint)
-    plan = servo_plan(servo)
+    servo, plan = settings.of(joint), servo_plan(settings.of(joint))
     tour = JogTour(joint, (plan[0], *plan), HOLD_S)  # at first the servo only takes hold of the joint
     visits = Visits(tour.stops_cdeg, servo, sensors, model)
     evidence = drive(tour, servo_step(joint), bench, out, visits.check_start, visits.rested)
@@ -122,14 +121,13 @@ def drive(
     taken, last = datetime.now(UTC), -1
 
     def line(at: tuple[int, int]) -> str:
-        to_deg, total = tour.stops_cdeg[at[0]] / CDEG_PER_DEG, len(tour.stops_cdeg)
-        angle = f"{at[1] / CDEG_PER_DEG:6.2f} deg, to {to_deg:g} deg"
-        return f"joint {tour.joint}: {angle}, stop {at[0] + 1} of {total}"
+        angle = f"{at[1] / CDEG_PER_DEG:6.2f} deg, to {tour.stops_cdeg[at[0]] / CDEG_PER_DEG:g} deg"
+        return f"joint {tour.joint}: {angle}, stop {at[0] + 1} of {len(tour.stops_cdeg)}"
 
     def due(at: tuple[int, int]) -> bool:
         nonlocal last
         before, last = last, at[0]
-        return last > before
+        return before < last
 
     bench.mover.begin(step)
     with bench.logger.live() as scales:

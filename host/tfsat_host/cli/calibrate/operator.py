@@ -4,24 +4,60 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.steps.step import title
-from tfsat_host.cli.calibrate.options import as_typed_here
+from tfsat_host.cli.calibrate.next_commands import as_typed_here
+from tfsat_host.cli.calibrate.step_display import LINE_S, Picture, drawn_or_lines, line_of
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
     from tfsat_host.calibration.certificate.campaign import Campaign
     from tfsat_host.calibration.certificate.certificate import Calibration
+    from tfsat_host.calibration.progress import StepProgress
     from tfsat_host.calibration.solution import Known
     from tfsat_host.calibration.steps.evidence import Evidence
     from tfsat_host.calibration.steps.step import Step
+    from tfsat_host.cli.calibrate.bench import Bench
     from tfsat_host.robot import RobotModel
 
     Reader = Callable[[Step, Known], Evidence]
 
 OF_EMULATED = "These are the errors of an emulated robot: of no use for a real one."
+
+
+def record(step: Step, bench: Bench, known: Known, model: RobotModel, out: Output) -> Evidence:
+    """Has the step done and reads it, until it is done or its time is over."""
+    from tfsat_host.calibration.progress import Watch
+    from tfsat_host.calibration.steps.evidence import LiveSource, pass_over, read_step
+
+    due_s = LINE_S
+
+    def due(progress: StepProgress) -> bool:
+        nonlocal due_s
+        now = progress.elapsed_s >= due_s or progress.done
+        due_s = progress.elapsed_s + LINE_S if now else due_s
+        return now
+
+    bench.mover.begin(step)
+    with bench.logger.live() as scales:
+        live = LiveSource(bench.logger.live_samples, scales, bench.origin, lambda: datetime.now(UTC))
+        pass_over(live, bench.mover.lead_s)
+        with drawn_or_lines(
+            out, lambda now: Picture(step, now), lambda now: line_of(step, now), due, first="  Reading …"
+        ) as show:
+            evidence = read_step(step, live, Watch(step, scales, known, model, show))
+    warn_of_losses(evidence, out)
+    return evidence
+
+
+def warn_of_losses(evidence: Evidence, out: Output) -> None:
+    """Says how many samples never arrived."""
+    if lost := evidence.counts.samples_lost:
+        total = len(evidence.counts.t_us) + lost
+        out.warn(f"{lost} of {total} samples never arrived ({title(evidence.step)}).")
 
 
 class Terminal:

@@ -13,7 +13,7 @@ from tfsat_host.calibration.steps.step import servo as servo_step
 from tfsat_host.cli.calibrate.bench import Bench, open_bench
 from tfsat_host.cli.calibrate.flow import open_campaign
 from tfsat_host.cli.calibrate.jog import measure_servo
-from tfsat_host.cli.calibrate.options import commands_as_typed, resuming
+from tfsat_host.cli.calibrate.next_commands import commands_as_typed, resuming
 from tfsat_host.present.output import NotConfirmed, Output
 from tfsat_host.present.stored_settings import comparison, servo_words, settings_as_dict
 from tfsat_host.present.terminal import show

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import shlex
-from datetime import UTC, datetime, timedelta
-from pathlib import Path
+from datetime import UTC, datetime
 
 from tfsat_host.calibration.certificate.certificate import Calibration, in_words
 from tfsat_host.calibration.certificate.file import read_calibration
-from tfsat_host.calibration.errors import CalibrationError
 from tfsat_host.calibration.findings import Row, value_text
-from tfsat_host.calibration.review import in_future, review
+from tfsat_host.calibration.review import age_words, in_future, landing_words, review
 from tfsat_host.cli.calibrate.operator import OF_EMULATED
-from tfsat_host.cli.calibrate.options import certificate_path
+from tfsat_host.cli.calibrate.options import certificate_path, none_yet, same_certificate
 from tfsat_host.present.output import Output
 from tfsat_host.present.terminal import show_rows
 from tfsat_host.quantity import UNKNOWN, Column
@@ -28,7 +25,6 @@ _STATES = {
     "gone": "NOT THERE",
     "unreadable": "UNREADABLE",
 }
-_AGES = ((timedelta(hours=2), timedelta(minutes=1), "min"), (timedelta(days=2), timedelta(hours=1), "h"))
 
 
 def run(args: argparse.Namespace, out: Output) -> int:
@@ -40,9 +36,9 @@ def run(args: argparse.Namespace, out: Output) -> int:
     now = datetime.now(UTC)
     file = certificate_path(args, emulated=args.emulated)
     if not file.exists():
-        raise _none_yet(args, file)
+        raise none_yet(args, file)
     calibration = read_calibration(file)
-    found = review(file, calibration, load_robot(args.robot), _options(args), now)
+    found = review(file, calibration, load_robot(args.robot), same_certificate(args), now)
 
     def age(row: Row) -> str:
         return UNKNOWN if row["taken"] is None else age_words(now - datetime.fromisoformat(row["taken"]))
@@ -71,30 +67,10 @@ def run(args: argparse.Namespace, out: Output) -> int:
                     f"NOT PROVEN: the recording of {paper['step']} is not as it was. Copy it back, or repeat the step; "
                     "it counts no more when another step is accepted."
                 )
-        out.line(_landings(calibration, now))
+        out.line(landing_words(calibration, now))
 
     out.result(found, show)
     return 0
-
-
-def _none_yet(args: argparse.Namespace, file: Path) -> CalibrationError:
-    """Names the certificate of a real or an emulated robot where the other one was asked for."""
-    meaning = "Without one a drop cannot be evaluated: a bias of 1 deg/s alone is 2.5 deg over a fall."
-    begin = f"tfsat-host calibrate bias{_options(args)}"
-    next_step = f"Begin with: {begin}"
-    other = certificate_path(args, emulated=not args.emulated)
-    if other != file and other.exists():
-        kind, option = ("a real", "") if args.emulated else ("an emulated", " --emulated")
-        meaning = f"{other} is here, but it is that of {kind} robot. {meaning}"
-        next_step = f"To see that one: tfsat-host calibrate show{option}. To begin: {begin}"
-    what = f"There is no calibration yet: no file {file}."
-    return CalibrationError(what=what, meaning=meaning, next_step=next_step)
-
-
-def _options(args: argparse.Namespace) -> str:
-    """What makes the next command work on the same certificate."""
-    out = f" --out {shlex.quote(str(args.out))}" if args.out else ""
-    return out + (" --emulated" if args.emulated else "")
 
 
 def _below(calibration: Calibration, found: Row) -> list[str]:
@@ -123,25 +99,3 @@ def _below(calibration: Calibration, found: Row) -> list[str]:
         if in_future(row)
     ]
     return lines
-
-
-def _landings(calibration: Calibration, now: datetime) -> str:
-    if not calibration.landings:
-        return (
-            "No landing since the campaign began, as far as is known: decode and evaluate tell of landings."
-        )
-    *earlier, last = calibration.landings
-    more = f" ({len(earlier)} earlier)" if earlier else ""
-    return (
-        f"Last landing: {last.at:%Y-%m-%d %H:%M:%S} UTC, {age_words(now - last.at)}, by {last.told_by}{more}."
-    )
-
-
-def age_words(age: timedelta) -> str:
-    """Such as `3 h ago`."""
-    if age < timedelta(minutes=-1):
-        return "in the future"
-    if age < timedelta(minutes=2):
-        return "just now"
-    older = (f"{age // step} {unit} ago" for limit, step, unit in _AGES if age < limit)
-    return next(older, f"{age.days} days ago")

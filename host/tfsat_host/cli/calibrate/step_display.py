@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, TypeVar
 
 from tfsat_host.calibration.steps.step import Step, StepKind, bodies, title
@@ -15,10 +14,6 @@ if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
     from tfsat_host.calibration.progress import BodyLevel, StepProgress
-    from tfsat_host.calibration.solution import Known
-    from tfsat_host.calibration.steps.evidence import Evidence
-    from tfsat_host.cli.calibrate.bench import Bench
-    from tfsat_host.robot import RobotModel
 
 State = TypeVar("State")
 LINE_S = 5.0
@@ -100,38 +95,6 @@ def _body_line(step: Step, level: BodyLevel, width: int) -> str:
 
 def _limit_words(level: BodyLevel) -> str:
     return f"{'at least' if level.at_least else 'at most'} {level.limit_deg_s:.1f}"
-
-
-def record(step: Step, bench: Bench, known: Known, model: RobotModel, out: Output) -> Evidence:
-    """Has the step done and reads it, until it is done or its time is over."""
-    from tfsat_host.calibration.progress import Watch
-    from tfsat_host.calibration.steps.evidence import LiveSource, pass_over, read_step
-
-    due_s = LINE_S
-
-    def due(progress: StepProgress) -> bool:
-        nonlocal due_s
-        now = progress.elapsed_s >= due_s or progress.done
-        due_s = progress.elapsed_s + LINE_S if now else due_s
-        return now
-
-    bench.mover.begin(step)
-    with bench.logger.live() as scales:
-        live = LiveSource(bench.logger.live_samples, scales, bench.origin, lambda: datetime.now(UTC))
-        pass_over(live, bench.mover.lead_s)
-        with drawn_or_lines(
-            out, lambda now: Picture(step, now), lambda now: line_of(step, now), due, first="  Reading …"
-        ) as show:
-            evidence = read_step(step, live, Watch(step, scales, known, model, show))
-    warn_of_losses(evidence, out)
-    return evidence
-
-
-def warn_of_losses(evidence: Evidence, out: Output) -> None:
-    """Says how many samples never arrived."""
-    if lost := evidence.counts.samples_lost:
-        total = len(evidence.counts.t_us) + lost
-        out.warn(f"{lost} of {total} samples never arrived ({title(evidence.step)}).")
 
 
 @contextmanager

@@ -1,8 +1,8 @@
-"""All steps of a calibration on one emulated robot, as a person does them on the bench; its truth is known."""
+"""All steps of a calibration on one emulated robot, as they are done on the bench; its truth is known."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
@@ -20,31 +20,20 @@ from tfsat_host.protocol.limits import JOINT_COUNT
 from tfsat_host.protocol.messages import LiveSampleStream
 from tfsat_host.robot import RobotModel
 
-MORNING = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
-"""When an emulated day begins."""
+DAY_BEGINS = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
 
 
 def all_steps() -> tuple[Step, ...]:
     """What a gyro and an angle sensor need, in order; servos are another command's."""
     joints = range(1, JOINT_COUNT + 1)
-    return (
-        steps.rest(),
-        steps.zero(None),
-        *(swing for joint in joints for swing in steps.swings(joint)),
-        *(sweep for joint in joints for sweep in steps.sweeps(joint)),
-        steps.turn("z", 360.0),
-    )
+    swings = (swing for joint in joints for swing in steps.swings(joint))
+    sweeps = (sweep for joint in joints for sweep in steps.sweeps(joint))
+    return (steps.rest(), steps.zero(None), *swings, *sweeps, steps.turn("z", 360.0))
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationDay:
-    """What was recorded, and of whom.
-
-    Attributes:
-        evidence: One recording a step, in order.
-        model: How the robot is meant to be.
-        truth: How it is.
-    """
+    """One recording a step, in order; how the robot is meant to be, and how it is."""
 
     evidence: tuple[Evidence, ...]
     model: RobotModel
@@ -52,43 +41,26 @@ class CalibrationDay:
 
 
 def calibration_day(
-    model: RobotModel,
-    truth: Imperfections,
-    hands: Hands,
-    seed: int,
-    todo: Sequence[Step] = (),
-    told: Callable[[Step], None] = lambda _: None,
+    model: RobotModel, truth: Imperfections, hands: Hands, seed: int, todo: Sequence[Step] = ()
 ) -> CalibrationDay:
-    """Records the steps `todo`, all by default, through the logger's own firmware.
-
-    Args:
-        model: The robot by design.
-        truth: Its hidden errors.
-        hands: Who holds and moves it.
-        seed: For noise.
-        todo: Steps, in order.
-        told: Called with each step before it is recorded.
-    """
+    """Records the steps `todo`, all by default, through the logger's own firmware; `seed` is for noise."""
     with EmulatedRobot(model, imperfections=truth, seed=seed) as robot:
         robot.advance(SETTLE_US)
         logger = LoggerClient.connect(EmulatedTransport(robot, BoardIndex.LOGGER))
         operator = EmulatedOperator(robot, hands)
-        evidence = []
-        for step in todo or all_steps():
-            told(step)
-            evidence.append(recorded(robot, logger, operator, step))
-        return CalibrationDay(tuple(evidence), model, truth)
+        evidence = tuple(recorded(robot, logger, operator, step) for step in todo or all_steps())
+    return CalibrationDay(evidence, model, truth)
 
 
 def recorded(robot: EmulatedRobot, logger: LoggerClient, operator: EmulatedOperator, step: Step) -> Evidence:
     """One step."""
-    taken = MORNING + timedelta(microseconds=robot.now_us)
+    taken = DAY_BEGINS + timedelta(microseconds=robot.now_us)
+    identity, who = logger.identity, logger.status().who_am_i
+    origin = Origin(identity.serial, bytes(who).hex(), True, identity.firmware, identity.image_crc)
     samples: list[LiveSampleStream] = []
-    with logger.live() as reply:
+    with logger.live() as scales:
         operator.begin(step)
         end_us = robot.now_us + round(1e6 * operator.duration_s(step))
         while robot.now_us < end_us:
             samples += logger.live_samples()
-    identity, who = logger.identity, logger.status().who_am_i
-    origin = Origin(identity.serial, bytes(who).hex(), True, identity.firmware, identity.image_crc)
-    return Evidence(step, Counts.from_live(samples, reply), taken, origin)
+    return Evidence(step, Counts.from_live(samples, scales), taken, origin)

@@ -1,0 +1,62 @@
+"""Tables of steps that a campaign refuses, with the words of the reason, and of those that it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pytest
+
+from tests.calibration.bench_day import MODEL, hands_move, hands_turn, known, record, refused
+from tfsat_host.calibration.steps.evidence import Evidence
+from tfsat_host.calibration.steps.step import Step
+from tfsat_host.robot import RobotModel
+
+Make = Callable[[], Evidence]
+
+
+def case(
+    name: str,
+    make: Make,
+    what: str,
+    cure: str = "",
+    *,
+    earlier: Callable[[], Sequence[Evidence]] = known,
+    model: RobotModel = MODEL,
+    quick: bool = True,
+) -> Any:
+    """A row for `check_refused`: what the error says happened and what to do; without `quick` under `make prove`."""
+    marks = () if quick else pytest.mark.prove
+    return pytest.param((make, what, cure, earlier, model), id=name, marks=marks)
+
+
+def check_refused(row: tuple[Make, str, str, Callable[[], Sequence[Evidence]], RobotModel]) -> None:
+    """That the step is refused in these words."""
+    make, what, cure, earlier, model = row
+    error = refused(make(), earlier(), model)
+    assert what in error.what
+    assert cure in f"{error.meaning} {error.next_step}"
+
+
+def moved(
+    step: Step,
+    stops_deg: Sequence[float],
+    leg_s: float = 1.0,
+    rest_s: float = 0.0,
+    held: Sequence[int] | None = None,
+) -> Evidence:
+    """The step's joint through these stops by steady hands that hold what the step says, or `held`."""
+    hands = hands_move(step.moving_joint, step.held if held is None else held, stops_deg, leg_s, rest_s)
+    return record(step, motion=hands[0], last_s=hands[1])
+
+
+def turned(
+    step: Step,
+    angles_deg: Sequence[float],
+    about: tuple[float, float, float] = (0.0, 0.0, 1.0),
+    leg_s: float = 3.0,
+    rest_s: float = 1.0,
+) -> Evidence:
+    """The closed robot through these angles about a body axis by steady hands."""
+    hands = hands_turn(angles_deg, leg_s, rest_s, about)
+    return record(step, motion=hands[0], last_s=hands[1])
