@@ -147,7 +147,7 @@ class Story:
         for block in range(blocks):
             self.recorder.data(events=events if block == 0 else ())
 
-    def open(self, blocks: int, *, noted: bool = True, noted_later_us: int = 0) -> None:
+    def open(self, blocks: int, *, recorded: bool = True, recorded_later_us: int = 0) -> None:
         """Both switches open; the logger notes it a block later."""
         first_us = self.now_us()
         release_us = first_us + 10
@@ -158,7 +158,7 @@ class Story:
             event(release_us, EventCode.SWITCH_EDGE, 1, 1),
         ]
         self.recorder.data(flags=OPEN, events=edges)
-        said = [event(release_us + noted_later_us, EventCode.RELEASE, 0, 1)] if noted else []
+        said = [event(release_us + recorded_later_us, EventCode.RELEASE, 0, 1)] if recorded else []
         self.recorder.data(flags=OPEN, events=said)
         self.fall(blocks)
 
@@ -217,25 +217,27 @@ def test_only_a_revoked_release_is_none(tmp_path: Path) -> None:
     assert (log.release, log.t_s_origin, log.doubts) == (None, "first sample", ())
 
 
-@pytest.mark.parametrize("noted", [False, True])
-def test_what_follows_the_landing_is_no_release(tmp_path: Path, noted: bool) -> None:
+@pytest.mark.parametrize("recorded", [False, True])
+def test_what_follows_the_landing_is_no_release(tmp_path: Path, recorded: bool) -> None:
     story = Story()
     story.hang(20)
-    story.open(60, noted=noted)
+    story.open(60, recorded=recorded)
     story.land()
     story.close(revokes=False)
-    story.open(20, noted=False)
+    story.open(20, recorded=False)
     log = story.load(tmp_path)
     assert (log.release_us, log.doubts) == (story.releases[0], ())
 
 
-@pytest.mark.parametrize("noted", [False, True])
-def test_the_last_release_counts_where_neither_stroke_nor_landing_tells(tmp_path: Path, noted: bool) -> None:
+@pytest.mark.parametrize("recorded", [False, True])
+def test_the_last_release_counts_where_neither_stroke_nor_landing_tells(
+    tmp_path: Path, recorded: bool
+) -> None:
     story = Story()
     story.hang(20)
-    story.open(10, noted=noted)
+    story.open(10, recorded=recorded)
     story.close(revokes=False)
-    story.open(20, noted=noted)
+    story.open(20, recorded=recorded)
     log = story.load(tmp_path)
     assert (log.release_us, log.doubts) == (story.releases[1], ())
 
@@ -292,12 +294,12 @@ def test_whatever_is_lost_the_release_is_right_or_doubted(tmp_path: Path, run: i
 def test_a_note_that_the_edges_contradict_is_a_doubt(tmp_path: Path, later_us: int, doubted: bool) -> None:
     story = Story()
     story.hang(20)
-    story.open(60, noted_later_us=later_us)
+    story.open(60, recorded_later_us=later_us)
     story.land()
     log = story.load(tmp_path)
     assert log.release_us == story.releases[0]
-    noted_at = f"noted a release at {(story.releases[0] + later_us) / 1e6:.6f} s"
-    assert [noted_at in doubt for doubt in log.doubts] == [True] * doubted
+    recorded_at = f"recorded a release at {(story.releases[0] + later_us) / 1e6:.6f} s"
+    assert [recorded_at in doubt for doubt in log.doubts] == [True] * doubted
 
 
 def test_a_note_without_any_edges_is_a_doubt_and_no_time(tmp_path: Path) -> None:
@@ -306,7 +308,7 @@ def test_a_note_without_any_edges_is_a_doubt_and_no_time(tmp_path: Path) -> None
     story.hang(20, [event(story.now_us(), EventCode.RELEASE, 0, 1)])
     log = story.load(tmp_path)
     assert log.release is None
-    assert ["noted a release" in doubt for doubt in log.doubts] == [True]
+    assert ["recorded a release" in doubt for doubt in log.doubts] == [True]
 
 
 def test_a_hole_that_may_hide_another_release_is_a_doubt(tmp_path: Path) -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tfsat_host.cli.advice import device_option
 from tfsat_host.cli.options import add_device_options, file_name
 from tfsat_host.cli.subcommands import add_subcommands
-from tfsat_host.errors import DataLossError, RefusedError
-from tfsat_host.json_values import error_as_dict
+from tfsat_host.errors import DataLossError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -51,64 +50,23 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
 def _list(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
-    from tfsat_host.devices.log_copies import FetchedLogs
-    from tfsat_host.present.logger_state import card_words
-    from tfsat_host.present.terminal import show_rows
-    from tfsat_host.quantity import UNKNOWN, Column, records
-    from tfsat_host.run.fetched_log import ENTRIES
+    from tfsat_host.run.logger_recordings import LoggerRecordings, ram_warning
 
-    fetched = FetchedLogs()
     with open_logger(args, out) as logger:
-        listing = logger.listing()
-        entries = listing.entries
-        status = logger.status()
-        copies = {entry.number: fetched.copy_of(logger.identity.serial, entry) for entry in entries}
-        fetched_to = Column(
-            "fetched_to",
-            "fetched to",
-            of=lambda entry: copies[entry.number],
-            words=lambda entry: str(copies[entry.number] or UNKNOWN),
-        )
-        result: dict[str, Any] = {
-            "logs": records((*ENTRIES, fetched_to), entries),
-            "ram_holds_drop": bool(status.ram_holds_drop),
-            "card": status.card.name.lower(),
-            "card_free_mib": status.card_free_mib,
-            "card_error": None if listing.card_error is None else error_as_dict(listing.card_error),
-            "device": logger.device(),
-        }
-
-    def show() -> None:
-        if entries:
-            show_rows((*ENTRIES, fetched_to), entries, out)
-        else:
-            out.line("No recordings." if listing.card_error is None else "No recordings can be read.")
-        out.line(f"Card: {card_words(status)}.")
-        if status.ram_holds_drop:
-            out.line("RAM holds a drop that no card has.")
-        elif any(entry.number == _RAM for entry in entries):
-            out.line("RAM still holds the end of the last recording, until power goes.")
-
-    out.result(result, show)
-    if status.ram_holds_drop:
+        found = LoggerRecordings.of(logger)
+    out.result(found.as_dict(), lambda: found.show(out))
+    if found.status.ram_holds_drop:
         out.warn(ram_warning(device_option(args)))
-    if listing.card_error is not None:
-        out.warn(f"The card's recordings cannot be listed. {listing.card_error.what}")
+    if found.card_error is not None:
+        out.warn(f"The card's recordings cannot be listed. {found.card_error.what}")
     return 0
-
-
-def ram_warning(option: str) -> str:
-    """A drop that is in RAM only."""
-    return (
-        "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: "
-        f"tfsat-host log fetch ram{option}"
-    )
 
 
 def _fetch(args: argparse.Namespace, out: Output) -> int:
     """Fetches one recording or all, judges them, and gives RAM free once its drop is safe."""
     from tfsat_host.cli.connection import open_logger
     from tfsat_host.run.fetched_log import fetch, listing_after_the_drop, release_ram, target_of, wanted
+    from tfsat_host.run.logger_recordings import ram_warning
 
     with open_logger(args, out) as logger:
         listing = listing_after_the_drop(logger, out)
@@ -147,45 +105,10 @@ def _show(copies: list[Copy], released: bool, out: Output) -> None:
 
 def _erase(args: argparse.Namespace, out: Output) -> int:
     from tfsat_host.cli.connection import open_logger
-    from tfsat_host.devices.log_copies import FetchedLogs
-    from tfsat_host.devices.log_transfer import entry_words
-    from tfsat_host.quantity import record
-    from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
+    from tfsat_host.run.logger_recordings import erase
 
     with open_logger(args, out) as logger:
-        entry = pick(logger.listing(), args.which)
-        in_ram = entry.number == _RAM
-        holds_drop = bool(logger.status().ram_holds_drop)
-        copy = FetchedLogs().copy_of(logger.identity.serial, entry)
-        if copy is None and not args.force and (not in_ram or holds_drop):
-            raise RefusedError(
-                what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
-                "or not as it was fetched.",
-                meaning="Erased, it would be lost. Nothing was erased.",
-                next_step=f"tfsat-host log fetch {which_words(entry)}{device_option(args)}\n"
-                "To erase it all the same: the same command with --force",
-            )
-        kept = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
-        out.confirm(f"{kept} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
-        logger.erase_log(entry)
-        # RAM is overwritten by the next recording; until then it stays as it is.
-        text = f"Erased: {entry_words(entry)}."
-        if in_ram and copy is not None:
-            text = f"RAM is free for the next recording; what it held is safe: {copy}."
-        elif in_ram:
-            had_drop = "Given up: a recording may be started again."
-            text = (
-                had_drop
-                if holds_drop
-                else "RAM held no drop that needed keeping; a recording may be started."
-            )
-        result = {
-            **record(ENTRIES, entry),
-            "erased": True,
-            "copy": copy,
-            "device": logger.device(),
-        }
-        out.result(result, text)
+        out.result(*erase(logger, args.which, out, force=args.force, option=device_option(args)))
     return 0
 
 

@@ -60,7 +60,7 @@ def _warn(logger: dict[str, Any] | None, args: argparse.Namespace, out: Output) 
     for text in logger.get("attention", ()):
         out.warn(text)
     if logger.get("ram_holds_drop"):
-        from tfsat_host.cli.log import ram_warning
+        from tfsat_host.run.logger_recordings import ram_warning
 
         out.warn(ram_warning(device_option(args)))
 

@@ -124,8 +124,8 @@ def release_doubts(
         recorded, _ = recorded_releases(events)
         if recorded:
             yield (
-                f"the logger noted a release at {recorded[-1] / 1e6:.6f} s of its clock that its switch edges "
-                "do not tell, or not where it can be the drop's: times count from the first sample"
+                f"the logger recorded a release at {recorded[-1] / 1e6:.6f} s of its clock that its switch edges "
+                "do not show, or not where it can be the drop's: times count from the first sample"
             )
         elif gaps and any(event.name == "stroke" for event in events):
             yield "strokes were recorded and no release: times count from the first sample"
@@ -134,8 +134,8 @@ def release_doubts(
         return
     if release.contradicts_us is not None:
         yield (
-            f"the logger noted a release at {release.contradicts_us / 1e6:.6f} s of its clock; its switch edges "
-            f"tell none there but one at {release.t_us / 1e6:.6f} s, which t = 0 is"
+            f"the logger recorded a release at {release.contradicts_us / 1e6:.6f} s of its clock; its switch edges "
+            f"show none there but one at {release.t_us / 1e6:.6f} s, which t = 0 is"
         )
     if release.earliest_us < release.latest_us:
         before_ms = (release.t_us - release.earliest_us) / 1e3

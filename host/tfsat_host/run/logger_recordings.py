@@ -1,0 +1,121 @@
+"""What a logger has on its card and in its RAM: listed, and erased once a copy is safe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from tfsat_host.devices.client import BoardError
+from tfsat_host.devices.log_copies import FetchedLogs
+from tfsat_host.devices.log_transfer import RAM, entry_words
+from tfsat_host.devices.logger import LoggerClient
+from tfsat_host.errors import RefusedError
+from tfsat_host.json_values import error_as_dict
+from tfsat_host.present.logger_state import card_words
+from tfsat_host.present.output import Output
+from tfsat_host.present.terminal import show_rows
+from tfsat_host.protocol.messages import LogEntry, LoggerStatusReply
+from tfsat_host.quantity import UNKNOWN, Column, Columns, record, records
+from tfsat_host.run.fetched_log import ENTRIES, pick, which_words
+
+
+def ram_warning(option: str) -> str:
+    """A drop that is in RAM only; `option` names the logger as the user did."""
+    return (
+        "RAM HOLDS A DROP THAT NO CARD HAS. It is gone with the logger's power: keep it on, and type: "
+        f"tfsat-host log fetch ram{option}"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class LoggerRecordings:
+    """What a logger has.
+
+    Attributes:
+        entries: As the logger lists them.
+        copies: Where this computer has each, by its number; None where it has none.
+        status: The logger's.
+        card_error: Why the card's are not listed.
+        device: The logger, as `--json` names it.
+    """
+
+    entries: list[LogEntry]
+    copies: dict[int, Path | None]
+    status: LoggerStatusReply
+    card_error: BoardError | None
+    device: dict[str, Any]
+
+    @classmethod
+    def of(cls, logger: LoggerClient) -> Self:
+        """Raises BoardError, as the logger does."""
+        listing, fetched = logger.listing(), FetchedLogs()
+        copies = {entry.number: fetched.copy_of(logger.identity.serial, entry) for entry in listing.entries}
+        return cls(listing.entries, copies, logger.status(), listing.card_error, logger.device())
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "logs": records(self._columns, self.entries),
+            "ram_holds_drop": bool(self.status.ram_holds_drop),
+            "card": self.status.card.name.lower(),
+            "card_free_mib": self.status.card_free_mib,
+            "card_error": None if self.card_error is None else error_as_dict(self.card_error),
+            "device": self.device,
+        }
+
+    def show(self, out: Output) -> None:
+        """For people."""
+        if self.entries:
+            show_rows(self._columns, self.entries, out)
+        else:
+            out.line("No recordings." if self.card_error is None else "No recordings can be read.")
+        out.line(f"Card: {card_words(self.status)}.")
+        if self.status.ram_holds_drop:
+            out.line("RAM holds a drop that no card has.")
+        elif any(entry.number == RAM for entry in self.entries):
+            out.line("RAM still holds the end of the last recording, until power goes.")
+
+    @property
+    def _columns(self) -> Columns:
+        fetched_to = Column(
+            "fetched_to",
+            "fetched to",
+            of=lambda entry: self.copies[entry.number],
+            words=lambda entry: str(self.copies[entry.number] or UNKNOWN),
+        )
+        return (*ENTRIES, fetched_to)
+
+
+def erase(
+    logger: LoggerClient, number: int, out: Output, *, force: bool, option: str
+) -> tuple[dict[str, Any], str]:
+    """Erase a recording after a confirmation; RAM's is given free. What was done, for `--json` and in words.
+
+    Raises:
+        RefusedError: this computer has no copy of it, and not `force`.
+        BoardError: there is none of that number.
+    """
+    entry = pick(logger.listing(), number)
+    in_ram, holds_drop = entry.number == RAM, bool(logger.status().ram_holds_drop)
+    copy = FetchedLogs().copy_of(logger.identity.serial, entry)
+    if copy is None and not force and (not in_ram or holds_drop):
+        raise RefusedError(
+            what=f"This computer has no copy of {entry_words(entry)} (session {entry.session:08x}), "
+            "or not as it was fetched.",
+            meaning="Erased, it would be lost. Nothing was erased.",
+            next_step=f"tfsat-host log fetch {which_words(entry)}{option}\n"
+            "To erase it all the same: the same command with --force",
+        )
+    kept = f"A copy is {copy}." if copy else "THERE IS NO COPY that this computer knows."
+    out.confirm(f"{kept} Erase {entry_words(entry)}?", meaning="Nothing was erased.")
+    logger.erase_log(entry)
+    # RAM is overwritten by the next recording; until then it stays as it is.
+    text = f"Erased: {entry_words(entry)}."
+    if in_ram and copy is not None:
+        text = f"RAM is free for the next recording; what it held is safe: {copy}."
+    elif in_ram and holds_drop:
+        text = "Given up: a recording may be started again."
+    elif in_ram:
+        text = "RAM held no drop that needed keeping; a recording may be started."
+    return {**record(ENTRIES, entry), "erased": True, "copy": copy, "device": logger.device()}, text
