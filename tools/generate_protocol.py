@@ -13,7 +13,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from protocol_generator import cpp, golden, kaitai, log_format, markdown, python, troubleshooting
+from protocol_generator import cpp, golden, kaitai, log_format, markdown, python
 from protocol_generator.spec import Spec, SpecError, load_spec
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,7 +41,6 @@ def outputs(spec: Spec) -> dict[Path, str]:
         )
     files[ROOT / "protocol" / "reference.md"] = markdown.generate(spec)
     files[ROOT / "docs" / "log-format.md"] = log_format.generate(spec)
-    files[ROOT / "docs" / "guide" / "troubleshooting.md"] = troubleshooting.generate(spec)
     files[ROOT / "protocol" / "tfsat_log.ksy"] = kaitai.generate(spec)
     files[ROOT / "protocol" / "golden_vectors.json"] = golden.generate_json(spec)
     files[ROOT / "protocol" / "golden_vectors.h"] = golden.generate_cpp(spec)

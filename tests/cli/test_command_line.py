@@ -16,7 +16,8 @@ import pytest
 
 from tests.cli.process import RunCli
 from tfsat_host.cli import envelope, ports, upload_sequence
-from tfsat_host.cli.main import HELPS, main
+from tfsat_host.cli.commands import HELPS
+from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import module_of
 from tfsat_host.errors import DataLossError, RefusedError, TfsatError, UsageError
 
@@ -74,7 +75,8 @@ def test_the_help_of_a_command_imports_nothing_heavy() -> None:
     """One process for all: the first that imports something heavy is named."""
     code = f"""
 import sys
-from tfsat_host.cli.main import HELPS, main
+from tfsat_host.cli.commands import HELPS
+from tfsat_host.cli.main import main
 for command in HELPS:
     try:
         main([command, "--help"])

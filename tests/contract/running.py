@@ -18,7 +18,8 @@ from tests.bundle.commands import keep_evaluations
 from tests.contract.outline import file_outline, outline, without_moments, without_numbers
 from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
 from tests.emulate.served import Served
-from tfsat_host.cli.main import HELPS, main
+from tfsat_host.cli.commands import HELPS
+from tfsat_host.cli.main import main
 from tfsat_host.cli.parser import parser_with
 from tfsat_host.report import figures
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.guide.documents import DOCUMENTS, GUIDE, ROOT, Typed, code_lines, typed_in_code, typed_inline
-from tfsat_host.cli.main import HELPS
+from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.parser import parser_with
 from tfsat_host.errors import TfsatError
 

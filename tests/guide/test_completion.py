@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.process import RunCli
+from tfsat_host.cli.commands import HELPS
 from tfsat_host.cli.completion import SHELLS, completion_script
-from tfsat_host.cli.main import HELPS
 from tfsat_host.rehearsal.faults import FAULTS
 
 Complete = Callable[..., set[str]]

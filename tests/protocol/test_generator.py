@@ -21,7 +21,7 @@ GENERATED_FOLDERS = (
     "firmware/teensy_logger/src/release",
     "host/tfsat_host/protocol",
 )
-PAGES = ("log-format.md", "guide/troubleshooting.md")
+PAGES = ("log-format.md",)
 SEQUENCER_CORE = "firmware/arduino_sequencer/src/core"
 
 
@@ -37,7 +37,7 @@ def tree(tmp_path: Path) -> Path:
     shutil.copy(REPOSITORY / "tools" / "generate_protocol.py", _folder(tmp_path / "tools"))
     for folder in ("tools/protocol_generator", "protocol", SEQUENCER_CORE, *GENERATED_FOLDERS):
         shutil.copytree(REPOSITORY / folder, tmp_path / folder, ignore=no_caches)
-    _folder(tmp_path / "docs" / "guide")
+    _folder(tmp_path / "docs")
     for page in PAGES:
         shutil.copy(REPOSITORY / "docs" / page, tmp_path / "docs" / page)
     return tmp_path

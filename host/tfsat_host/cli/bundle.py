@@ -7,8 +7,8 @@ import shlex
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_output_options, output_file_name
-from tfsat_host.cli.run_options import add_run_arguments, options_of
+from tfsat_host.cli.options import add_output_options
+from tfsat_host.cli.run_options import add_out, add_run_arguments, options_of
 from tfsat_host.errors import DataLossError, UsageError
 from tfsat_host.present.output import Output
 
@@ -24,15 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "run gives the same bytes. `tfsat-host reproduce` computes it anew. Ends with 3 if something was lost."
     )
     add_run_arguments(parser)
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        type=output_file_name,
-        help="the archive (default: NAME.tfsat.zip in the current folder)",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="overwrite a file that this command did not make"
-    )
+    add_out(parser, "the archive (default: NAME.tfsat.zip in the current folder)")
     add_output_options(parser)
 
 

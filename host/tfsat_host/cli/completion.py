@@ -69,7 +69,7 @@ def completion_script(shell: str) -> str:
     """The script for one of `SHELLS`, from the parsers of all commands."""
     import shtab
 
-    from tfsat_host.cli.main import HELPS
+    from tfsat_host.cli.commands import HELPS
     from tfsat_host.cli.parser import parser_with
 
     parser, _ = parser_with(HELPS)

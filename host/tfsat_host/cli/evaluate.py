@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tfsat_host import __version__
 from tfsat_host.cli.options import add_output_options, file_name
-from tfsat_host.cli.run_options import add_run_arguments, options_of
+from tfsat_host.cli.run_options import add_out, add_run_arguments, options_of
 from tfsat_host.errors import DataLossError, TfsatError
 from tfsat_host.json_values import jsonable
 from tfsat_host.output_files import OutputFile, check_may_write, write_all
@@ -30,15 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "number. Ends with 3 if anything is doubtful."
     )
     add_run_arguments(parser)
-    parser.add_argument(
-        "--out",
-        metavar="FILE",
-        type=file_name,
-        help="write the object of --json to a file, such as evaluation.json",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="overwrite a file that this command did not make"
-    )
+    add_out(parser, "write the object of --json to a file, such as evaluation.json", file_name)
     add_output_options(parser)
 
 

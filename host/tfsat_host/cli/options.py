@@ -143,3 +143,11 @@ def session_id(text: str) -> int:
     if not 0 <= number <= 0xFFFFFFFF:
         raise argparse.ArgumentTypeError(f"{text!r} is no recording's id (8 hexadecimal digits)")
     return number
+
+
+def drop_number(text: str) -> int:
+    """An argparse type: a drop of a campaign, also by its folder. Raises ArgumentTypeError: it is no number."""
+    digits = text.removeprefix("drop-")
+    if not (digits.isascii() and digits.isdigit() and 0 < int(digits[:9]) < 10**6):
+        raise argparse.ArgumentTypeError(f"{text!r} is no drop's number: write a whole number from 1")
+    return int(digits[:9])

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import NoReturn
 
 from tfsat_host import __version__
-from tfsat_host.cli.main import HELPS, overview
+from tfsat_host.cli.commands import HELPS, overview
 from tfsat_host.cli.options import accept_negative_numbers
 from tfsat_host.errors import UsageError
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from dataclasses import fields
+from pathlib import Path
 
-from tfsat_host.cli.options import file_name, session_id
+from tfsat_host.cli.options import file_name, output_file_name, session_id
 from tfsat_host.run.files import EvaluationOptions
 
 _KNOWN = {
@@ -47,6 +49,16 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     model = parser.add_argument_group("what of the model may be corrected, besides centers of mass")
     for name, text in _CORRECTED.items():
         model.add_argument(f"--{name}", action="store_true", help=text)
+
+
+def add_out(
+    parser: argparse.ArgumentParser, what: str, kind: Callable[[str], Path] = output_file_name
+) -> None:
+    """`--out FILE` and `--force`."""
+    parser.add_argument("--out", metavar="FILE", type=kind, help=what)
+    parser.add_argument(
+        "--force", action="store_true", help="overwrite a file that this command did not make"
+    )
 
 
 def options_of(args: argparse.Namespace) -> EvaluationOptions:

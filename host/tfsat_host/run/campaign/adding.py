@@ -9,13 +9,14 @@ import tempfile
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from tfsat_host import __version__
 from tfsat_host.calibration.certificate.archive import recordings_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
-from tfsat_host.notices import SILENT, Notices
+from tfsat_host.notices import SILENT, Notices, printable
 from tfsat_host.run.bundle.archive import trouble_with_file
 from tfsat_host.run.bundle.contents import MADE_AGAIN, Collected, collect
 from tfsat_host.run.campaign import campaign
@@ -46,6 +47,7 @@ class Added:
 
     Attributes:
         entry: What the campaign knows of it.
+        origin: The run.
         place: Its folder.
         moved: The run's own folder is gone.
         left_out: Files that were not copied, and why.
@@ -54,11 +56,29 @@ class Added:
     """
 
     entry: DropEntry
+    origin: Path
     place: Path
     moved: bool
     left_out: dict[str, str]
     changed: list[str]
     doubts: list[str]
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        copy = "" if self.moved else f", a copy of {self.origin}"
+        fell = " (EMULATED: no robot fell)" if self.entry.robot == EMULATED else ""
+        return f"Drop {self.entry.number}  {self.place}{copy}{fell}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        facts = {
+            "path": str(self.place),
+            "moved": self.moved,
+            "left_out": self.left_out,
+            "changed": self.changed,
+        }
+        return {**self.entry.as_dict(), **facts}
 
 
 def add(
@@ -104,7 +124,11 @@ def add(
             shutil.rmtree(run)
         except OSError as error:
             notices.warn(f"{place} is whole, but {error.filename} could not be removed: {error.strerror}.")
-    return Added(entry, place, moved, left_out, changed, [*changed, *_doubts_of(found)])
+    for name, why in left_out.items():
+        notices.warn(f"{printable(name)} {printable(why)}: it was left out.")
+    if move and left_out:
+        notices.warn(f"{run} was not removed: not all of it is in the campaign.")
+    return Added(entry, run, place, moved, left_out, changed, [*changed, *_doubts_of(found)])
 
 
 def _doubts_of(found: Collected) -> list[str]:

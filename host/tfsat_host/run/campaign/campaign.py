@@ -11,10 +11,12 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.file_lock import one_at_a_time
+from tfsat_host.quantity import UNKNOWN, Column, Columns
 from tfsat_host.run.campaign.entries import (
     NUMBER_MAX,
     DropEntry,
@@ -50,6 +52,23 @@ class SameDropError(CampaignError):
     """A recording is of `drop`, which the campaign has (exit code 1)."""
 
     drop: DropEntry
+
+
+def _remembered(drop: dict[str, Any]) -> str:
+    void = [f"VOID: {drop['void']['text']}"] if drop["void"] else []
+    return "; ".join([*void, *(note["text"] for note in drop["notes"])]) or UNKNOWN
+
+
+LISTED: Columns = (
+    Column("number", "drop"),
+    Column("robot", "robot"),
+    Column("", "released / UTC", words=lambda drop: (drop["released"] or "unknown")[:19].replace("T", " ")),
+    Column("recording", "recording"),
+    Column("", "id", words=lambda drop: drop["session"] or "unknown"),
+    Column("", "as it came", words=lambda drop: "NO" if drop["changes"] else "yes"),
+    Column("", "notes", words=_remembered),
+)
+"""Of drops as `--json` has them, for people."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +138,24 @@ def read(folder: Path) -> Contents:
     findings += filter(None, (_gone_or_other(folder, drop, drop.number in folders) for drop in known))
     drops = tuple(found[number] for number in sorted(found))
     return Contents(drops, tuple(findings), max([*found, *folders], default=0), damaged)
+
+
+def listing(folder: Path) -> dict[str, Any]:
+    """All drops, and what of each is not as it came, for `--json`. Raises what `read` does."""
+    contents = read(folder)
+    return {
+        "campaign": str(folder),
+        "drops": [{**drop.as_dict(), "changes": changes_in(folder, drop)} for drop in contents.drops],
+        "next": contents.next_number,
+        "findings": list(contents.findings),
+    }
+
+
+def following(folder: Path) -> dict[str, Any]:
+    """The number of the next drop, for `--json`. Raises what `read` does."""
+    contents = read(folder)
+    number = contents.next_number
+    return {"number": number, "folder": folder_name(number), "findings": list(contents.findings)}
 
 
 def add(folder: Path, staged: Path, entry_of: Callable[[int], DropEntry]) -> DropEntry:

@@ -13,11 +13,12 @@ from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
 from tfsat_host.json_values import error_as_dict
 from tfsat_host.notices import SILENT, Notices
+from tfsat_host.quantity import UNKNOWN, Column, Columns
 from tfsat_host.report.document import PageTable
 from tfsat_host.run import drop_evaluation
 from tfsat_host.run.campaign.campaign import changes_in, read
 from tfsat_host.run.campaign.entries import DropEntry
-from tfsat_host.run.drop_comparison import Comparison
+from tfsat_host.run.drop_comparison import DROPS, Comparison, row_of
 from tfsat_host.run.drop_evaluation import DroppedRobot, EvaluatedRun, dropped_robot
 from tfsat_host.run.files import EMULATED, EvaluationOptions
 from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, lacking, reported, together
@@ -25,6 +26,8 @@ from tfsat_host.run.reporting import PAGE, ReportFiles, ReportOptions, lacking, 
 _SHOWN = 8
 _Key = tuple[DroppedRobot, str]
 TriedDrop = tuple[DropEntry, EvaluatedRun | TfsatError]
+DROPS_OF_ALL: Columns = (DROPS[0], Column("robot", "robot"), *DROPS[1:], Column("notes", "notes"))
+"""All drops of a report, a line each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +86,36 @@ class CampaignReport:
             and not any(robot.compared is not None and robot.compared.doubts for robot in self.robots)
             and not self.findings
         )
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Of `DROPS_OF_ALL`."""
+        found = []
+        for drop, one in self.tried:
+            done = None if isinstance(one, TfsatError) else one
+            robot = drop.robot if done is None else dropped_robot(done.found.log).kind
+            notes = "; ".join(note.text for note in drop.notes) or UNKNOWN
+            found.append({**row_of(drop.number, done), "robot": robot, "notes": notes})
+        return found
+
+    def sentences(self) -> list[str]:
+        """Which drops are left out and why, and that robots are kept apart."""
+        found = [
+            f"Drop {drop.number} cannot be evaluated: {one.what} {one.next_step}"
+            for drop, one in self.tried
+            if isinstance(one, TfsatError)
+        ]
+        for drop in self.void:
+            why = "" if drop.void is None else f": {drop.void.text}"
+            found.append(f"Drop {drop.number} is void and not counted{why}")
+        if len(self.robots) > 1:
+            apart = "robots or robot files: none is combined with those of another."
+            found.append(f"The drops are of {len(self.robots)} {apart}")
+            found += [
+                f"Drop {one.numbers[0]} is the only one of the {one.name}: compared with nothing."
+                for one in self.robots
+                if one.compared is None
+            ]
+        return found
 
     def as_dict(self) -> dict[str, Any]:
         """For `--json`."""
