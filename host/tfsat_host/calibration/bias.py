@@ -34,7 +34,7 @@ TILT_RAD = np.deg2rad(0.2)
 _MORE_THAN_NOISE = 3.0
 """Standard deviations. The difference of two halves has twice that of the whole's mean."""
 LEAST_S = 10.0
-"""A shorter rest tells the bias less surely than `calibrate bias` does."""
+"""A shorter rest gives a less certain bias than `calibrate bias` does."""
 NEARLY_AS_LONG = 0.9
 """Of rests about as long as the longest the newest is taken: biases move with the temperature."""
 _RELEASE_MARGIN_US = 1_000_000
@@ -160,7 +160,7 @@ def _check_forces(forces_g: FloatArray, body: int) -> None:
 
 
 def quiet_before_release(log: DropLog) -> Counts | None:
-    """The longest stretch before the release in which no gyro and no accelerometer saw anything move.
+    """The longest stretch before the release in which no gyro and no accelerometer measured a motion.
 
     The recording is judged second by second, by the criteria of `calibrate bias`: the gyros' scatter, how far their
     means drift from one second of the stretch to another, the accelerometers' scatter and size. A second in which

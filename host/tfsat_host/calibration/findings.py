@@ -323,4 +323,4 @@ _TABLES: Final[dict[str, tuple[str, str, tuple[StepKind, ...], Columns]]] = {
         ),
     ),
 }
-"""By quantity: its name in JSON, title, the steps that tell it, columns."""
+"""By quantity: its name in JSON, title, its steps, columns."""

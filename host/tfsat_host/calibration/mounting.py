@@ -2,7 +2,7 @@
 
 Unknown are the rotation M from sensor to body axes and the scale factors s; a response about the body axis a is
 s * (M^T a). The rotation starts from Wahba's problem (solved by SVD, Markley 1988) and is then found together with
-the scale factors by Gauss-Newton steps. What no response tells keeps the uncertainty of the design and of the data
+the scale factors by Gauss-Newton steps. What no response determines keeps the uncertainty of the design and of the data
 sheet.
 """
 
@@ -27,7 +27,7 @@ from tfsat_host.robot import RobotModel
 LANDING_TILT_STD_RAD = np.deg2rad(1.0)
 """About each axis: so far may a landing have turned a sensor on its body."""
 FORGOTTEN_STD_RAD = np.deg2rad(20.0)
-"""Of a direction from before a landing, once newer ones tell the mounting: it weighs no more."""
+"""Of a direction from before a landing, once newer ones determine the mounting: it weighs no more."""
 SCALE_KNOWN = 0.005
 _ALONG = 0.9
 _STEPS = 50
@@ -126,7 +126,7 @@ def _linearized(
 
 
 def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: RobotModel) -> GyroCalibration:
-    """The gyro with the mounting and the scale factors that its responses tell.
+    """The gyro with the mounting and the scale factors by its responses.
 
     Where they disagree by more than they should, their covariances are widened by as much (Birge 1932).
     """
@@ -145,8 +145,8 @@ def with_mounting(gyro: GyroCalibration, responses: Sequence[Response], model: R
     along: dict[str, list[Response]] = {
         axis: [one for one in responses if abs(one.axis_body[i]) > _ALONG] for i, axis in enumerate(AXES)
     }
-    # Directions alone may seem to tell a scale factor where a sensor sits askew, but only if the joints' axes are as
-    # square as the robot file has them.
+    # Directions alone may seem to determine a scale factor where a sensor sits askew, but only with joints as square as
+    # in the robot file.
     lengths = {
         axis: [one for one in along[axis] if one.has_length]
         for i, axis in enumerate(AXES)
@@ -164,7 +164,7 @@ def _weighed(responses: Sequence[Response]) -> list[Response]:
     new = [one for one in responses if one.fresh]
     if not new:
         return list(responses)
-    # A landing turns a sensor once: as many old directions as there are, they tell no more of it than one.
+    # A landing turns a sensor once: as many old directions as there are, they determine no more of it than one.
     old = len(responses) - len(new)
     doubt_rad = FORGOTTEN_STD_RAD if spans_two_axes(new) else LANDING_TILT_STD_RAD * old**0.5
     return [one if one.fresh else _doubted(one, doubt_rad) for one in responses]

@@ -122,7 +122,7 @@ def length_between_rests(
 ) -> tuple[float, float]:
     """The integral of a rate for each radian that was turned, from rest to rest, and its standard deviation.
 
-    Each sweep lies between two rests. The rests tell the bias that is left, too. What is off at one rest, such as an
+    Each sweep lies between two rests. The rests determine the remaining bias, too. What is off at one rest, such as an
     edge that was not laid on quite straight, is taken as independent of the other rests.
 
     Args:

@@ -108,7 +108,7 @@ def steps_of(quantity: str, joint: int | None, turned: tuple[Axis, float] | None
 
 
 def with_rest(steps: Sequence[Step], campaign: Campaign) -> tuple[Step, ...]:
-    """The steps, after a rest where no recent one tells the biases."""
+    """The steps, after a rest where no recent one gives the biases."""
     return tuple(steps) if recent(campaign, rest(), REST_HOLDS) is not None else (rest(), *steps)
 
 

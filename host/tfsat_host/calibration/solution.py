@@ -1,4 +1,4 @@
-"""Everything that recorded steps tell of a robot's sensors: each quantity from the newest recording of its step."""
+"""What recorded steps determine of a robot's sensors: each quantity from the newest recording of its step."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class Known(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What the evidence tells.
+    """What the evidence determines.
 
     Attributes:
         gyros: Of bodies 1 to 4.
@@ -134,7 +134,7 @@ def solve(evidence: Iterable[Evidence], model: RobotModel, last_landing: datetim
     Args:
         evidence: Recordings that were accepted, in any order.
         model: Whose axes, designs and tolerances hold.
-        last_landing: What was recorded before it tells directions less surely.
+        last_landing: What was recorded before it makes directions less certain.
 
     Raises:
         CalibrationError: what the recordings say cannot all be true.
@@ -182,7 +182,7 @@ class _Responses:
         joints: Sequence[JointSensors],
         model: RobotModel,
     ) -> None:
-        """Adds what a swing or a turn tells; what a sweep does, `bent` adds."""
+        """Adds the responses of a swing or a turn; those of a sweep, `bent` adds."""
         if one.step.kind == StepKind.TURN:
             check_turn_axis(one.recording, one.step, gyros)
             for gyro in gyros:

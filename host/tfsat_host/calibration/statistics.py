@@ -42,7 +42,7 @@ def few(degrees_of_freedom: int) -> float:
         ValueError: fewer than three: the distribution has no variance.
     """
     if degrees_of_freedom < 3:
-        raise ValueError(f"{degrees_of_freedom} degrees of freedom tell no variance")
+        raise ValueError(f"{degrees_of_freedom} degrees of freedom have no variance")
     return degrees_of_freedom / (degrees_of_freedom - 2)
 
 

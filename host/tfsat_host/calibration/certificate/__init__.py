@@ -1,1 +1,1 @@
-"""What is known of one robot, with its papers, and how long it holds."""
+"""What is known of one robot, with its recordings, and how long it holds."""

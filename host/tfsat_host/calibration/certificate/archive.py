@@ -46,7 +46,7 @@ def kept_before(certificate: Path, moment: datetime) -> list[Path]:
 
 
 def _written(kept: Path) -> datetime:
-    """As the name tells; never, for files of a person's own making."""
+    """By the name; never, for files of a person's own making."""
     try:
         return datetime.strptime(kept.name, _KEPT).replace(tzinfo=UTC)
     except ValueError:
@@ -108,7 +108,7 @@ def measured_after(calibration: Calibration, landing_time: datetime) -> list[str
 
 
 def _with_landings_of(present: Calibration, kept: Calibration) -> Calibration:
-    """A landing is noted in the present certificate; one that was kept before does not know of it."""
+    """A landing stands in the present certificate; one that was kept before does not know of it."""
     for landing in present.landings:
         kept = with_landing(kept, landing)
     return kept

@@ -71,7 +71,7 @@ class Campaign:
         return recordings_folder(self.certificate)
 
     def solution(self) -> Solution:
-        """What the evidence tells."""
+        """What the evidence determines."""
         return solve(self.evidence, self._model, self._last_landing())
 
     def accept(self, step: Evidence, *, anew: bool = False) -> Calibration:
@@ -266,7 +266,7 @@ _TELLS = {StepKind.REST: "bias", StepKind.ZERO: "zero"}
 
 
 def with_measured(drawn: Calibration, evidence: Sequence[Evidence], model: RobotModel) -> Calibration:
-    """The same with the biases and zero points that rests and zeros tell, by the solver of `calibrate`.
+    """The same with the biases and zero points of rests and zeros, by the solver of `calibrate`.
 
     All else stays as it was drawn.
 

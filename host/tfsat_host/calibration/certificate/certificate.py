@@ -1,4 +1,4 @@
-"""The calibration of one robot in one campaign: values, uncertainties, papers, and how long each holds."""
+"""The calibration of one robot in one campaign: values, uncertainties, recordings, and how long each holds."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def _least_squares(
 LEAST_PLACES: Final = 5
 LEAST_REPEATS: Final = 4
 LEAST_RANGE_DEG: Final = 20.0
-"""Of the commanded angles; less does not tell the slope."""
+"""Of the commanded angles; less does not determine the slope."""
 LEAST_FOLLOWING: Final = 0.1
 """A joint that moves by less than this part of what was commanded does not follow."""
 MOST_SCATTER_RAD: Final = np.deg2rad(5.0)
@@ -129,7 +129,7 @@ _NOTHING_KEPT = "The board keeps its servo settings."
 
 
 def check_number(joint: int, places: int, repeats: int, direction: FloatArray) -> None:
-    """Refuses what is too little to tell a line, backlash, bends and scatter apart. Raises CalibrationError."""
+    """Refuses what is too little to separate a line, backlash, bends and scatter. Raises CalibrationError."""
     if places >= LEAST_PLACES and repeats >= LEAST_REPEATS and len(np.unique(direction)) == 2:
         return
     raise CalibrationError(

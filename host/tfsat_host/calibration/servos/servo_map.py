@@ -26,9 +26,9 @@ TICK_NS: Final = 500
 STEP_CDEG: Final = 1500
 """About so far from place to place."""
 LEAST_STEPS: Final = 5
-"""Closer together where the limits are narrow: so many places tell a bend from scatter."""
+"""Closer together where the limits are narrow: so many places separate a bend from scatter."""
 ROUNDS: Final = 2
-"""Each place is visited so often from either side: repeated visits tell how well the servo repeats itself."""
+"""Each place is visited so often from either side: repeated visits give its repeatability."""
 HOLD_S: Final = 1.0
 """How long each visit is held."""
 

@@ -31,7 +31,7 @@ SILENCE_S: Final = 1.0
 START_WITHIN_DEG: Final = 10.0
 """A joint farther from where its first pulse takes it would be thrown there."""
 LEAST_TELLING_US: Final = 20.0
-"""Pulses that differ by less do not tell whether the servo follows; 2 deg of most servos."""
+"""Pulses that differ by less do not show whether the servo follows; 2 deg of most servos."""
 
 
 def sweep_stops_cdeg(servo: ServoSetting) -> tuple[int, ...]:
@@ -146,7 +146,7 @@ class Visits:
 
         Raises:
             RefusedError: it is elsewhere.
-            CalibrationError: it moves, or its sensors do not tell where it is.
+            CalibrationError: it moves, or its sensors do not show where it is.
         """
         there_deg = float(np.rad2deg(self._rest(limp, 0)[1]))
         start_deg = self._stops_cdeg[0] / CDEG_PER_DEG

@@ -71,7 +71,7 @@ def servo_points(
     """Where the joint rested at each visit, in order of time.
 
     Raises:
-        CalibrationError: the joint has no measured zero point, or a visit is no rest that both sensors saw.
+        CalibrationError: the joint has no measured zero point, or a visit is no rest for both sensors.
         ValueError: it is no servo step.
     """
     sensors = joints[joint_of(evidence) - 1]

@@ -1,4 +1,4 @@
-"""A recorded step with its papers: what a calibration is computed from, and what is kept of it."""
+"""A recorded step and its origin: what a calibration is computed from, and what is kept of it."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Final, Literal
 Axis = Literal["x", "y", "z"]
 AXES: Final[tuple[Axis, ...]] = ("x", "y", "z")
 SWEEP_STOPS_DEG: Final = (0.0, 30.0, 60.0, 90.0, 60.0, 30.0, 0.0)
-"""Where a sweep rests, twice over: few places far apart tell scale, several of them tell a sensor's bend."""
+"""Where a sweep rests, twice over: few places far apart determine scale, several of them a sensor's bend."""
 SWEEP_ROUNDS: Final = 2
 TURN_ROUNDS: Final = 3
 """So often is the robot turned there and back."""
