@@ -10,15 +10,21 @@ from pathlib import Path
 
 from tests.logger_proof.judge import Outcome, judge
 from tests.logger_proof.truth import Kind, read_truth
-from tests.proof.campaign import Broken, Job
+from tests.proof.campaign import Broken, Campaign
 
-FIRST_SEED = 0
 SEEDS = 2880
 """Of the full form: 90 of each kind of fault at each rate."""
 RATES_HZ = (280, 1000)
-SHORT_SEEDS = 96
 BATCH = 24
 RUN_LIMIT_S = 120
+
+
+def runs(program: Path, count: int, batch: int = BATCH) -> Campaign:
+    """The fault campaign: as many seeds, from 0 on."""
+    judged = "nothing lost that the card had, nothing wrong, every event there, nothing hidden"
+    return Campaign(
+        "runs", judged, [partial(run_and_judge, program, count=batch)] * (count // batch), 0, batch
+    )
 
 
 def seeds_of(kind: Kind, count: int) -> list[int]:
@@ -26,19 +32,19 @@ def seeds_of(kind: Kind, count: int) -> list[int]:
     return [kind + number * len(Kind) for number in range(count)]
 
 
-def run_and_judge(program: Path, first: int, count: int) -> list[Outcome]:
-    """The seeds from `first` on. Raises Broken: a promise was not kept, or the program failed."""
+def run_and_judge(program: Path, seed: int, count: int = 1) -> list[Outcome]:
+    """As many seeds from this one on. Raises Broken: a promise was not kept, or the program failed."""
     # In memory where that is possible: a card's image is 1 to 2 MiB.
     memory = Path("/dev/shm")
     with tempfile.TemporaryDirectory(prefix="tfsat-", dir=memory if memory.is_dir() else None) as name:
         folder = Path(name)
-        run(program, first, count, folder)
-        return [outcome for seed in range(first, first + count) for outcome in _judge(folder, seed)]
+        run(program, seed, count, folder)
+        return [outcome for number in range(seed, seed + count) for outcome in _judge(folder, number)]
 
 
 def run_each(program: Path, seeds: Sequence[int]) -> list[Outcome]:
     """Likewise, of these seeds."""
-    return [outcome for seed in seeds for outcome in run_and_judge(program, seed, 1)]
+    return [outcome for seed in seeds for outcome in run_and_judge(program, seed)]
 
 
 def run(program: Path, first: int, count: int, folder: Path) -> None:
@@ -47,14 +53,6 @@ def run(program: Path, first: int, count: int, folder: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
     if done.returncode != 0:
         raise Broken(f"seeds {first} to {first + count - 1}: exit code {done.returncode}\n{done.stderr}")
-
-
-def batches(program: Path, first: int, count: int) -> list[Job]:
-    """All seeds from `first` on; each job gives its outcomes."""
-    return [
-        partial(run_and_judge, program, at, min(BATCH, first + count - at))
-        for at in range(first, first + count, BATCH)
-    ]
 
 
 def _judge(folder: Path, seed: int) -> list[Outcome]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,7 @@ ROWS_OF_A_FALL_US = (-900_000, 3_900_000)
 """About the release: what the second copy must hold, a little less than 1 s before it to 4 s after it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(NamedTuple):
     """What came of one run.
 
     Attributes:

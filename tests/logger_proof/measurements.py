@@ -6,12 +6,11 @@ file is filled with zeros, where sampling and the card share the processor.
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -20,27 +19,25 @@ from scipy.spatial.transform import Rotation
 from tests.cpp.compiling import EMULATOR_SOURCES, build_program, compile_objects, compiler, run
 from tests.evaluation.drops import Drop, drop
 from tests.logger_proof.building import BOARD, PORTABLE, SOURCES
-from tests.proof.campaign import Broken, paragraph, table
+from tests.proof.campaign import Broken
 from tfsat_host.emulated.imperfections import ideal
-from tfsat_host.protocol.limits import FILE_FACTORY_MIB, RING_BLOCKS
 from tfsat_host.robot import load_robot
 
 
-@dataclass(frozen=True, slots=True)
-class Glitches:
+class Glitches(NamedTuple):
     """Of one kind at one rate.
 
     Attributes:
         kind: `nack` or `timeout`.
         rate_hz: Sampling rate; the buses run at 400 kHz.
-        count: How many.
+        times: How many.
         lost, most: Samples of the struck IMU that they cost, in all and at most by one of them.
         others: Samples of the other IMUs that they cost.
     """
 
     kind: str
     rate_hz: int
-    count: int
+    times: int
     lost: int
     most: int
     others: int
@@ -79,19 +76,18 @@ MOST_OFF_US = 100
 """A chip renews its registers each 1000 us, and 280 Hz meets seven phases of that, 143 us apart."""
 
 
-@dataclass(frozen=True, slots=True)
-class Offset:
-    """Of one IMU at one clock of the buses, in microseconds.
+class Offset(NamedTuple):
+    """Of one IMU at one clock of the buses.
 
     Attributes:
-        told: By the log's header.
-        measured: By how much earlier than IMU 1's its readings show the motion, as they stand in their samples.
+        logged_us: By the log's header.
+        measured_us: By how much earlier than IMU 1's its readings show the motion, as they stand in their samples.
     """
 
     bus_khz: int
     imu: int
-    told: int
-    measured: float
+    logged_us: int
+    measured_us: float
 
 
 def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> list[Offset]:
@@ -101,13 +97,13 @@ def measure_offsets(folder: Path, buses_khz: tuple[int, ...] = BUSES_KHZ) -> lis
     for bus_khz in buses_khz:
         one = drop(folder / str(bus_khz), model, model, ideal(), seed=1, bus_khz=bus_khz)
         delays_us = [1e6 * _delay_s(one, body) for body in range(4)]
-        for i, told in enumerate(one.log.header.imu_offset_us):
-            found.append(Offset(bus_khz, i + 1, told, delays_us[0] - delays_us[i]))
+        for i, logged_us in enumerate(one.log.header.imu_offset_us):
+            found.append(Offset(bus_khz, i + 1, logged_us, delays_us[0] - delays_us[i]))
     for offset in found:
-        if abs(offset.told - offset.measured) > MOST_OFF_US:
+        if abs(offset.logged_us - offset.measured_us) > MOST_OFF_US:
             raise Broken(
-                f"IMU {offset.imu} is read {offset.measured:.0f} us after the sample's time at {offset.bus_khz} kHz, "
-                f"the log says {offset.told}"
+                f"IMU {offset.imu} is read {offset.measured_us:.0f} us after the sample's time, "
+                f"the log says {offset.logged_us}, at {offset.bus_khz} kHz"
             )
     return found
 
@@ -128,10 +124,9 @@ def _delay_s(one: Drop, body: int) -> float:
     return float(found.x)
 
 
-SPARE_RATES_HZ = (280, 850, 900, 1000)
-TRANSFERS_NS = (20_700, 23_000, 30_000)
-"""Of the processor for a block: the clock's limit, SdFat's maintainer's figure, and a dear one."""
-STALLS_ONE_IN = (0, 100)
+SPARES = list(product((280, 850, 900, 1000), (20_700, 23_000, 30_000), (0, 100)))
+"""Rates; ns of the processor for a block: the clock's limit, SdFat's maintainer's figure, a dear one; writes of which
+one stalls."""
 RUN_LIMIT_S = 300
 _EMULATOR = (
     "sensors/mpu6050",
@@ -142,8 +137,7 @@ _EMULATOR = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Spare:
+class Spare(NamedTuple):
     """Of the ring's blocks, the fewest that were free.
 
     Attributes:
@@ -161,8 +155,8 @@ class Spare:
     at_change: int
 
 
-def build_shared_processor(folder: Path) -> Path:
-    """The emulated logger board, optimized."""
+def shared(folder: Path) -> Path:
+    """The program of shared_processor.cpp: the emulated logger board, optimized."""
     sources = [path for name in PORTABLE for path in sorted((SOURCES / name).glob("*.cpp"))]
     sources += [EMULATOR_SOURCES / f"{name}.cpp" for name in _EMULATOR]
     flags = ("-std=c++17", "-O2")
@@ -172,16 +166,8 @@ def build_shared_processor(folder: Path) -> Path:
     return program
 
 
-def measure_spares(
-    program: Path, rates_hz: Sequence[int] = SPARE_RATES_HZ, transfers_ns: Sequence[int] = TRANSFERS_NS
-) -> list[Spare]:
-    """Each rate with each cost, without and with stalls. Raises Broken: a sample was lost."""
-    cases = [(rate, cost, stalls) for rate in rates_hz for cost in transfers_ns for stalls in STALLS_ONE_IN]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda case: _measured(program, *case), cases))
-
-
-def _measured(program: Path, rate_hz: int, transfer_ns: int, stall_one_in: int) -> Spare:
+def measure_spare(program: Path, rate_hz: int, transfer_ns: int, stall_one_in: int) -> Spare:
+    """Runs a program of `shared`. Raises Broken: a sample was lost."""
     command = [str(program), str(rate_hz), str(transfer_ns), str(stall_one_in)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT_S)
     if done.returncode != 0:
@@ -190,53 +176,3 @@ def _measured(program: Path, rate_hz: int, transfer_ns: int, stall_one_in: int) 
     if min(spare.at_start, spare.at_change) < 0:
         raise Broken(f"samples were lost: {spare}")
     return spare
-
-
-def spares_page(spares: Sequence[Spare]) -> str:
-    cases = sorted({(spare.rate_hz, spare.transfer_ns) for spare in spares})
-    by_case = {(spare.rate_hz, spare.transfer_ns, spare.stall_one_in): spare for spare in spares}
-    stalls = sorted({spare.stall_one_in for spare in spares})
-    rows = []
-    for rate_hz, transfer_ns in cases:
-        chosen = [by_case[rate_hz, transfer_ns, one_in] for one_in in stalls]
-        figures = [figure for spare in chosen for figure in (spare.at_start, spare.at_change)]
-        rows.append((rate_hz, f"{transfer_ns / 1000:g}", *figures))
-    header = ["Hz", "µs a block"]
-    for one_in in stalls:
-        card = f"1 write in {one_in} stalls" if one_in else "takes what comes"
-        header += [f"{card}: at the start", "at the next file"]
-    text = paragraph(
-        "SdFat's programmed transfers take the processor for each block, 20.7 µs at the clock's limit and 22 to 23 µs "
-        "by its maintainer's figure; the sampling interrupt keeps it for two bursts, 780 µs. The emulated board shares "
-        f"its processor so. Of the {RING_BLOCKS} blocks of RAM, the fewest that were free while the factory's file of "
-        f"{FILE_FACTORY_MIB} MiB was filled in turns with the recording, from `record start` on and again when the "
-        "robot had waited until the file was full. No sample was dropped."
-    )
-    return f"## 6. A processor that is shared\n\n{text}\n\n{table(header, rows)}"
-
-
-def glitches_page(glitches: Sequence[Glitches]) -> str:
-    named = {"nack": "one NACK", "timeout": "one timeout, the bus clocked free"}
-    rows = [
-        (named[one.kind], one.rate_hz, one.count, f"{one.lost / one.count:.2f}", one.most, one.others)
-        for one in glitches
-    ]
-    header = ("what fails", "Hz", "times", "samples lost, mean", "most", "of other IMUs")
-    text = paragraph(
-        "One transfer of a running IMU fails. Its settings are read back behind the bursts of that instant or of the "
-        "next one; if they are as they were, it goes on. The buses run at 400 kHz and take their time, as on the board."
-    )
-    return f"## 7. One failed transfer\n\n{text}\n\n{table(header, rows)}"
-
-
-def offsets_page(offsets: Sequence[Offset]) -> str:
-    rows = [(one.bus_khz, one.imu, one.told, f"{one.measured:.0f}") for one in offsets]
-    header = ("buses, kHz", "IMU", "told by the log, µs", "measured, µs")
-    text = paragraph(
-        "When each IMU of a sample is read after the sample's time: what the log's header tells, and by how much "
-        "earlier than IMU 1's its readings show the motion. For each body of an emulated robot without imperfections "
-        "the delay is taken at which its gyro's angular speed fits the true one best, in least squares, from "
-        f"{FALL_S[0]:g} to {FALL_S[1]:g} s after the release. A chip renews its registers each 1000 µs, which is what "
-        "the difference comes from."
-    )
-    return f"## 8. When a sensor is read\n\n{text}\n\n{table(header, rows)}"

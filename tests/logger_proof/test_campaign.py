@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from tests.emulator_avr.building import Edit
 from tests.logger_proof.building import INSTRUCTIONS, build_for_m7, build_for_pc
-from tests.logger_proof.campaign import FIRST_SEED, RATES_HZ, SHORT_SEEDS, batches, run_each, seeds_of
-from tests.logger_proof.m7 import SHORT_SEEDS as M7_SEEDS
-from tests.logger_proof.m7 import compare, count_instructions, twin_jobs, twins
+from tests.logger_proof.campaign import RATES_HZ, run_each, runs, seeds_of
+from tests.logger_proof.m7 import compare, count_instructions
 from tests.logger_proof.truth import Kind
-from tests.proof.campaign import Broken, run_jobs
+from tests.proof.campaign import Broken, run_campaigns
 from tfsat_host.sdlog import blocks
 
 WRITER = "core/card_writer.cpp"
@@ -22,6 +21,10 @@ BUILDER = "core/block_builder.cpp"
 RECORDER = "core/recorder.cpp"
 LOGGER = "core/logger.cpp"
 WATCH = "core/drop_watch.cpp"
+
+SHORT_SEEDS = 96
+"""Three of each kind at each rate."""
+M7_SEEDS = (1, 14, 15, 28)
 
 # What the defect is, where it is planted, the runs that find it, and what they say.
 DEFECTS = {
@@ -139,8 +142,7 @@ DEFECTS = {
 
 
 def test_no_fault_costs_what_the_card_had_or_makes_a_wrong_value(pc: Path) -> None:
-    found = run_jobs({"runs": batches(pc, FIRST_SEED, SHORT_SEEDS)})
-    outcomes = [outcome for part in found["runs"] for outcome in part]
+    outcomes = run_campaigns([runs(pc, SHORT_SEEDS)])["runs"]
     assert {(outcome.kind, outcome.rate_hz) for outcome in outcomes} == {
         (kind, rate_hz) for kind in Kind for rate_hz in RATES_HZ
     }
@@ -172,9 +174,8 @@ def test_a_decoder_that_believes_torn_blocks_is_found(pc: Path, monkeypatch: pyt
 
 
 def test_the_card_holds_the_same_bytes_as_after_the_pcs_run(pc: Path, m7: Path) -> None:
-    same = twins(run_jobs({"twins": twin_jobs(pc, m7, M7_SEEDS, batch=1)})["twins"])
-    assert same.seeds == len(M7_SEEDS)
-    assert same.bytes_compared > len(M7_SEEDS) * 1_000_000
+    same = [result for seed in M7_SEEDS for result in compare(pc, m7, seed)]
+    assert sum(map(len, same)) > len(M7_SEEDS) * 1_000_000
 
 
 @pytest.mark.prove
@@ -183,12 +184,12 @@ def test_a_core_that_depends_on_the_size_of_a_pointer_is_found(pc: Path, tmp_pat
         "core/request_server.cpp", "header.dlpf_cfg = settings.dlpf_cfg;", "header.dlpf_cfg = sizeof(void*);"
     )
     with pytest.raises(Broken, match="another than the PC's"):
-        compare(pc, build_for_m7(tmp_path, edits=[edit]), M7_SEEDS[0], 1)
+        compare(pc, build_for_m7(tmp_path, edits=[edit]), M7_SEEDS[0])
 
 
 def test_sampling_leaves_the_processor_to_the_card(tmp_path: Path) -> None:
     counted = count_instructions(build_for_m7(tmp_path, INSTRUCTIONS), 1000)
-    assert counted.sample.count == 10_000
+    assert counted.sample.times == 10_000
     # Not an empty loop, and no more than a quarter of the 0.2 ms that timing.h leaves beside the buses.
     assert 1_000 < counted.core.mean < counted.core.most < 30_000
     assert counted.share < 0.02

@@ -199,17 +199,34 @@ bool same_record(const Record& a, const Record& b) {
   return bytes_of(a) == bytes_of(b);
 }
 
-// Stores until it rests or the power goes; false if it failed.
+// As an upload does: the record, then its commit.
+template <typename Record>
+void stage(Stored<Record>& store, const Record& wanted) {
+  const std::vector<uint8_t> bytes = bytes_of(wanted);
+  std::memcpy(store.staged(), bytes.data(), bytes.size());
+  store.commit();
+}
+
+// Polls until the store rests or the power goes; false if it never does.
+template <typename Record>
+bool finish(Stored<Record>& store, const FakeMemory& memory = FakeMemory()) {
+  for (int polls = 0; polls < 2000 && store.writing() && !memory.dead; ++polls) store.poll();
+  return !store.writing();
+}
+
+// As a host does it: repeats its commit until there is nothing left to write. False if it failed.
 template <typename Record>
 bool put(FakeMemory& memory, uint16_t address, const Record& wanted) {
   memory.busy_polls = 0;
   Stored<Record> store(memory, address);
   store.load();
-  const std::vector<uint8_t> bytes = bytes_of(wanted);
-  std::memcpy(store.staged(), bytes.data(), bytes.size());
-  store.commit();
-  for (int polls = 0; polls < 2000 && store.writing() && !memory.dead; ++polls) store.poll();
-  return !store.writing() && !store.failed() && same_record(store.current(), wanted);
+  store.begin();
+  stage(store, wanted);
+  do {
+    if (!finish(store, memory) || store.failed()) return false;
+    store.commit();
+  } while (store.changed());
+  return store.defect() == ErrorCode::kNone && same_record(store.current(), wanted);
 }
 
 // One into which a maneuver has been uploaded, so that the board arms.

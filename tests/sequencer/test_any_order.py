@@ -289,9 +289,10 @@ def machine(board_library: ctypes.CDLL) -> Iterator[type[AnyOrder]]:
     del AnyOrder.library
 
 
-def test_any_order(machine: type[AnyOrder]) -> None:
+@pytest.mark.parametrize("examples", [25, pytest.param(250, marks=pytest.mark.prove)])
+def test_any_order(machine: type[AnyOrder], examples: int) -> None:
     case = machine.TestCase
-    case.settings = settings(max_examples=80, stateful_step_count=40)
+    case.settings = settings(max_examples=examples, stateful_step_count=40)
     case("runTest").debug()
 
 

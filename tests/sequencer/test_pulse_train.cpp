@@ -12,15 +12,28 @@ constexpr uint32_t kFrame = 20 * kTicksPerMs;
 
 uint16_t pulse_ticks(int16_t angle_cdeg) { return Settings::factory().pulse_ticks(1, angle_cdeg); }
 
+// One joint's train, and the table that it shares with the others.
+struct Bench {
+  explicit Bench(uint8_t joint) : train(table, joint) { table.clear(); }
+  // The next pulse that may begin a change.
+  Pulse next_change() {
+    Pulse pulse = train.next();
+    while (pulse.change == nullptr) pulse = train.next();
+    return pulse;
+  }
+  BegunChanges begun;
+  ChangeTable table{begun};
+  PulseTrain train;
+};
+
 }  // namespace
 
 TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
   Random random(1);
   for (int round = 0; round < 20000; ++round) {
-    BegunChanges begun;
-    ChangeTable table(begun);
-    table.clear();
-    PulseTrain train(table, 1);
+    Bench bench(1);
+    ChangeTable& table = bench.table;
+    PulseTrain& train = bench.train;
     const uint32_t frame = draw(random, 0, 1) == 0 ? kFrame : draw(random, 5, 20) * kTicksPerMs;
     tick_t now = draw(random, 0, 0xFFFFFFFF);
     train.hold(now + kTicksPerMs, pulse_ticks(0), frame);
@@ -70,10 +83,9 @@ TEST_CASE(each_change_rises_on_its_tick_and_gaps_stay_even) {
 }
 
 TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
-  BegunChanges begun;
-  ChangeTable table(begun);
-  table.clear();
-  PulseTrain train(table, 2);
+  Bench bench(2);
+  ChangeTable& table = bench.table;
+  PulseTrain& train = bench.train;
   train.hold(1000, 5000, kFrame);
   Pulse pulse = train.next();
   CHECK(table.add(2, pulse.rise - 3, 2000) && table.add(2, pulse.rise + 6999, 3000));
@@ -87,10 +99,9 @@ TEST_CASE(a_change_asked_for_too_late_begins_late_and_cuts_no_pulse) {
 }
 
 TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
-  BegunChanges begun;
-  ChangeTable table(begun);
-  table.clear();
-  PulseTrain train(table, 0);
+  Bench bench(0);
+  ChangeTable& table = bench.table;
+  PulseTrain& train = bench.train;
   train.hold(0, 2000, kFrame);
   train.next();
   for (uint8_t i = 0; i < tfsat::protocol::kMaxStrokes; ++i) CHECK(table.add(0, 100000u * (i + 1u), 3000));
@@ -109,14 +120,12 @@ TEST_CASE(a_table_that_was_cleared_and_a_train_that_was_stopped_forget) {
 
 // The pin was held: every pulse of the width is one that may begin the change, until one was whole.
 TEST_CASE(a_change_begins_with_its_first_whole_pulse) {
-  BegunChanges begun;
-  ChangeTable table(begun);
-  table.clear();
-  PulseTrain train(table, 0);
+  Bench bench(0);
+  ChangeTable& table = bench.table;
+  PulseTrain& train = bench.train;
   train.hold(0, 2000, kFrame);
   CHECK(table.add(1, 5, 4000) && table.add(0, 10 * kFrame, 2500) && table.add(0, 20 * kFrame, 3000));
-  Pulse pulse = train.next();
-  while (pulse.change == nullptr) pulse = train.next();
+  Pulse pulse = bench.next_change();
   CHECK(pulse.rise == 10 * kFrame && pulse.width_ticks == 2500);
   for (int i = 0; i < 3; ++i) pulse = train.next();
   CHECK(pulse.change != nullptr && pulse.width_ticks == 2500 && table.begun() == 0);
@@ -127,10 +136,9 @@ TEST_CASE(a_change_begins_with_its_first_whole_pulse) {
 }
 
 TEST_CASE(the_next_change_takes_the_place_of_one_that_has_not_begun) {
-  BegunChanges begun;
-  ChangeTable table(begun);
-  table.clear();
-  PulseTrain train(table, 0);
+  Bench bench(0);
+  ChangeTable& table = bench.table;
+  PulseTrain& train = bench.train;
   train.hold(0, 2000, kFrame);
   CHECK(table.add(0, 10 * kFrame, 2500) && table.add(0, 20 * kFrame, 3000));
   Pulse pulse = train.next();
@@ -143,18 +151,15 @@ TEST_CASE(the_next_change_takes_the_place_of_one_that_has_not_begun) {
 
 TEST_CASE(cancelled_changes_leave_the_train_at_the_width_it_has) {
   for (const bool under_way : {false, true}) {
-    BegunChanges begun;
-    ChangeTable table(begun);
-    table.clear();
-    PulseTrain train(table, 0);
+    Bench bench(0);
+    ChangeTable& table = bench.table;
+    PulseTrain& train = bench.train;
     train.hold(0, 2000, kFrame);
     for (uint16_t i = 1; i <= 3; ++i)
       CHECK(table.add(0, i * 10 * kFrame, static_cast<uint16_t>(2000 + i)));
-    Pulse pulse = train.next();
-    while (pulse.change == nullptr) pulse = train.next();
+    Pulse pulse = bench.next_change();
     train.was_whole(pulse);
-    pulse = train.next();
-    while (pulse.change == nullptr) pulse = train.next();
+    pulse = bench.next_change();
     CHECK(pulse.width_ticks == 2002);
     table.cancel();
     train.cancel(under_way ? nullptr : &pulse);
@@ -167,15 +172,5 @@ TEST_CASE(cancelled_changes_leave_the_train_at_the_width_it_has) {
       CHECK(pulse.width_ticks == width && pulse.change == nullptr && pulse.rise - before == kFrame);
     }
     CHECK(table.begun() == (under_way ? 3 : 1) && table.began_at(0) == 10 * kFrame);
-  }
-}
-
-TEST_CASE(every_angle_of_the_wire_is_a_pulse_a_servo_can_take) {
-  uint16_t before = 0;
-  for (int32_t angle = -32768; angle <= 32767; ++angle) {
-    const uint16_t width = pulse_ticks(static_cast<int16_t>(angle));
-    CHECK(width >= 1000 && width <= 5000 && width >= before);
-    if (angle >= 0 && angle <= 9000) CHECK_NEAR(width, 2000 + 2000.0 * angle / 9000, 0.5);
-    before = width;
   }
 }

@@ -88,7 +88,7 @@ def test_a_request_of_another_length_is_refused(board: Board, request_type: int)
     assert board.edges() == []
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(maneuver=flyable())
 def test_what_the_host_schedules_the_board_accepts(
     new_board: Callable[..., Board], maneuver: Maneuver
@@ -105,7 +105,7 @@ def test_what_the_host_schedules_the_board_accepts(
     )
 
 
-@settings(max_examples=400)
+@settings(max_examples=120)
 @given(raw=raw_maneuvers())
 def test_the_board_believes_no_host(new_board: Callable[..., Board], raw: RawManeuver) -> None:
     board = new_board()
@@ -140,7 +140,7 @@ def test_the_last_microsecond_of_the_fall(board: Board, speed_cdeg_s: int, angle
     assert upload_raw(board, RawManeuver(speed_cdeg_s, ((1, angle_cdeg, latest_us),)))[0] == ErrorCode.NONE
 
 
-@settings(max_examples=120)
+@settings(max_examples=40)
 @given(maneuver=flyable(), seed=st.integers(0, 2**16))
 def test_every_pulse_of_a_random_maneuver(
     new_board: Callable[..., Board], maneuver: Maneuver, seed: int

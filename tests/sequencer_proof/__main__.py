@@ -1,4 +1,4 @@
-"""`make sequencer-report`: every campaign in full, and what came of it in docs/sequencer-proof.md."""
+"""`make sequencer-report`: every campaign in full, and what came of it in docs/sequencer-proof.md and its tables."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ import sys
 from pathlib import Path
 
 from tests.emulator_avr.building import SEQUENCER, build_board_library, build_changed_sequencer, build_sketch
-from tests.proof.campaign import Progress, run_jobs, write_page
+from tests.proof.campaign import Progress, run_campaigns, write_proof
 from tests.sequencer.board import build_board_library as build_native_library
-from tests.sequencer_proof.campaigns import Proof, all_jobs, judge_all
+from tests.sequencer_proof.campaigns import campaigns, judge_stack, least_never_used
 from tests.sequencer_proof.one_rule import build_rule
-from tests.sequencer_proof.report import Tools, render
+from tests.sequencer_proof.page import files
 from tests.sequencer_proof.resets import HANG
 from tests.sequencer_proof.rigs import Bench
 
 
-def prove(folder: Path, progress: Progress) -> str:
-    """Builds, runs every campaign, and returns the page. Raises Broken, BuildError."""
+def prove(folder: Path, progress: Progress) -> dict[str, str]:
+    """Builds, runs every campaign, and returns the page and its tables. Raises Broken, BuildError."""
     progress("building")
     for part in ("avr", "native"):
         (folder / part).mkdir()
     bench = Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder / "avr"))
     hanging = build_changed_sequencer([HANG], folder / "hanging", bench.image)
     rule = build_rule(folder / "rule.so")
-    native = build_native_library(folder / "native")
-    proof = Proof(**run_jobs(all_jobs(bench, hanging, native, rule), progress))
-    judge_all(proof, bench.image)
-    return render(proof, bench.image, Tools.found())
+    declared = campaigns(bench, hanging, build_native_library(folder / "native"), rule)
+    found = run_campaigns(declared, progress)
+    judge_stack(least_never_used(found), bench.image)
+    return files(found, declared, bench.image)
 
 
 if __name__ == "__main__":
-    sys.exit(write_page("sequencer", prove))
+    sys.exit(write_proof("sequencer", prove))

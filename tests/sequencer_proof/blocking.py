@@ -12,8 +12,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
-from tests.proof.campaign import table
 from tests.sequencer_proof.disassembly import CALLS, Instruction, Program, disassemble
 from tests.sequencer_proof.signals import CYCLES_PER_US
 from tfsat_host.protocol.limits import MAX_STROKES
@@ -57,9 +57,8 @@ class UnboundedError(ValueError):
     """The image has a loop that `LOOPS` does not know."""
 
 
-@dataclass(frozen=True, slots=True)
-class Blocked:
-    """A path. `function`: where interrupts go off; `calls`: what of ours or the core's runs meanwhile."""
+class Blocked(NamedTuple):
+    """A path. `function`: where interrupts go off."""
 
     function: str
     address: int
@@ -241,8 +240,6 @@ def _groups(edges: Edges, start: int) -> list[list[int]]:
     return groups[::-1]
 
 
-LEAST_CYCLES = CYCLES_PER_US
-"""Shorter paths make one row together."""
 WHAT = {
     "__vector_9": "a servo's pin moved while a stroke is due",
     "__vector_16": "an edge of switch 1, until both are quiet",
@@ -253,8 +250,8 @@ WHAT = {
     "__vector_23": "the Arduino core's millisecond",
     "__vector_31": "an edge of switch 2, until both are quiet",
     "__vector_32": "the end of the mark on the stroke line",
-    "ReleaseCapture::levels": "capture begins anew after noise",
-    "Timer1Servos::hold": "a servo is told where to stand (arming, JOG)",
+    "ReleaseCapture::levels": "capture restarts after noise",
+    "Timer1Servos::hold": "a servo gets its pose (arming, JOG)",
     "Timer1Servos::cancel": "the strokes left are dropped (a false release, a missed stroke)",
     "Timer1Servos::stop": "all servos are let go (DISARM)",
     "Timer1Servos::schedule": "a stroke is scheduled (at the release)",
@@ -266,45 +263,31 @@ WHAT = {
 }
 
 
-def page(image: Path) -> str:
-    """Of the ELF beside the image."""
-    elf = image.with_suffix(".elf")
+class PathRow(NamedTuple):
+    """The longest path of one function, before the release and while strokes are ahead."""
+
+    what: str
+    function: str
+    cycles: int
+    us: float
+    cycles_scheduled: int
+    us_scheduled: float
+
+
+def path_rows(elf: Path) -> list[PathRow]:
+    """One for each function, the longest first."""
     before = {path.address: path.cycles for path in blocked_paths(elf, scheduled=False)}
-    paths = blocked_paths(elf)
-    rows: list[tuple[object, ...]] = [
-        (
+    longest: dict[str, Blocked] = {}
+    for path in blocked_paths(elf):
+        longest.setdefault(path.function, path)
+    return [
+        PathRow(
             WHAT.get(path.function, ""),
-            f"`{path.function}`",
-            *_figures(before[path.address]),
-            *_figures(path.cycles),
+            path.function,
+            before[path.address],
+            before[path.address] / CYCLES_PER_US,
+            path.cycles,
+            path.cycles / CYCLES_PER_US,
         )
-        for path in _longest_of_each(paths)
+        for path in longest.values()
     ]
-    short = [path for path in paths if path.cycles < LEAST_CYCLES]
-    rows.append(
-        (f"{len(short)} more", "", "", "", f"at most {max(path.cycles for path in short)}", "below 1")
-    )
-    header = ("what holds interrupts off", "where", "cycles", "µs", "cycles with strokes ahead", "µs")
-    return (
-        "**How long interrupts are off**, computed from the instructions of the image, not measured: the longest way "
-        "through each path, all\nbranches free, loops at their bounds, from the entry of an interrupt or a CLI until "
-        "they are on again. The short form of this report\nholds it against the emulator: nothing takes longer.\n"
-        "An edge of a servo is made by the timer: being late, up to 0.5 ms, does not move it. A switch's first edge is "
-        "stamped by its timer,\nwhatever is off; what chatter does to a date can last as long as the longest path "
-        "before the release, and then until both are open again.\nThe switches' own interrupt goes on for up to "
-        f"{FOLLOWING_US} µs more while contacts chatter, and sees each edge meanwhile. USB's two\ninterrupts never "
-        "come: the main loop calls what they would do.\n\n" + table(header, rows)
-    )
-
-
-def _figures(cycles: int) -> tuple[int, str]:
-    return cycles, f"{cycles / CYCLES_PER_US:.1f}"
-
-
-def _longest_of_each(paths: list[Blocked]) -> list[Blocked]:
-    """One for each function, of those that are worth a row."""
-    found: dict[str, Blocked] = {}
-    for path in paths:
-        if path.cycles >= LEAST_CYCLES:
-            found.setdefault(path.function, path)
-    return list(found.values())

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+import fcntl
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.emulator_avr.building import (
-    SEQUENCER,
-    build_board_library,
-    build_changed_sequencer,
-    build_sketch,
-)
+from tests.emulator_avr.building import build_board_library, build_changed_sequencer
+from tests.emulator_avr.conftest import LOCK
 from tests.sequencer_proof.rigs import Bench
+from tfsat_host.emulated import build
 
 Plant = Callable[..., Bench]
 
 
 @pytest.fixture(scope="session")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    """The image that would be flashed."""
-    folder = tmp_path_factory.mktemp("proof")
-    return Bench.of(build_sketch(SEQUENCER, folder / "sequencer"), build_board_library(folder))
+    """The image that would be flashed: that of `make firmware`."""
+    with LOCK.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        image = build.sequencer_hex()
+    return Bench.of(image, build_board_library(tmp_path_factory.mktemp("proof")))
 
 
 @pytest.fixture

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-from tests.proof.campaign import Broken, table
+from tests.proof.campaign import Broken
 from tests.sequencer import board as native
 from tests.sequencer.store_model import (
     BEGUN,
@@ -179,29 +179,3 @@ def _native_held(board: native.Board, image: bytes | None = None) -> Held:
     board.advance(1000)
     client = native.connect(board)
     return Held(client.read_back(), client.settings(), why_not_armed(client))
-
-
-def page(found: Sequence[Damaged], in_image: Sequence[DamagedImage]) -> str:
-    codes = (ErrorCode.STORE_DAMAGED, ErrorCode.UPLOAD_INTERRUPTED, ErrorCode.STORE_OLD_LAYOUT)
-    rows = [
-        (damaged.case.value, place.value, damaged.values[place], damaged.armed[place],
-         *(damaged.refused[place, code] for code in codes))
-        for damaged in found
-        for place in Place
-    ]  # fmt: skip
-    header = (
-        "EEPROM with",
-        "the byte is of",
-        "tried",
-        "armed, unchanged",
-        *(f"`{c.name.lower()}`" for c in codes),
-    )
-    sampled = sum(image.tried for image in in_image)
-    return (
-        "**One byte of the EEPROM is another**, after a power cut: each byte in use set to each of 256 values, "
-        "every other to 8, in the\n*native* core, whose store is this firmware's source and knows no time. "
-        "**Armed with another maneuver "
-        "or other servo settings than those committed last: never.**\n\n"
-        + table(header, rows)
-        + f"\n\nThe flashed image gave the same answers to {sampled} of these, picked at random."
-    )

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import PinHold, ResetCause
-from tests.proof.campaign import Broken, table
+from tests.proof.campaign import Broken
 from tests.sequencer_proof.releases import Plan
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us
 from tests.sequencer_proof.signals import (
@@ -61,13 +61,12 @@ class Change(NamedTuple):
     hold: PinHold
 
 
-@dataclass(frozen=True, slots=True)
-class HeldPins:
+class HeldPins(NamedTuple):
     """What came of some runs with the same pins held at the same level."""
 
     joints: tuple[int, ...]
     level: PinHold
-    count: int
+    runs: int
     on_time: int
     """Strokes."""
     late: int
@@ -349,33 +348,3 @@ def _check_report(report: RunReportReply, run: _Run) -> None:
             fits = not unknown and abs(told_us - begun_us) <= REPORT_TOLERANCE_US
         if not fits:
             raise Broken(f"RUN_REPORT tells of {report.start_us}, the strokes began at {run.begun_us}")
-
-
-def page(found: Sequence[HeldPins]) -> str:
-    rows = [
-        (
-            ", ".join(f"D{8 + joint}" for joint in part.joints),
-            part.level.name.lower(),
-            part.count,
-            part.on_time,
-            part.late,
-            part.missed,
-            part.extra_marks,
-        )
-        for part in found
-    ]
-    return (
-        "### Pins held\n\n"
-        "Servo pins that are held at a level, from before the arming or from a random moment on, and let go at a "
-        "random moment or\nnever; half of these moments lie around the first pulse of a stroke. Then a watchdog or "
-        "brown-out reset at a random moment\nof the run or after it, and the pins let go. What a servo had been "
-        "told is read off its pin: the width of the last whole pulse.\nAfter every reset each servo got pulses of "
-        "that width and no other (or none, where the board came back SAFE); STATUS told the\nangles and the number "
-        "of strokes, RUN_REPORT when each began, or that it did not, and the stroke line had marked each.\nRuns in "
-        f"which a pulse was cut or stretched by less than {UNSEEN_US} µs are left out: an interrupt may look that "
-        "late.\n\n"
-        + table(
-            ("held", "level", "runs", "strokes on time", "late", "missed", "marks of pulses cut short"),
-            rows,
-        )
-    )

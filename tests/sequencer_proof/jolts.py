@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from tests.proof.campaign import Broken, table
+from tests.proof.campaign import Broken
 from tests.sequencer_proof.contacts import Chatter, Contact, Fall, Jolt, fall, open_switches, play
-from tests.sequencer_proof.figures import signed_range_us
-from tests.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly
+from tests.sequencer_proof.releases import LONGEST_WAIT_US, Plan, Release, fly, judge
 from tests.sequencer_proof.rigs import SETTLE_US, Bench, Rig, arm, run_us
-from tests.sequencer_proof.signals import CYCLES_PER_US, Extremes, read_signal
+from tests.sequencer_proof.signals import CYCLES_PER_MS, CYCLES_PER_US, read_signal
 from tfsat_host.devices.sequencer import SequencerClient
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 from tfsat_host.protocol.limits import (
@@ -23,11 +22,9 @@ from tfsat_host.protocol.limits import (
 MOST_JOLTS = 11
 TOLERANCE_US = 1_100
 """Where contacts chatter on for long, the image loses edges until the main loop comes round, 1.02 ms at the most."""
-MS_CYCLES = 1_000 * CYCLES_PER_US
 
 
-@dataclass(frozen=True, slots=True)
-class Jolted:
+class Jolted(NamedTuple):
     """One release after jolts.
 
     Attributes:
@@ -47,11 +44,14 @@ def jolted_releases(bench: Bench, seed: int, count: int) -> list[Jolted]:
     client = rig.connect()
     rng = random.Random(seed)
     arm(rig, client)
-    start = rig.now + MS_CYCLES
-    first = open_switches(rig, [Contact(start, 0, False), Contact(start + MS_CYCLES, 1, False)])
+    start = rig.now + CYCLES_PER_MS
+    first = open_switches(rig, [Contact(start, 0, False), Contact(start + CYCLES_PER_MS, 1, False)])
     zero_us = _dated(rig, client)[0] - first / CYCLES_PER_US
     found = [_jolted(rig, client, rng, zero_us) for _ in range(count)]
     rig.close()
+    alone = max((abs(one.error_us) for one in found if not one.jolts), default=0)
+    if alone > 1_000:
+        raise Broken(f"a release without a jolt is dated {alone} us wrong")
     return found
 
 
@@ -86,7 +86,7 @@ def _drawn(rng: random.Random, rig: Rig) -> tuple[Fall, list[Jolt]]:
             fallen = fall(rng, released, rig.resolution, chatter, jolts=jolts)
         except ValueError:
             continue
-        if fallen.contacts[-1].cycle - released < 5 * MS_CYCLES:
+        if fallen.contacts[-1].cycle - released < 5 * CYCLES_PER_MS:
             return fallen, jolts
 
 
@@ -98,8 +98,7 @@ def _dated(rig: Rig, client: SequencerClient) -> tuple[float, int, int]:
     return report.release_ms * 1000.0 + report.release_us, report.earlier_us, report.later_us
 
 
-@dataclass(frozen=True, slots=True)
-class ClosedAgain:
+class ClosedAgain(NamedTuple):
     """Both switches closed again for good.
 
     Attributes:
@@ -134,6 +133,7 @@ def closed_again(bench: Bench, seed: int, count: int) -> ClosedAgain:
         _close_again(rig, rng, rng.randint(first_us + 5_000, last_us))
         _check_caught(rig, client, plan)
     rig.close()
+    judge(releases)
     return ClosedAgain(count, count, releases)
 
 
@@ -164,75 +164,17 @@ def _check_caught(rig: Rig, client: SequencerClient, plan: Plan) -> None:
         raise Broken(f"held at {status.joint_angle_cdeg}, commanded {told}")
 
 
-def judge_jolted(jolted: Sequence[Jolted]) -> None:
-    """Raises Broken where releases without a jolt of both switches are off by a millisecond."""
-    alone = [abs(one.error_us) for one in jolted if not one.jolts]
-    if alone and max(alone) > 1_000:
-        raise Broken(f"a release without a jolt is dated {max(alone)} us wrong")
-
-
-def page(parts: Sequence[Sequence[Jolted]], caught: Sequence[ClosedAgain]) -> str:
-    return f"{_jolted_page([one for part in parts for one in part])}\n\n{_closed_page(caught)}"
-
-
-def _jolted_page(jolted: Sequence[Jolted]) -> str:
-    kinds = [
-        ("none", [one for one in jolted if not one.jolts]),
-        (
-            "1 or more, the edges fit one release",
-            [one for one in jolted if one.jolts and not one.interval_us],
-        ),
-        ("1 or more, the edges fit two: an interval is told", [one for one in jolted if one.interval_us]),
-    ]
-    rows = [(name, len(kind), *_figures(kind)) for name, kind in kinds]
-    return (
-        "### Jolts before the release\n\n"
-        f"Up to {MOST_JOLTS} jolts open one switch or both for 0.3 to 50 ms and let them close again, 0.3 to 40 ms "
-        "apart, then the robot leaves; contacts\nbounce for up to 5 ms, all in the flashed image. The truth is the "
-        "moment at which the robot left. Every interval that was told held it:\n\n"
-        + table(
-            (
-                "jolts of both switches",
-                "releases",
-                "date off by, at most",
-                "median",
-                "widest interval",
-            ),
-            rows,
-        )
-    )
-
-
-def _figures(kind: Sequence[Jolted]) -> tuple[str, str, str]:
-    errors = sorted(abs(one.error_us) for one in kind)
-    if not errors:
-        return "", "", ""
-    widest = max(one.interval_us for one in kind)
-    return (
-        f"{errors[-1] / 1000:.3f} ms",
-        f"{errors[len(errors) // 2] / 1000:.3f} ms",
-        f"{widest / 1000:.1f} ms" if widest else "",
-    )
-
-
-def _closed_page(caught: Sequence[ClosedAgain]) -> str:
-    flown = [release for part in caught for release in part.releases]
-    errors = signed_range_us(Extremes.of(error for release in flown for error in release.errors))
-    rows = [
-        (
-            "before the first stroke",
-            sum(part.before for part in caught),
-            "ARMED again, counted; nothing moved",
-        ),
-        ("the drops after these", len(flown), f"all four strokes, {errors} off"),
-        (
-            "after a stroke",
-            sum(part.after for part in caught),
-            "FAULT `closed_while_running`; servos held, no stroke after it",
-        ),
-    ]
-    return (
-        "### Closed again\n\n"
-        f"Both switches open as at a release and close again for good. After {RELEASE_SEATED_US // 1000} ms, in the "
-        "flashed image:\n\n" + table(("closed", "runs", "outcome"), rows)
-    )
+def jolt_rows(jolted: Sequence[Jolted]) -> list[tuple[object, ...]]:
+    """Releases, the worst and the median error of their dates, the widest interval, ms."""
+    kinds = {
+        "none": [one for one in jolted if not one.jolts],
+        "1 or more, the edges fit one release": [one for one in jolted if one.jolts and not one.interval_us],
+        "1 or more, the edges fit two: an interval is reported": [one for one in jolted if one.interval_us],
+    }
+    rows = []
+    for name, kind in kinds.items():
+        errors = sorted(abs(one.error_us) for one in kind)
+        widest = max(one.interval_us for one in kind)
+        figures = (f"{us / 1000:.3f}" for us in (errors[-1], errors[len(errors) // 2]))
+        rows.append((name, len(kind), *figures, f"{widest / 1000:.1f}" if widest else ""))
+    return rows

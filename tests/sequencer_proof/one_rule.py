@@ -5,9 +5,9 @@ from __future__ import annotations
 import ctypes
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from tests.cpp.compiling import REPOSITORY, build_shared
 from tests.proof.campaign import Broken
@@ -37,8 +37,7 @@ class _Told(ctypes.Structure):
     _fields_ = tuple((name, ctypes.c_uint32) for name in ("at_us", "first_us", "last_us", "false_release"))
 
 
-@dataclass(frozen=True)
-class Agreement:
+class Agreement(NamedTuple):
     """What was compared.
 
     Attributes:
@@ -119,16 +118,3 @@ def one_rule(library: Path, seed: int, trains: int) -> Agreement:
     told = [one for number in range(trains) for one in compare(library, edge_train(rng), number)]
     ambiguous = sum(first_us < last_us for _, first_us, last_us, _ in told)
     return Agreement(trains, len(told), ambiguous, sum(is_false for *_, is_false in told))
-
-
-def page(found: Sequence[Agreement]) -> str:
-    trains, releases, ambiguous, false_releases = (
-        sum(getattr(part, name) for part in found)
-        for name in ("trains", "releases", "ambiguous", "false_releases")
-    )
-    return (
-        "### One rule\n\n"
-        f"Sequencer, logger and decoder were given the same {trains} random edge trains, most of their gaps within "
-        f"2 µs of the rule's limits. They told\nthe same {releases} releases, {ambiguous} with an interval that holds "
-        f"two, and {false_releases} of them false, to the microsecond."
-    )

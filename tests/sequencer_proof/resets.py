@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from tests.emulator_avr.avr_board import ResetCause
 from tests.emulator_avr.building import Edit
-from tests.proof.campaign import Broken, table
-from tests.sequencer_proof.figures import range_ms, signed_range_us
+from tests.proof.campaign import Broken
 from tests.sequencer_proof.releases import AFTER_RUN_US, LONGEST_WAIT_US, Plan, measure
 from tests.sequencer_proof.rigs import AvrRig, Bench, arm, run_us, seat
 from tests.sequencer_proof.signals import (
+    CYCLES_PER_MS,
     CYCLES_PER_TICK,
     CYCLES_PER_US,
     Extremes,
@@ -70,17 +68,21 @@ class Moment(Enum):
         return ErrorCode.RESET_WHILE_RUNNING if self is Moment.RUNNING else ErrorCode.RESET_WHILE_ARMED
 
 
-@dataclass(frozen=True, slots=True)
-class Resets:
-    """Outcomes of one kind of reset at random moments."""
+class Resets(NamedTuple):
+    """Outcomes of one kind of reset at random moments.
+
+    Attributes:
+        fault: Latched afterwards; `none`: ARMED again.
+        silence_ms: From the reset to the first pulse of each servo.
+        errors_us: Of the strokes after the release that followed, where one did.
+    """
 
     moment: Moment
     cause: ResetCause
-    count: int
-    silence: Extremes
-    """From the reset to the first pulse of each servo, cycles."""
-    errors: Extremes | None
-    """Onset errors of the releases afterwards, where there were any, cycles."""
+    resets: int
+    fault: ErrorCode
+    silence_ms: Extremes
+    errors_us: Extremes | str
 
 
 def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, seed: int) -> Resets:
@@ -110,7 +112,8 @@ def reset_board(bench: Bench, moment: Moment, cause: ResetCause, count: int, see
         client.disarm()
         _check_safe(rig, client)
     rig.close()
-    return Resets(moment, cause, count, Extremes.of(silences), Extremes.of(errors) if errors else None)
+    errors_us = Extremes.of(errors, CYCLES_PER_US) if errors else ""
+    return Resets(moment, cause, count, moment.fault, Extremes.of(silences, CYCLES_PER_MS), errors_us)
 
 
 class Before(NamedTuple):
@@ -223,14 +226,12 @@ def _check_safe(rig: AvrRig, client: SequencerClient) -> None:
         raise Broken("DISARM left a reset counted")
 
 
-@dataclass(frozen=True, slots=True)
-class Hangs:
-    """Main loops that hung in one state."""
+class Hangs(NamedTuple):
+    """Main loops that hung in one state; from the order to hang to the reset."""
 
     state: SequencerState
-    count: int
-    reset_after: Extremes
-    """From the last order to hang to the reset, us."""
+    hangs: int
+    reset_after_ms: Extremes
 
 
 def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Hangs:
@@ -265,7 +266,7 @@ def hang_board(bench: Bench, state: SequencerState, count: int, seed: int) -> Ha
             moment = Moment.ARMED if state == SequencerState.ARMED else Moment.RUNNING
             check_state(status, moment, ResetCause.WATCHDOG.name, knocks)
     rig.close()
-    return Hangs(state, count, Extremes.of(taken))
+    return Hangs(state, count, Extremes.of(taken, 1000))
 
 
 def _hang(rig: AvrRig) -> int:
@@ -277,46 +278,3 @@ def _hang(rig: AvrRig) -> int:
             raise Broken(f"no reset within {HANG_LIMIT_US} us of a main loop that hangs")
         run_us(rig, LOOK_US)
     return rig.board.now_us - ordered_us
-
-
-def page(found: Sequence[Resets], hung: Sequence[Hangs]) -> str:
-    rows = [
-        (
-            part.moment.value,
-            part.cause.name.lower().replace("_", "-"),
-            part.count,
-            "ARMED, counted" if part.moment is Moment.ARMED else f"FAULT `{part.moment.fault.name.lower()}`",
-            range_ms(part.silence),
-            signed_range_us(part.errors) if part.errors else "nothing moves",
-        )
-        for part in found
-    ]
-    hangs = [
-        (
-            part.state.name,
-            part.count,
-            f"{part.reset_after.least / 1000:g} to {part.reset_after.greatest / 1000:g} ms",
-        )
-        for part in hung
-    ]
-    return (
-        "## 4. Resets and the watchdog\n\n"
-        "At random moments, after up to "
-        f"{MOST_KNOCKS} knocks. Afterwards every servo got pulses of the width from before and no other; the "
-        "knocks were\nstill counted, and the last run's report was still there; DISARM cleared state and fault.\n"
-        "The pulse that was under way ends with the reset, since the chip lets its pins go: no "
-        "program can help that.\n\n"
-        + table(
-            (
-                "reset while",
-                "cause",
-                "resets",
-                "came back as",
-                "first pulse after",
-                "errors of the release after",
-            ),
-            rows,
-        )
-        + "\n\nA main loop that hangs (the same firmware but for a planted endless loop, begun on "
-        "order) is reset by the watchdog:\n\n" + table(("hung while", "times", "reset after"), hangs)
-    )

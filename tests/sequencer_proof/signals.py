@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from tests.proof.campaign import Broken
+from tests.proof.campaign import Broken, cell
 from tfsat_host.protocol.limits import JOINT_COUNT, SERVO_PULSE_MAX_US, SERVO_PULSE_MIN_US
 
 CYCLES_PER_US = 16
+CYCLES_PER_MS = 1000 * CYCLES_PER_US
 CYCLES_PER_TICK = 8
 STROKE_LINE = 3
 
@@ -38,22 +39,20 @@ class Onset(NamedTuple):
     width: int
 
 
-@dataclass(frozen=True, slots=True)
-class Extremes:
-    """The least and the greatest of some numbers, which may come from several runs."""
+class Extremes(NamedTuple):
+    """The least and the greatest of some numbers."""
 
-    least: int
-    greatest: int
+    least: float
+    greatest: float
+
+    def __str__(self) -> str:
+        return f"{cell(self.least)} to {cell(self.greatest)}"
 
     @classmethod
-    def of(cls, values: Iterable[int]) -> Extremes:
+    def of(cls, values: Iterable[float], unit: float = 1) -> Extremes:
+        """In multiples of `unit`."""
         numbers = list(values)
-        return cls(min(numbers), max(numbers))
-
-    @classmethod
-    def over(cls, parts: Iterable[Extremes]) -> Extremes:
-        known = list(parts)
-        return cls(min(part.least for part in known), max(part.greatest for part in known))
+        return cls(min(numbers) / unit, max(numbers) / unit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,11 +16,9 @@ from tests.sequencer.board import build_board_library
 from tests.sequencer_proof.blocking import FOLLOWING_US, blocked_paths
 from tests.sequencer_proof.contacts import TOGETHER_US, Chatter, Contact, Fall, Jolt, admissible, fall
 from tests.sequencer_proof.damage import TOLD, Case, Place, damage_image, damage_native
-from tests.sequencer_proof.dating import dated_releases, judge_dates
 from tests.sequencer_proof.held_pins import LEVELS, SUBSETS, held_pins
-from tests.sequencer_proof.jolts import closed_again, jolted_releases, judge_jolted
-from tests.sequencer_proof.link_abuse import LAST_BEGIN_US, Abuse, abuse_link, begins_us
-from tests.sequencer_proof.noise import STATES, Noise, make_noise
+from tests.sequencer_proof.jolts import closed_again, jolted_releases
+from tests.sequencer_proof.link import LAST_BEGIN_US, STATES, Abuse, Noise, abuse_link, begins_us, make_noise
 from tests.sequencer_proof.power_cuts import (
     History,
     Record,
@@ -30,18 +28,27 @@ from tests.sequencer_proof.power_cuts import (
     cut_points,
     second_upload_writes,
 )
-from tests.sequencer_proof.releases import Plan, avr_releases, fly, judge, native_releases
+from tests.sequencer_proof.releases import (
+    Plan,
+    avr_releases,
+    dated_releases,
+    errors_us,
+    fly,
+    judge_dates,
+    native_releases,
+)
 from tests.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
 from tests.sequencer_proof.rigs import Bench
-from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US
+from tests.sequencer_proof.signals import CYCLES_PER_US
 from tests.sequencer_proof.waiting import knocks, long_wait
 from tfsat_host.devices.client import BoardRefusal
 from tfsat_host.maneuver import four_stroke, schedule_maneuver
 from tfsat_host.protocol.enums import ErrorCode, SequencerState
 
+TICK_US = 0.5
 DATED_SEED, DATED = 1, 2_500
 """Two switches that move within one interrupt are among these."""
-LONGEST_SILENCE_US = 40_000
+LONGEST_SILENCE_MS = 40
 """Start-up and two frames."""
 LONGEST_BEFORE_RELEASE_US = 78
 """Arming, which holds a servo's line; while armed, a servo's edge and the switches' interrupt are next."""
@@ -65,31 +72,36 @@ def hanging(bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 def test_native_releases_are_on_time(library: Path) -> None:
-    releases = native_releases(library, seed=1, count=300)
-    judge(releases)
-    assert max(abs(error) for release in releases for error in release.errors) <= CYCLES_PER_TICK
+    releases = native_releases(library, seed=1, count=60).releases
+    assert max(map(abs, errors_us(releases))) <= TICK_US
     assert max(release.contact_edges for release in releases) > 30
 
 
 def test_releases_of_the_image_are_on_time(bench: Bench) -> None:
-    found = avr_releases(bench, Chatter.SLOW, seed=1, count=10)
-    judge(found.releases)
+    found = avr_releases(bench, Chatter.SLOW, seed=1, count=5)
     errors = [error for release in found.releases for error in release.errors]
-    assert max(map(abs, errors)) <= CYCLES_PER_TICK
+    assert max(map(abs, errors_us(found.releases))) <= TICK_US
     assert len(set(errors)) > 2  # the release falls anywhere in the timer's tick
     wanted = schedule_maneuver(four_stroke(59, 70))
     assert found.plan.strokes == tuple((s.joint, s.angle_cdeg, s.t_us) for s in wanted.strokes)
-    judge(avr_releases(bench, Chatter.BOTH, seed=1, count=40).releases)
+    avr_releases(bench, Chatter.BOTH, seed=1, count=5)
 
 
-@pytest.mark.parametrize("chatter", Chatter)
-def test_releases_are_dated_by_the_first_edge_at_which_both_were_open(bench: Bench, chatter: Chatter) -> None:
+@pytest.mark.parametrize(
+    ("chatter", "count"),
+    [
+        *((kind, 100) for kind in Chatter),
+        *(pytest.param(kind, DATED, marks=pytest.mark.prove) for kind in Chatter),
+    ],
+)
+def test_releases_are_dated_by_the_first_edge_at_which_both_were_open(
+    bench: Bench, chatter: Chatter, count: int
+) -> None:
     """Fast chatter, which no interrupt can follow, may put a date off; that is rare."""
-    dated = dated_releases(bench, chatter, seed=DATED_SEED, count=DATED)
+    dated = dated_releases(bench, chatter, seed=DATED_SEED, count=count)
     judge_dates(dated, chatter)
     if chatter is Chatter.SLOW:
         assert sum(abs(one.error_us) <= 1.0 for one in dated) > 0.999 * len(dated)
-        assert all(abs(one.error_us) <= 50.0 for one in dated)
 
 
 def test_edges_within_a_microsecond_leave_two_dates() -> None:
@@ -102,11 +114,9 @@ def test_edges_within_a_microsecond_leave_two_dates() -> None:
 
 
 def test_waiting_and_knocks_change_nothing(bench: Bench) -> None:
-    wait = long_wait(bench, seed=1, waited_us=45_000_000)
-    assert wait.pulses >= 3 * 50 * 20
+    assert long_wait(bench, seed=1, waited_us=45_000_000).pulses >= 3 * 50 * 20
     knocked = knocks(bench, seed=2, count=16)
     assert min(knocked.one_switch, knocked.both_switches) > 3
-    judge([wait.release, knocked.release])
 
 
 # ------------------------------------------------------------------ jolts
@@ -143,13 +153,12 @@ def test_a_jolt_into_the_release_is_an_error() -> None:
 
 def test_what_is_told_of_a_release_after_jolts_holds_when_the_robot_left(bench: Bench) -> None:
     jolted = jolted_releases(bench, seed=59, count=150)
-    judge_jolted(jolted)
     assert sum(one.interval_us > 0 for one in jolted) > 30
     assert sum(not one.jolts for one in jolted) > 5
 
 
 def test_closed_again_starts_nothing_or_ends_the_run(bench: Bench) -> None:
-    judge(closed_again(bench, seed=59, count=4).releases)
+    assert len(closed_again(bench, seed=59, count=4).releases) == 4
 
 
 # ------------------------------------------------------------------ interrupts
@@ -186,8 +195,14 @@ def test_the_time_without_interrupts_is_bounded_by_what_is_computed(bench: Bench
 # ------------------------------------------------------------------ power cuts and damage
 
 
-@pytest.mark.parametrize("history", History)
-@pytest.mark.parametrize("record", Record)
+@pytest.mark.parametrize(
+    ("record", "history"),
+    [
+        (Record.MANEUVER, History.ONE_SLOT),
+        (Record.SETTINGS, History.BOTH_SLOTS),
+        *(pytest.param(record, History.ERASED, marks=pytest.mark.prove) for record in Record),
+    ],
+)
 def test_a_cut_leaves_the_old_record_or_the_new_one_or_is_told(
     bench: Bench, record: Record, history: History
 ) -> None:
@@ -233,9 +248,9 @@ def test_the_image_answers_to_damage_as_the_native_core_does(bench: Bench, libra
 
 @pytest.mark.parametrize("abuse", Abuse)
 def test_no_abuse_moves_a_stroke(bench: Bench, abuse: Abuse) -> None:
-    begins = [0, LAST_BEGIN_US, *random.Random(1).sample(begins_us(), 5)]
+    begins = [0, LAST_BEGIN_US, *random.Random(1).sample(begins_us(), 1)]
     found = abuse_link(bench, abuse, begins, seed=1)
-    assert (found.runs, found.moved) == (7, 0)
+    assert (found.runs, found.moved) == (3, 0)
 
 
 @pytest.mark.parametrize(("noise", "amount"), [(Noise.BYTES, 12_000), (Noise.FRAMES, 1_500)])
@@ -263,18 +278,15 @@ def test_noise_at_a_board_that_cannot_be_armed_proves_nothing(bench: Bench) -> N
 @pytest.mark.parametrize("moment", Moment)
 def test_a_reset_goes_on_or_holds_still(bench: Bench, moment: Moment, cause: ResetCause) -> None:
     found = reset_board(bench, moment, cause, count=3, seed=4)
-    assert found.silence.greatest <= LONGEST_SILENCE_US * CYCLES_PER_US
-    if moment is Moment.ARMED:
-        assert found.errors is not None
-        assert max(abs(found.errors.least), abs(found.errors.greatest)) <= CYCLES_PER_TICK
-    else:
-        assert found.errors is None
+    assert found.silence_ms.greatest <= LONGEST_SILENCE_MS
+    assert bool(found.errors_us) == (moment is Moment.ARMED)
+    assert all(abs(float(error)) <= TICK_US for error in found.errors_us)
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_the_watchdog_ends_a_hang(hanging: Bench, state: SequencerState) -> None:
     found = hang_board(hanging, state, count=2, seed=5)
-    assert 900_000 < found.reset_after.least <= found.reset_after.greatest < 1_200_000
+    assert 900 < found.reset_after_ms.least <= found.reset_after_ms.greatest < 1_200
 
 
 @pytest.mark.parametrize("level", LEVELS)

@@ -15,13 +15,11 @@ from tests.sequencer_proof.blocking import UnboundedError
 from tests.sequencer_proof.conftest import Plant
 from tests.sequencer_proof.contacts import Chatter
 from tests.sequencer_proof.damage import Case, damage_image
-from tests.sequencer_proof.dating import dated_releases, judge_dates
 from tests.sequencer_proof.held_pins import held_pins
 from tests.sequencer_proof.jolts import closed_again, jolted_releases
-from tests.sequencer_proof.link_abuse import Abuse, abuse_link
-from tests.sequencer_proof.noise import Noise, make_noise
+from tests.sequencer_proof.link import Abuse, Noise, abuse_link, make_noise
 from tests.sequencer_proof.power_cuts import History, Record, cut_points
-from tests.sequencer_proof.releases import avr_releases, judge
+from tests.sequencer_proof.releases import avr_releases, dated_releases, judge_dates
 from tests.sequencer_proof.resets import HANG, Moment, hang_board, reset_board
 from tests.sequencer_proof.rigs import Bench
 from tests.sequencer_proof.test_campaigns import DATED, DATED_SEED, assert_paths_are_short
@@ -55,7 +53,7 @@ def dated(bench: Bench) -> None:
 
 
 def released(chatter: Chatter = Chatter.SLOW, count: int = 1) -> Campaign:
-    return lambda bench: judge(avr_releases(bench, chatter, seed=1, count=count).releases)
+    return lambda bench: avr_releases(bench, chatter, seed=1, count=count)
 
 
 def cut(record: Record, history: History, sample: int) -> Campaign:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from tests.proof.campaign import Broken, table
+from tests.proof.campaign import Broken
 from tests.sequencer_proof.contacts import (
     LATEST_SECOND_US,
     Chatter,
@@ -21,15 +20,14 @@ from tests.sequencer_proof.contacts import (
 from tests.sequencer_proof.releases import (
     AFTER_RUN_US,
     Plan,
-    Release,
-    Strokes,
     check_own_report,
-    error_range,
+    errors_us,
     fly,
+    judge,
     measure,
 )
 from tests.sequencer_proof.rigs import Bench, Rig, arm, run_us
-from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, PinEdge, read_signal
+from tests.sequencer_proof.signals import CYCLES_PER_TICK, CYCLES_PER_US, Extremes, PinEdge, read_signal
 from tfsat_host.protocol.enums import SequencerState
 from tfsat_host.protocol.limits import RELEASE_DEBOUNCE_US
 
@@ -44,13 +42,20 @@ ONE_SWITCH_US = 20_000
 KNOCK_PAUSE_US = 20_000
 
 
-@dataclass(frozen=True, slots=True)
-class Wait:
-    """An armed wait that ended in a release."""
+class Wait(NamedTuple):
+    """An armed wait that ended in a release.
 
-    waited_us: int
+    Attributes:
+        turns: Of the tick clock until then.
+        turns_later: Until the last stroke.
+        pulses: That held the servos meanwhile.
+    """
+
+    waited_min: float
+    turns: int
+    turns_later: int
     pulses: int
-    release: Release
+    errors_us: Extremes
 
 
 def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
@@ -79,16 +84,17 @@ def long_wait(bench: Bench, seed: int, waited_us: int) -> Wait:
     release = measure([*seen, *rig.edges()], plan, released, contact_edges=len(contacts))
     check_own_report(rig.connect(), plan, release)
     rig.close()
-    return Wait(waited_us, pulses, release)
+    judge([release])
+    turns, turns_later = ((waited_us + us) // TURN_US for us in (0, plan.strokes[-1][2]))
+    return Wait(round(waited_us / 60e6, 1), turns, turns_later, pulses, errors_us([release]))
 
 
-@dataclass(frozen=True, slots=True)
-class Knocks:
+class Knocks(NamedTuple):
     """Knocks that started nothing, and the release after them."""
 
     one_switch: int
     both_switches: int
-    release: Release
+    errors_us: Extremes
 
 
 def knocks(bench: Bench, seed: int, count: int) -> Knocks:
@@ -114,7 +120,8 @@ def knocks(bench: Bench, seed: int, count: int) -> Knocks:
         raise Broken("a knock moved a servo")
     release = fly(rig, client, plan, rng, Chatter.FAST)
     rig.close()
-    return Knocks(count - both_switches, both_switches, release)
+    judge([release])
+    return Knocks(count - both_switches, both_switches, errors_us([release]))
 
 
 def knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
@@ -135,39 +142,3 @@ def knock(rig: Rig, rng: random.Random, *, both: bool) -> None:
         ends = rig.now + ONE_SWITCH_US * CYCLES_PER_US
         play(rig, [*contacts, *change(first, ends, closed=True)])
     run_us(rig, KNOCK_PAUSE_US)
-
-
-def page(waits: Sequence[Wait], knocked: Sequence[Knocks], strokes: Strokes) -> str:
-    rows: list[tuple[object, ...]] = []
-    for wait in waits:
-        waited = f"armed, cable pulled, {wait.waited_us / 60e6:.1f} min after power-up"
-        begins, ends = (
-            (wait.waited_us + start_us) // TURN_US
-            for start_us in (0, strokes[-1][2])
-        )  # fmt: skip
-        turns = f"{begins} turns of the clock" + (", and one between the strokes" if ends > begins else "")
-        rows.append((waited, f"{turns}; {wait.pulses} pulses held", error_range([wait.release])))
-    ones, boths = (
-        sum(part.one_switch for part in knocked),
-        sum(part.both_switches for part in knocked),
-    )
-    flown = [part.release for part in knocked]
-    rows.append(
-        (
-            f"{ones} knocks that opened one switch for 20 ms, with fast chatter",
-            "none started anything, all counted",
-            "",
-        )
-    )
-    rows.append(
-        (
-            f"{boths} knocks that opened both for less than the debounce, with fast chatter",
-            "none started anything, all counted",
-            "",
-        )
-    )
-    rows.append((f"{len(flown)} releases after them, with fast chatter", "on time", error_range(flown)))
-    return (
-        "Waiting and knocks, in the flashed image. The 32-bit tick clock turns over every "
-        f"{TURN_US / 60e6:.1f} min:\n\n" + table(("", "outcome", "errors of the strokes"), rows)
-    )
