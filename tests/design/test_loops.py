@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, path_rotation
 from tfsat_host.dynamics.stroke import STEPS
-from tfsat_host.plan.loops import Loops, backwards, best_sequence, sequences
+from tfsat_host.plan.loops import Loops, best_sequence, sequences
 from tfsat_host.robot import RobotModel
 
 ALPHA_DEG = np.array([[58.75, 40.0, 0.0], [70.29, 90.0, 30.0], [0.0, 55.0, 81.0]])
@@ -27,16 +27,6 @@ def test_every_sequence_is_walked_as_its_strokes_say(
         walked = path_rotation(body, joints, deltas, start_rad=np.broadcast_to(start, (3, 3)), steps=STEPS)
         between = Rotation.from_quat(rotations[:, s].T).inv() * Rotation.from_quat(walked)
         assert np.degrees(between.magnitude()).max() < 1e-10
-
-
-def test_a_sequence_flown_backwards_gives_the_inverse_rotation(drop_tower: RobotModel) -> None:
-    loops = Loops(Multibody.of(drop_tower), (0, 1, 2), sequences(3))
-    rotations = loops.rotations(np.radians(ALPHA_DEG))
-    for s, sequence in enumerate(sequences(3)):
-        undone = sequences(3).index(backwards(sequence))
-        for k in range(ALPHA_DEG.shape[1]):
-            both = Rotation.from_quat(rotations[:, s, k]) * Rotation.from_quat(rotations[:, undone, k])
-            assert np.degrees(both.magnitude()) < 1e-10
 
 
 def test_some_joints_of_a_robot_in_another_order(drop_tower: RobotModel) -> None:

@@ -53,14 +53,6 @@ def test_no_particle_leaves_the_box_and_the_best_never_gets_worse(
     assert found.value == found.best_values[-1] == min(float(np.min(-bowl(x))) for x in seen)
 
 
-def test_the_same_seed_finds_the_same_place_and_another_seed_another() -> None:
-    first, again, other = (
-        minimize(bowl, LOW, HIGH, SwarmSettings(), np.random.default_rng(seed)) for seed in (5, 5, 6)
-    )
-    assert (first.position == again.position).all()
-    assert (first.position != other.position).any()
-
-
 def test_the_coefficients_can_be_set() -> None:
     """Without memory and company a swarm only drifts: it does not settle."""
     still = Coefficient(0.0, 0.0)

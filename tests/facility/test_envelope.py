@@ -187,20 +187,6 @@ def test_a_body_without_a_shape_is_named() -> None:
     assert "boxes_mm" in caught.value.next_step
 
 
-def test_one_body_alone_has_no_maneuver() -> None:
-    alone = dataclasses.replace(
-        scissors(),
-        body_names=("rod",),
-        mass_kg=np.ones(1),
-        joint_names=(),
-        joint_inner=np.zeros(0, dtype=np.int64),
-        joint_outer=np.zeros(0, dtype=np.int64),
-        servos=(),
-    )
-    with pytest.raises(EnvelopeError, match="has no joints"):
-        envelope_of(alone, schedule_of((1, 30.0)), until_s=FALL_S)
-
-
 def test_a_stroke_that_outlasts_the_fall_by_an_hour_is_not_followed() -> None:
     stroke = schedule_of((1, 60.0)).strokes[0]
     slow = dataclasses.replace(stroke, end_us=3_600_000_000)

@@ -8,16 +8,11 @@ from hypothesis import strategies as st
 
 from tfsat_host.plan.facility import (
     LeverSwitch,
-    pause_s,
-    permissible_transversal_velocity_mm_s,
-    release_velocity_mm_s,
     switch_energy_mj,
     vertical_travel_mm,
 )
 
 SS_5GL = LeverSwitch(0.49, 0.06, 1.2, 0.8, 13.6, (8.0, 9.6))
-
-positive = st.floats(1e-3, 1e3)
 
 
 def test_the_way_down_the_test_space() -> None:
@@ -44,23 +39,3 @@ def test_the_energy_is_the_area_under_the_force_of_the_returning_lever(op_mm: fl
 @given(st.floats(8.0, 9.5), st.floats(1e-3, 0.1))
 def test_a_lower_operating_position_stores_more(op_mm: float, lower_mm: float) -> None:
     assert switch_energy_mj(SS_5GL, op_mm - lower_mm) > switch_energy_mj(SS_5GL, op_mm)
-
-
-@given(positive, positive)
-def test_the_energy_is_all_in_the_motion(energy_mj: float, mass_kg: float) -> None:
-    velocity_m_s = release_velocity_mm_s(energy_mj, mass_kg) * 1e-3
-    assert mass_kg * velocity_m_s**2 / 2.0 == pytest.approx(energy_mj * 1e-3)
-
-
-@given(positive, positive)
-def test_after_the_pause_the_robot_is_clear(clearance_mm: float, slowest_mm_s: float) -> None:
-    travelled = vertical_travel_mm(slowest_mm_s, pause_s(clearance_mm, slowest_mm_s))
-    assert travelled == pytest.approx(clearance_mm)
-
-
-@given(positive, positive, positive)
-def test_at_the_permissible_velocity_the_robot_just_touches(
-    wall_mm: float, radius_mm: float, time_s: float
-) -> None:
-    velocity = permissible_transversal_velocity_mm_s(wall_mm, radius_mm, time_s)
-    assert radius_mm + velocity * time_s == pytest.approx(wall_mm)

@@ -114,16 +114,6 @@ def test_noise_above_the_tolerance_does_not_pass_for_success(table: PrimitiveTab
     assert believed
 
 
-def test_the_same_seed_is_the_same_flight(table: PrimitiveTable) -> None:
-    target = Rotation.from_euler("ZYX", [30.0, 0.0, 0.0], degrees=True).as_quat()
-
-    def ends(seed: int) -> float:
-        planner = Planner.of(table, "greedy", DEG, trim=False)
-        return fly(planner, target, sensing=Sensing(0.2 * DEG, seed)).error_rad
-
-    assert ends(1) == ends(1) != ends(2)
-
-
 def test_at_the_target_nothing_moves(table: PrimitiveTable) -> None:
     flight = fly(Planner.of(table, "search", DEG), np.array([0.0, 0.0, 0.0, -2.0]))
     assert flight.reached and flight.steps == () and flight.duration_s == 0.0

@@ -55,7 +55,7 @@ def mangled(draw: st.DrawFn, text: str) -> str:
     return "".join(words).encode("utf-8", "ignore").decode()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(mangled(ROBOT))
 def test_mangled_robot_files_are_a_robot_or_refused_in_words(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -71,7 +71,7 @@ def test_mangled_robot_files_are_a_robot_or_refused_in_words(text: str) -> None:
     assert np.linalg.norm(robot.joint_axis, axis=1) == pytest.approx(1.0, abs=1e-12)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(mangled(TOWER))
 def test_mangled_facility_files_are_a_tower_or_refused_in_words(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -56,7 +56,7 @@ def test_each_sample_flies_as_propagate_flies_it_alone(
         )
         angle, timed = np.zeros(robot.n_joints), []
         for k, stroke in enumerate(STROKES):
-            reached = np.radians(vectors[i, study.parameters.layout.slices()["stroke_end"]][k])
+            reached = np.radians(vectors[i, study.parameters.part["stroke_end"]][k])
             size = reached - angle[stroke.joint]
             timed.append(TimedMove(stroke.joint, size, moves.start_s[k, i], moves.end_s[k, i]))
             angle[stroke.joint] = reached
@@ -88,7 +88,7 @@ def test_a_joint_still_on_its_way_begins_its_next_stroke_when_it_has_arrived(rob
 def test_a_stroke_of_no_angle_takes_no_time_and_moves_nothing(robot: RobotModel) -> None:
     parameters = parameters_of(robot)
     vector = parameters.nominal.copy()
-    vector[parameters.layout.slices()["stroke_end"]] = 0.0
+    vector[parameters.part["stroke_end"]] = 0.0
     moves = parameters.motion(vector[None])
     assert (moves.end_s - moves.start_s).sum() == pytest.approx(0.0, abs=1e-8)
     assert np.array_equal(_final(parameters, vector[None]), [0.0, 0.0, 0.0, 1.0])

@@ -10,7 +10,7 @@ import pytest
 from tests.sensitivity.studies import EXACT, parameters_of, scaled, stated_by, study_of
 from tfsat_host.plan.parameters import error_sources
 from tfsat_host.plan.spread import TimeLimit, derivatives, linear_spread, summary
-from tfsat_host.plan.study import CHUNK, Outcomes, Study, run_chunk, run_locally
+from tfsat_host.plan.study import CHUNK, Outcomes, run_chunk, run_locally
 from tfsat_host.robot import RobotModel, Uncertainty
 from tfsat_host.robot.model import GREATEST_SHARE
 
@@ -96,14 +96,14 @@ def test_samples_spread_as_stated(robot: RobotModel) -> None:
 
 def test_a_servo_s_scale_is_the_same_there_and_back(robot: RobotModel) -> None:
     study = study_of(robot, replace(EXACT, stroke_relative=0.07), samples=200)
-    ends = study.vectors(study.deviates(0))[:, study.parameters.layout.slices()["stroke_end"]]
+    ends = study.vectors(study.deviates(0))[:, study.parameters.part["stroke_end"]]
     assert ends[:, 0].std() > 3.0
     assert not ends[:, 2:].any(), "a joint that opened too far must still come back to where it began"
 
 
 def test_play_is_drawn_anew_for_every_stroke(robot: RobotModel) -> None:
     study = study_of(robot, replace(EXACT, stroke_rad=0.02), samples=CHUNK)
-    ends = study.vectors(study.deviates(0))[:, study.parameters.layout.slices()["stroke_end"]]
+    ends = study.vectors(study.deviates(0))[:, study.parameters.part["stroke_end"]]
     assert (np.abs(np.corrcoef(ends.T) - np.eye(4)) < 0.2).all()
 
 
@@ -111,7 +111,7 @@ def test_a_slow_servo_delays_the_end_and_changes_the_rotation(robot: RobotModel)
     study = study_of(robot, replace(EXACT, servo_speed_relative=0.15), samples=CHUNK)
     outcomes = run_chunk(study, 0)
     assert outcomes.end_s.std() > 0.03
-    speeds = study.vectors(study.deviates(0))[:, study.parameters.layout.slices()["speed"]]
+    speeds = study.vectors(study.deviates(0))[:, study.parameters.part["speed"]]
     all_in_time = (speeds > 170.0).all(axis=1)
     changes = np.abs(outcomes.reorientation_deg - derivatives(study.parameters).reorientation_deg)
     # Whoever is fast enough goes the same way through the joint angles; whoever is late cuts its corners.
@@ -160,7 +160,7 @@ def test_a_longer_study_begins_with_the_shorter_one(robot: RobotModel) -> None:
 def test_one_kind_of_error_less_leaves_the_others_as_they_were(robot: RobotModel) -> None:
     with_all = study_of(robot, stated_by(robot), samples=10)
     without = study_of(robot, replace(stated_by(robot), com_m=0.0), samples=10)
-    part = with_all.parameters.layout.slices()["inertia"]
+    part = with_all.parameters.part["inertia"]
     one, other = (study.vectors(study.deviates(0))[:, part] for study in (with_all, without))
     assert np.array_equal(one, other)
 
@@ -173,10 +173,3 @@ def test_exceeded_limits_are_counted(robot: RobotModel) -> None:
     assert exceeded[limits[0]].value == np.mean(outcomes.moving_time_s > 1.5)
     assert exceeded[limits[1]].value == np.mean(outcomes.end_s > 2.2)
     assert 0.0 < exceeded[limits[1]].value < 1.0
-
-
-def test_a_study_counts_its_chunks(robot: RobotModel) -> None:
-    parameters = parameters_of(robot)
-    sources = error_sources(parameters, EXACT)
-    sizes = [Study(parameters, sources, samples, 0).chunks for samples in (1, CHUNK, CHUNK + 1)]
-    assert sizes == [1, 1, 2]

@@ -7,17 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from tests.dynamics.random_robots import random_robot
 from tests.simulate.maneuvers import maneuver
 from tfsat_host.dynamics import (
     JointHistory,
-    Multibody,
-    joint_momentum,
-    locked_inertia,
-    propagate,
     sampled,
 )
 from tfsat_host.dynamics.motion_files import body_attitudes, body_rates_rad_s
@@ -71,14 +66,6 @@ def test_the_reversed_maneuver_gives_the_inverse_rotation() -> None:
     assert np.degrees(final(flown(robot, *THERE, *BACK, until_s=9.0)).magnitude()) < 1e-9
 
 
-@pytest.mark.parametrize("base", range(5))
-def test_the_path_alone_and_the_propagation_in_time_agree(tmp_path: Path, base: int) -> None:
-    simulation = flown(five_bodies(tmp_path), *STRAY, base=base, speed_deg_s=90.0)
-    assert not simulation.is_closed and not simulation.strokes_overlap
-    assert apart_deg(final(simulation), Rotation.from_quat(simulation.flight.quaternion_xyzw[-1])) < 1e-6
-    assert np.degrees(final(simulation).magnitude()) > 5.0
-
-
 def test_whichever_body_is_the_base_the_bodies_turn_alike_up_to_the_axes(tmp_path: Path) -> None:
     robot = five_bodies(tmp_path)
     turned = [
@@ -103,39 +90,6 @@ def test_the_attitude_after_each_stroke_is_the_propagations_with_and_without_ini
             )
 
 
-def rigid(robot: RobotModel) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Inertia of the folded robot about its center of mass: the parallel axis theorem, body after body."""
-    com = robot.origin_m + robot.com_m
-    arms = com - robot.mass_kg @ com / robot.mass_kg.sum()
-    return np.asarray(
-        sum(
-            inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-            for mass, arm, inertia in zip(robot.mass_kg, arms, robot.inertia_kg_m2, strict=True)
-        )
-    )
-
-
-def test_a_robot_that_holds_its_joints_tumbles_as_eulers_equations_say() -> None:
-    robot = load_robot()
-    inertia = rigid(robot)
-
-    def tumble(_t: float, state: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[float]:
-        rate, vector, scalar = state[:3], state[3:6], state[6]
-        spin = np.linalg.solve(inertia, np.cross(inertia @ rate, rate))
-        return [*spin, *(0.5 * (scalar * rate + np.cross(vector, rate))), -0.5 * (vector @ rate)]
-
-    expected = solve_ivp(
-        tumble, (0.0, 3.0), [*RATE_RAD_S, 0, 0, 0, 1], rtol=1e-11, atol=1e-12, method="DOP853"
-    )
-    simulation = flown(robot, until_s=3.0, rate_rad_s=RATE_RAD_S)
-    flight = simulation.flight
-    assert flight.rate_rad_s[-1] == pytest.approx(expected.y[:3, -1], abs=1e-8)
-    assert apart_deg(final(simulation), Rotation.from_quat(expected.y[3:, -1])) < 1e-5
-    momentum, energy = flight.momentum(), flight.kinetic_energy_j()
-    assert momentum == pytest.approx(np.tile(inertia @ RATE_RAD_S, (len(momentum), 1)), rel=1e-9)
-    assert energy == pytest.approx(np.full(len(energy), 0.5 * RATE_RAD_S @ inertia @ RATE_RAD_S), rel=1e-9)
-
-
 def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_path_leads(
     tmp_path: Path,
 ) -> None:
@@ -144,32 +98,6 @@ def test_strokes_that_overlap_end_where_the_propagation_ends_and_not_where_the_p
     assert cut.strokes_overlap
     assert np.array_equal(cut.quaternion_xyzw, cut.flight.quaternion_xyzw[-1])
     assert apart_deg(final(cut), final(parted)) > 1e-5
-
-
-def test_momentum_by_the_rates_at_which_the_attitudes_change_is_conserved(tmp_path: Path) -> None:
-    """Rates of the flight are computed from the momentum; here they come from the attitudes alone."""
-    robot = five_bodies(tmp_path)
-    history = sampled(np.linspace(0.0, 1.0, 101), np.sin(np.outer(np.linspace(0.0, 1.0, 101), [3, 4, 5, 6])))
-    flight = propagate(Multibody.of(robot), history, initial_rate_rad_s=RATE_RAD_S, step_s=1e-3, order=4)
-    attitude = Rotation.from_quat(flight.quaternion_xyzw)
-    middle = slice(1, -1)
-    rate = (attitude[:-2].inv() * attitude[2:]).as_rotvec() / (flight.t_s[2:] - flight.t_s[:-2])[:, None]
-    angles, joint_rates = flight.angles_rad[middle], flight.angle_rates_rad_s[middle]
-    own = np.einsum("mij,mj->mi", locked_inertia(flight.body, angles), rate)
-    own += np.einsum("mij,mj->mi", joint_momentum(flight.body, angles), joint_rates)
-    momentum = attitude[1:-1].apply(own)
-    assert np.linalg.norm(momentum - flight.momentum()[0], axis=1).max() < 1e-4 * np.linalg.norm(
-        flight.momentum()[0]
-    )
-
-
-def test_momentum_is_kept_while_the_joints_move_and_the_robot_spins(tmp_path: Path) -> None:
-    flight = flown(five_bodies(tmp_path), *STRAY, rate_rad_s=RATE_RAD_S).flight
-    assert flight.rate_rad_s[0] == pytest.approx(RATE_RAD_S)
-    momentum = flight.momentum()
-    assert np.ptp(momentum, axis=0) == pytest.approx(
-        np.zeros(3), abs=1e-9 * float(np.linalg.norm(momentum[0]))
-    )
 
 
 def test_body_rates_are_the_derivatives_of_the_bodies_attitudes(tmp_path: Path) -> None:

@@ -38,31 +38,15 @@ class TimedMove:
     end_s: float
 
 
-class ServoMove(NamedTuple):
-    """What the servo makes of a move.
-
-    Attributes:
-        joint: Index of the joint.
-        delta_rad: Change of its angle.
-        start_s, end_s: When it starts and has arrived.
-        ramp_s: Time to speed up, and to slow down.
-        push_rad_s2: Acceleration while it speeds up, with its sign.
-    """
-
-    joint: int
-    delta_rad: float
-    start_s: float
-    end_s: float
-    ramp_s: float
-    push_rad_s2: float
-
-
 class ServoMotion(NamedTuple):
     """What servos make of k moves; trailing axes are a batch of robots.
 
     Attributes:
         joints: k indices of joints.
-        delta_rad, start_s, end_s, ramp_s, push_rad_s2: (k, ...) as in `ServoMove`.
+        delta_rad: (k, ...) change of its angle.
+        start_s, end_s: (k, ...) when it starts and has arrived.
+        ramp_s: (k, ...) time to speed up, and to slow down.
+        push_rad_s2: (k, ...) acceleration while it speeds up, with its sign.
     """
 
     joints: tuple[int, ...]
@@ -155,23 +139,22 @@ def servo_motion(robot: RobotModel, moves: Sequence[TimedMove]) -> ServoMotion:
     )
 
 
-def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[ServoMove]:
-    """What the robot's servos make of `moves`, in the order of `moves`.
+def servo_moves(robot: RobotModel, moves: Sequence[TimedMove]) -> list[TimedMove]:
+    """The moves as the robot's servos carry them out, in the order of `moves`: when each starts and has arrived.
 
     A move that starts while its own joint is still on the way starts when the joint has arrived.
 
     Raises:
-        ValueError: a joint is not the robot's, a number is not finite, a move is to take no time, or the
-            scheduled times of two moves of a joint overlap.
+        ValueError: as `servo_motion`.
     """
     motion = servo_motion(robot, moves)
-    columns = zip(*(values.tolist() for values in motion[1:]), strict=True)
-    in_order = [ServoMove(joint, *row) for joint, row in zip(motion.joints, columns, strict=True)]
+    columns = (values.tolist() for values in (motion.delta_rad, motion.start_s, motion.end_s))
+    carried = [TimedMove(*row) for row in zip(motion.joints, *columns, strict=True)]
     numbers = sorted(range(len(moves)), key=lambda number: moves[number].start_s)
-    return [one for _, one in sorted(zip(numbers, in_order, strict=True))]
+    return [carried[numbers.index(number)] for number in range(len(moves))]
 
 
-def overlap(moves: Sequence[ServoMove]) -> bool:
+def overlap(moves: Sequence[TimedMove]) -> bool:
     """Whether one of the moves starts while another is under way: then the path cuts its corner."""
     ordered = sorted(moves, key=lambda move: move.start_s)
     ends = [move.end_s for move in ordered]

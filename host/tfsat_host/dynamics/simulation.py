@@ -13,7 +13,7 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 from tfsat_host.dynamics import quaternion
-from tfsat_host.dynamics.history import JointHistory, ServoMove, TimedMove, moved, overlap, servo_moves
+from tfsat_host.dynamics.history import JointHistory, TimedMove, moved, overlap, servo_moves
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
 from tfsat_host.dynamics.propagate import EstimatedFlight, Flight, propagate_within
@@ -93,7 +93,7 @@ def fly(
         initial_rate_rad_s: (3,) rate of the base at the release, base axes. None: no angular momentum.
         step_s, order: Of the propagation in time; None: steps as short as 1e-4 deg needs.
     """
-    carried: list[ServoMove] = []
+    carried: list[TimedMove] = []
     if isinstance(motion, Schedule):
         moves, start = timed_moves(motion), np.array([servo.start_rad for servo in robot.servos])
         carried, history = servo_moves(robot, moves), moved(robot, moves, start_rad=start, end_s=until_s)

@@ -51,17 +51,10 @@ class Summit(NamedTuple):
     residual: float
 
 
-class Start(NamedTuple):
-    """Where a climb may start: displacements (d,) of a sequence."""
-
-    sequence: Sequence
-    displacements_rad: FloatArray
-
-
 def find_optimum(
     problem: Problem,
     *,
-    starts: SequenceOf[Start] = (),
+    starts: SequenceOf[tuple[Sequence, FloatArray]] = (),
     grid_points: int = GRID_POINTS,
     progress: Callable[[float], None] = lambda _done: None,
 ) -> tuple[Summit, tuple[Summit, ...]]:
@@ -69,14 +62,14 @@ def find_optimum(
 
     Args:
         problem: The design problem.
-        starts: Where to start as well, whatever the grid finds.
+        starts: Sequences and displacements (d,) to climb from as well, whatever the grid finds.
         grid_points: About how many points the grid has.
         progress: Called with the share of the work that was done.
     """
     sequences = classes(len(problem.joints))
     candidates = _grid_maxima(problem, problem.loops(sequences), grid_points)
     progress(0.3)
-    summits = [climb(problem, start.sequence, start.displacements_rad) for start in starts]
+    summits = [climb(problem, *start) for start in starts]
     best = max([candidates[0][0], *(summit.reorientation_rad for summit in summits)])
     for value, sequence, displacements in candidates:
         if value >= _WORTH_CLIMBING * best:
@@ -267,7 +260,7 @@ def design(
     found, sequence = search(problem, chosen, lambda done: progress(0.4 * done))
     summit, summits = find_optimum(
         problem,
-        starts=[Start(sequence, _within_time(problem, found.position))],
+        starts=[(sequence, _within_time(problem, found.position))],
         progress=lambda done: progress(0.6 * done),
     )
     return Design(

@@ -125,7 +125,7 @@ def envelope_of(
         step_s: Longest time between moments.
 
     Raises:
-        EnvelopeError: the robot has no joints or lacks one that the schedule moves, a body has no shape, or a
+        EnvelopeError: the robot lacks a joint that the schedule moves, a body has no shape, or a
             stroke outlasts the fall beyond all measure.
     """
     _check_described(robot, schedule)
@@ -155,12 +155,6 @@ def envelope_of(
 
 
 def _check_described(robot: RobotModel, schedule: Schedule) -> None:
-    if robot.n_joints == 0:
-        raise EnvelopeError(
-            what=f"{robot.path} has no joints.",
-            meaning="A single rigid body has nothing that a maneuver could move.",
-            next_step="Name a robot with joints: --robot FILE.",
-        )
     shapeless = [name for name, c in zip(robot.body_names, robot.shape_m, strict=True) if len(c) == 0]
     if shapeless:
         raise EnvelopeError(

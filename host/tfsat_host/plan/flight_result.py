@@ -17,7 +17,7 @@ from tfsat_host.dynamics.euler import euler_zyx_rad
 from tfsat_host.plan.flight import Flight, Step, fly, open_loop_error_rad
 from tfsat_host.plan.planner import Planner
 from tfsat_host.plan.primitives import Primitive
-from tfsat_host.quantity import Column, Columns, Table, fields, records
+from tfsat_host.quantity import Column, Columns, Table, fields, record, records
 from tfsat_host.robot import RobotModel
 
 _SAMPLE_S = 0.05
@@ -29,6 +29,7 @@ _WHY = {
     "given up": "The last plans brought no progress; it ends where it was measured nearest.",
     "primitives used up": "The primitives were used up; --most allows more.",
 }
+_FLIGHT = fields("reached outcome tolerance_deg error_deg least_error_deg duration_s start_error_deg")
 _STEPS: Columns = (
     Column("number", "number"),
     Column("strokes", "joint:angle / deg"),
@@ -60,17 +61,11 @@ def document(robot: RobotModel, planner: Planner, flight: Flight, plant: Multibo
     return {
         "robot": robot.name,
         "method": planner.method,
-        "reached": flight.reached,
-        "outcome": flight.outcome,
-        "tolerance_deg": math.degrees(flight.tolerance_rad),
+        **record(_FLIGHT, flight),
         "measured_to_deg": math.degrees(math.sqrt(3.0) * flight.noise_rad),
-        "error_deg": math.degrees(flight.error_rad),
-        "least_error_deg": math.degrees(flight.least_error_rad),
         "possible_tolerance_deg": possible,
         "primitives": len(flight.steps),
         "table_size": len(planner.table),
-        "duration_s": flight.duration_s,
-        "start_error_deg": start_deg,
         "axis_rate_deg_s": rate if rate > 0.0 else None,
         "axis_time_s": start_deg / rate if rate > 0.0 else None,
         "open_loop_error_deg": None if open_loop is None else math.degrees(open_loop),

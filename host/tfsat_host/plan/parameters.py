@@ -137,30 +137,6 @@ _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 _DEG = float(np.degrees(1.0))
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
-    """Where in the vector each kind of parameter stands."""
-
-    n_bodies: int
-    n_joints: int
-    n_strokes: int
-    n_speeds: int
-
-    def slices(self) -> dict[str, slice]:
-        """By kind: mass, com, inertia, joint_point, joint_tilt, stroke_end, speed."""
-        sizes = {
-            "mass": self.n_bodies,
-            "com": 3 * self.n_bodies,
-            "inertia": 6 * self.n_bodies,
-            "joint_point": 2 * self.n_joints,
-            "joint_tilt": 2 * self.n_joints,
-            "stroke_end": self.n_strokes,
-            "speed": self.n_speeds,
-        }
-        edges = itertools.pairwise(itertools.accumulate(sizes.values(), initial=0))
-        return {kind: slice(*edge) for kind, edge in zip(sizes, edges, strict=True)}
-
-
 @dataclass(frozen=True, eq=False)
 class Parameters:
     """The parameters of one robot that flies one plan.
@@ -170,7 +146,7 @@ class Parameters:
         units: p units.
         steps: (p,) small changes, in those units, that derivatives may be taken with.
         nominal: (p,) values of the model, in those units.
-        layout: Which stands where.
+        part: Where each kind stands: mass, com, inertia, joint_point, joint_tilt, stroke_end, speed.
         body: The nominal robot.
         origin_m: (n, 3) origins of the body frames.
         across: (n - 1, 2, 3) the two directions across each joint's axis.
@@ -182,7 +158,7 @@ class Parameters:
     units: tuple[str, ...]
     steps: FloatArray
     nominal: FloatArray
-    layout: Layout
+    part: Mapping[str, slice]
     body: Multibody
     origin_m: FloatArray
     across: FloatArray
@@ -195,12 +171,24 @@ class Parameters:
         body = Multibody.of(robot)
         across = np.array([_across(axis) for axis in robot.joint_axis]).reshape(-1, 2, 3)
         rows = _rows(robot, plan, across)
+        bodies, joints = robot.n_bodies, robot.n_joints
+        kinds = ("mass", "com", "inertia", "joint_point", "joint_tilt", "stroke_end", "speed")
+        sizes = (
+            bodies,
+            3 * bodies,
+            6 * bodies,
+            2 * joints,
+            2 * joints,
+            len(plan.joints),
+            len(plan.moved_joints),
+        )
+        edges = itertools.pairwise(itertools.accumulate(sizes, initial=0))
         return cls(
             names=tuple(name for name, _, _, _ in rows),
             units=tuple(unit for _, unit, _, _ in rows),
             steps=np.array([step for _, _, step, _ in rows]),
             nominal=np.array([value for _, _, _, value in rows]),
-            layout=Layout(robot.n_bodies, robot.n_joints, len(plan.joints), len(plan.moved_joints)),
+            part={kind: slice(*edge) for kind, edge in zip(kinds, edges, strict=True)},
             body=body,
             origin_m=robot.origin_m,
             across=across,
@@ -210,8 +198,8 @@ class Parameters:
 
     def robots(self, vectors: FloatArray) -> Multibody:
         """s robots with the parameters `vectors` (s, p)."""
-        part, batch = self.layout.slices(), len(vectors)
-        inertia = np.empty((batch, self.layout.n_bodies, 3, 3))
+        part, batch = self.part, len(vectors)
+        inertia = np.empty((batch, self.body.n_bodies, 3, 3))
         entries = 1e-3 * vectors[:, part["inertia"]].reshape(batch, -1, 6)
         for index, (i, k) in enumerate(_ENTRIES):
             inertia[..., i, k] = inertia[..., k, i] = entries[..., index]
@@ -230,9 +218,9 @@ class Parameters:
 
         A rate that a servo cannot reach is left to its greatest, which errs with its average.
         """
-        part, plan = self.layout.slices(), self.plan
+        part, plan = self.part, self.plan
         joints = list(plan.joints)
-        share = np.ones((self.layout.n_joints, len(vectors)))
+        share = np.ones((self.body.n_joints, len(vectors)))
         share[list(plan.moved_joints)] = vectors[:, part["speed"]].T / (_DEG * plan.rate_rad_s)
         reached = vectors[:, part["stroke_end"]].T / _DEG
         angle = dict(enumerate(plan.start_rad))
@@ -264,7 +252,7 @@ class Parameters:
 
 
 def _rows(robot: RobotModel, plan: Plan, across: FloatArray) -> list[tuple[str, str, float, float]]:
-    """Name, unit, step and nominal value of each parameter, in the layout's order."""
+    """Name, unit, step and nominal value of each parameter, in their order."""
     rows: list[tuple[str, str, float, float]] = []
     for name, mass in zip(robot.body_names, robot.mass_kg, strict=True):
         rows.append((f"{name} mass", "kg", 0.01 * mass, mass))
@@ -338,7 +326,7 @@ class ErrorSources:
 
 def error_sources(parameters: Parameters, stated: Uncertainty) -> ErrorSources:
     """The sources of a robot whose uncertainties are `stated`; a figure of 0 leaves a source without effect."""
-    part, nominal = parameters.layout.slices(), parameters.nominal
+    part, nominal = parameters.part, parameters.nominal
     rows: list[tuple[str, str, str, FloatArray]] = []
 
     def add(kind: str, name: str, sigma: str, effects: dict[int, float]) -> None:
