@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfsat_host.arrays import FloatArray
-from tfsat_host.plan.swarm import Coefficient, SwarmSettings, minimize
+from tfsat_host.plan.swarm import SwarmSettings, at, minimize
 
 LOW, HIGH = np.array([0.0, -2.0]), np.array([1.0, 3.0])
 
@@ -21,9 +21,9 @@ def test_the_coefficients_are_the_papers() -> None:
     swarm = SwarmSettings()
     assert (swarm.particles, swarm.iterations) == (48, 50)
     for k in (0, 10, 50):
-        assert swarm.inertia.at(k / 50) == pytest.approx(0.9 - k / 100)
-        assert swarm.own_best.at(k / 50) == pytest.approx(3.5 - k / 50)
-        assert swarm.best_of_all.at(k / 50) == pytest.approx(0.5 + 3 * k / 50)
+        assert at(swarm.inertia, k / 50) == pytest.approx(0.9 - k / 100)
+        assert at(swarm.own_best, k / 50) == pytest.approx(3.5 - k / 50)
+        assert at(swarm.best_of_all, k / 50) == pytest.approx(0.5 + 3 * k / 50)
 
 
 def test_it_finds_the_bottom_of_a_bowl() -> None:
@@ -55,7 +55,7 @@ def test_no_particle_leaves_the_box_and_the_best_never_gets_worse(
 
 def test_the_coefficients_can_be_set() -> None:
     """Without memory and company a swarm only drifts: it does not settle."""
-    still = Coefficient(0.0, 0.0)
+    still = (0.0, 0.0)
     lonely = SwarmSettings(inertia=still, own_best=still, best_of_all=still)
     found = minimize(bowl, LOW, HIGH, lonely, np.random.default_rng(3))
     assert (found.best_values == found.best_values[0]).all()
@@ -68,7 +68,7 @@ def test_particles_follow_the_leader_alone_when_only_the_leader_counts() -> None
         seen.append(x.copy())
         return bowl(x)
 
-    none, half = Coefficient(0.0, 0.0), Coefficient(0.5, 0.5)
+    none, half = (0.0, 0.0), (0.5, 0.5)
     led = SwarmSettings(9, 1, inertia=none, own_best=none, best_of_all=half)
     minimize(watched, LOW, HIGH, led, np.random.default_rng(8))
     start, end = seen
@@ -92,8 +92,8 @@ def _watched(settings: SwarmSettings, low: float, high: float) -> list[FloatArra
 
 def test_a_coefficient_changes_evenly_from_the_first_iteration_to_the_last() -> None:
     """Inertia alone: each step of a free particle is the coefficient times the step before."""
-    none = Coefficient(0.0, 0.0)
-    settings = SwarmSettings(40, 5, inertia=Coefficient(1.0, 0.5), own_best=none, best_of_all=none)
+    none = (0.0, 0.0)
+    settings = SwarmSettings(40, 5, inertia=(1.0, 0.5), own_best=none, best_of_all=none)
     steps = np.diff(np.array(_watched(settings, -1.0, 1.0)), axis=0)
     free = (np.abs(np.array(_watched(settings, -1.0, 1.0))) < 1.0).all(axis=0)
     assert free.any()
@@ -103,10 +103,8 @@ def test_a_coefficient_changes_evenly_from_the_first_iteration_to_the_last() -> 
 
 def test_a_wall_stops_a_particle() -> None:
     """It does not go on pushing outwards: the next pull of the leader moves it inwards."""
-    none = Coefficient(0.0, 0.0)
-    settings = SwarmSettings(
-        40, 2, inertia=Coefficient(1.0, 1.0), own_best=none, best_of_all=Coefficient(0.0, 2.0)
-    )
+    none = (0.0, 0.0)
+    settings = SwarmSettings(40, 2, inertia=(1.0, 1.0), own_best=none, best_of_all=(0.0, 2.0))
     start, first, second = _watched(settings, -1.0, 1.0)
     best = np.where(bowl(first) < bowl(start), bowl(first), bowl(start))
     where = np.where(bowl(first) < bowl(start), first, start)

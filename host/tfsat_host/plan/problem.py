@@ -49,7 +49,7 @@ def coefficient(name: str, pair: tuple[float, ...]) -> Coefficient:
     if len(pair) != 2 or not all(abs(value) <= _COEFFICIENT_MOST for value in pair):
         option, what = f"--{name.replace('_', '-')}", f"needs two numbers up to {_COEFFICIENT_MOST:g}"
         raise DesignError(option, f"{option} {what}: at the first iteration and at the last.")
-    return Coefficient(*pair)
+    return pair[0], pair[1]
 
 
 @dataclass(frozen=True, slots=True)

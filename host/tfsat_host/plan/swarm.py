@@ -16,17 +16,14 @@ import numpy as np
 
 from tfsat_host.arrays import FloatArray
 
+Coefficient = tuple[float, float]
+"""A coefficient at the first iteration and at the last; between them it changes linearly."""
 
-@dataclass(frozen=True, slots=True)
-class Coefficient:
-    """A coefficient that changes linearly from the first iteration to the last."""
 
-    first: float
-    last: float
-
-    def at(self, progress: float) -> float:
-        """Its value when `progress`, 0 to 1, of the iterations are done."""
-        return self.first + progress * (self.last - self.first)
+def at(coefficient: Coefficient, progress: float) -> float:
+    """Its value when `progress`, 0 to 1, of the iterations are done."""
+    first, last = coefficient
+    return first + progress * (last - first)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +32,9 @@ class SwarmSettings:
 
     particles: int = 48
     iterations: int = 50
-    inertia: Coefficient = Coefficient(0.9, 0.4)
-    own_best: Coefficient = Coefficient(3.5, 2.5)
-    best_of_all: Coefficient = Coefficient(0.5, 3.5)
+    inertia: Coefficient = (0.9, 0.4)
+    own_best: Coefficient = (3.5, 2.5)
+    best_of_all: Coefficient = (0.5, 3.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +82,9 @@ def minimize(
     for k in range(settings.iterations):
         done = k / settings.iterations
         r1, r2 = rng.uniform(size=(2, *shape))
-        velocity = settings.inertia.at(done) * velocity
-        velocity += settings.own_best.at(done) * r1 * (own - position)
-        velocity += settings.best_of_all.at(done) * r2 * (own[:, leader, None] - position)
+        velocity = at(settings.inertia, done) * velocity
+        velocity += at(settings.own_best, done) * r1 * (own - position)
+        velocity += at(settings.best_of_all, done) * r2 * (own[:, leader, None] - position)
         free = position + velocity
         position = np.clip(free, floor, ceiling)
         velocity = np.where(free == position, velocity, 0.0)
