@@ -9,6 +9,7 @@ import pytest
 from tests.devices.scripted import ScriptedTransport, hello, reply
 from tfsat_host.devices.ports import PortError, PortInfo, open_error
 from tfsat_host.devices.transport import Transport
+from tfsat_host.flashing.computer import Computer
 from tfsat_host.flashing.flash import BOOTLOADER_TIMEOUT_S, SequencerFlasher, wake
 from tfsat_host.flashing.loader import FlashError
 from tfsat_host.protocol.enums import Board
@@ -16,7 +17,7 @@ from tfsat_host.protocol.enums import Board
 SKETCH, BOOTLOADER, NEWER, TEENSY = (0x2341, 0x8037), (0x2341, 0x0037), (0x2A03, 0x0037), (0x16C0, 0x0483)
 
 
-class Computer:
+class FakeComputer(Computer):
     """Ports by time after the touch: {seconds: {name: USB ids}}."""
 
     def __init__(self, story: dict[float, dict[str, tuple[int, int]]], boards: dict[str, Board]) -> None:
@@ -47,8 +48,8 @@ class Computer:
     def find_program(self, name: str) -> str | None:
         raise AssertionError(name)
 
-    def run(self, command: Sequence[str], heard: Callable[[str], None], timeout_s: float) -> int | None:
-        raise AssertionError(command, heard, timeout_s)
+    def run(self, command: Sequence[str], output: Callable[[str], None], timeout_s: float) -> int | None:
+        raise AssertionError(command, output, timeout_s)
 
     def now_s(self) -> float:
         return self.t_s
@@ -64,7 +65,7 @@ def nobody(_hint: str) -> None:
 @pytest.mark.parametrize("ids", [BOOTLOADER, NEWER, (0x2341, 0x0237)])
 @pytest.mark.parametrize("name", ["/dev/ttyACM0", "/dev/ttyACM3", "COM6"])
 def test_the_bootloader_may_have_another_name(name: str, ids: tuple[int, int]) -> None:
-    computer = Computer({0: {"/dev/ttyACM0": SKETCH}, 0.5: {}, 1.5: {name: ids}}, {})
+    computer = FakeComputer({0: {"/dev/ttyACM0": SKETCH}, 0.5: {}, 1.5: {name: ids}}, {})
     assert wake(computer, "/dev/ttyACM0", nobody) == name
     assert computer.touched == ["/dev/ttyACM0"]
     assert computer.t_s < 2.5
@@ -73,18 +74,18 @@ def test_the_bootloader_may_have_another_name(name: str, ids: tuple[int, int]) -
 def test_a_bootloader_that_was_there_before_is_another_board() -> None:
     other = {"/dev/ttyACM7": BOOTLOADER}
     story = {0.0: {"/dev/ttyACM0": SKETCH, **other}, 1.0: other, 2.0: {"/dev/ttyACM0": BOOTLOADER, **other}}
-    assert wake(Computer(story, {}), "/dev/ttyACM0", nobody) == "/dev/ttyACM0"
+    assert wake(FakeComputer(story, {}), "/dev/ttyACM0", nobody) == "/dev/ttyACM0"
 
 
 def test_two_bootloaders_at_once_are_one_too_many() -> None:
     story = {0.0: {"a": SKETCH, "b": SKETCH}, 1.0: {"a": BOOTLOADER, "b": BOOTLOADER}}
     with pytest.raises(FlashError, match="2 bootloaders appeared at once: a, b") as caught:
-        wake(Computer(story, {}), "a", nobody)
+        wake(FakeComputer(story, {}), "a", nobody)
     assert caught.value.code == "ambiguous"
 
 
 def test_no_bootloader_within_eight_seconds() -> None:
-    computer = Computer({0: {"a": SKETCH}}, {})
+    computer = FakeComputer({0: {"a": SKETCH}}, {})
     hints: list[str] = []
     with pytest.raises(FlashError, match="within 8 s after the 1200-baud touch of a") as caught:
         wake(computer, "a", hints.append)
@@ -98,12 +99,12 @@ def test_the_sketch_may_come_back_under_another_name() -> None:
     others = {"/dev/ttyACM5": SKETCH}
     story = {0.0: {"/dev/ttyACM0": BOOTLOADER, **others}, 2.0: {"/dev/ttyACM1": SKETCH, **others}}
     boards = {"/dev/ttyACM1": Board.SEQUENCER, "/dev/ttyACM5": Board.SEQUENCER}
-    port, identity = SequencerFlasher(Computer(story, boards)).ask_again("/dev/ttyACM0", {"/dev/ttyACM5"})
+    port, identity = SequencerFlasher(FakeComputer(story, boards)).ask_again("/dev/ttyACM0", {"/dev/ttyACM5"})
     assert (port, identity.image_crc) == ("/dev/ttyACM1", "00c0ffee")
 
 
 def test_a_link_that_is_not_listed_is_tried_all_the_same() -> None:
-    computer = Computer(
+    computer = FakeComputer(
         {0: {"boot": BOOTLOADER}, 2: {"by-id/micro": TEENSY}}, {"by-id/micro": Board.SEQUENCER}
     )
     assert SequencerFlasher(computer).ask_again("by-id/micro", set())[0] == "by-id/micro"
@@ -111,7 +112,7 @@ def test_a_link_that_is_not_listed_is_tried_all_the_same() -> None:
 
 def test_the_logger_at_the_old_name_is_not_taken_for_the_board() -> None:
     story = {0.0: {"COM5": TEENSY}, 3.0: {"COM5": TEENSY, "COM8": SKETCH}}
-    computer = Computer(story, {"COM5": Board.LOGGER, "COM8": Board.SEQUENCER})
+    computer = FakeComputer(story, {"COM5": Board.LOGGER, "COM8": Board.SEQUENCER})
     assert SequencerFlasher(computer).ask_again("COM5", set())[0] == "COM8"
 
 
@@ -121,13 +122,13 @@ def test_the_logger_at_the_old_name_is_not_taken_for_the_board() -> None:
 )
 def test_a_sketch_that_does_not_answer(after: dict[str, tuple[int, int]], reason: str) -> None:
     with pytest.raises(FlashError, match=reason) as caught:
-        SequencerFlasher(Computer({0.0: {}, 1.0: after}, {})).ask_again(None, set())
+        SequencerFlasher(FakeComputer({0.0: {}, 1.0: after}, {})).ask_again(None, set())
     assert caught.value.code == "silent"
     assert "Do not fly this board yet" in caught.value.meaning
 
 
 def test_a_port_that_cannot_be_touched_is_told() -> None:
-    class Busy(Computer):
+    class Busy(FakeComputer):
         def touch(self, path: str, baudrate: int = 1200) -> None:
             raise open_error(path, 16, f"busy at {baudrate}")
 

@@ -14,7 +14,7 @@ from tests.preflight.ready_robot import CERTIFICATE, ReadyRobot, check
 from tfsat_host.calibration.certificate.certificate import Landing
 from tfsat_host.cli.main import main
 from tfsat_host.cli.preflight_boards import transports
-from tfsat_host.cli.preflight_commands import typed_here
+from tfsat_host.cli.preflight_words import typed_here
 from tfsat_host.devices.ports import PortError, PortProblem
 from tfsat_host.preflight.check import no_go
 from tfsat_host.present.output import Output

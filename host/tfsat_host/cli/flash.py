@@ -54,7 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Checks image, program and board, then writes."""
-    from tfsat_host.flashing.computer import ThisComputer
+    from tfsat_host.flashing.computer import Computer
     from tfsat_host.flashing.flash import BOOTLOADER, FLASHERS
     from tfsat_host.flashing.loader import MARKS
     from tfsat_host.present.terminal import Narration
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
             meaning=_NOT_FLASHED,
             next_step="To run the sequencer's very image instead: tfsat-host emulate --sequencer avr",
         )
-    flasher = FLASHERS[args.board](ThisComputer())
+    flasher = FLASHERS[args.board](Computer())
     with _typed_as_given(args):
         image = flasher.load_image(args.hex)
         loader = flasher.find_loader()

@@ -107,11 +107,10 @@ def _progress(jog: Jog, out: Output) -> Iterator[Callable[[int], None]]:
         def show(angle_cdeg: int) -> None:
             nonlocal shown_cdeg
             text = f"joint {jog.joint}: {angle_cdeg / 100:6.2f} deg, to {jog.to_cdeg / 100:g} deg"
+            moved_cdeg = LINE_CDEG if shown_cdeg is None else abs(angle_cdeg - shown_cdeg)
             if draw is not None:
                 draw(text)
-                return
-            moved_cdeg = LINE_CDEG if shown_cdeg is None else abs(angle_cdeg - shown_cdeg)
-            if not out.json_mode and moved_cdeg >= (1 if angle_cdeg == jog.to_cdeg else LINE_CDEG):
+            elif not out.json_mode and moved_cdeg >= (1 if angle_cdeg == jog.to_cdeg else LINE_CDEG):
                 out.note(text)
                 shown_cdeg = angle_cdeg
 

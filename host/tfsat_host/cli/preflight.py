@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import ExitStack
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from tfsat_host.cli.options import add_device_options, file_name, port_name
-from tfsat_host.errors import Interrupted, RefusedError
+from tfsat_host.cli.options import add_device_options, file_name, port_name, whole_number
+from tfsat_host.errors import RefusedError
 from tfsat_host.present.output import Output
-
-if TYPE_CHECKING:
-    from tfsat_host.preflight.evidence import Evidence
-    from tfsat_host.run.preflight import PreparedRun
 
 DROPS = 10
 """A day's, with rehearsals in the releaser."""
-_NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     files.add_argument(
         "--drops",
         metavar="N",
-        type=_count,
+        type=whole_number("drops", 1, 999),
         default=DROPS,
         help=f"for how many recordings the card must have room (default {DROPS})",
     )
@@ -78,8 +70,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> int:
     """Asks, judges, writes, shows."""
-    from tfsat_host.cli.preflight_commands import typed_here
-    from tfsat_host.cli.preflight_words import show
+    from tfsat_host.cli.preflight_boards import evidence_of
+    from tfsat_host.cli.preflight_words import show, typed_here
     from tfsat_host.preflight import judge, may_drop
     from tfsat_host.run.preflight import PreparedRun, result_of, runs_natively, write_result
 
@@ -92,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
         sequencer_image=args.sequencer_image,
         logger_image=args.logger_image,
     )
-    evidence, left = _evidence(args, files, out)
+    evidence, left = evidence_of(args, files, out)
     emulated = runs_natively(evidence)
     checks = typed_here(judge(evidence), args, files.maneuver, evidence.calibration_file, emulated=emulated)
     result = result_of(evidence, checks, files.hashes(evidence.calibration_file), left)
@@ -104,31 +96,6 @@ def run(args: argparse.Namespace, out: Output) -> int:
     if written.error is not None:
         raise written.error
     return 0 if may_drop(checks) else RefusedError.exit_code
-
-
-def _evidence(args: argparse.Namespace, files: PreparedRun, out: Output) -> tuple[Evidence, str]:
-    """Everything that is known, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
-    from tfsat_host.cli.preflight_boards import evidence_of, interruptible_by_signals
-    from tfsat_host.preflight.logger import Trace
-
-    trace = Trace()
-    try:
-        with ExitStack() as stack, interruptible_by_signals():
-            return evidence_of(args, files, trace, stack, out, datetime.now(UTC)), trace.left
-    except (KeyboardInterrupt, Interrupted):
-        raise Interrupted(
-            what="Interrupted.",
-            meaning=f"{trace.left or _NOTHING_LEFT} There is no result, and none was written.",
-            next_step="tfsat-host record stop, then tfsat-host log list shows what to erase."
-            if trace.left
-            else "Run the same command again when ready.",
-        ) from None
-
-
-def _count(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and 0 < len(text) < 4 and int(text)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of drops: write 1 to 999")
-    return int(text)
 
 
 def _crc(text: str) -> str:

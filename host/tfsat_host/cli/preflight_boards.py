@@ -8,11 +8,11 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from tfsat_host.devices.ports import BoardName, port_variable
-from tfsat_host.errors import TfsatError
+from tfsat_host.errors import Interrupted, TfsatError
 from tfsat_host.present.output import Output
 
 if TYPE_CHECKING:
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
     from tfsat_host.devices.transport import Transport
     from tfsat_host.preflight.evidence import Evidence
-    from tfsat_host.preflight.logger import Trace
     from tfsat_host.run.preflight import PreparedRun
 
+_NOTHING_LEFT = "The sequencer is as it was, and no recording of this preflight is left on the card."
 _SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 @contextmanager
-def interruptible_by_signals() -> Iterator[None]:
+def _interruptible_by_signals() -> Iterator[None]:
     """A closed terminal or a `kill` is a Ctrl-C: a recording that was begun is ended and removed."""
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
@@ -79,38 +79,35 @@ def _require_named_logger() -> None:
         )
 
 
-def evidence_of(
-    args: argparse.Namespace, files: PreparedRun, trace: Trace, stack: ExitStack, out: Output, now: datetime
-) -> Evidence:
-    """All that both boards and the files say.
-
-    Args:
-        args: The command's.
-        files: Of the run.
-        trace: Told what is left on the logger.
-        stack: Closes the ports.
-        out: For progress.
-        now: The computer's time of day.
-
-    Raises:
-        NotNow: the sequencer is armed or moves.
-        KeyboardInterrupt: `trace` says what is left.
-    """
+def evidence_of(args: argparse.Namespace, files: PreparedRun, out: Output) -> tuple[Evidence, str]:
+    """All that boards and files say, and what was left on the boards. Raises NotNow, Interrupted, TfsatError."""
     from tfsat_host.preflight.boards import ask_boards
     from tfsat_host.preflight.evidence import BoardEvidence, Evidence
-    from tfsat_host.preflight.logger import WATCH_S
+    from tfsat_host.preflight.logger import WATCH_S, Trace
 
-    opened = transports(args, files, stack, out)
-    sequencer_image, logger_image = files.images()
-    expected = Evidence(
-        robot=files.robot,
-        schedule=files.schedule,
-        facility=files.facility(),
-        sequencer_board=BoardEvidence("sequencer", sequencer_image),
-        logger_board=BoardEvidence("logger", logger_image),
-        recordings=args.drops,
-        now=now,
-        newest_file=files.newest(),
-    )
-    with out.progress("reading the sensors, recording onto the card", total=WATCH_S) as advance:
-        return ask_boards(opened, expected, files.calibration, trace, time.time, advance)
+    trace = Trace()
+    try:
+        with ExitStack() as stack, _interruptible_by_signals():
+            opened = transports(args, files, stack, out)
+            sequencer_image, logger_image = files.images()
+            expected = Evidence(
+                robot=files.robot,
+                schedule=files.schedule,
+                facility=files.facility(),
+                sequencer_board=BoardEvidence("sequencer", sequencer_image),
+                logger_board=BoardEvidence("logger", logger_image),
+                recordings=args.drops,
+                now=datetime.now(UTC),
+                newest_file=files.newest(),
+            )
+            with out.progress("reading the sensors, recording onto the card", total=WATCH_S) as advance:
+                evidence = ask_boards(opened, expected, files.calibration, trace, time.time, advance)
+    except (KeyboardInterrupt, Interrupted):
+        raise Interrupted(
+            what="Interrupted.",
+            meaning=f"{trace.left or _NOTHING_LEFT} There is no result, and none was written.",
+            next_step="tfsat-host record stop, then tfsat-host log list shows what to erase."
+            if trace.left
+            else "Run the same command again when ready.",
+        ) from None
+    return evidence, trace.left

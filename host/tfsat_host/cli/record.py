@@ -44,8 +44,10 @@ def _start(args: argparse.Namespace, out: Output) -> int:
         with out.progress("waiting until the card takes blocks"):
             status = logger.wait_for_card()
         present = [bool(status.imu_present >> bit & 1) for bit in range(IMU_COUNT)]
-        for body in (body for body, here in enumerate(present, 1) if not here):
-            out.warn(f"IMU {body} does not answer: the rates of body {body} are not recorded.")
+        silent = (body for body, here in enumerate(present, 1) if not here)
+        out.warn_each(
+            f"IMU {body} does not answer: the rates of body {body} are not recorded." for body in silent
+        )
         session = f"{started.session:08x}"
         out.result(
             {
@@ -64,14 +66,8 @@ def _start(args: argparse.Namespace, out: Output) -> int:
     return 0
 
 
-class RecordingAlready(RefusedError):
-    """What was asked for is so already; `code` is the board's own."""
-
-    code = ErrorCode.WRONG_STATE
-
-
 def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
-    """A new recording. Raises BoardError, and RecordingAlready where one runs: nobody should end a good one."""
+    """A new recording. Raises BoardError, and RefusedError where one runs: a good one is not to be ended."""
     from tfsat_host.devices.client import BoardError
     from tfsat_host.devices.logger import recording_in_danger
 
@@ -81,16 +77,16 @@ def _begin(logger: LoggerClient, args: argparse.Namespace) -> RecordStartReply:
         status = logger.status()
         if error.code != ErrorCode.WRONG_STATE or status.state != LoggerState.RECORDING:
             raise
-    danger = recording_in_danger(status)
-    if danger is not None:
+    if danger := recording_in_danger(status):
         raise danger
-    raise RecordingAlready(
+    raise RefusedError(
         what=f"It is recording already: session {status.session:08x}, {status.samples} samples, "
         f"{status.samples_dropped} dropped.",
         meaning="That recording goes on, and nothing was changed: the robot may be dropped.",
         next_step=f"Nothing, or see it: tfsat-host status{device_option(args)}\n"
         "Only to have a file of its own for the next drop, end this one first: "
         f"tfsat-host record stop{device_option(args)}",
+        code=ErrorCode.WRONG_STATE,
     )
 
 
@@ -99,11 +95,10 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
         logger.end_capture()  # refuses at once where there is nothing to wait for
         with out.progress("waiting until the card holds the recording's end"):
             stopped = logger.stop_recording()
-        session = f"{stopped.session:08x}"
-        lost = stopped.samples_dropped
-        number = _number_of(logger, stopped.session)
+        session, lost = f"{stopped.session:08x}", stopped.samples_dropped
+        on_card = (one.number for one in logger.logs() if one.session == stopped.session and one.number)
+        number = next(on_card, None)
         file_full = logger.status().error == ErrorCode.CARD_FULL
-        fetch = f"tfsat-host log fetch {number or 'all'}{device_option(args)}"
         out.result(
             {
                 "state": stopped.state.name.lower(),
@@ -115,7 +110,7 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                 "device": logger.device(),
             },
             f"Stopped: session {session} is closed on the card, {stopped.samples} samples, {lost} dropped.\n"
-            f"Copy it to this computer: {fetch}",
+            f"Copy it to this computer: tfsat-host log fetch {number or 'all'}{device_option(args)}",
         )
         if lost:
             out.warn(f"{lost} samples were dropped because the card was too slow; decode says where.")
@@ -125,8 +120,3 @@ def _stop(args: argparse.Namespace, out: Output) -> int:
                 "More room for the next one: tfsat-host logger-settings set --file-mib 64"
             )
     return DataLossError.exit_code if lost or file_full else 0
-
-
-def _number_of(logger: LoggerClient, session: int) -> int | None:
-    """The number of a recording on the card."""
-    return next((entry.number for entry in logger.logs() if entry.session == session and entry.number), None)

@@ -13,7 +13,6 @@ from tfsat_host.devices.sequencer import StoredSettings
 from tfsat_host.errors import UsageError
 from tfsat_host.present.output import Output
 from tfsat_host.present.stored_settings import comparison, origin_words, settings_as_dict
-from tfsat_host.servo_settings import ServoSettings
 from tfsat_host.whole_file import write_whole
 
 
@@ -41,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> int:
     _check_usage(args)
     if args.show:
         return _show(args, out)
-    factory: tuple[ServoSettings, list[str]] = (servo_settings.FACTORY, [])
+    factory = servo_settings.FACTORY, list[str]()
     settings, notices = factory if args.factory else servo_settings.read_settings_file(args.file)
     for notice in notices:
         out.warn(notice)
@@ -50,11 +49,11 @@ def run(args: argparse.Namespace, out: Output) -> int:
 
     line = "Dry run: the board would accept these settings; nothing was sent."
     result = {"verified": False, "device": None, "dry_run": True, "notices": notices}
-    out.result({**settings_as_dict(settings), **result}, lambda: _tell(settings, line, out))
+    out.result({**settings_as_dict(settings), **result}, lambda: _show_table(settings, line, out))
     return 0
 
 
-def _tell(settings: ServoSettings, line: str, out: Output) -> None:
+def _show_table(settings: servo_settings.ServoSettings, line: str, out: Output) -> None:
     out.table(*comparison(settings, None))
     out.line(line)
 
@@ -83,12 +82,15 @@ def _show(args: argparse.Namespace, out: Output) -> int:
     if args.out is not None:
         write_whole(args.out, servo_settings.format_settings(stored.settings).encode())
         out.note(f"Settings written to {args.out}")
-    line = f"On the board: {origin_words(stored.origin)}."
-    out.result(result, lambda: _tell(stored.settings, line, out))
+    out.result(
+        result, lambda: _show_table(stored.settings, f"On the board: {origin_words(stored.origin)}.", out)
+    )
     return 0
 
 
-def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespace, out: Output) -> int:
+def _upload(
+    settings: servo_settings.ServoSettings, notices: list[str], args: argparse.Namespace, out: Output
+) -> int:
     with offering_emulated(), open_sequencer(args, out) as sequencer:
         sequencer.insist_on_safe()  # before the question
         before = sequencer.settings()
@@ -98,8 +100,7 @@ def _upload(settings: ServoSettings, notices: list[str], args: argparse.Namespac
             out.confirm("Store the new settings on the sequencer?", meaning=unchanged)
         with out.progress(f"uploading to {sequencer.port}"):
             done = sequencer.write_settings(settings)
-        misfit = servo_settings.find_misfit(sequencer.read_back().moves, settings)
-        if misfit is not None:
+        if misfit := servo_settings.find_misfit(sequencer.read_back().moves, settings):
             out.warn(
                 f"The maneuver on the board does not fit these settings: {misfit}. ARM will refuse it. "
                 f"Upload one that fits: tfsat-host upload-sequence A B{device_option(args)}"

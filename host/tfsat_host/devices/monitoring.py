@@ -245,20 +245,21 @@ class Watched:
 
     def update(self, until_s: float) -> None:
         """Brings both up to date; a board that does not answer any more is given up, its port closed."""
-        if self.sequencer is not None:
-            try:
-                self.sequencer.update(self.clock() if self.logger is not None else until_s)
-            except TfsatError as error:
-                self.lost[self.sequencer.name] = error
-                self.sequencer.client.close()
-                self.sequencer = None
-        if self.logger is not None:
-            try:
-                self.logger.update(until_s)
-            except TfsatError as error:
-                self.lost[self.logger.name] = error
-                self.logger.client.close()
-                self.logger = None
+        if self.sequencer is not None and not self._updated(
+            self.sequencer, self.clock() if self.logger is not None else until_s
+        ):
+            self.sequencer = None
+        if self.logger is not None and not self._updated(self.logger, until_s):
+            self.logger = None
+
+    def _updated(self, board: SequencerWatch | LoggerWatch, until_s: float) -> bool:
+        try:
+            board.update(until_s)
+        except TfsatError as error:
+            self.lost[board.name] = error
+            board.client.close()
+            return False
+        return True
 
     def close(self) -> None:
         """Leaves the boards as they were; one that cannot be asked any more notices that its port is closed."""

@@ -1,4 +1,4 @@
-"""What flashing needs of the computer, small enough to be played by a test; and this computer."""
+"""What flashing needs of the computer: its ports, programs and clock."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 from tfsat_host.devices.ports import PortInfo, open_error, open_serial, system_ports
 from tfsat_host.devices.transport import SerialTransport, Transport
@@ -17,57 +16,34 @@ from tfsat_host.devices.transport import SerialTransport, Transport
 _CHUNK_BYTES = 256
 
 
-class Computer(Protocol):
-    """Serial ports, programs and time."""
+class Computer:
+    """Serial ports, programs and time; a test plays one of its own."""
 
     def ports(self) -> list[PortInfo]:
         """The serial ports that there are now."""
+        return system_ports()
+
+    def connect(self, path: str) -> Transport:
+        """The port, open. Raises PortError."""
+        return SerialTransport(path)
+
+    def find_program(self, name: str) -> str | None:
+        """The path of an installed program."""
+        return shutil.which(name)
+
+    def now_s(self) -> float:
+        """Seconds from any origin."""
+        return time.monotonic()
+
+    def sleep(self, duration_s: float) -> None:
+        """Lets time pass."""
+        time.sleep(duration_s)
 
     def touch(self, path: str, baudrate: int = 1200) -> None:
         """Opens the port at this rate and closes it, DTR low: at 1200 baud, an Arduino Micro starts its bootloader.
 
         Raises PortError.
         """
-
-    def connect(self, path: str) -> Transport:
-        """The port, open. Raises PortError."""
-
-    def find_program(self, name: str) -> str | None:
-        """The path of an installed program."""
-
-    def run(self, command: Sequence[str], heard: Callable[[str], None], timeout_s: float) -> int | None:
-        """Runs a program and passes on its output, as it comes; its exit code, None if it was ended for time.
-
-        Raises OSError if it cannot be started.
-        """
-
-    def now_s(self) -> float:
-        """Seconds from any origin."""
-
-    def sleep(self, duration_s: float) -> None:
-        """Lets time pass."""
-
-
-class ThisComputer:
-    """Implements `Computer` with pyserial and subprocesses."""
-
-    def ports(self) -> list[PortInfo]:
-        return system_ports()
-
-    def connect(self, path: str) -> Transport:
-        return SerialTransport(path)
-
-    def find_program(self, name: str) -> str | None:
-        return shutil.which(name)
-
-    def now_s(self) -> float:
-        return time.monotonic()
-
-    def sleep(self, duration_s: float) -> None:
-        time.sleep(duration_s)
-
-    def touch(self, path: str, baudrate: int = 1200) -> None:
-        """Opens at this rate and closes. Raises PortError."""
         import serial
 
         port = open_serial(path)
@@ -82,8 +58,11 @@ class ThisComputer:
         finally:
             port.close()
 
-    def run(self, command: Sequence[str], heard: Callable[[str], None], timeout_s: float) -> int | None:
-        """Runs a program; its exit code, None if it was ended for time. Raises OSError."""
+    def run(self, command: Sequence[str], output: Callable[[str], None], timeout_s: float) -> int | None:
+        """Runs a program and passes on its output, as it comes; its exit code, None if it was ended for time.
+
+        Raises OSError if it cannot be started.
+        """
         # Undecoded and unbuffered: progress comes as single characters without line ends.
         with subprocess.Popen(
             list(command),
@@ -104,7 +83,7 @@ class ThisComputer:
             decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
             try:
                 while chunk := process.stdout.read(_CHUNK_BYTES):
-                    heard(decoder.decode(chunk))
+                    output(decoder.decode(chunk))
                 code = process.wait()
             except BaseException:
                 process.kill()
