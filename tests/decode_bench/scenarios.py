@@ -92,7 +92,7 @@ def overwritten(data: bytes) -> bytes:
 
 
 def dated(data: bytes, unix_us: int) -> bytes:
-    """The same recording as if the host had told the logger the time of day when it began."""
+    """The same recording as if the host had set the time of day when it began."""
     dated_blocks = []
     offset_us = unix_us - BlockHeader.decode(data[: BlockHeader.SIZE]).time_us
     for at in range(0, len(data), BLOCK_BYTES):

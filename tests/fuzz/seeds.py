@@ -1,6 +1,6 @@
 """What a fuzzer should know from the start: the golden frames, and how a board is used.
 
-Made anew for each build, so that the frames always speak the protocol of today.
+Made again for each build, so that the frames always speak the protocol of today.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ def planted(tree: Path, file: str, defect: tuple[str, str]) -> Path:
     for folder in SHARED:
         shutil.copytree(REPOSITORY / folder, tree / folder)
     sound = (tree / file).read_text()
-    assert sound.count(defect[0]) == 1, f"{file} has changed: plant the defect anew"
+    assert sound.count(defect[0]) == 1, f"{file} has changed: plant the defect again"
     (tree / file).write_text(sound.replace(*defect))
     return tree
 

@@ -132,13 +132,13 @@ def test_ram_keeps_the_newest_seconds_and_no_more(bench: Bench) -> None:
 
 
 def test_a_host_waits_for_a_card_that_is_being_counted(bench: Bench) -> None:
-    told: list[bool] = []
-    logger = LoggerClient.connect(bench.cable, on_busy=lambda: told.append(True))
+    busy: list[bool] = []
+    logger = LoggerClient.connect(bench.cable, on_busy=lambda: busy.append(True))
     bench.robot.card_slot.remove()
     bench.wait(2.5)
     bench.robot.card_slot.insert(mount_us=4_000_000)
     began_s = bench.cable.now_s()
     assert logger.start_recording().state == LoggerState.RECORDING
     assert 4.0 <= bench.cable.now_s() - began_s < 4.5
-    assert told == [True]
+    assert busy == [True]
     assert logger.wait_for_card().card == CardState.READY

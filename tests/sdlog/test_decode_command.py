@@ -176,7 +176,7 @@ def test_clipping_says_when(tmp_path: Path, sd: Path) -> None:
 
 
 def clip_sample(image: bytearray, row: int) -> None:
-    """Sets IMU 1's clip flag of the sample in `row`, counted over the data blocks, and seals the block anew."""
+    """Sets IMU 1's clip flag of the sample in `row`, counted over the data blocks, and seals the block again."""
     for start in range(0, len(image), BLOCK_BYTES):
         kind, count = image[start + 5], image[start + 6]
         if kind != BlockKind.DATA:

@@ -1,4 +1,4 @@
-"""A decoder that nobody here wrote, compiled by Kaitai Struct from the grammar, reads what ours reads."""
+"""An independent decoder, compiled by Kaitai Struct from the grammar, reads what ours reads."""
 
 from __future__ import annotations
 

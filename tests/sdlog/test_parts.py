@@ -19,11 +19,11 @@ FAULT, RECOVERED = EventCode.SENSOR_FAULT, EventCode.SENSOR_RECOVERED
 SCALES = {0x68: (340.0, 36.53125), 0x70: (333.87, 21.0), 0x98: (326.8, 25.0)}
 
 
-def recorded(tmp_path: Path, who_am_i: list[int], *told: tuple[int, EventCode, int, int, int]) -> DropLog:
+def recorded(tmp_path: Path, who_am_i: list[int], *happened: tuple[int, EventCode, int, int, int]) -> DropLog:
     """60 samples with events (sample, code, IMU, arg, value)."""
     recorder = Recorder(header=replace(HEADER, who_am_i=bytes(who_am_i)))
     while recorder.samples < 60:
-        due = [one for one in told if recorder.samples <= one[0] < recorder.samples + 6]
+        due = [one for one in happened if recorder.samples <= one[0] < recorder.samples + 6]
         recorder.data(events=[event(recorder.time_us(one[0]), *one[1:]) for one in due])
     recorder.close()
     return load(write(tmp_path / "SD.bin", recorder.image()))

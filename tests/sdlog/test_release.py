@@ -135,7 +135,7 @@ OPEN = ALL_VALID | 0x0C00
 
 
 class Story:
-    """A recording told by what happens to the switches; `releases` are the true times, `at` block numbers."""
+    """A recording by what happens to the switches; `releases` are the true times, `at` block numbers."""
 
     def __init__(self) -> None:
         self.recorder = Recorder(repeat_blocks=1 << 20)

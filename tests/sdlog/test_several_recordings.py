@@ -12,7 +12,7 @@ from tests.sdlog.test_decode_command import decode, decode_json
 from tests.sdlog.test_values import assert_values, write
 from tfsat_host.sdlog import load
 
-MORNING_US = 1_790_000_000_000_000
+STARTED_US = 1_790_000_000_000_000
 HOUR_US = 3_600_000_000
 OLD, NEW, THIRD = 0xA, 0xB, 0xC
 
@@ -28,7 +28,7 @@ def recorded(session: int, wall_clock_us: int, data_blocks: int = 5) -> Recorder
 @pytest.fixture
 def card(tmp_path: Path) -> Path:
     """An image of a card with an older recording first."""
-    old, new = recorded(OLD, MORNING_US), recorded(NEW, MORNING_US + HOUR_US)
+    old, new = recorded(OLD, STARTED_US), recorded(NEW, STARTED_US + HOUR_US)
     return write(tmp_path / "card.img", bytes(512 * 3) + old.image() + bytes(512 * 4) + new.image())
 
 
@@ -42,13 +42,13 @@ def test_the_newest_by_the_time_of_day_is_decoded_wherever_it_stands(card: Path)
     )
     assert_values(log)
     started = {one.session: one.started_unix_us for one in log.recordings}
-    assert started == {OLD: MORNING_US, NEW: MORNING_US + HOUR_US}
+    assert started == {OLD: STARTED_US, NEW: STARTED_US + HOUR_US}
     assert [(one.samples, one.is_unbroken, one.has_end) for one in log.recordings] == [(30, True, True)] * 2
     assert load(card, session=OLD).chosen_by == "asked for"
 
 
 def test_one_without_time_of_day_leaves_it_to_the_place(tmp_path: Path) -> None:
-    first, later = recorded(OLD, 0), recorded(NEW, MORNING_US)
+    first, later = recorded(OLD, 0), recorded(NEW, STARTED_US)
     log = load(write(tmp_path / "card.img", first.image() + later.image()))
     assert (log.session, log.chosen_by) == (OLD, "place")
     assert load(write(tmp_path / "one.bin", later.image())).chosen_by == "only one"
@@ -56,31 +56,31 @@ def test_one_without_time_of_day_leaves_it_to_the_place(tmp_path: Path) -> None:
 
 def test_remains_of_an_old_recording_do_not_need_a_time_of_day(tmp_path: Path) -> None:
     """The rest of an old one, at the beginning of the card or behind the newer one in its file, has no vote."""
-    undated, new, third = recorded(OLD, 0, 30), recorded(NEW, MORNING_US), recorded(THIRD, MORNING_US + 1)
+    undated, new, third = recorded(OLD, 0, 30), recorded(NEW, STARTED_US), recorded(THIRD, STARTED_US + 1)
     image = b"".join([*undated.blocks[9:20], *new.blocks, *third.blocks])
     assert load(write(tmp_path / "card.img", image)).session == THIRD
 
 
 def test_an_old_block_at_the_start_does_not_make_a_dated_recording_of_its_remains(tmp_path: Path) -> None:
-    old, new = recorded(OLD, MORNING_US, 30), recorded(NEW, 0)
+    old, new = recorded(OLD, STARTED_US, 30), recorded(NEW, 0)
     image = b"".join([old.blocks[0], *new.blocks[1:], *old.blocks[len(new.blocks) :]])
     log = load(write(tmp_path / "SD.bin", image))
     assert (log.session, log.chosen_by) == (NEW, "place")
 
 
 def test_the_cut_recording_is_taken_where_its_time_says_that_it_is_the_newest(tmp_path: Path) -> None:
-    old, new = recorded(OLD, MORNING_US), recorded(NEW, MORNING_US + HOUR_US)
+    old, new = recorded(OLD, STARTED_US), recorded(NEW, STARTED_US + HOUR_US)
     log = load(write(tmp_path / "card.img", old.image() + b"".join(new.blocks[1:-1])))
     assert (log.session, log.header_is_copy, log.verdict) == (NEW, True, "damaged")
 
 
 def test_a_clock_that_was_set_while_recording_tells_when_it_began(tmp_path: Path) -> None:
     late = recorded(OLD, 0, 9)
-    told = recorded(OLD, MORNING_US, 9)
-    blocks = [*late.blocks[:8], *told.blocks[8:]]
+    dated = recorded(OLD, STARTED_US, 9)
+    blocks = [*late.blocks[:8], *dated.blocks[8:]]
     log = load(write(tmp_path / "SD.bin", b"".join(blocks)))
     repeated_us = late.time_us(36) - late.time_us(0)
-    assert log.recordings[0].started_unix_us == MORNING_US - repeated_us
+    assert log.recordings[0].started_unix_us == STARTED_US - repeated_us
 
 
 def test_the_command_lists_them_and_names_the_way_to_another(card: Path) -> None:
@@ -108,7 +108,7 @@ def test_more_recordings_than_are_looked_at_leave_it_to_the_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tfsat_host.sdlog.recordings.MOST_COUNTED", 1)
-    image = recorded(OLD, MORNING_US).image() + recorded(NEW, MORNING_US + HOUR_US).image()
+    image = recorded(OLD, STARTED_US).image() + recorded(NEW, STARTED_US + HOUR_US).image()
     log = load(write(tmp_path / "card.img", image))
     assert (log.session, log.chosen_by, len(log.recordings), log.other_sessions) == (OLD, "place", 1, (NEW,))
 
@@ -173,7 +173,7 @@ def test_a_file_whose_own_beginning_is_spoiled_is_damaged(tmp_path: Path) -> Non
         assert (log.verdict, log.blocks_lost, log.late_start) == ("damaged", 1, None)
 
 
-def test_the_words_frighten_nobody(tmp_path: Path) -> None:
+def test_a_late_start_is_not_called_damage(tmp_path: Path) -> None:
     blocks = made().blocks
     shown = decode(write(tmp_path / "RAM.BIN", b"".join(blocks[10:])), expect=3)
     assert "truncated: complete from 0.0 s to 0.7 s; what came before and after is not in the file" in (

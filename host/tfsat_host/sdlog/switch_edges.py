@@ -99,10 +99,12 @@ def _rows_at_changes(t_us: NDArray[np.int64], switch_open: BoolArray) -> NDArray
     changes = [np.zeros(1, np.int64)]
     for begin in range(0, len(t_us) - 1, _ROWS_AT_A_TIME):
         rows = slice(begin, begin + _ROWS_AT_A_TIME + 1)
-        if (np.diff(t_us[rows]) < 0).any():
+        times = t_us[rows]
+        if (times[1:] < times[:-1]).any():
             return np.arange(len(t_us))
         for switch in range(switch_open.shape[1]):
-            changed = np.flatnonzero(np.diff(np.ascontiguousarray(switch_open[rows, switch]))) + begin
+            levels = np.ascontiguousarray(switch_open[rows, switch])
+            changed = np.flatnonzero(levels[1:] != levels[:-1]) + begin
             changes += [changed, changed + 1]
     return np.concatenate(changes)
 
