@@ -89,11 +89,3 @@ def test_every_command_is_in_the_table_and_the_table_is_true(server: RobotServer
         if name not in ("card", "wait"):
             reply = execute(name + arguments, server)
             assert reply is not None and reply.text.startswith("ok"), (name, reply)
-
-
-def test_every_option_is_in_the_table() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "tfsat_host", "emulate", "--help"], capture_output=True, text=True, check=True
-    )
-    options = set(re.findall(r"--[a-z]+", done.stdout)) - {"--help", "--yes"}
-    assert options == set(re.findall(r"^\| `(--[a-z]+)", PAGE, re.MULTILINE))

@@ -1,4 +1,4 @@
-"""The biases of a rehearsed day are measured on its morning, kept raw, and computed anew from the bundle."""
+"""The biases of a rehearsed day are measured on the bench, kept raw, and recomputed from the bundle."""
 
 from __future__ import annotations
 

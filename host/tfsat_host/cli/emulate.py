@@ -8,6 +8,7 @@ import shlex
 import signal
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,46 +23,20 @@ if TYPE_CHECKING:
     from tfsat_host.emulated.state import Kept
     from tfsat_host.robot import RobotModel
 
+SEQUENCER = "the firmware's core on this computer, or the HEX that is flashed in an emulated ATmega32U4"
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Where, which sequencer, which robot, how long."""
-    parser.add_argument(
-        "--dir",
-        metavar="D",
-        type=Path,
-        default=Path("robot"),
-        help="folder for the ports D/sequencer and D/logger, the control socket D/control, "
-        "what the boards store, the card's files D/card and its newest recording D/SD.bin (default: robot)",
-    )
-    parser.add_argument(
-        "--sequencer",
-        choices=("native", "avr"),
-        default="native",
-        help="native: the firmware's core compiled for this computer; avr: the very image that is flashed, "
-        "in an emulated ATmega32U4 (needs the toolchain)",
-    )
-    parser.add_argument(
-        "--seed",
-        metavar="N",
-        type=seed,
-        help="draws the sensors' hidden errors and the recordings' session ids "
-        "(default: errors as with 1, other ids at each start)",
-    )
-    parser.add_argument(
-        "--as-built",
-        action="store_true",
-        help="a robot that nobody has calibrated: also scale factors, bends of the angle sensors and servos are off",
-    )
-    parser.add_argument(
-        "--robot", metavar="FILE", type=Path, help="robot file (default: the drop tower robot)"
-    )
-    parser.add_argument(
-        "--for",
-        metavar="SECONDS",
-        type=duration_s,
-        dest="for_s",
-        help="end after that much of the robot's time (default: Ctrl-C, or the control line quit)",
-    )
+    add = parser.add_argument
+    files = "ports, control socket, the boards' memories, card and SD.bin"
+    add("--dir", metavar="D", type=Path, default=Path("robot"), help=f"folder of {files} (default: robot)")
+    add("--sequencer", choices=("native", "avr"), default="native", help=SEQUENCER)
+    add("--seed", metavar="N", type=seed, help="of sensor errors and session ids (default: errors of 1)")
+    add("--as-built", action="store_true", help="a robot before calibration: scale factors, servos off, too")
+    add("--robot", metavar="FILE", type=Path, help="robot file (default: the drop tower robot)")
+    times = "end after that much of the robot's time (default: Ctrl-C, or the control line quit)"
+    add("--for", metavar="SECONDS", type=duration_s, dest="for_s", help=times)
     add_output_options(parser)
 
 
@@ -88,15 +63,8 @@ def run(args: argparse.Namespace, out: Output) -> int:
         _announce(args, folder, out)
         if args.for_s is not None:
             server.stop_after(args.for_s)
-
-        def say(reply: str) -> None:
-            if out.json_mode:
-                out.note(reply)
-            else:
-                out.line(reply)
-                sys.stdout.flush()
-
-        serve(server, control, TypedLines(server, say, standard_input()), lambda lag_s: _lag(out, lag_s))
+        typed = TypedLines(server, partial(_reply, out), standard_input())
+        serve(server, control, typed, partial(_lag, out))
     return 0
 
 
@@ -111,51 +79,43 @@ def require_pseudo_terminals(platform: str) -> None:
 
 
 def _robot(args: argparse.Namespace, model: RobotModel, before: Kept, out: Output) -> EmulatedRobot:
-    from tfsat_host.emulated.build import Variant, ensure_built, sequencer_hex
+    from tfsat_host.emulated.build import sequencer_hex
     from tfsat_host.emulated.imperfections import draw, draw_as_built
     from tfsat_host.emulated.robot import DEFAULT_SEED, EmulatedRobot
 
-    avr = args.sequencer == "avr"
-    hex_path = sequencer_hex(out.note) if avr else None
-    ensure_built(Variant(avr=avr), out.note)
     drawn = draw_as_built if args.as_built else draw
     return EmulatedRobot(
         model,
         imperfections=drawn(DEFAULT_SEED if args.seed is None else args.seed),
         seed=args.seed,
-        hex_path=hex_path,
+        hex_path=sequencer_hex(out.note) if args.sequencer == "avr" else None,
         eeprom=before.eeprom,
         logger_memory=before.logger_memory,
+        progress=out.note,
     )
 
 
 def _announce(args: argparse.Namespace, folder: ServedFolder, out: Output) -> None:
     kind = "its real image, ATmega32U4 emulated" if args.sequencer == "avr" else "its core, native"
-    data = {
-        "sequencer": folder.sequencer.absolute(),
-        "logger": folder.logger.absolute(),
-        "control": folder.control.absolute(),
-        "eeprom": folder.kept.eeprom.absolute(),
-        "card": folder.card.absolute(),
-        "image": args.sequencer,
-        "seed": args.seed,
-        "as_built": args.as_built,
+    places = {
+        "sequencer": folder.sequencer,
+        "logger": folder.logger,
+        "control": folder.control,
+        "eeprom": folder.kept.eeprom,
+        "card": folder.card,
     }
-    text = "\n".join(
-        (
-            "The emulated robot is running.",
-            f"  sequencer  {folder.sequencer} ({kind})",
-            f"  logger     {folder.logger}",
-            f"  control    {folder.control}; or type here: help",
-            "In another terminal, name a port:",
-            f"  tfsat-host upload-sequence 59 70 --port {shlex.quote(str(folder.sequencer))}",
-            "or both for all commands:",
-            f"  export TFSAT_SEQUENCER_PORT={shlex.quote(str(data['sequencer']))}",
-            f"  export TFSAT_LOGGER_PORT={shlex.quote(str(data['logger']))}",
-            "Ctrl-C ends it.",
-        )
-    )
-    out.result(data, text)
+    data = {name: place.absolute() for name, place in places.items()}
+    text = f"""The emulated robot is running.
+  sequencer  {folder.sequencer} ({kind})
+  logger     {folder.logger}
+  control    {folder.control}; or type here: help
+In another terminal, name a port:
+  tfsat-host upload-sequence 59 70 --port {shlex.quote(str(folder.sequencer))}
+or both for all commands:
+  export TFSAT_SEQUENCER_PORT={shlex.quote(str(data["sequencer"]))}
+  export TFSAT_LOGGER_PORT={shlex.quote(str(data["logger"]))}
+Ctrl-C ends it."""
+    out.result({**data, "image": args.sequencer, "seed": args.seed, "as_built": args.as_built}, text)
     sys.stdout.flush()
 
 
@@ -169,6 +129,14 @@ def _ended_by_signals(server: RobotServer) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _reply(out: Output, reply: str) -> None:
+    if out.json_mode:
+        out.note(reply)
+    else:
+        out.line(reply)
+        sys.stdout.flush()
 
 
 def _lag(out: Output, lag_s: float) -> None:

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tfsat_host.cli.emulate import SEQUENCER
 from tfsat_host.cli.maneuver_argument import add_maneuver_arguments, maneuver_from, schedule_from
 from tfsat_host.cli.options import add_output_options, file_name, seed
 from tfsat_host.cli.stopping import stop_wish
@@ -28,49 +29,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_maneuver_arguments(parser, nothing_done="Nothing was flown.")
     drop = parser.add_argument_group("drop")
-    drop.add_argument(
-        "--sequencer",
-        choices=("native", "avr"),
-        default="native",
-        help="the firmware's core on this computer, or the HEX that is flashed in an emulated ATmega32U4",
-    )
-    for name, metavar, text in (
-        ("--robot", "FILE", "robot file, or the name of a shipped one (drop_tower)"),
-        (
-            "--imu",
-            "NAME",
-            "another IMU than the robot's mpu6050 on every body: adis16465_2, or a file like theirs",
-        ),
-    ):
-        drop.add_argument(name, metavar=metavar, help=text)
-    for name, text in (
-        (
-            "--as-filed",
-            "a robot that is exactly what its file says, with exact servos; `simulate` computes the same "
-            "drop",
-        ),
-        ("--despite-preflight", "drop the robot even if the preflight says NO-GO, to see what comes of it"),
-        ("--list-faults", "what may go wrong, and what must then happen"),
-    ):
-        drop.add_argument(name, action="store_true", help=text)
-    drop.add_argument(
-        "--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)"
-    )
-    drop.add_argument(
-        "--fault",
-        metavar="NAME[@MOMENT]",
-        action="append",
-        default=[],
-        help="let something go wrong, at its own moment or at another one that it can be at (NAME@MOMENT, see "
-        "--list-faults); may be given more than once",
-    )
-    drop.add_argument(
-        "--runs",
-        metavar="N",
-        type=_runs,
-        default=1,
-        help="as many drops, each of another robot; prints how their results are distributed",
-    )
+    add = drop.add_argument
+    add("--sequencer", choices=("native", "avr"), default="native", help=SEQUENCER)
+    add("--robot", metavar="FILE", help="robot file, or the name of a shipped one (drop_tower)")
+    add("--imu", metavar="NAME", help="another IMU than the mpu6050: adis16465_2, or a file like theirs")
+    add("--as-filed", action="store_true", help="exactly as in its file: `simulate` computes the same drop")
+    add("--despite-preflight", action="store_true", help="drop the robot even if the preflight says NO-GO")
+    add("--list-faults", action="store_true", help="what may go wrong, and what must then happen")
+    add("--seed", metavar="N", type=seed, default=1, help="of the robot, of noise and bounce (default 1)")
+    faults = "a fault, at its own moment or at another one (see --list-faults); may be given more than once"
+    add("--fault", metavar="NAME[@MOMENT]", action="append", default=[], help=faults)
+    runs = "as many drops, each of another robot; prints how their results are distributed"
+    add("--runs", metavar="N", type=_runs, default=1, help=runs)
     parser.add_argument(
         "--out", metavar="DIR", type=file_name, default=Path("run"), help="folder of results (run)"
     )

@@ -3,8 +3,8 @@
     python -m tfsat_host.emulated.build [--avr]
 
 The library is kept in the user's cache under a name made from the sources' hash, so that it is never
-older than what it was built from. Beside it lies a stamp with its hash: a library that was cut short (a
-full disk, a copied cache) would end the process without a message when it is loaded, so it is built anew.
+older than what it was built from. A stamp keeps its hash: a library that was cut short (a
+full disk, a copied cache) would end the process without a message when it is loaded, so it is built again.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def _digest(root: Path, variant: Variant, compiler: str) -> str:
 def _cache() -> Path:
     import platformdirs
 
-    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))  # on every system, so that it can be said in errors
+    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))  # on every system, so that errors can name it
     return chosen / "tfsat" if chosen.is_absolute() else Path(platformdirs.user_cache_dir("tfsat"))
 
 
@@ -187,7 +187,7 @@ def _run(command: list[str], variant: Variant) -> None:
         )
     raise BuildError(
         what=f"The compiler failed with exit code {done.returncode}: {shlex.join(command)}\n"
-        + (done.stderr.strip()[-2000:] or "It said nothing."),
+        + (done.stderr.strip()[-2000:] or "Without a message."),
         meaning="The emulated robot cannot run; commands for real boards can.",
         next_step=f"Set CXX to a working C++17 compiler (now {command[0]}), or report this text.",
     )

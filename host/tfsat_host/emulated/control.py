@@ -139,7 +139,7 @@ def _us(seconds: float | None) -> int | None:
 def _held(server: RobotServer) -> EmulatedRobot:
     """The robot while hands can reach it."""
     if server.robot.falling:
-        raise ControlError("The robot is falling; nobody can touch it. Wait for the landing: wait still")
+        raise ControlError("The robot is falling. Wait for the landing: wait still")
     return server.robot
 
 

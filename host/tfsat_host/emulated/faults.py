@@ -129,7 +129,7 @@ class Faults:
     def clock(self, board: ClockedBoard, ppm: float) -> None:
         """A board's time runs that much faster than true time from now on; up to 20,000 ppm (2 %) either way.
 
-        What its imperfections said until now is replaced.
+        It replaces what its imperfections state.
         """
         boards = get_args(ClockedBoard)
         if board not in boards:

@@ -34,9 +34,9 @@ class Imperfections:
         angle_noise_rad: Standard deviation of a reading.
         servo_gain: (3,) the joint's angle for a pulse is offset + gain * (the pulse's angle by the robot file).
         servo_offset_rad: (3,) see there.
-        servo_backlash_rad: (3,) a motion ends half of it short of its target, seen from where it came; the
+        servo_backlash_rad: (3,) a motion ends half of it short of its target, on the side where it came from; the
             joint follows a turn back only when the play is used up.
-        servo_repeat_rad: (3,) standard deviation of where a motion ends, drawn anew when the command changes
+        servo_repeat_rad: (3,) standard deviation of where a motion ends, drawn again when the command changes
             after 0.3 s of standing, when it turns back, and after the servo was limp. It takes effect over
             the first 5 deg of the way, so that small steps of a jog have no jumps.
         servo_overshoot_rad: (3,) a motion that gets to the servo's full rate runs so far beyond where it ends, others
@@ -118,7 +118,7 @@ def draw(seed: int) -> Imperfections:
 
 
 def draw_as_built(seed: int) -> Imperfections:
-    """A robot that was put together and that nobody has calibrated: every figure that calibration looks for is off.
+    """A robot before its calibration: every figure that calibration looks for is off.
 
     The gyros' biases lie within a quarter of what their data sheet allows and their scale factors within all of it
     (PS-MPU-6000A rev. 3.4, section 6.1: 20 deg/s, 3 %); the angle sensors sit on their axes at any angle; the boards

@@ -47,7 +47,7 @@ class ImuPart:
         gyro_bias_std_deg_s: Bias at power-up.
         gyro_bias_slope_std_deg_s_c: Change of the bias with the die's temperature.
         gyro_scale_std: Scale factor, reading over truth, about 1.
-        gyro_misalignment_std_deg: Of the axes in the housing, beside how the housing is mounted.
+        gyro_misalignment_std_deg: Of the axes in the housing; the housing's mounting comes on top.
         gyro_g_sensitivity_std_deg_s_g: Of each axis to the force along each.
         gyro_shock_limit_g: A harder blow drives the proof masses against their stops.
         accel_range_g: Full scale; not emulated.

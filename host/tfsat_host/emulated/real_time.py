@@ -164,12 +164,12 @@ def serve(
     on_lag: Callable[[float], None],
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Runs the server in real time until it is told to stop.
+    """Runs the server in real time until it is stopped.
 
     Args:
         server: What to run.
         control, typed: Where control lines come from.
-        on_lag: Told once, in seconds, when this computer is too slow.
+        on_lag: Called once, with seconds, when this computer is too slow.
         clock: Seconds that never go back.
 
     Raises:
@@ -190,7 +190,7 @@ def serve(
 LONGEST_BACKLOG_S = 0.25
 """What is made up for after a hiccup; it is also how long a host waits for an answer."""
 TOLERATED_LAG_S = 0.5
-"""Lag in all that is not worth a word."""
+"""Lag in all that is not reported."""
 
 
 class Pacer:
@@ -206,7 +206,7 @@ class Pacer:
     def __init__(self, now_s: float) -> None:
         self._origin_s = now_s
         self._steps = 0
-        self._lag_told = False
+        self._lag_reported = False
         self.lag_s = 0.0
 
     def steps_due(self, now_s: float) -> int:
@@ -226,10 +226,10 @@ class Pacer:
         return max(0.0, self._time_of(self._steps + 1) - now_s)
 
     def new_lag(self) -> bool:
-        """True once: when the lag has become worth telling."""
-        if self._lag_told or self.lag_s < TOLERATED_LAG_S:
+        """True once: when the lag is worth reporting."""
+        if self._lag_reported or self.lag_s < TOLERATED_LAG_S:
             return False
-        self._lag_told = True
+        self._lag_reported = True
         return True
 
     def _time_of(self, steps: int) -> float:

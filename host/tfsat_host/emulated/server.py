@@ -39,7 +39,8 @@ class RobotServer:
         self._powered = dict.fromkeys(BoardIndex, True)
         self._cabled = dict.fromkeys(BoardIndex, True)
         self._copies = {folder.card.resolve()}
-        self._seen_writes = self._kept_writes = robot.eeprom_writes
+        self._last_writes = robot.eeprom_writes
+        self._kept_eeprom = robot.eeprom()
         self._kept_memory = robot.logger_memory()
         self._memory_look_us = robot.now_us
         self._end_us: int | None = None
@@ -68,8 +69,8 @@ class RobotServer:
             port.write(answer)
         if self._robot.now_us - self._memory_look_us >= _QUIET_US:
             self._memory_look_us = self._robot.now_us
-            writes, self._seen_writes = self._seen_writes, self._robot.eeprom_writes
-            if writes == self._seen_writes:
+            writes, self._last_writes = self._last_writes, self._robot.eeprom_writes
+            if writes == self._last_writes:
                 self._keep_eeprom()
             self._keep_logger_memory()
 
@@ -146,9 +147,9 @@ class RobotServer:
             self.save_card()
 
     def _keep_eeprom(self) -> None:
-        if (writes := self._robot.eeprom_writes) != self._kept_writes:
-            write_whole(self._folder.kept.eeprom, self._robot.eeprom())
-            self._kept_writes = writes
+        if (image := self._robot.eeprom()) != self._kept_eeprom:
+            write_whole(self._folder.kept.eeprom, image)
+            self._kept_eeprom = image
 
     def _keep_logger_memory(self) -> None:
         """The logger writes all its settings at once."""

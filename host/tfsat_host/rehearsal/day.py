@@ -1,4 +1,4 @@
-"""A rehearsed day until the drop: the bench in the morning, the team with its boards, and its preflight.
+"""A rehearsed day until the drop: biases on the bench, the boards' connections, the preflight.
 
 On the bench the gyros' biases are taken as `tfsat-host calibrate bias` takes them: the logger is asked for its samples,
 the same solver makes biases of them, and the raw samples are kept. The dies are cold and gravity is in the biases. All

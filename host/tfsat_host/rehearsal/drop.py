@@ -46,9 +46,7 @@ RAM_TIMEOUT_S = 60.0
 TRUTH_PERIOD_US = 1000
 STEPS = 7
 """Of the progress of one day."""
-_LOST = (
-    "The logger recorded no longer: it had lost its power or its card, or had closed the recording by itself."
-)
+_LOST = "The logger recorded no longer: it had lost its power or its card, or had ended the recording."
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +260,7 @@ def _fetched_ram(day: Day) -> bytes:
 
 
 def session_seed(schedule: Schedule, truth: Truth, hex_path: Path | None, faults: Sequence[Fault]) -> int:
-    """Another one for everything that makes another drop, the same for the same drop."""
+    """Of the logger's session ids: differs with whatever makes another drop, repeats for the same drop."""
     image = b"" if hex_path is None else hex_path.read_bytes()
     names = tuple(fault.name for fault in faults)
     rate = tuple(map(float, truth.rate_rad_s))

@@ -37,7 +37,7 @@ class Before:
         self.waiting = folder / WAITING
 
     def begin(self) -> None:
-        """From here on `put_back` restores what `set_aside` and `copy_aside` are told, and the mark; raises OSError."""
+        """From here on `put_back` restores what is set or copied aside, and the mark; raises OSError."""
         shutil.rmtree(self._folder / _REPLACED, ignore_errors=True)
         self._folder.mkdir(parents=True, exist_ok=True)
         self.waiting.mkdir()
@@ -87,7 +87,7 @@ class Before:
 
     def _without_empty(self, folder: Path) -> None:
         if folder != self._folder:
-            with suppress(OSError):  # not there, or something of somebody else's is in it
+            with suppress(OSError):  # not there, or not empty
                 folder.rmdir()
 
 
@@ -100,7 +100,7 @@ class ResultFolder:
 
     Raises:
         UsageError: the folder is a campaign or one of its drops; or it holds something that no rehearsal made, or a
-            file of a rehearsal that somebody replaced, and `force` is not set.
+            file of a rehearsal that was replaced, and `force` is not set.
         TfsatError: it cannot be written to.
     """
 
@@ -119,7 +119,7 @@ class ResultFolder:
         check_may_write(path / REHEARSED, marker=_FIRST_LINE.encode(), force=True)
 
     def _check(self) -> None:
-        """Nothing of somebody else's would be overwritten."""
+        """Only a rehearsal's files would be overwritten."""
         path = self.path
         if (path / DROP).exists():
             raise _refused(
@@ -159,10 +159,10 @@ class ResultFolder:
     def replaced(self) -> Iterator[None]:
         """Inside, the files of the rehearsal before are away; whatever ends it before `sealed` puts them back.
 
-        What somebody put there, or put in the place of such a file, stays.
+        A file from elsewhere, or one that replaced a rehearsal's, stays.
 
         Raises:
-            UsageError: somebody replaced a file while this one was rehearsed.
+            UsageError: a file was replaced during the rehearsal.
         """
         self._check()
         try:
@@ -207,7 +207,7 @@ class ResultFolder:
         (self.path / REHEARSED).write_text(_text(self._name(path) for path in self.begun()), encoding="utf-8")
 
     def sealed(self) -> None:
-        """The mark says how each of them was left: what is replaced from now on is somebody else's."""
+        """The mark says how each of them was left: what is replaced from now on is not a rehearsal's."""
         there = [path for path in self.files if path.is_file()]
         lines = (f"{sha256_of(path)}  {self._name(path)}" for path in there)
         write_whole(self.path / REHEARSED, _text(lines).encode())

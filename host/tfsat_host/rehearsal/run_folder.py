@@ -60,7 +60,7 @@ class RunFolder(ResultFolder):
         self._copies: set[Path] = set()
 
     def may_be_made_again(self, path: Path) -> bool:
-        """`report` writes its page anew."""
+        """`report` writes its page again."""
         return _is_derived(path)
 
     def stale(self) -> Iterable[Path]:

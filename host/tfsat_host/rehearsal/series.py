@@ -1,4 +1,4 @@
-"""Many drops, each of another robot: flown on all cores, told as a distribution, kept as a table and a result."""
+"""Many drops, each of another robot: flown on all cores; their distribution, table and result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hidden truth of a rehearsed drop: drawn before, seen by no instrument, and what an evaluation is judged by."""
+"""The hidden truth of a rehearsed drop: drawn before it, and what an evaluation is compared with."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SERVO_GAIN_STD = 0.002
 _SERVO_OFFSET_STD_RAD = np.deg2rad(0.1)
 """What calibrating a servo leaves (docs/servos.md)."""
 _SERVO_OVERSHOOT_DEG = (0.1, 0.5)
-"""Between these: assumed, nobody has measured the robot's."""
+"""Between these; assumed, not measured on the robot."""
 
 
 @dataclass(frozen=True, eq=False)
