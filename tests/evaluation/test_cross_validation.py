@@ -60,7 +60,7 @@ def test_a_drop_of_another_robot_is_found_out() -> None:
 
 def test_drops_of_one_robot_agree_and_are_not_widened() -> None:
     found = combine([fitted(seed, robot=ROBOT).fit for seed in SEEDS])
-    assert found.agree and found.doubt() == "" and found.widened_by == 1.0
+    assert found.agree and found.contradiction() == "" and found.widened_by == 1.0
     assert found.degrees_of_freedom == pytest.approx(18.0, abs=0.1), "nine of each drop, less nine"
     assert 0.01 < found.chance < 0.999
 
@@ -75,7 +75,7 @@ def test_drops_that_contradict_each_other_are_doubtful_and_their_deviations_cove
     assert found.widened_by == pytest.approx(np.sqrt(found.chi_square / found.degrees_of_freedom))
     assert found.widened_by > 2.0
     np.testing.assert_allclose(found.std, found.widened_by * before.std)
-    assert "contradict each other" in found.doubt() and "DOUBTFUL" in found.doubt()
+    assert "contradict each other" in found.contradiction() and "DOUBTFUL" in found.contradiction()
     # A drop that tells nothing contradicts nobody.
     silent = replace(
         first, information=1e-9 * first.information, right_hand_side=1e-9 * shifted.right_hand_side

@@ -14,7 +14,7 @@ import pytest
 
 from tests.report.conftest import Opener
 from tests.report.reported_drop import MADE, drop_of, evaluated, folder, numbers, plots, reported, table
-from tfsat_host.evaluation.checks.check import judged
+from tfsat_host.evaluation.checks.check import Kind
 from tfsat_host.evaluation.com_fit.paper_swarm import swarm_fit
 from tfsat_host.evaluation.evaluation import evaluate
 from tfsat_host.evaluation.result.model import significance, worth_of
@@ -91,8 +91,10 @@ def test_bouncing_switches_are_one_event_each_and_holes_are_shown() -> None:
 
 def test_failed_checks_stand_first_with_their_cause() -> None:
     found = evaluated()
-    bad = judged("the earth is flat", 3.0, 1.0, "sigma", "It is not.").caused_by(
-        "a wrong map", "Buy a globe."
+    bad = (
+        Kind("the earth is flat", "sigma", ())
+        .judged(3.0, 1.0, "It is not.")
+        .caused_by("a wrong map", "Buy a globe.")
     )
     drop = drop_of(replace(found, checks=(*found.checks, bad)))
     first = table(drop, "Integrity checks")["rows"][0]
@@ -117,7 +119,9 @@ def test_passed_checks_are_folded(drop: Any) -> None:
 def test_when_nearly_everything_fails_no_single_cause_is_named() -> None:
     found = evaluated()
     failed = tuple(
-        judged(check.name, 3.0, 1.0, "sigma", f"{check.name} is off.").caused_by("a loose wire", "Solder it.")
+        Kind(check.name, "sigma", ())
+        .judged(3.0, 1.0, f"{check.name} is off.")
+        .caused_by("a loose wire", "Solder it.")
         for check in found.checks
     )
     reasons = drop_of(replace(found, checks=failed))["verdict"]["reasons"]

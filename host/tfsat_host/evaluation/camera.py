@@ -50,9 +50,8 @@ from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import FloatArray, IntArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.clock_fit import ClockFit
 from tfsat_host.protocol.limits import MAX_STROKES
@@ -249,7 +248,7 @@ class LaserTracks:
 
     path: Path
     t_s: FloatArray
-    spot: NDArray[np.int64]
+    spot: IntArray
     along_m: FloatArray
     up_m: FloatArray
     std_m: FloatArray

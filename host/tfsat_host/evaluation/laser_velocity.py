@@ -26,11 +26,10 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 from scipy.special import stdtrit
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.errors import TfsatError
 from tfsat_host.evaluation.camera import LaserTracks
 from tfsat_host.plan.facility import DropTower, permissible_transversal_velocity_mm_s
@@ -284,7 +283,7 @@ class _Equations(NamedTuple):
     """
 
     t_s: FloatArray
-    series: NDArray[np.int64]
+    series: IntArray
     place_m: FloatArray
     std_m: FloatArray
     toward: FloatArray

@@ -14,9 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.apply import ACCEL_SCALE_STD, Calibrated
 from tfsat_host.dynamics.multibody import Multibody
 from tfsat_host.dynamics.poses import poses
@@ -280,7 +279,7 @@ class AtRest:
     rms_g: float
 
     @classmethod
-    def of(cls, samples: Calibrated, rows: NDArray[np.bool_], index: int) -> AtRest | None:
+    def of(cls, samples: Calibrated, rows: BoolArray, index: int) -> AtRest | None:
         """Of the IMU with that index; None without enough valid samples."""
         force, std = forces_g(samples, rows, index)
         if len(force) < LEAST_SAMPLES:
@@ -288,7 +287,7 @@ class AtRest:
         return cls(force.mean(axis=0), std.mean(axis=0), rms_g(force))
 
 
-def forces_g(samples: Calibrated, rows: NDArray[np.bool_], index: int) -> tuple[FloatArray, FloatArray]:
+def forces_g(samples: Calibrated, rows: BoolArray, index: int) -> tuple[FloatArray, FloatArray]:
     """(k, 3) valid forces of a body that are not clipped, and their deviations, g."""
     force = samples.specific_force_m_s2[:, index]
     good = rows & np.isfinite(force).all(axis=1) & ~samples.clipped[:, index]

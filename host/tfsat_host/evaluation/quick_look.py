@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.motion.attitude import integrate_rates, reorientation_deg
 from tfsat_host.evaluation.motion.samples import EvaluationError
 from tfsat_host.robot import RobotModel
@@ -87,9 +86,7 @@ def quick_look(log: DropLog, model: RobotModel, *, until_s: float) -> QuickLook:
     )
 
 
-def _joint_changes(
-    log: DropLog, model: RobotModel, rest: NDArray[np.bool_], fall: NDArray[np.bool_]
-) -> FloatArray:
+def _joint_changes(log: DropLog, model: RobotModel, rest: BoolArray, fall: BoolArray) -> FloatArray:
     """(3,) largest excursion of each joint in the fall, by its first angle sensor."""
     angles = np.unwrap(log.sensor_angle_rad, axis=0)
     changes = np.zeros(model.n_joints)

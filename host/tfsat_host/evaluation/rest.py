@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.calibration.apply import apply_calibration
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
@@ -144,7 +143,7 @@ def hanging_before_release(log: DropLog, calibration: Calibration, model: RobotM
     )
 
 
-def _means(rates: FloatArray, edges: NDArray[np.int64]) -> FloatArray:
+def _means(rates: FloatArray, edges: IntArray) -> FloatArray:
     """(blocks, 4, 3); NaN where nothing answered."""
     known = np.isfinite(rates)
     counts = np.add.reduceat(known.astype(np.int64), edges, axis=0)

@@ -148,7 +148,7 @@ class Comparison:
         fits = [drop.fit for drop in trusted(drops)]
         self.combined: Combined | None = combine(fits) if fits else None
         self.left_out: tuple[LeftOut, ...] = cross_validate(drops)
-        doubt = "" if self.combined is None else self.combined.doubt()
+        doubt = "" if self.combined is None else self.combined.contradiction()
         self.doubts: tuple[str, ...] = (doubt,) if doubt else ()
         self.remarks: tuple[str, ...] = (*self.doubts, *left_aside(drops))
 

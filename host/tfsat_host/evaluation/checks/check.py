@@ -60,22 +60,15 @@ class Kind(NamedTuple):
 
     def judged(self, value: float, threshold: float, sentence: str) -> Check:
         """Failed if the value is above the threshold, or no number; its cause is then unknown as yet."""
-        return judged(self.name, value, threshold, self.unit, sentence, self.protects)
+        if value <= threshold:
+            return Check(self.name, "passed", value, threshold, self.unit, sentence, protects=self.protects)
+        look = "Look at the samples: tfsat-host decode"
+        return Check(self.name, "failed", value, threshold, self.unit, sentence, UNKNOWN, look, self.protects)
 
     def not_possible(self, why: str) -> Check:
         """The data do not allow the check."""
         nan = float("nan")
         return Check(self.name, "not possible", nan, nan, self.unit, why, protects=self.protects)
-
-
-def judged(
-    name: str, value: float, threshold: float, unit: str, sentence: str, protects: tuple[str, ...] = ()
-) -> Check:
-    """See `Kind.judged`."""
-    if value <= threshold:
-        return Check(name, "passed", value, threshold, unit, sentence, protects=protects)
-    look = "Look at the samples: tfsat-host decode"
-    return Check(name, "failed", value, threshold, unit, sentence, UNKNOWN, look, protects)
 
 
 def z_limit(numbers: int) -> float:

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics.momentum import locked_inertia
 from tfsat_host.evaluation.com_fit.momentum import Derivatives, Flown, derivatives, inertial_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
@@ -65,7 +64,7 @@ class ModelFit:
     widening: float
     steps: int
     converged: bool
-    at_bound: NDArray[np.bool_]
+    at_bound: BoolArray
     derivatives: Derivatives
 
     @property

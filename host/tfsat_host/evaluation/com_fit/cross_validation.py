@@ -91,7 +91,7 @@ class Combined:
         """What the standard deviations were multiplied with: the Birge ratio; 1 if the drops agree."""
         return _birge_ratio(self.chi_square, self.degrees_of_freedom)
 
-    def doubt(self) -> str:
+    def contradiction(self) -> str:
         """Why it is not to be trusted, a sentence or more; empty if the drops agree."""
         if self.agree:
             return ""

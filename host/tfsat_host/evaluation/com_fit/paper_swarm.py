@@ -16,10 +16,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize as descend
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.evaluation.com_fit.com_fit import ModelFit
 from tfsat_host.evaluation.com_fit.momentum import PAPER_SIZE, Flown, averaged_momentum
 from tfsat_host.evaluation.com_fit.offsets import Offsets
@@ -76,7 +75,7 @@ class SwarmFit:
     objective_below: float
     each: FloatArray
     each_objective: FloatArray
-    at_bound: NDArray[np.bool_]
+    at_bound: BoolArray
     gauss_newton: FloatArray
     particles: int
     iterations: int

@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 from math import cos, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tfsat_host.angles import wrapped
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.dynamics import momentum as conserved
 from tfsat_host.dynamics.euler import euler_zyx_by_turn, euler_zyx_rad
 from tfsat_host.dynamics.multibody import Multibody
@@ -48,7 +47,7 @@ class Prediction:
     attitude: FloatArray
 
 
-def initial_momentum(body: Multibody, flown: Flown, quiet: NDArray[np.bool_]) -> FloatArray:
+def initial_momentum(body: Multibody, flown: Flown, quiet: BoolArray) -> FloatArray:
     """(3,) mean over the quiet samples before the first stroke, inertial axes."""
     return np.asarray(inertial_momentum(body, flown)[quiet].mean(axis=0))
 
@@ -64,8 +63,7 @@ def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction
     inverse = np.linalg.inv(conserved.locked_inertia(body, flown.angles_rad))
     joints = conserved.joint_momentum(body, flown.angles_rad) @ flown.joint_rate_rad_s[..., None]
     driven = -(inverse @ joints)[..., 0]
-    rates, attitudes = np.empty_like(driven), np.empty((len(driven), 3, 3))
-    attitude = np.eye(3)
+    rates, attitude = np.empty_like(driven), np.eye(3)
     for k in range(len(driven)):
         if k:
             step_s = flown.t_s[k] - flown.t_s[k - 1]
@@ -73,7 +71,6 @@ def predicted(body: Multibody, flown: Flown, momentum: FloatArray) -> Prediction
             ahead = inverse[k] @ (attitude.T @ momentum) + driven[k]
             attitude = attitude @ _turn(0.5 * step_s * (rates[k - 1] + ahead))
         rates[k] = inverse[k] @ (attitude.T @ momentum) + driven[k]
-        attitudes[k] = attitude
     return Prediction(momentum, rates, integrate_rates(flown.t_s, rates).as_matrix())
 
 
@@ -162,7 +159,7 @@ def difference_covariance(
     body: int,
     found: Derivatives,
     errors: FloatArray,
-    quiet: NDArray[np.bool_],
+    quiet: BoolArray,
     *,
     fitted: bool,
 ) -> FloatArray:
@@ -251,7 +248,7 @@ class Driven:
 
     flown: Flown
     rotation: FloatArray
-    quiet: NDArray[np.bool_]
+    quiet: BoolArray
     lag: Lag
     offsets: Offsets
 

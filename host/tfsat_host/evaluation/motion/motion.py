@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tfsat_host.arrays import FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.joint_sensors import sensor_columns
 from tfsat_host.calibration.steps.low_pass import LowPass
@@ -162,7 +161,7 @@ class InitialRate:
     std_rad_s: FloatArray
 
 
-def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> NDArray[np.bool_]:
+def quiet_samples(t_s: FloatArray, first_stroke_s: float) -> BoolArray:
     """(n,) after the release has settled and before the first stroke; at least a few."""
     quiet = (t_s >= SETTLED_S) & (t_s < first_stroke_s - BEFORE_STROKE_S)
     if quiet.sum() < LEAST_SAMPLES:

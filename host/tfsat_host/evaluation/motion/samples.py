@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from tfsat_host.arrays import BoolArray, FloatArray
+from tfsat_host.arrays import BoolArray, FloatArray, IntArray
 from tfsat_host.calibration.apply import apply_calibration, weightless
 from tfsat_host.calibration.certificate.certificate import Calibration
 from tfsat_host.calibration.sensors.gyro import GyroCalibration
@@ -41,8 +40,8 @@ GREATEST_GAP_S = 0.1
 class Blocks(NamedTuple):
     """Samples in blocks of time: the first sample of each, and how many it holds; (blocks,) each."""
 
-    edges: NDArray[np.int64]
-    counts: NDArray[np.int64]
+    edges: IntArray
+    counts: IntArray
 
     @classmethod
     def of(cls, t_s: FloatArray, length_s: float) -> Blocks:
