@@ -12,7 +12,7 @@ import pytest
 from tests.evaluation.run_folder import CERTIFICATE, made_drop, made_folder
 from tfsat_host.calibration.certificate.file import read_calibration
 from tfsat_host.errors import TfsatError
-from tfsat_host.evaluation.checks.check import judged
+from tfsat_host.evaluation.checks.check import Kind
 from tfsat_host.evaluation.com_fit.prediction import UNEXPLAINED
 from tfsat_host.evaluation.evaluation import Evaluation, evaluate
 from tfsat_host.evaluation.laser_velocity import ReleaseVelocity, Velocity
@@ -43,7 +43,7 @@ def test_a_good_drop_has_no_reasons() -> None:
 
 
 def test_failed_checks_are_counted() -> None:
-    failed = [judged(f"check {n}", 2.0, 1.0, "deg", f"It is {n}.") for n in (1, 2)]
+    failed = [Kind(f"check {n}", "deg", ()).judged(2.0, 1.0, f"It is {n}.") for n in (1, 2)]
     verdict = verdict_of(replace(good(), checks=(*good().checks, *failed)))
     assert verdict.level == "doubtful" and verdict.sentence == "2 checks failed."
     assert verdict.reasons == ("It is 1.", "It is 2.")
@@ -147,7 +147,9 @@ def test_a_correction_that_only_spoils_a_good_model() -> None:
 
 
 def test_reasons_of_several_kinds_are_all_named_once() -> None:
-    found = replace(good(), notes=("One.", "One."), checks=(judged("check", 2.0, 1.0, "deg", "One."),))
+    found = replace(
+        good(), notes=("One.", "One."), checks=(Kind("check", "deg", ()).judged(2.0, 1.0, "One."),)
+    )
     verdict = verdict_of(found)
     assert verdict.sentence == "1 check failed; something stands in for data that is missing."
     assert verdict.reasons == ("One.",)
