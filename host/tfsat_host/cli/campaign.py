@@ -98,9 +98,8 @@ def _show_list(drops: Sequence[dict[str, Any]], out: Output) -> None:
         show_rows(LISTED, drops, out)
     else:
         out.line("No drops yet.")
-    for drop in drops:
-        for sentence in drop["changes"]:
-            out.line(f"CHANGED   drop {drop['number']}: {printable(sentence)}")
+    for number, sentence in ((drop["number"], one) for drop in drops for one in drop["changes"]):
+        out.line(f"CHANGED   drop {number}: {printable(sentence)}")
 
 
 def _report(args: argparse.Namespace, out: Output) -> int:
@@ -122,13 +121,11 @@ def _show_report(made: CampaignReport, out: Output) -> None:
     for robot in made.robots:
         if robot.compared is not None:
             out.line(f"The drops of the {robot.name} together:")
-            tables = robot.compared.tables([f"drop {number}" for number in robot.numbers])
-            show_comparison(tables, robot.compared.remarks, out)
+            show_comparison(robot.tables(), robot.compared.remarks, out)
     out.line("No report was written." if made.page is None else f"Written  {printable(made.page)}")
 
 
 def _warned(sentences: Sequence[str], out: Output) -> int:
     """The exit code of a command that has these to say."""
-    for sentence in sentences:
-        out.warn(sentence)
+    out.warn_each(sentences)
     return DataLossError.exit_code if sentences else 0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tfsat_host import quantity
 from tfsat_host.crash import bug_error
 from tfsat_host.errors import TfsatError
 from tfsat_host.file_hash import sha256_of
@@ -47,6 +48,11 @@ class OfOneRobot:
     name: str
     numbers: tuple[int, ...]
     compared: Comparison | None
+
+    def tables(self) -> list[quantity.Table]:
+        """What the drops say together, for people; none of a single drop."""
+        names = [f"drop {number}" for number in self.numbers]
+        return [] if self.compared is None else self.compared.tables(names)
 
     def as_dict(self) -> dict[str, Any]:
         """For `--json`."""
