@@ -1,7 +1,5 @@
 // The release detector judges by when the edges came, not by how often the main loop came round. What the rule makes
 // of edges is held against the decoder's in tests/sdlog/test_release.py; here: loops, clocks, levels, counts.
-#include <algorithm>
-
 #include "bench.h"
 
 using namespace tfsat::sequencer;
@@ -14,7 +12,6 @@ using tfsat_test::Random;
 namespace {
 
 constexpr tick_t kAfterwards = 300 * kTicksPerMs;
-constexpr tick_t kDebounce = kReleaseDebounceUs * kTicksPerUs;
 
 struct Told {
   bool released;
@@ -74,36 +71,6 @@ Contact at_us(uint32_t us, uint8_t index, bool open) { return {us * kTicksPerUs,
 bool same(const Told& a, const Told& b) {
   return a.released == b.released && a.at == b.at && a.earlier == b.earlier && a.later == b.later &&
          a.knocks == b.knocks && a.bounces == b.bounces && a.false_at.size() == b.false_at.size();
-}
-
-// Both contacts open with chatter of less than the debounce; in order of time.
-std::vector<Contact> opening(Random& random, tick_t from) {
-  std::vector<Contact> contacts;
-  for (uint8_t index = 0; index < 2; ++index) {
-    tick_t at = from + draw(random, 0, 8 * kTicksPerMs);
-    contacts.push_back({at, index, true});
-    for (tick_t left = draw(random, 0, 10); left > 0; --left) {
-      at += draw(random, 1, kTicksPerMs / 2);
-      contacts.push_back({at, index, false});
-      at += draw(random, 1, kTicksPerMs / 2);
-      contacts.push_back({at, index, true});
-    }
-  }
-  std::stable_sort(contacts.begin(), contacts.end(),
-                   [from](const Contact& a, const Contact& b) {
-                     return a.at - from < b.at - from;
-                   });
-  return contacts;
-}
-
-// When both first were open.
-tick_t both_open_at(const std::vector<Contact>& contacts) {
-  bool open[2] = {false, false};
-  for (const Contact& contact : contacts) {
-    open[contact.index] = contact.open;
-    if (open[0] && open[1]) return contact.at;
-  }
-  return 0;
 }
 
 }  // namespace
@@ -183,64 +150,4 @@ TEST_CASE(knocks_are_counted_up_to_65535) {
     detector.poll(t, 0);
   }
   CHECK(detector.knocks() == 65535);
-}
-
-TEST_CASE(releases_with_bounce_start_at_the_second_opening) {
-  Random random(59);
-  tick_t slowest = 0;
-  for (int round = 0; round < 4000; ++round) {
-    FakeSwitches switches;
-    ReleaseDetector detector;
-    tick_t now = draw(random, 0, 0xFFFFFFFF);
-    detector.reset(now, 0);
-    const std::vector<Contact> contacts = opening(random, now + draw(random, 1, 100 * kTicksPerMs));
-    const tick_t expected = both_open_at(contacts);
-    const tick_t longest_loop = draw(random, 20 * kTicksPerUs, kTicksPerMs);
-    size_t next = 0;
-    bool released = false;
-    while (!released && now - expected + 0x40000000u < 0x40000000u + 100 * kTicksPerMs) {
-      now += draw(random, 20 * kTicksPerUs, longest_loop);
-      for (; next < contacts.size() && !tick_before(now, contacts[next].at); ++next) {
-        switches.set(contacts[next].index, contacts[next].open, contacts[next].at);
-      }
-      SwitchEdge edge;
-      while (switches.take_edge(edge)) detector.on_edge(edge);
-      released = detector.poll(now, switches.levels()) == ReleaseDetector::Verdict::kReleased;
-      if (!released) continue;
-      CHECK(next == contacts.size());
-      CHECK(detector.released_at() == expected);
-      CHECK(now - contacts.back().at >= kDebounce);
-      slowest = std::max(slowest, now - contacts.back().at);
-    }
-    CHECK(released && detector.knocks() == 0);
-    CHECK(detector.poll(now + kDebounce, 3) == ReleaseDetector::Verdict::kNone);  // told once
-  }
-  std::printf("  certain at the latest %.3f ms after the last edge\n", slowest / 2000.0);
-  CHECK(slowest <= kDebounce + kTicksPerMs);
-}
-
-// Chatter of any kind that never keeps both open for the debounce.
-TEST_CASE(no_release_without_the_debounce) {
-  Random random(70);
-  for (int round = 0; round < 2000; ++round) {
-    FakeSwitches switches;
-    ReleaseDetector detector;
-    tick_t now = draw(random, 0, 0xFFFFFFFF);
-    detector.reset(now, 0);
-    tick_t both_since = now;
-    for (int step = 0; step < 400; ++step) {
-      now += draw(random, 20 * kTicksPerUs, kTicksPerMs / 2);
-      const bool overdue = switches.open == 3 && now - both_since > kDebounce - kTicksPerMs;
-      if (overdue || draw(random, 0, 3) == 0) {
-        const uint8_t index = static_cast<uint8_t>(draw(random, 0, 1));
-        switches.set(index, (switches.open & (1 << index)) == 0, now);
-        both_since = now;
-      }
-      SwitchEdge edge;
-      while (switches.take_edge(edge)) {
-        CHECK(detector.on_edge(edge) == ReleaseDetector::Verdict::kNone);
-      }
-      CHECK(detector.poll(now, switches.levels()) == ReleaseDetector::Verdict::kNone);
-    }
-  }
 }
