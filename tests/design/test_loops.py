@@ -1,6 +1,8 @@
-"""All sequences at once, from the edges of a box, against each sequence walked stroke by stroke."""
+"""In which order joints may move in a closed loop, and all sequences at once against each walked stroke by stroke."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tfsat_host.dynamics import Multibody, path_rotation
 from tfsat_host.dynamics.stroke import STEPS
-from tfsat_host.plan.loops import Loops, best_sequence, sequences
+from tfsat_host.plan.loops import Loops, backwards, best_sequence, classes, sequences, written
 from tfsat_host.robot import RobotModel
 
 ALPHA_DEG = np.array([[58.75, 40.0, 0.0], [70.29, 90.0, 30.0], [0.0, 55.0, 81.0]])
@@ -50,3 +52,36 @@ def test_the_quadrature_is_right_to_a_fifth_of_a_millidegree(drop_tower: RobotMo
     rough = Loops(body, (0, 1, 2), sequences(3)).rotations(alpha)
     fine = Loops(body, (0, 1, 2), sequences(3), steps=10).rotations(alpha)
     assert np.degrees(2.0 * np.abs(rough - fine).max()) < 2e-4
+
+
+@pytest.mark.parametrize(("joints", "count"), [(1, 0), (2, 2), (3, 30), (4, 864)])
+def test_how_many_sequences_there_are(joints: int, count: int) -> None:
+    """The paper's figure shows 30 for three joints."""
+    assert len(sequences(joints)) == count
+    assert len(set(sequences(joints))) == count
+    assert 2 * len(classes(joints)) == count
+
+
+def test_every_joint_opens_once_and_closes_later_but_not_at_once() -> None:
+    for sequence in sequences(3):
+        assert sorted(sequence) == [-3, -2, -1, 1, 2, 3]
+        for joint in (1, 2, 3):
+            assert sequence.index(joint) < sequence.index(-joint)
+        assert all(after != -before for before, after in pairwise(sequence))
+
+
+def test_backwards_is_a_sequence_too_and_its_own_inverse() -> None:
+    for sequence in sequences(3):
+        assert backwards(sequence) in sequences(3)
+        assert backwards(sequence) != sequence
+        assert backwards(backwards(sequence)) == sequence
+
+
+def test_a_class_holds_a_sequence_and_the_one_that_undoes_it() -> None:
+    both = {*classes(3), *(backwards(s) for s in classes(3))}
+    assert both == set(sequences(3))
+
+
+def test_a_sequence_is_written_as_people_read_it() -> None:
+    assert written((3, 2, 1, -2, -3, -1)) == "+3 +2 +1 -2 -3 -1"  # the paper's example
+    assert (3, 2, 1, -2, -3, -1) in sequences(3)

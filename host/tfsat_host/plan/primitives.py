@@ -125,7 +125,7 @@ class PrimitiveTable:
     def best_rate_about(self, rotation: FloatArray) -> float:
         """Greatest average rate in rad/s of a loop about the axis of a rotation (4,); 0 if that has no axis.
 
-        What the loop turns about other axes besides is not counted.
+        Its rotation about other axes is not counted.
         """
         vector = quaternion.logarithm(rotation)
         angle = float(np.linalg.norm(vector))

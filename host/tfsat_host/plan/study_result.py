@@ -60,7 +60,7 @@ _KIND_COLUMNS: Columns = (
 
 
 def document(study: Study, found: Derivatives, linear: LinearSpread, summed: Summary) -> dict[str, Any]:
-    """The object of `--json`, less what the command knows besides."""
+    """The object of `--json`, without what only the command knows."""
     sources = _rows(
         source=study.sources.names,
         kind=study.sources.kinds,

@@ -173,7 +173,7 @@ def _shown(value: float, unit: str) -> str:
 
 
 def document(tower: DropTower, envelope: Envelope, checks: Sequence[Check]) -> dict[str, Any]:
-    """The object of `--json`, less what the command knows besides."""
+    """The object of `--json`, without what only the command knows."""
     permissible = permissible_transversal_velocities(envelope, tower.envelope_radius_mm, tower.fall_s)
     names = "max_radius_mm max_radius_t_s max_radius_body folded_radius_mm height_mm"
     return {
