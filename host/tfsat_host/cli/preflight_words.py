@@ -46,7 +46,7 @@ def show(
     emulated: bool,
 ) -> None:
     """The table, the reasons with what to do, and the verdict last."""
-    out.table(("check", "", "what was found"), [(one.name, _word(one), said) for one, said in _once(checks)])
+    out.table(("check", "", "what was found"), [(one.name, _word(one), text) for one, text in _once(checks)])
     wrong = [one for one in checks if one.blocks and not one.follows]
     waiting = sum(one.blocks and one.follows for one in checks)
     # What was found wrong first: what could not be made often follows from it.
@@ -72,12 +72,12 @@ def show(
 
 
 def _once(checks: Sequence[PreflightCheck]) -> Iterator[tuple[PreflightCheck, str]]:
-    """Each with its sentence; where one above said the same, with where to look instead."""
+    """Each with its sentence; where it stands above already, with where to look instead."""
     first: dict[str, str] = {}
     for one in checks:
-        said = first.setdefault(one.sentence, one.name)
+        name = first.setdefault(one.sentence, one.name)
         see = one.next_step if one.follows else ""
-        yield one, f"{one.sentence} {see}".strip() if said == one.name else see or f"{SEE}{said}."
+        yield one, f"{one.sentence} {see}".strip() if name == one.name else see or f"{SEE}{name}."
 
 
 def _next(evidence: Evidence, args: argparse.Namespace) -> str:

@@ -33,7 +33,7 @@ def arm_refusal(
         status: The board's state now.
         maneuver: What would fly.
         settings: The servo settings in force.
-        joints_cdeg: Measured angles of joints 1 to 3, 0.01 deg, if somebody measured them. A report that
+        joints_cdeg: Measured angles of joints 1 to 3, 0.01 deg, if they were measured. A report that
             the board has from another host is not known here.
     """
     if status.state == SequencerState.FAULT:

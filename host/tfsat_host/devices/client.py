@@ -353,7 +353,7 @@ class Client:
 
 
 class BoardClient:
-    """A board of one kind at the other end of a link, once it has said who it is."""
+    """A board of one kind at the other end of a link, identified."""
 
     board: ClassVar[Board]
 

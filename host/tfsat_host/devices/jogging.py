@@ -193,7 +193,7 @@ class JogClient(SequencerClient):
 
         Raises:
             BoardRefusal: the board was not safe.
-            JogError: the board ended the jog by itself, did not bring the joint to its end, or did not say
+            JogError: the board ended the jog, did not bring the joint to its end, or did not say
                 that it let go.
             NoAnswer: the first order was not answered; the joint was let go.
         """

@@ -80,7 +80,7 @@ class LoggerClient(BoardClient):
 
         Raises:
             CardError: the card failed.
-            TfsatError: somebody ended the recording, or the card took nothing for START_TIMEOUT_S.
+            TfsatError: the recording was ended, or the card took nothing for START_TIMEOUT_S.
         """
         deadline = self.now_s() + START_TIMEOUT_S
         while True:
@@ -256,7 +256,7 @@ def card_is_bad(status: msg.LoggerStatusReply) -> bool:
 
 
 def file_was_full(status: msg.LoggerStatusReply) -> bool:
-    """The last recording ended by itself since its file had no more room; the card may have plenty."""
+    """The last recording ended because its file had no more room; the card may have plenty."""
     return status.state == LoggerState.STOPPED and status.error == ErrorCode.CARD_FULL
 
 

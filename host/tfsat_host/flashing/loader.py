@@ -17,7 +17,7 @@ MARKS = 50
 """Of `#` in one bar of avrdude."""
 TEENSY_LOADER = "teensy_loader_cli"
 TEENSY_TIMEOUT_S = 60.0
-"""Erasing and writing takes some 3 s; somebody may have to find the board's button."""
+"""Erasing and writing takes some 3 s; it may take a person to press the board's button."""
 AGAIN = {board: f"tfsat-host flash {board} --force" for board in ("sequencer", "logger")}
 
 _LAST_LINES = 6

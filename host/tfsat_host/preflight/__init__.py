@@ -1,4 +1,4 @@
-"""GO or NO-GO on the morning of a drop: evidence from both boards and the run's files, and what each check makes of it.
+"""GO or NO-GO before a drop: evidence from both boards and the run's files, and what each check makes of it.
 
 `boards` and `logger` collect the evidence through the devices' clients, and `checks` makes of it what a person reads.
 Knows nothing of ports, terminals or folders.
