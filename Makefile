@@ -103,7 +103,7 @@ logger-report: toolchain venv  ## try the logger's core on a failing card in ful
 	@$(BIN)/python -m tests.logger_proof
 
 .PHONY: calibration-report
-calibration-report: compiler venv  ## calibrate a hundred emulated robots (a quarter of an hour) and write docs/calibration-proof.md
+calibration-report: compiler venv  ## calibrate thirty emulated robots (minutes) and write docs/calibration-proof.md
 	$(call say,how far calibrations are from the truth)
 	@$(BIN)/python -m tests.calibration_proof
 
@@ -114,8 +114,10 @@ evaluation-report: compiler venv  ## evaluate a hundred emulated drops (a quarte
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation_proof
 
 .PHONY: prove
-prove: toolchain compiler venv firmware  ## plant defects that the suite must see, compute pages once more (an hour)
-	$(call say,planted defects and pages)
+prove: toolchain compiler venv firmware  ## bring proof pages up to date, plant defects that the suite must see (an hour or two)
+	$(call say,proof pages)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.proof
+	$(call say,planted defects and wide grids)
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m prove
 	$(call say,a defect in each package of the host)
 	@$(BIN)/python -m tests.planted

@@ -1,4 +1,4 @@
-"""docs/calibration-proof.md: how far a hundred calibrations were from the truth, and whether they knew it."""
+"""docs/calibration-proof.md: how far calibrations were from the truth, and whether they knew it."""
 
 from __future__ import annotations
 

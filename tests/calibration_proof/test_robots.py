@@ -1,6 +1,6 @@
 """A calibration finds what is wrong with a robot that nobody has calibrated, and how sure it is.
 
-The full campaign of a hundred robots is `make calibration-report`; these are some of them again.
+The full campaign is `make calibration-report`; these are some of them again.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from rich.progress import track
 from tests.evaluation_proof.campaign import Proof, prove
 from tests.evaluation_proof.page import files
 from tests.evaluation_proof.summary import judged
+from tests.proof.pages import seal
 from tfsat_host.emulated.build import ensure_built
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -32,6 +33,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page and its tables")
     arguments = parser.parse_args()
     ensure_built(progress=print)
+    proved = seal("evaluation-proof")
     seeds = range(1, arguments.robots + 1)
     with ProcessPoolExecutor(PROCESSES) as pool:
         shown = Console(stderr=True)
@@ -39,7 +41,7 @@ def main() -> int:
     for name, text in files(proofs).items():
         place = arguments.out / name
         place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="utf-8")
+        place.write_text(text + (proved if name.endswith(".md") else ""), encoding="utf-8")
     targets = judged(proofs)
     for target in targets:
         print(f"{target.what}: {target.found} of {target.wanted}: {'good' if target.met else 'MISSED'}")

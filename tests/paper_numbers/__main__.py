@@ -10,6 +10,7 @@ from tests.paper_numbers.maneuver_rows import SEEDS, maneuver_rows, schedule_row
 from tests.paper_numbers.orbit_rows import orbit_rows
 from tests.paper_numbers.page import HEAD, section
 from tests.paper_numbers.result_rows import result_rows
+from tests.proof.pages import seal
 from tfsat_host.plan.facility import load_tower
 from tfsat_host.robot import load_robot
 
@@ -38,7 +39,7 @@ def sections(*, quick: bool = False) -> list[str]:
 
 def main() -> int:
     """Writes the page."""
-    PAGE.write_text("\n".join([HEAD, *sections()]), encoding="utf-8")
+    PAGE.write_text(HEAD + "\n".join([seal("paper-numbers"), *sections()]), encoding="utf-8")
     print(f"wrote {PAGE.relative_to(REPOSITORY)}")
     return 0
 

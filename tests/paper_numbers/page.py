@@ -10,9 +10,8 @@ HEAD = """\
 
 Written by `make paper-numbers`; do not edit. The paper is Kubo et al., *Model Evaluation of a Transformable CubeSat for
 Nonholonomic Attitude Reorientation Using a Drop Tower* (preprint doi:10.48550/arXiv.2501.17173). Ours are computed from
-[drop_tower.toml](../robots/drop_tower.toml), [cubesat_3u.toml](../robots/cubesat_3u.toml) and
-[cosmotorre.toml](../robots/cosmotorre.toml). A difference is ours less the paper's. *Same*: equal in every digit that
-the paper prints. *Given*: not determined by the paper's inputs, only used.
+the files of [robots](../robots). A difference is ours less the paper's. *Same*: equal in every digit that the paper
+prints. *Given*: not determined by the paper's inputs, only used.
 """
 
 
