@@ -173,7 +173,7 @@ def test_an_evaluation_that_is_none_is_named_in_words(
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("report.html", "it can be made anew"),
+        ("report.html", "it can be made again"),
         ("run/notes.txt", "The raw log run/SD.bin is whole"),
         ("run/SD.bin", "decode uses every block of it that is whole"),
     ],
@@ -245,7 +245,7 @@ def test_a_certificate_is_computed_from_its_recordings(calibrated: Path) -> None
     said = result("reproduce", ARCHIVE)
     assert (said["same"], said["complete"], said["incomplete"]) == (True, True, [])
     again = calibration_in(said)
-    assert again["differences"] == [] and "computed anew from 3 recordings" in again["sentence"]
+    assert again["differences"] == [] and "recomputed from 3 recordings" in again["sentence"]
 
 
 def test_values_that_the_recordings_do_not_give_are_named(calibrated: Path) -> None:

@@ -90,7 +90,7 @@ def test_the_certificate_of_the_drop_is_found_among_the_recordings(tfsat_host: R
     result = tfsat_host.json("decode", recorded(here))
     assert result["calibration"] == {"file": str(mine), "usable": True, "shortcomings": [], "sentences": []}
     done = tfsat_host("decode", recorded(here))
-    assert f"{present} was measured anew after this fall: {mine} is the certificate" in done.stderr
+    assert f"{present} was measured again after this fall: {mine} is the certificate" in done.stderr
     assert f"{mine} holds for this recording." in done.stderr
     assert len(read_calibration(present).landings) == 1
     assert read_calibration(mine).landings == (), "what was written once stays as it was"

@@ -21,7 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Put a drop into one archive: raw log, maneuver, certificate with its raw recordings, preflight, record, robot "
         "and facility, its evaluation and report as computed now, and with what. What is missing is named. The same "
-        "run gives the same bytes. `tfsat-host reproduce` computes it anew. Ends with 3 if something was lost."
+        "run gives the same bytes. `tfsat-host reproduce` recomputes it. Ends with 3 if something was lost."
     )
     add_run_arguments(parser)
     add_out(parser, "the archive (default: NAME.tfsat.zip in the current folder)")
@@ -73,4 +73,4 @@ def _show(made: Bundled, out: Output) -> None:
             out.line(f"Left out  {printable(name)} {printable(why)}.")
     if plain:
         out.line(f"Left out  {', '.join(map(printable, plain))}.")
-    out.line(f"To compute it anew: tfsat-host reproduce {shlex.quote(printable(target))}")
+    out.line(f"To recompute it: tfsat-host reproduce {shlex.quote(printable(target))}")

@@ -21,7 +21,7 @@ _SHOWN = 20
 def configure(parser: argparse.ArgumentParser) -> None:
     """The bundle, and where to unpack."""
     parser.description = (
-        "Unpack a bundle into a new folder, check every file's hash, compute calibration, evaluation and report anew "
+        "Unpack a bundle into a new folder, check every file's hash, recompute calibration, evaluation and report "
         "from the raw data, and say what differs, number by number. Ends with 0 if nothing does; with 3 if something "
         "does, was lost, was changed, or could not be computed; with 1 if the archive is damaged or not safe: then "
         "nothing is unpacked."

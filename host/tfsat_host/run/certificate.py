@@ -90,7 +90,7 @@ def hold_against(
         notified.warn(f"{sentence} It was passed over.")
     if used.path != file:
         notified.note(
-            f"{file} was measured anew after this fall: {used.path} is the certificate that was the newest at its "
+            f"{file} was measured again after this fall: {used.path} is the certificate that was the newest at its "
             "release."
         )
     recorded = time_of_day(log, log.origin_us)

@@ -265,7 +265,7 @@ def _damaged(manifest: Manifest, wrong: list[str], archive: Path) -> BundleError
     else:
         left = f"The raw log {recording} is whole{', as is all else' if count > len(wrong) + 1 else ''}."
     if set(wrong) <= {EVALUATION, REPORT, ENVIRONMENT}:
-        left += f" What is damaged is no evidence: {'it' if one else 'they'} can be made anew."
+        left += f" What is damaged is no evidence: {'it' if one else 'they'} can be made again."
     return BundleError(
         what=f"{len(wrong)} of {count} files in {archive} {'is' if one else 'are'} not what its manifest says: "
         f"{_listed(wrong)}.",

@@ -198,7 +198,7 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
     elif calibration.drawn:
         drawn = in_words(calibration.drawn)
         found.lack(
-            "raw data of some of the calibration", f"Nobody measured these, a rehearsal drew them: {drawn}."
+            "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn}."
         )
     for paper in calibration.papers:
         path, kept = folder / paper.file, f"{inside}/{paper.file}"

@@ -160,7 +160,7 @@ def reproduce(bundle: Path | str, folder: Path | str | None = None, notices: Not
     folder = Path(folder or bundle.name.removesuffix(".zip").removesuffix(".tfsat") + "-reproduced")
     with notices.progress("Unpacking and checking"):
         manifest, manifest_sha256 = unpack(bundle, folder)
-    with notices.progress(f"Computing {printable(manifest.name)} anew"):
+    with notices.progress(f"Recomputing {printable(manifest.name)}"):
         done = making.recompute(folder, manifest.name, manifest.evaluated)
         compared = (
             _evaluation(folder, done),
@@ -205,7 +205,7 @@ def _evaluation(folder: Path, done: Recomputed) -> ComparedPart:
             "evaluation", differs, f"The drop cannot be evaluated, {then}: {why}", refused=True
         )
     count = _numbers(done.evaluation)
-    return ComparedPart("evaluation", differs, f"{count} numbers were decoded and evaluated anew.")
+    return ComparedPart("evaluation", differs, f"{count} numbers were decoded and evaluated again.")
 
 
 def _report(folder: Path, done: Recomputed) -> ComparedPart:
@@ -225,7 +225,7 @@ def _report(folder: Path, done: Recomputed) -> ComparedPart:
         return ComparedPart("report", [Difference("report", "a page", NOT_THERE, None)], sentence)
     document = document_in(done.page)
     differs = _differences(bundled, document, REPORT_TOLERANCE)
-    return ComparedPart("report", differs, f"{_numbers(document)} numbers of the page were made anew.")
+    return ComparedPart("report", differs, f"{_numbers(document)} numbers of the page were made again.")
 
 
 def document_in(page: str) -> Any:
@@ -265,20 +265,20 @@ def _recalibrated(certificate: Path, model: RobotModel, name: str) -> ComparedPa
     recordings = beside if beside.is_dir() else certificate.parent
     drawn = f" Not recorded in a rehearsal, but drawn: {in_words(found.drawn)}." if found.drawn else ""
     if not found.papers:
-        why = "The certificate names no recordings: its values cannot be computed anew."
+        why = "The certificate names no recordings: its values cannot be recomputed."
         return ComparedPart("calibration", None, f"{name}: {why}{drawn}")
     try:
         evidence = [_evidence(recordings / paper.file, paper.sha256) for paper in found.papers]
         tried = [_solved_differently(found, evidence, model, landing) for landing in _landings(found)]
     except CalibrationError as error:
-        why = f"The calibration cannot be computed anew: {error.what}"
+        why = f"The calibration cannot be recomputed: {error.what}"
         return ComparedPart("calibration", None, f"{name}: {why}", lacking=True)
     of = f"{len(evidence)} recording{'' if len(evidence) == 1 else 's'}"
-    sentence, left = f"The calibration was computed anew from {of}.", []
+    sentence, left = f"The calibration was recomputed from {of}.", []
     if found.drawn:
         measured = measured_by(evidence)
         left = [one for one in DRAWABLE if one not in (*found.drawn, *measured)]
-        sentence = f"Computed anew from {of}: {in_words(measured)}.{drawn}"
+        sentence = f"Recomputed from {of}: {in_words(measured)}.{drawn}"
         sentence += f" Neither recorded nor drawn: {in_words(left)}." if left else ""
     return ComparedPart("calibration", min(tried, key=len), f"{name}: {sentence}", bool(left))
 

@@ -330,7 +330,7 @@ def _gone_or_other(folder: Path, drop: DropEntry, there: bool) -> str:
         what = f"cannot be read ({own}): only the index knows this drop"
         if not (place / DROP).exists():
             what = "is gone: only the index knows this drop"
-    again = f"tfsat-host campaign note {shlex.quote(str(folder))} {drop.number} writes it anew."
+    again = f"tfsat-host campaign note {shlex.quote(str(folder))} {drop.number} writes it again."
     return f"{place / DROP} {what}. {again}"
 
 
