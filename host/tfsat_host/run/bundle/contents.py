@@ -197,9 +197,7 @@ def _add_recordings(found: Collected, certificate: Path, name: str) -> None:
         found.lack(raw_data, "The certificate names no recordings that it was computed from.")
     elif calibration.drawn:
         drawn = in_words(calibration.drawn)
-        found.lack(
-            "raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn}."
-        )
+        found.lack("raw data of some of the calibration", f"Not measured, a rehearsal drew them: {drawn}.")
     for paper in calibration.papers:
         path, kept = folder / paper.file, f"{inside}/{paper.file}"
         if not path.is_file():
