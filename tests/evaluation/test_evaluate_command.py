@@ -224,10 +224,3 @@ def test_every_key_of_several_drops(run: Path) -> None:
     found = evaluate("run", "second", "--json").json
     assert found.keys() == {"made_by", "drops", "comparison"}
     check(tables("Of several drops:"), set(paths({"comparison": found["comparison"]})))
-
-
-def test_the_example_in_python_runs(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (example,) = re.findall(r"```python\n(.*?)```", DOCUMENT, flags=re.DOTALL)
-    assert (run / "SD.bin").is_file()
-    exec(compile(example, "docs/evaluation.md", "exec"), {})
-    assert len(capsys.readouterr().out.splitlines()) >= 4
