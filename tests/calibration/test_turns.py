@@ -61,7 +61,13 @@ ABOUT = "The robot was turned about another axis"
 @pytest.mark.parametrize(
     "row",
     [
-        case("180 deg", BY([180.0, 0.0] * 3), "0 deg, not of +360 deg", "Turn it by 360 deg", quick=False),
+        case(
+            "180 deg",
+            BY([180.0, 0.0] * 3),
+            " deg, not of +360 deg",
+            "Turn it by 360 deg, counter-clockwise",
+            quick=False,
+        ),
         case("270 deg", BY([270.0, 0.0] * 3), "Turn 1 was one of +2", "counter-clockwise"),
         case("400 deg", BY([400.0, 0.0] * 3), "Turn 1 was one of +", "Turn it by 360 deg", quick=False),
         case("the wrong way round", BY([-360.0, 0.0] * 3), "Turn 1 was one of -3", "counter-clockwise"),

@@ -10,7 +10,7 @@ HEAD = """\
 
 Written by `make paper-numbers`; do not edit. The paper is Kubo et al., *Model Evaluation of a Transformable CubeSat for
 Nonholonomic Attitude Reorientation Using a Drop Tower* (preprint doi:10.48550/arXiv.2501.17173). Ours are computed from
-the files of [robots](../robots). A difference is ours less the paper's. *Same*: equal in every digit that the paper
+the files of `robots/`. A difference is ours less the paper's. *Same*: equal in every digit that the paper
 prints. *Given*: not determined by the paper's inputs, only used.
 """
 
