@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 import tty
 from collections.abc import Callable, Iterator
 
 import pytest
+import serial
 
 from tests.devices.scripted import hello, reply
 from tfsat_host.devices.client import ATTEMPTS, Client, NoAnswer
@@ -123,6 +125,24 @@ def test_a_board_that_takes_nothing_is_an_error_and_no_wait_for_ever(
     monkeypatch.setattr(port._port, "write_timeout", 0.05)
     with pytest.raises(PortError, match="was lost: the board takes no bytes"):
         port.write(bytes(200_000))
+
+
+def test_a_program_that_was_frozen_in_a_write_has_written(
+    terminal: Terminal, port: SerialTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A computer may sleep between the write and pyserial's look at the clock, which then calls it a timeout."""
+    away_s = 0.0
+    write = os.write
+
+    def frozen(descriptor: int, data: bytes) -> int:
+        nonlocal away_s
+        away_s += 60
+        return write(descriptor, data)
+
+    monkeypatch.setattr(serial.serialutil.Timeout, "TIME", staticmethod(lambda: time.monotonic() + away_s))
+    monkeypatch.setattr(os, "write", frozen)
+    port.write(b"\x01\x02")
+    assert os.read(terminal.master, 10) == b"\x01\x02"
 
 
 def test_writing_does_not_wait_until_the_board_has_taken_the_bytes(

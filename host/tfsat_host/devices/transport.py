@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import select
 import time
 from typing import TYPE_CHECKING, Protocol
 
@@ -61,8 +63,11 @@ class SerialTransport:
         except OSError as error:
             import serial
 
-            silent = isinstance(error, serial.SerialTimeoutException)
-            raise self._lost("the board takes no bytes" if silent else _GONE) from error
+            if not isinstance(error, serial.SerialTimeoutException):
+                raise self._lost(_GONE) from error
+            if not self._takes_bytes():
+                raise self._lost("the board takes no bytes") from error
+            # pyserial calls it a timeout too where this program was frozen after the bytes had gone.
 
     def read(self, timeout_s: float) -> bytes:
         """What has arrived, at least a byte if one comes within `timeout_s`."""
@@ -78,6 +83,10 @@ class SerialTransport:
     def close(self) -> None:
         """Closes the port."""
         self._port.close()
+
+    def _takes_bytes(self) -> bool:
+        """Whether the port would take a byte now; only POSIX tells."""
+        return os.name == "posix" and bool(select.select([], [self._port.fileno()], [], 0)[1])
 
     def _lost(self, how: str) -> PortError:
         return PortError(
