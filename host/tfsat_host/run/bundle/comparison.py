@@ -4,7 +4,8 @@ Numbers that were computed twice from the same raw data are the same bit for bit
 packages. On another one, sums are taken in another order. So two numbers count as the same within a tolerance relative
 to the larger of the two or, in a list, to the largest of the list (where 1e-17 beside 1 means zero), or within an
 absolute one. Of sentences only the words with a digit count, in which decimals may differ by one in the last digit: a
-later version may say the same in other words. Names, flags and keys must be equal.
+later version may say the same in other words. All other texts, flags and keys must be equal; which keys have sentences
+is part of the tolerance.
 """
 
 from __future__ import annotations
@@ -23,19 +24,45 @@ _WHOLE_MAX = 10**300
 """Greater whole numbers are no float, and none of ours."""
 
 
+_SENTENCES = frozenset(
+    {
+        "sentence",
+        "sentences",
+        "reason",
+        "reasons",
+        "remark",
+        "remarks",
+        "notes",
+        "what",
+        "meaning",
+        "next_step",
+    }
+)
+_ON_A_PAGE = _SENTENCES | {
+    *("title", "label", "x_label", "y_label", "caption", "note", "words"),
+    *("columns", "rows", "row"),
+}
+
+
 class Tolerance(NamedTuple):
-    """How far two numbers may be apart: a share of the larger one, or that much; and whether names must be equal."""
+    """How far two results may be apart.
+
+    Attributes:
+        relative, absolute: Of two numbers: a share of the larger one, or that much.
+        sentences: The keys whose texts may say the same in other words.
+    """
 
     relative: float
     absolute: float
-    names: bool = True
+    sentences: frozenset[str] = _SENTENCES
 
 
 EVALUATION_TOLERANCE = Tolerance(1e-5, 1e-9)
 """Of results. Other kernels of the linear algebra (no AVX2, no FMA) move the directions of `identifiability` by up to
 4e-6 and everything else by less than 1e-6; the standard deviations are some 1e-4 of their values."""
-REPORT_TOLERANCE = Tolerance(1e-4, 1e-9, names=False)
-"""Of the page's curves, which are rounded to five digits of their span; its headings may be named otherwise."""
+REPORT_TOLERANCE = Tolerance(1e-4, 1e-9, _ON_A_PAGE)
+"""Of the page's curves, which are rounded to five digits of their span; its headings may be named otherwise, and what
+its tables say in words is compared in the evaluation."""
 CERTIFICATE_TOLERANCE = Tolerance(1e-6, 1e-12)
 """Of a calibration, which is written with twelve digits."""
 
@@ -59,45 +86,46 @@ class Difference:
 def differences(bundled: Any, recomputed: Any, tolerance: Tolerance) -> list[Difference]:
     """What differs in two JSON values; of lists and tables that are on one side only, how long they are."""
     try:
-        return list(_walk(bundled, recomputed, tolerance, "", 0.0))
+        return list(_walk(bundled, recomputed, tolerance, _Place("", "", 0.0)))
     except RecursionError:  # nothing of ours is nested so deeply: the other one is not of ours
         return [Difference("", "nested too deeply", "a result", None)]
 
 
-def _walk(one: Any, two: Any, tolerance: Tolerance, key: str, scale: float) -> Iterator[Difference]:
+class _Place(NamedTuple):
+    """Where the walk is: the whole key, its last name, and the largest number of the list around."""
+
+    key: str
+    name: str
+    scale: float
+
+
+def _walk(one: Any, two: Any, tolerance: Tolerance, at: _Place) -> Iterator[Difference]:
     if isinstance(one, dict) and isinstance(two, dict):
         for name in dict.fromkeys((*one, *two)):
-            inner = f"{key}.{name}" if key else str(name)
-            yield from _walk(one.get(name, NOT_THERE), two.get(name, NOT_THERE), tolerance, inner, 0.0)
+            inner = _Place(f"{at.key}.{name}" if at.key else str(name), str(name), 0.0)
+            yield from _walk(one.get(name, NOT_THERE), two.get(name, NOT_THERE), tolerance, inner)
     elif isinstance(one, list) and isinstance(two, list):
         if len(one) != len(two):
-            yield Difference(f"{key} (length)", len(one), len(two), None)
-        scale = max(scale, _largest(one), _largest(two))
+            yield Difference(f"{at.key} (length)", len(one), len(two), None)
+        scale = max(at.scale, _largest(one), _largest(two))
         for index, (a, b) in enumerate(zip(one, two, strict=False)):
-            yield from _walk(a, b, tolerance, f"{key}[{index}]", scale)
+            yield from _walk(a, b, tolerance, _Place(f"{at.key}[{index}]", at.name, scale))
     elif _is_number(one) and _is_number(two):
-        if _apart(one, two, tolerance, scale):
-            yield Difference(key, one, two, abs(one - two) / max(abs(one), abs(two)))
-    elif isinstance(one, str) and isinstance(two, str):
-        if not same_text(one, two, names=tolerance.names):
-            yield Difference(key, one, two, None)
+        if _apart(one, two, tolerance, at.scale):
+            yield Difference(at.key, one, two, abs(one - two) / max(abs(one), abs(two)))
+    elif isinstance(one, str) and isinstance(two, str) and at.name in tolerance.sentences:
+        if not same_figures(one, two):
+            yield Difference(at.key, one, two, None)
     elif type(one) is not type(two) or one != two:
-        yield Difference(key, _shown(one), _shown(two), None)
+        yield Difference(at.key, _shown(one), _shown(two), None)
 
 
 def _shown(value: Any) -> Any:
     return f"{len(value)} entries" if isinstance(value, list | dict) else value
 
 
-def same_text(one: str, two: str, *, names: bool = True) -> bool:
-    """Whether two texts have the same figures, but for one in the last digit of their decimals.
-
-    A text without a space is a name, which must be equal; without `names` it is a text like others.
-    """
-    if one == two:
-        return True
-    if names and not (" " in one and " " in two):
-        return False
+def same_figures(one: str, two: str) -> bool:
+    """Whether two sentences have the same figures, but for one in the last digit of their decimals."""
     one, two = (" ".join(_FIGURE.findall(text)) for text in (one, two))
     if _DECIMAL.sub("#", one) != _DECIMAL.sub("#", two):
         return False
