@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.commands import keep_evaluations
 from tests.contract.outline import file_outline, outline, without_moments, without_numbers
 from tests.contract.scenarios import MOMENTARY, SCENARIOS, SERVED
 from tests.emulate.served import Served
@@ -53,7 +52,6 @@ def results_of(scenario: str, folder: Path) -> list[dict[str, Any]]:
         pytest.MonkeyPatch.context() as patch,
         Served() if scenario in SERVED else contextlib.nullcontext(),
     ):
-        keep_evaluations(patch)
         # What figures show is proved by tests/report/test_figures.py; here only where they lie.
         patch.setattr(figures, "_save", lambda _figure, _kind, path: path.write_bytes(figures.MARKER))
         results = [_result_of(line, folder, outlined) for line in SCENARIOS[scenario]]
